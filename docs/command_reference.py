@@ -11,7 +11,7 @@ from benchmarks.__main__ import BENCH
 from playground.__main__ import PLAYGROUND
 from reproduction.__main__ import PROG, REPRODUCTION
 from studies.tuning.__main__ import TUNE
-from tegotae.cli.asking import Question
+from tegotae.cli.asking import Question, options_by_subject
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.parsing import flags_of
 from tegotae.cli.program import Command, CommandGroup
@@ -35,13 +35,14 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
             yield from _command(f"{name} {sub}", its, level + 1)
         return
     own = command.load()
-    asks = issubclass(own, Question)
     yield f"{_text(inspect.getdoc(own) or '')}\n"
-    flags = flags_of(own.output_kind if asks else own)
-    yield from _table("option", {flag: _with_default(text, x) for flag, text, x in flags})
-    for subject, known in own.options_by_subject().items() if asks else ():
-        rows = {name.replace("_", "-"): option for name, option in known.items()}
-        yield from _table(subject, {f"--{name}": option.about for name, option in rows.items()})
+    if isinstance(own, Question):
+        for subject, known in options_by_subject(own).items():
+            rows = {f"--{name.replace('_', '-')}": x.about for name, x in known.items()}
+            yield from _table(subject, rows)
+    else:
+        flags = {flag: _with_default(text, x) for flag, text, x in flags_of(own)}
+        yield from _table("option", flags)
     yield "```console\n" + "\n".join(command.examples) + "\n```\n"
 
 

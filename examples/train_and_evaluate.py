@@ -8,8 +8,9 @@ import dataclasses
 
 import numpy as np
 
-from tegotae import Fitness, Protocol, Timing, evaluate, find
+from tegotae import Fitness, Protocol, Timing, find
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
+from tegotae.measures.evaluation import evaluate
 from tegotae.training.evolution import Evolution
 from tegotae.training.evolve import Stopping
 from tegotae.training.run import Run

@@ -25,7 +25,7 @@ from tegotae.training.collection import read
         ("simulate bar-light --tick 0.01", "Unrecognized options: --tick"),
         ("simulate --phases 0 0.5", "perhaps you meant --phase FLOAT"),
         ("simulate --duration 4 paper", "Unrecognized options: paper"),
-        ("simulate paper bar-light", "one run of one controller; paper, bar-light are 2"),
+        ("simulate paper bar-light", "simulate takes one name; paper, bar-light are 2"),
         ("simulate extra", "no model or system is called 'extra'"),
         ("simulate no/such/file.json", "no controller file at no/such/file.json"),
         ("simulate ART", "no file was given; take zoo:ART-rF-tphif-w8, or train it: tegotae train"),

@@ -14,7 +14,7 @@ import pytest
 
 from pages import DOCS, blocks
 from programs import main, parsed, words_of
-from tegotae.cli.asking import Question
+from tegotae.cli.asking import Question, options_by_subject
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command
 
@@ -101,7 +101,10 @@ def options(name: str) -> list[str]:
     if not isinstance(entry, Command):
         return []
     kind = entry.load()
-    fields = dataclasses.fields(kind.output_kind if issubclass(kind, Question) else kind)
+    if isinstance(kind, Question):
+        known = (name for own in options_by_subject(kind).values() for name in own)
+        return [name.replace("_", "-") for name in known]
+    fields = dataclasses.fields(kind)
     return [field.name.replace("_", "-") for field in fields]
 
 

@@ -100,11 +100,12 @@ def parsed(
         given = f"{prog} has no option {words[0]!r}" if words else "no command is given"
         listed = ", ".join(entry.commands)
         raise TegotaeError(f"{given}; {prog} takes one of {listed}, or --help")
-    command = entry.load()
-    if hasattr(command, "asked"):  # whose options depend on what is named
-        return command.asked(words, prog)
-    from tegotae.cli.parsing import parse  # slow to import
+    from tegotae.cli.asking import Asked, Question  # slow to import
+    from tegotae.cli.parsing import parse
 
+    command = entry.load()
+    if isinstance(command, Question):
+        return Asked.of(command, words, prog, entry.examples)
     return parse(command, words, prog, examples=entry.examples)
 
 

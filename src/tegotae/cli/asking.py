@@ -5,32 +5,23 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import json
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 import tyro
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import check_folder
 from tegotae.cli.console import print_rows, print_text
-from tegotae.cli.parsing import parse
-from tegotae.questions import verbs
+from tegotae.cli.parsing import parse, parse_known
 from tegotae.questions.answer import AnswerBase, RecordedRun, check_output
-from tegotae.questions.generalising import GeneralisationOptions
-from tegotae.questions.measuring import RecordingOptions
 from tegotae.questions.options import OptionValue, options_of, without_unit
-from tegotae.questions.task import tasks_of
-
-SUBJECTS = """\
-A name is a controller file, a folder of them, a trained controller such as zoo:ART, a vanilla one
-such as V-sector-w4, paper-reflex or pyTegotaeCPG+hopf, a legged system such as quadruped-c, or
-FILE.py:OBJECT. What it names has options of its own: tegotae {verb} NAME --help lists them."""
-
-
-_UNSET = tyro.conf.arg(help_behavior_hint="")
+from tegotae.questions.question import Question
+from tegotae.systems.zoo import is_zoo_name, stem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +30,9 @@ class AnswerOutput:
 
     json: bool = False
     """Print one JSON object."""
-    csv: Annotated[Path | None, _UNSET] = None
+    csv: Path | None = None
     """Write the numbers (.csv, .parquet) or all of the answer (.json)."""
-    plot: Annotated[Path | None, _UNSET] = None
+    plot: Path | None = None
     """Write a figure (.png, .pdf, .svg); if there are several, the others go beside it."""
 
     def check(self) -> None:
@@ -85,8 +76,10 @@ class AnswerOutput:
 class FolderOutput(AnswerOutput):
     """The same with a folder for all of it."""
 
-    out: Annotated[Path | None, _UNSET] = None
+    out: Path | None = None
     """Folder for all figures, the numbers and the document."""
+    format: Literal["png", "svg", "pdf"] = "png"
+    """Format of the pictures in the folder."""
 
     def check(self) -> None:
         super().check()
@@ -95,14 +88,23 @@ class FolderOutput(AnswerOutput):
 
     def write(self, answer: AnswerBase) -> list[Path]:
         written = super().write(answer)
-        return written if self.out is None else [*written, *answer.save(self.out)]
+        return written if self.out is None else [*written, *answer.save(self.out, self.format)]
+
+    def usual(self, question: Question, name: str) -> FolderOutput:
+        """The same, with what a question writes if nothing else is asked for."""
+        if self.json or self.csv or self.plot or self.out:
+            return self
+        stem = "-".join(filter(None, [question.__name__.replace("_", "-"), file_stem(name)]))
+        if question.written == "picture":
+            return dataclasses.replace(self, plot=Path(f"{stem.removeprefix('figure-')}.png"))
+        return dataclasses.replace(self, out=Path(stem) if question.written == "folder" else None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunOutput(FolderOutput):
     """The same of a recorded run."""
 
-    animate: Annotated[Path | None, _UNSET] = None
+    animate: Path | None = None
     """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
 
     def check(self) -> None:
@@ -120,168 +122,112 @@ class RunOutput(FolderOutput):
 
 
 @dataclass(frozen=True)
-class Question:
-    """A question about what is named, with the options of that."""
+class Asked:
+    """Words that ask a question: names first, then options; nothing is looked up yet."""
 
-    ask: ClassVar[Callable[..., AnswerBase]]
-    output_kind: ClassVar[type[AnswerOutput]] = FolderOutput
-    default: ClassVar[tuple[str, ...]] = ()
-    """Subjects where none is named."""
-    needs_name: ClassVar[bool] = True
-
+    question: Question
     names: tuple[str, ...]
     """The subjects."""
     words: tuple[str, ...]
     """The options."""
     prog: str
     """The words before."""
+    examples: Sequence[str] = ()
+    """What a user can type."""
 
     @classmethod
-    def asked(cls, words: Sequence[str], prog: str) -> Question:
-        """The question that words ask; what they name is not looked for yet.
+    def of(
+        cls, question: Question, words: Sequence[str], prog: str, examples: Sequence[str]
+    ) -> Asked:
+        """The question that words ask.
 
         Raises:
-            TegotaeError: for words without a name.
+            TegotaeError: for words without a name, where one is needed.
             SystemExit: of status 0 after `--help`.
         """
         first = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
-        question = cls(tuple(words[:first]) or cls.default, tuple(words[first:]), prog)
-        if {"-h", "--help"} & {*question.words}:
-            question.help(named=first > 0)
-        if cls.needs_name and not question.names:
+        asked = cls(question, tuple(words[:first]), tuple(words[first:]), prog, examples)
+        if {"-h", "--help"} & {*words}:
+            asked.help()
+        if not (asked.names or question.usual or question.nameless):
             raise TegotaeError(f"names come first: {prog} NAME [OPTIONS]")
-        return question
+        return asked
+
+    def help(self) -> NoReturn:
+        """Print the help: of what is named, or else of what may be."""
+        question, about = self.question, about_of(self.question)
+        if question.has_own and not self.names:
+            known = options_of(question.subjects()) | options_of(output_of(question))
+            more = f"{question.subjects.NAMED} {self.prog} NAME --help lists them."
+            text = f"{about}\n\n{more}"
+            parse(_class_of(known), ["--help"], f"{self.prog} NAME", text, self.examples)
+        self.parsed()
+        raise AssertionError("a help text ends the command")
 
     def run(self) -> None:
         """Ask, and show the answer."""
         subjects, given, output = self.parsed()
         output.check()
-        output.show(type(self).ask(*subjects, **given))
+        output.show(self.question(*subjects, **given))
 
-    def parsed(self) -> tuple[Sequence[Any], dict[str, Any], AnswerOutput]:
+    def parsed(self) -> tuple[Sequence[Any], dict[str, Any], FolderOutput]:
         """What is named, the options that are given, and the output.
 
         Raises:
             TegotaeError: for a name or an option that there is not.
         """
-        words, subjects, own = self.subjects(list(self.words))
-        known = options_of(own)
+        question, words = self.question, list(self.words)
+        choices, shown = options_of(question.subjects()), output_of(question)
+        chosen, words = parse_known(_class_of(choices), words, self.prog)
+        subjects = question.subjects(**_values(chosen, choices)).named(
+            *(self.names or question.usual)
+        )
+        own = question.options(subjects[0] if subjects else None)
+        known, outputs = options_of(own), options_of(shown)
         words = [_plain(word, known) for word in words]
-        about = "\n\n".join(inspect.getdoc(kind) or "" for kind in (type(self), type(own)))
-        kind = _class_of(type(own).__name__, known, self.output_kind)
-        parsed = parse(kind, words, " ".join([self.prog, *self.names]), about)
+        about = "\n\n".join(filter(None, [about_of(question), inspect.getdoc(type(own))]))
+        prog = " ".join([self.prog, *self.names])
+        parsed = parse(_class_of(outputs | known), words, prog, about, self.examples)
         said = {word[2:].partition("=")[0].replace("-", "_") for word in words if word[:2] == "--"}
-        given = {name: _value(parsed, known[name], name) for name in known if name in said}
-        fields = dataclasses.fields(self.output_kind)
-        output = self.output_kind(**{field.name: getattr(parsed, field.name) for field in fields})
+        given = _values(parsed, {name: known[name] for name in known if name in said})
+        output = dataclasses.replace(shown, **_values(parsed, outputs))
+        output = output.usual(question, self.names[0] if self.names else "")
+        if "out" in known:  # it works in the folder that is written
+            given["out"] = output.out
         return subjects, given, output
 
-    def help(self, *, named: bool) -> NoReturn:
-        """Print the help, of what is named if there is anything."""
-        self.parsed()
-        raise AssertionError("a help text ends the command")
 
-    def subjects(self, words: list[str]) -> tuple[list[str], Sequence[Any], Any]:
-        """The options without those that decide what the subjects are; the subjects; their options,
-        with their own values."""
-        raise NotImplementedError
-
-    @classmethod
-    def options_by_subject(cls) -> dict[str, dict[str, OptionValue]]:
-        """The options of each kind of subject, for a reference of them all."""
-        raise NotImplementedError
+def options_by_subject(question: Question) -> dict[str, dict[str, OptionValue]]:
+    """What may be given by name: of every subject, and of each kind of subjects."""
+    shared = options_of(question.subjects()) | options_of(output_of(question))
+    kinds = {kind: options_of(own) for kind, own in question.examples().items()}
+    return {"option": shared | kinds.pop("option", {}), **kinds}
 
 
-class TaskQuestion(Question):
-    """A question about controllers, whose options are theirs."""
-
-    options_as: ClassVar[str] = "evaluate"
-
-    def subjects(self, words: list[str]) -> tuple[list[str], Sequence[Any], Any]:
-        words, body = _taken("--body", words)
-        tasks = tasks_of(*self.names, body=body)
-        return words, tasks, tasks[0].options(self.options_as)
-
-    def help(self, *, named: bool) -> NoReturn:
-        if not named:  # nothing is simulated
-            about = SUBJECTS.format(verb=type(self).__name__.lower())
-            text = f"{inspect.getdoc(type(self))}\n\n{about}"
-            parse(self.output_kind, ["--help"], f"{self.prog} NAME", text)
-        super().help(named=named)
-
-    @classmethod
-    def options_by_subject(cls) -> dict[str, dict[str, OptionValue]]:
-        from tegotae.questions.environment import EnvironmentEvaluation, EnvironmentSimulation
-
-        hopper, legs = (task.options(cls.options_as) for task in tasks_of("paper", "quadruped-c"))
-        there = EnvironmentEvaluation(omega=())
-        return {
-            "One leg, such as paper": options_of(hopper),
-            "Several legs, such as quadruped-c": options_of(legs),
-            "Trained in another simulator": options_of(
-                EnvironmentSimulation(duration_s=24.0) if cls.options_as == "simulate" else there
-            ),
-        }
+def about_of(question: Question) -> str:
+    """The docstring of a question, as far as it is for all readers."""
+    return (inspect.getdoc(question) or "").partition("\n\nExample:")[0]
 
 
-class Simulate(TaskQuestion):
-    """Simulate a controller: one run, closely."""
-
-    ask = staticmethod(verbs.simulate)
-    options_as = "simulate"
-    default = ("paper",)
-    output_kind = RunOutput
+def output_of(question: Question) -> FolderOutput:
+    """How the answer is shown, and which files are written; nothing else than on the screen yet."""
+    return RunOutput() if hasattr(question.answer, "animate") else FolderOutput()
 
 
-class Evaluate(TaskQuestion):
-    """Evaluate controllers: means over the runs of a training with their 95 % intervals."""
+def file_stem(name: str) -> str:
+    """What something is called, as a part of a file's name.
 
-    ask = staticmethod(verbs.evaluate)
-
-
-class Compare(TaskQuestion):
-    """Compare controllers: how good each is, and how it differs from the first."""
-
-    ask = staticmethod(verbs.compare)
-
-
-class Measure(Question):
-    """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined."""
-
-    ask = staticmethod(verbs.measure)
-
-    def subjects(self, words: list[str]) -> tuple[list[str], Sequence[Any], Any]:
-        return words, self.names, RecordingOptions()
-
-    @classmethod
-    def options_by_subject(cls) -> dict[str, dict[str, OptionValue]]:
-        return {"option": options_of(RecordingOptions())}
-
-
-class Generalise(Question):
-    """Test trained controllers in conditions outside of their training; run it again on the same
-    folder to continue. The controllers stay unchanged."""
-
-    ask = staticmethod(verbs.generalise)
-    output_kind = AnswerOutput
-    needs_name = False
-
-    def subjects(self, words: list[str]) -> tuple[list[str], Sequence[Any], Any]:
-        return words, self.names, GeneralisationOptions()
-
-    @classmethod
-    def options_by_subject(cls) -> dict[str, dict[str, OptionValue]]:
-        return {"option": options_of(GeneralisationOptions())}
-
-
-def _taken(option: str, words: list[str]) -> tuple[list[str], str | None]:
-    """The words without an option, and its value."""
-    for i, word in enumerate(words):
-        if word == option and i + 1 < len(words):
-            return [*words[:i], *words[i + 2 :]], words[i + 1]
-        if word.startswith(f"{option}="):
-            return [*words[:i], *words[i + 1 :]], word.partition("=")[2]
-    return words, None
+    Example:
+        >>> file_stem("runs/art/ART-rF-w8-seed0.json"), file_stem("mine.py:hopper")
+        ('ART-rF-w8-seed0', 'hopper')
+        >>> file_stem("zoo:ART-rF-tphif-w8/3")
+        'ART-rF-tphif-w8-3'
+    """
+    if is_zoo_name(name):
+        name = stem(name)
+    last = re.split(r"[/\\\\:]", name)[-1]
+    plain = re.sub(r"\.(json|zip|onnx|py)$", "", last)
+    return re.sub(r"[^\w.@+-]+", "-", plain).strip("-.")
 
 
 def _plain(word: str, known: dict[str, OptionValue]) -> str:
@@ -291,21 +237,25 @@ def _plain(word: str, known: dict[str, OptionValue]) -> str:
     return f"--{plain.replace('_', '-')}{equals}{value}" if plain in known else word
 
 
-def _class_of(name: str, known: dict[str, OptionValue], output: type[AnswerOutput]) -> type:
+def _class_of(known: dict[str, OptionValue]) -> type:
     """A class with these options, those of a part within a class of their own."""
     own: list[Any] = []
     parts: dict[str, list[Any]] = {}
-    for key, option in known.items():
+    for name, option in known.items():
         hint = {"help_behavior_hint": ""} if option.value in (None, (), False) else {}
-        kind = option.kind | None if option.value is None else option.kind
-        annotated = Annotated[kind, tyro.conf.arg(help=option.about, **hint)]
+        kind: Any = option.kind | None if option.value is None else option.kind
+        settings = tyro.conf.arg(help=option.about, **hint)  # type: ignore[call-overload]
         into = parts.setdefault(option.heading, []) if option.heading else own
-        into.append((key, annotated, field(default=option.value)))
+        into.append((name, Annotated[kind, settings], field(default=option.value)))
     for heading, fields in parts.items():
         part = dataclasses.make_dataclass(heading, fields, kw_only=True)
         own.append((heading, part, field(default_factory=part)))
-    return dataclasses.make_dataclass(name, own, bases=(output,), frozen=True, kw_only=True)
+    return dataclasses.make_dataclass("Options", own, kw_only=True)
 
 
-def _value(parsed: Any, option: OptionValue, name: str) -> Any:
-    return getattr(getattr(parsed, option.heading) if option.heading else parsed, name)
+def _values(parsed: Any, known: dict[str, OptionValue]) -> dict[str, Any]:
+    """What was parsed, by name."""
+    return {
+        name: getattr(getattr(parsed, option.heading) if option.heading else parsed, name)
+        for name, option in known.items()
+    }

@@ -42,29 +42,29 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "simulate": Command(
-        "tegotae.cli.asking",
-        "Simulate",
+        "tegotae.questions.verbs",
+        "simulate",
         (
             "tegotae simulate V-sector-w4 --plot hop.png --animate hop.gif",
             "tegotae simulate quadruped-c --out walk",
         ),
     ),
     "evaluate": Command(
-        "tegotae.cli.asking",
-        "Evaluate",
+        "tegotae.questions.verbs",
+        "evaluate",
         ("tegotae evaluate V-sector-w4", "tegotae evaluate runs/art --csv runs.csv"),
     ),
     "compare": Command(
-        "tegotae.cli.asking",
-        "Compare",
+        "tegotae.questions.verbs",
+        "compare",
         (
             "tegotae compare V-sector-w4 V-reflex-w4",
             "tegotae compare runs/art runs/ar --metric cot_inverse",
         ),
     ),
     "measure": Command(
-        "tegotae.cli.asking",
-        "Measure",
+        "tegotae.questions.verbs",
+        "measure",
         (
             "tegotae measure walk.csv --rest-length 1 --omega 5 --plot walk.png",
             "tegotae measure walk.csv --preset paper --json",
@@ -177,8 +177,8 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         },
     ),
     "generalise": Command(
-        "tegotae.cli.asking",
-        "Generalise",
+        "tegotae.questions.verbs",
+        "generalise",
         ("tegotae generalise --list", "tegotae generalise runs/art --conditions delay noise"),
     ),
     "export": CommandGroup(

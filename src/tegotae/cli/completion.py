@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
-from tegotae.cli.asking import Question
+from tegotae.cli.asking import Question, options_by_subject
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.help_texts import SWITCHES
 from tegotae.cli.parsing import flags_of
@@ -97,10 +97,10 @@ def completions(
             yield f"{path} {name}", tuple(options(entry.load()))
 
 
-def options(command: type) -> Iterator[str]:
+def options(command: Any) -> Iterator[str]:
     """The options of a command, such as `--out`."""
-    if issubclass(command, Question):
-        known = (name for own in command.options_by_subject().values() for name in own)
+    if isinstance(command, Question):
+        known = (name for own in options_by_subject(command).values() for name in own)
         yield from dict.fromkeys(f"--{name.replace('_', '-')}" for name in known)
-        command = command.output_kind
-    yield from (flag for flag, *_ in flags_of(command) if flag.startswith("--"))
+    else:
+        yield from (flag for flag, *_ in flags_of(command) if flag.startswith("--"))

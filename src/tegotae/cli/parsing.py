@@ -42,19 +42,46 @@ def parse(
         SystemExit: of status 0 after `--help`.
     """
     text = about or inspect.getdoc(kind) or ""
-    box = io.StringIO()
+    helps = bool({"-h", "--help"} & {*words})
     try:
-        with contextlib.redirect_stderr(box), _width(helps := bool({"-h", "--help"} & {*words})):
-            words = ["--help"] if helps else list(words)
-            return tyro.cli(kind, prog=prog, description=text, args=words, config=_CONFIG)
+        return _cli(kind, ["--help"] if helps else words, prog, helps=helps, description=text)
     except SystemExit:
-        if not helps:
-            raise TegotaeError(f"{_said(box.getvalue(), prog)}; see {prog} --help") from None
         print(examples_text(examples))
         raise
 
 
-def flags_of(kind: type) -> Iterator[tuple[str, str, object]]:
+def parse_known(kind: type, words: Sequence[str], prog: str) -> tuple[Any, list[str]]:
+    """An object of a class of the words that it has a meaning for, and the other words.
+
+    Args:
+        kind: a dataclass of options.
+        words: the options.
+        prog: the words before.
+
+    Raises:
+        TegotaeError: for a value that cannot be.
+    """
+    if not dataclasses.fields(kind):  # type: ignore[arg-type]
+        return kind(), [*words]
+    helps = [word for word in words if word in ("-h", "--help")]
+    words = [word for word in words if word not in helps]
+    made, rest = _cli(kind, words, prog, return_unknown_args=True)
+    return made, [*rest, *helps]
+
+
+def _cli(kind: type, words: Sequence[str], prog: str, *, helps: bool = False, **more: Any) -> Any:
+    """What tyro makes of words; its refusal is one line."""
+    box = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(box), _width(helps):
+            return tyro.cli(kind, prog=prog, args=list(words), config=_CONFIG, **more)
+    except SystemExit:
+        if helps:
+            raise
+        raise TegotaeError(f"{_said(box.getvalue(), prog)}; see {prog} --help") from None
+
+
+def flags_of(kind: Any) -> Iterator[tuple[str, str, object]]:
     """The options of a class: their flags, or names in capitals; what they are; and defaults.
 
     Example:

@@ -16,29 +16,29 @@ from typing import Any, cast
 
 @dataclass(frozen=True)
 class Command:
-    """A command: a dataclass of its options, with a method `run`."""
+    """A command: a question, or a dataclass of its options with a method `run`."""
 
     module: str
     """Its module, such as `tegotae.cli.models`."""
     name: str
-    """Its class."""
+    """Of its question or class."""
     examples: tuple[str, ...]
     """Lines that a user can type, for the end of its help."""
 
     @property
     def summary(self) -> str:
-        """The first paragraph of the class's docstring, read without importing it."""
+        """The first paragraph of its docstring, read without importing it."""
         spec = find_spec(self.module)
         source = cast(Any, spec).loader.get_source(self.module)
         (definition,) = (
             node
             for node in ast.parse(source).body
-            if isinstance(node, ast.ClassDef) and node.name == self.name
+            if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == self.name
         )
         return " ".join((ast.get_docstring(definition) or "").split("\n\n")[0].split())
 
-    def load(self) -> type:
-        """The class."""
+    def load(self) -> Any:
+        """The class, or the question."""
         return getattr(import_module(self.module), self.name)
 
 

@@ -97,9 +97,11 @@ class AnswerBase:
 
         figures = self.figures()
         first = next(iter(figures))
-        for name, figure in figures.items() if path is not None else ():
-            beside = f"{Path(path).stem}-{name}{Path(path).suffix}"
-            save_figure(figure, path if name == first else Path(path).with_name(beside))
+        if path is not None:
+            path = Path(path)
+            for name, figure in figures.items():
+                beside = path.with_name(f"{path.stem}-{name}{path.suffix}")
+                save_figure(figure, path if name == first else beside)
         return figures[first]
 
     def write(self, path: Path | str) -> Path:
@@ -117,8 +119,12 @@ class AnswerBase:
             tables.write_csv(path, dict(self.frame()), digits=DIGITS)
         return path
 
-    def save(self, folder: Path | str) -> list[Path]:
+    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
         """Write pictures, numbers and document into a folder.
+
+        Args:
+            folder: made if it is not there.
+            format: of the pictures, png, svg or pdf.
 
         Raises:
             TegotaeError: if it cannot be written.
@@ -126,7 +132,9 @@ class AnswerBase:
         from tegotae.figures.style import save_figure
 
         folder = Path(folder)
-        written = [save_figure(x, folder / f"{name}.png") for name, x in self.figures().items()]
+        written = [
+            save_figure(x, folder / f"{name}.{format}") for name, x in self.figures().items()
+        ]
         return [*written, *(self.write(folder / f"numbers.{x}") for x in ("csv", "json"))]
 
     def __repr__(self) -> str:
@@ -321,7 +329,7 @@ class Answer(AnswerBase):
 
     def _grouped(self) -> dict[tuple[Any, ...], pd.DataFrame]:
         rows = self.table.groupby(list(self.groups), sort=False, dropna=False)
-        return {tuple(None if x != x else x for x in key): part for key, part in rows}
+        return {tuple(None if pd.isna(x) else x for x in key): part for key, part in rows}  # type: ignore[attr-defined]
 
     def _indexed(self, keys: list[tuple[Any, ...]], cells: Mapping[str, Any]) -> pd.DataFrame:
         index = pd.MultiIndex.from_tuples(keys, names=self.groups)
@@ -329,7 +337,7 @@ class Answer(AnswerBase):
 
     def _compared_as(self, name: str, rows: pd.DataFrame) -> str:
         ours, theirs = self.trained.get(name), self.trained.get(self.base)
-        if ours is not None and ours == theirs and rows["run"].nunique() > 1:
+        if ours is not None and ours == theirs and len(rows["run"].unique()) > 1:
             return PAIRED
         return EXACT if {name, self.base} & self.exact else INDEPENDENT
 

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -45,8 +45,6 @@ class GeneralisationOptions:
     """Folder for records, tables and the picture; the same one again continues."""
     anew: bool = False
     """Start again, and move existing records to a folder beside this one."""
-    format: Literal["png", "svg", "pdf"] = "png"
-    """Format of the picture."""
 
     @property
     def chosen(self) -> tuple[Disturbance, ...]:
@@ -74,6 +72,10 @@ class DisturbanceList(AnswerBase):
     def document(self) -> JsonObject:
         return {"conditions": self.frame().to_dict("records")}  # type: ignore[dict-item]
 
+    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
+        """Nothing: nothing was tested."""
+        return []
+
 
 def _listed(levels: Iterable[float]) -> str:
     return "/".join(f"{level:g}" for level in sorted(levels))
@@ -85,7 +87,6 @@ class Generalisation(AnswerBase):
 
     done: Sequence[Done]
     chosen: tuple[Disturbance, ...]
-    written: tuple[Path, ...]
 
     def frame(self) -> pd.DataFrame:
         """A row a controller, condition and side."""
@@ -108,7 +109,6 @@ class Generalisation(AnswerBase):
             "Survived: the last level up to which more than half of the runs keep their "
             "undisturbed gait; failed: the next one tested, inf beyond the last. From, to: 95 % "
             "interval over runs.",
-            "wrote " + ", ".join(map(str, self.written)),
         ]
 
     def document(self) -> JsonObject:
@@ -120,9 +120,16 @@ class Generalisation(AnswerBase):
 
         return {"curves": curves_figure(self.done, self.chosen)}
 
+    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
+        """Write the tables and the picture into a folder."""
+        from tegotae.figures.style import save_figure
+
+        picture = save_figure(self.figures()["curves"], Path(folder) / f"curves.{format}")
+        return [*write_tables(self.done, self.chosen, Path(folder)), picture]
+
 
 def generalise_tasks(tasks: Sequence[Task], options: GeneralisationOptions) -> Generalisation:
-    """Try controllers, and write records, tables and the picture of what they keep.
+    """Try controllers, and keep records of what they bear.
 
     Args:
         tasks: the controllers.
@@ -131,20 +138,15 @@ def generalise_tasks(tasks: Sequence[Task], options: GeneralisationOptions) -> G
     Raises:
         TegotaeError: for a condition or a controller that there is not, or a folder of other work.
     """
-    from tegotae.figures.style import save_figure
-
     require_count("starts", options.starts, most=64)
-    out = options.out
-    require_free_for(out, GENERALISATION)
+    require_free_for(options.out, GENERALISATION)
     names = sorted({task.name for task in tasks})
     asked = [task for task in tasks if _matches(task.name, options.only)]
     if not asked:
         raise TegotaeError(f"no model matches {options.only}; there are {', '.join(names[:3])}")
     tested = [task.tested(options.starts) for task in asked]
-    done = generalise(tested, options.chosen, out, anew=options.anew)
-    answer = Generalisation(done, options.chosen, ())
-    picture = save_figure(answer.figures()["curves"], out / f"curves.{options.format}")
-    return Generalisation(done, options.chosen, (*write_tables(done, options.chosen, out), picture))
+    done = generalise(tested, options.chosen, options.out, anew=options.anew)
+    return Generalisation(done, options.chosen)
 
 
 def _matches(name: str, pattern: str) -> bool:

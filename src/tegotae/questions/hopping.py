@@ -109,9 +109,8 @@ class HoppingTask(Task):
         heights = ", ".join(f"{height:.4f}" for height in result.apexes[1][-4:])
         remarks = [f"no CoT⁻¹: {summary['reason']}"] if summary["reason"] else []
         if summary["hops"]:
-            remarks.append(
-                "The whole hops are from {:.2f} to {:.2f} s.".format(*summary["window_s"])
-            )
+            start_s, end_s = summary["window_s"]  # type: ignore[misc]
+            remarks.append(f"The whole hops are from {start_s:.2f} to {end_s:.2f} s.")
         if summary["failed"]:
             remarks.append(
                 f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left, or the "

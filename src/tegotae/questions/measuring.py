@@ -143,11 +143,10 @@ class MeasuredRecording(AnswerBase):
         return pd.DataFrame(rows, columns=["name", "metric", "value", "unit", "about"])
 
     def texts(self) -> list[pd.DataFrame]:
-        rows = [
-            (row.metric, _text(row.value, row.unit), row.about) for row in self.frame().itertuples()
-        ]
-        heads = ["metric", "value", "what it is, or why it is undefined"]
-        return [pd.DataFrame(rows, columns=heads).set_index("metric")]
+        frame, heads = self.frame(), ["metric", "value", "what it is, or why it is undefined"]
+        values = map(_text, frame["value"], frame["unit"])
+        rows = zip(frame["metric"], values, frame["about"], strict=True)
+        return [pd.DataFrame(list(rows), columns=heads).set_index("metric")]
 
     @property
     def notes(self) -> list[str]:

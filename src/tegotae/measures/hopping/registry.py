@@ -204,8 +204,9 @@ def derived(values: Mapping[str, np.ndarray], conditions: Conditions) -> dict[st
     found: dict[str, np.ndarray] = {}
     for metric in with_needed(m for m in metrics() if isinstance(m, DerivedMetric)):
         known = {**values, **found}
-        lacks = isinstance(metric, DerivedMetric) and metric.name not in known
-        if lacks and known.keys() >= {*metric.of}:
+        if not isinstance(metric, DerivedMetric) or metric.name in known:
+            continue
+        if known.keys() >= {*metric.of}:
             found[metric.name] = metric.values(known, conditions)
     return found
 

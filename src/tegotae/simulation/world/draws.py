@@ -41,7 +41,12 @@ _NO_FIELDS = {
 
 
 def check_initial_pose(body: Body, scenario: Scenario) -> None:
-    """Raise `TegotaeError` if the initial pose names what the body's release does not take."""
+    """Raise `TegotaeError` if the initial pose names what the body's release does not take.
+
+    Args:
+        body: that the lanes have.
+        scenario: of all lanes.
+    """
     takes = body.pose_names
     _require_names("initial_pose", scenario.initial_pose, '{"pitch_rad": 0.1}')
     for name in dict(scenario.initial_pose):
@@ -53,7 +58,14 @@ def check_initial_pose(body: Body, scenario: Scenario) -> None:
 def check_oscillator_state(
     oscillator: Oscillator | None, scenario: Scenario, tick_s: float, duration_s: float
 ) -> None:
-    """Raise `TegotaeError` if the oscillator has no such state, or is too stiff for the tick."""
+    """Raise `TegotaeError` if the oscillator has no such state, or is too stiff for the tick.
+
+    Args:
+        oscillator: of the controller.
+        scenario: of all lanes.
+        tick_s: control period [s].
+        duration_s: simulated time [s].
+    """
     _require_names("oscillator_state", scenario.oscillator_state, '{"radius": 0.5}')
     known = () if oscillator is None else oscillator.STATE
     for name in dict(scenario.oscillator_state):
@@ -72,6 +84,12 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
     """Raise `TegotaeError` if a change names no field of the body, or makes it an impossible one.
 
     Every body that some lane meets is made once, so that the body itself says what it refuses.
+
+    Args:
+        body: that the lanes have.
+        scenario: of all lanes.
+        tick_s: control period [s].
+        duration_s: simulated time [s].
     """
     _require_names("changes", scenario.changes, '{"mass_kg": [0.1, 0.12]}')
     changes = dict(scenario.changes)
@@ -98,7 +116,12 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
 
 
 def fastest(scenario: Scenario, duration_s: float) -> float:
-    """The largest frequency that a lane meets, either way [rad/s]."""
+    """The largest frequency that a lane meets, either way [rad/s].
+
+    Args:
+        scenario: of all lanes.
+        duration_s: simulated time [s].
+    """
     omega = np.asarray(scenario.omega, float)
     omegas = [omega]
     change = dict(scenario.changes).get(OMEGA) if scenario.changes else None
