@@ -11,8 +11,7 @@ import numpy as np
 from tegotae import Fitness, Protocol, Timing, find
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.measures.evaluation import evaluate
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 
@@ -25,9 +24,9 @@ experiment = model.experiment(
 learner = Evolution(
     algorithm=dataclasses.replace(tuned("pgpe"), population=64), stopping=Stopping.after(20)
 )
-session = Run(experiment=experiment, seeds=(0, 1), learner=learner).session()
-curves = np.array([[point.fitness for point in step.points] for step in session.steps()])
-learned = [saved.weights for saved in session.learned()]
+states = list(Run(experiment=experiment, seeds=(0, 1), learner=learner).learn())
+curves = np.array([[point.fitness for point in state.new] for state in states])
+learned = [saved.weights for saved in states[-1].learned]
 
 protocol = Protocol(undisturbed_s=12.0, disturbed_s=8.0, offsets=(0.0,))
 for name, weights in (("V-reflex-w8", [[2.0]]), (model.name, learned)):

@@ -214,7 +214,7 @@ def _sigma(controller: Controller) -> int | None:
 
 
 def _starts(controller: Controller) -> list[list[float]]:
-    """Where trainings of the first seeds begin (`training.evolve.start`)."""
+    """Where trainings of the first seeds begin (`training.evolution.Evolution.start`)."""
     keys = [jax.random.split(jax.random.key(seed))[0] for seed in range(STARTS)]
     return [_numbers(np.asarray(controller.initial(key))) for key in keys]
 

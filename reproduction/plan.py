@@ -23,9 +23,8 @@ from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import Model, all_models, find
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.algorithms.document import algorithm_document
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.algorithms.base import algorithm_document
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
 

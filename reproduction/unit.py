@@ -23,8 +23,8 @@ from tegotae.measures.hopping.registry import built_in, code_noted
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import parts_in, register
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import SEARCH, Curves
+from tegotae.training.evaluator import best_gain
+from tegotae.training.evolution import SEARCH, Curves, Evolution
 from tegotae.training.run import Run
 
 FORMAT = 4
@@ -212,14 +212,14 @@ def _trained(unit: Unit) -> _Learned:
         np.asarray(progress.best_std),
         np.asarray(progress.best_fitness),
         np.asarray(progress.generation),
-        run.learner.ends(curves),
+        run.learner.stopping.reasons(np.array([each.centre_fitness for each in curves])),
         curves,
         snapshots,
     )
 
 
 def _searched(run: Run[Evolution]) -> _Learned:
-    gain, fitness = run.learner.search(run.experiment)
+    gain, fitness = best_gain(run.experiment)
     n = len(run.seeds)
     return _Learned(
         np.full((n, 1), gain),

@@ -32,8 +32,7 @@ from tegotae.simulation.world import Uniform
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
 from tegotae.training.collection import read
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 

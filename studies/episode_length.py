@@ -24,8 +24,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"

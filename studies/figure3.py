@@ -44,8 +44,7 @@ from tegotae.systems.controller_file import load
 from tegotae.systems.models import find
 from tegotae.training.agents import AgentLearner
 from tegotae.training.curves import COT, LearningCurve, groups, read_curves, table
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
 

@@ -52,8 +52,7 @@ from go1_report import report
 from go1_shown import as_c, keep, show
 from kept import write_rows
 from tegotae._support.tables import read_csv
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 
 

@@ -19,8 +19,7 @@ from tegotae.simulation.world import Uniform
 from tegotae.systems.designs import Design, design
 from tegotae.systems.designs.tegotae import nominal_speed_m_per_s
 from tegotae.systems.experiment import Experiment
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 

@@ -37,8 +37,7 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.legged import Legged, hexapod, quadruped_c, random_phases, settling, walking
 from tegotae.training.algorithms import CMAES
 from tegotae.training.collection import read
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 
 FOLDER = Path("runs/lost_leg")

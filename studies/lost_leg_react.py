@@ -34,7 +34,7 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.legged import Legged, settling, walking
 from tegotae.systems.zoo import ZooEntry, write
-from tegotae.training.folder import versions_of
+from tegotae.training.learner import versions_of
 
 ZOO = Path(__file__).resolve().parents[1] / "src/tegotae/systems/zoo/data/lost-leg.npz"
 """Where the learned laws are kept, for names such as `zoo:lost-leg:feels-tilt@quadruped-c`."""

@@ -39,8 +39,7 @@ from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import ModelLanes, play
 from tegotae.training.evaluator import Generation
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 

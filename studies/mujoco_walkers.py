@@ -33,8 +33,7 @@ from tegotae.systems.controller_file import load
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of, play
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 

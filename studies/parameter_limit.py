@@ -38,8 +38,7 @@ from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 

@@ -33,8 +33,7 @@ from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.models import find
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import RUNNING, Progress, Stopping
+from tegotae.training.evolution import RUNNING, Evolution, Progress, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration
 

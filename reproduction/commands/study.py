@@ -17,10 +17,11 @@ from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
 from tegotae.cli.figure.output import PictureFormat
-from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at, settings_named
+from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import names
 from tegotae.training.algorithms import Algorithm
+from tegotae.training.settings import settings_named
 
 if TYPE_CHECKING:
     from reproduction.table import Table
@@ -89,7 +90,7 @@ class StudyRun(ExperimentOptions):
             check_metric(metric)
         settings: dict[str, Any] = {} if self.seeds is None else {"seeds": self.seeds}
         if self.algorithm is not None:
-            settings["algorithm"] = settings_named(self.algorithm, (Algorithm,))
+            settings["algorithm"] = settings_named(self.algorithm, Algorithm)
         return replace(whole, experiments=tuple(experiments), **settings)
 
     @property

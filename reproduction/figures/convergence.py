@@ -16,7 +16,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.training.evolve import CAP, PLATEAU
+from tegotae.training.evolution import CAP, PLATEAU
 
 _ACROSS = 3
 _COLOURS = {PLATEAU: COLOURS[5], CAP: COLOURS[4]}

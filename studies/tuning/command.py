@@ -16,13 +16,11 @@ from studies.tuning.task import BUDGET_S, FIRST_SEED, TuningTask
 from tegotae._support.errors import require_count
 from tegotae._support.files import output_file, write_atomically
 from tegotae.cli.console import print_rows
-from tegotae.cli.options import UNSET, ExperimentOptions, experiment_named, settings_named
+from tegotae.cli.options import UNSET, ExperimentOptions, experiment_named
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of
 from tegotae.systems.user_objects import is_reference
-from tegotae.training.agents import AgentSettings
-from tegotae.training.algorithms import Algorithm
-from tegotae.training.registry import agents
+from tegotae.training.settings import agents, settings_named
 
 if TYPE_CHECKING:
     from optuna.trial import FrozenTrial
@@ -106,7 +104,7 @@ class Tune(ExperimentOptions):
         """The algorithm's name; one of a user's file is known by it then."""
         if not is_reference(self.algorithm):
             return self.algorithm
-        return name_of(type(settings_named(self.algorithm, (Algorithm, AgentSettings))))
+        return name_of(type(settings_named(self.algorithm)))
 
     @property
     def task(self) -> TuningTask:

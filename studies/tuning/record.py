@@ -17,7 +17,7 @@ from studies.tuning.tuner import P_PRUNED
 from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError, require
 from tegotae.measures.hopping.statistics import Interval, interval, paired_difference
-from tegotae.training.folder import versions_of
+from tegotae.training.learner import versions_of
 
 if TYPE_CHECKING:
     from optuna.trial import FrozenTrial

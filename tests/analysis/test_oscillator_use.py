@@ -27,8 +27,7 @@ from tegotae.parts.oscillators import (
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController, load, save
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 
 SHORT = Timing(duration_s=4.0, tick_s=0.002)

@@ -34,7 +34,7 @@ def no_training(monkeypatch):
     def begin(*_, **__):
         raise AssertionError("a training was started before the input was checked")
 
-    for name in ("start", "evolve", "best_gain"):
+    for name in ("Evolution.start", "Evolution.evolve", "best_gain"):
         monkeypatch.setattr(f"tegotae.training.evolution.{name}", begin)
 
 

@@ -30,8 +30,7 @@ from tegotae.simulation.world import Step
 from tegotae.systems import controller_file
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 
 KEPT = TESTS / "kept" / "loops.npz"

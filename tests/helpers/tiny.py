@@ -14,8 +14,7 @@ from tegotae import Timing, find
 from tegotae.cli import main
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 

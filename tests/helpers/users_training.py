@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 
 

@@ -61,7 +61,7 @@ from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
 from tegotae.training.evaluator import best_gain
-from tegotae.training.evolve import CAP
+from tegotae.training.evolution import CAP
 
 NAMES = tuple(choice.name for choice in PRIOR)
 

@@ -27,7 +27,7 @@ from tegotae.simulation.integrators import Hold
 from tegotae.systems.models import find
 from tegotae.systems.resolve import resolve
 from tegotae.training import collection
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Stopping
 
 
 def same(a: Record, b: Record) -> bool:

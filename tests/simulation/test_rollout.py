@@ -308,7 +308,7 @@ from tegotae.systems.system import System
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Stopping
 art = build("ART")
 weights = np.random.default_rng(0).normal(size=(150, art.n_weights))
 out = Engine(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))

@@ -33,11 +33,9 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation import native
 from tegotae.training import settings as configurations
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
-from tegotae.training.registry import agents, evolutions, learner
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.settings import configuration, load, tuned
+from tegotae.training.settings import agents, configuration, evolutions, learner, load, tuned
 from toy_tuning import TASK
 
 optuna = pytest.importorskip("optuna")
@@ -347,10 +345,10 @@ def test_every_algorithm_has_tuned_settings_or_those_of_its_class(algorithm):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"settings": {"populaton": 4}}, "settings that pgpe does not have"),
+        ({"settings": {"populaton": 4}}, "a pgpe has no 'populaton'"),
         ({"settings": {"population": 7}}, "population is 7"),
-        ({"algorithm": "hill climbing"}, "is no configuration"),
-        ({"settings": 3}, "is no configuration"),
+        ({"algorithm": "hill climbing"}, "needs your part hill climbing"),
+        ({"settings": 3}, "its settings is 3; it must be an object"),
     ],
 )
 def test_a_damaged_configuration_is_refused(tmp_path, change, said):

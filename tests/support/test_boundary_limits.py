@@ -38,7 +38,7 @@ def no_rollout(monkeypatch):
 
     monkeypatch.setattr(Engine, "run", run)
     monkeypatch.setattr(Engine, "run_lanes", run)
-    monkeypatch.setattr("tegotae.training.run._train", run)
+    monkeypatch.setattr("tegotae.training.run.read_checkpoint", run)
 
 
 @pytest.mark.parametrize(

@@ -24,8 +24,7 @@ from tegotae.parts.terms import (
 from tegotae.systems import controller_file
 from tegotae.systems.designs import all_designs, design, is_design
 from tegotae.systems.grammar import BUDGET
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
 

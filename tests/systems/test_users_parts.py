@@ -30,7 +30,7 @@ from tegotae.systems.registry import kinds
 from tegotae.systems.user_objects import imported, named
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.collection import read
-from tegotae.training.evolve import start
+from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from users_training import run_of
 
@@ -210,10 +210,10 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     torch = pytest.importorskip("torch")
     pytest.importorskip("stable_baselines3")
     from tegotae.training.agents import PPOSettings
-    from tegotae.training.agents.learning import AgentTraining, make_agent
+    from tegotae.training.agents.learning import make_agent, task_of
 
     settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
-    training = AgentTraining(
+    training = task_of(
         dataclasses.replace(parts.experiment, objective=Fitness(settle_s=0.5)),
         settings,
     )
@@ -222,7 +222,7 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     agent.learn(120)
     assert feedback.flat().shape == before.shape == (5,)
     assert (feedback.flat() != before).any()
-    observations = torch.randn(7, len(training.environment.observed))
+    observations = torch.randn(7, len(training.observed.names))
     feedback.zero_grad()
     feedback(observations).sum().backward()
     gradient = feedback.terms[0].weights.grad.numpy()
@@ -322,7 +322,7 @@ def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
     with pytest.warns(
         UserWarning, match=r"could not be saved: .*tegotae\.register\(Unregistered\)"
     ):
-        start(PGPE(), controller, [0])
+        Evolution(algorithm=PGPE()).start(whole.replaced(controller=controller), [0])
 
 
 def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):

@@ -39,13 +39,13 @@ from tegotae.training.agents import (  # noqa: E402
     agent_controller,
     initial_weights,
 )
-from tegotae.training.agents.learning import AgentTraining, learn, make_agent  # noqa: E402
+from tegotae.training.agents.learning import hopper_settings, learn, make_agent, task_of  # noqa: E402
 from tegotae.training.algorithms import PGPE  # noqa: E402
 from tegotae.training.curves import read_curves  # noqa: E402
-from tegotae.training.evolve import start  # noqa: E402
-from tegotae.training.learner import COLUMNS  # noqa: E402
-from tegotae.training.registry import learner  # noqa: E402
+from tegotae.training.evolution import Evolution  # noqa: E402
+from tegotae.training.folder import COLUMNS  # noqa: E402
 from tegotae.training.run import Run, train  # noqa: E402
+from tegotae.training.settings import learner  # noqa: E402
 
 TIMING = Timing(duration_s=6.0, tick_s=0.002)
 SETTLE_S = 2.0
@@ -68,8 +68,18 @@ def experiment(model="AR-rF-sector-w8"):
 
 
 def training(settings, model="AR-rF-sector-w8", **changes):
-    settings = dataclasses.replace(settings, **changes)
-    return AgentTraining(experiment(model), settings)
+    return task_of(experiment(model), dataclasses.replace(settings, **changes))
+
+
+def environment(settings, model="AR-rF-sector-w8", **changes):
+    return hopper_settings(experiment(model), dataclasses.replace(settings, **changes))
+
+
+def played(task, weights):
+    """What the engine says of an undisturbed episode."""
+    fitness = Fitness(settle_s=SETTLE_S, follow_omega=False)
+    engine = Engine(controller=task.controller, timing=TIMING, summary=fitness)
+    return engine.run(weights, Scenario(omega=8.0))
 
 
 def run(settings=PPO, **changes):
@@ -80,7 +90,7 @@ def run(settings=PPO, **changes):
 def observations(learner, n=64):
     """Random observations, and the same as signals to a controller."""
     random = np.random.default_rng(0)
-    names = learner.environment.observed
+    names = learner.observed.names
     phase, force = random.uniform(0, 2 * np.pi, n), random.exponential(2.0, n)
     values = {"sin_phase": np.sin(phase), "cos_phase": np.cos(phase), "spring_force": force}
     values |= {"velocity": random.normal(size=n), "height": random.uniform(0.5, 1.5, n)}
@@ -137,7 +147,7 @@ class TestPolicy:
 
     def test_starts_where_pgpe_starts(self):
         model = find("AR-rF-sector-w8")
-        evolved = start(PGPE(), model.controller(), [7]).best_weights[0]
+        evolved = Evolution(algorithm=PGPE()).start(model.experiment(), [7]).best_weights[0]
         ours = initial_weights(agent_controller(model.experiment(), SAC), 7)
         np.testing.assert_allclose(ours, evolved, rtol=1e-6)
 
@@ -158,7 +168,7 @@ class TestPolicy:
     @BOTH
     def test_does_not_see_what_is_shown_to_its_critics_alone(self, settings):
         plain, informed = training(settings), training(settings, critic_senses=("height",))
-        assert informed.environment.observed == (*plain.environment.observed, "height")
+        assert informed.observed.names == (*plain.observed.names, "height")
         weights = initial_weights(plain.controller, 0)
         agent, _ = make_agent(informed, seed=0, weights=weights)
         seen, _ = observations(informed)
@@ -170,13 +180,13 @@ class TestPolicy:
 
 class TestEnvironment:
     def test_is_the_models(self):
-        learner = training(SAC, "AR-rFv-reflex-w8", tick_s=0.002, decimation=5, least_work_j=0.01)
-        environment = learner.environment
-        assert environment.observed == ("sin_phase", "cos_phase", "spring_force", "velocity")
-        assert environment.actuation == learner.controller.actuation
-        assert (environment.step_s, environment.n_steps) == (pytest.approx(0.01), 600)
-        assert environment.max_feedback_rad_per_s == 40.0
-        assert environment.reward.least_work_j == 0.01
+        model, changes = "AR-rFv-reflex-w8", {"tick_s": 0.002, "decimation": 5}
+        hoppers = environment(SAC, model, least_work_j=0.01, **changes)
+        assert hoppers.observed == ("sin_phase", "cos_phase", "spring_force", "velocity")
+        assert hoppers.actuation == training(SAC, model).controller.actuation
+        assert (hoppers.step_s, hoppers.n_steps) == (pytest.approx(0.01), 600)
+        assert hoppers.max_feedback_rad_per_s == 40.0
+        assert hoppers.reward.least_work_j == 0.01
 
     def test_moves_as_the_saved_controller_does_in_the_engine(self, folder):
         # At one action a tick the environment is the engine with a sampled controller.
@@ -187,12 +197,12 @@ class TestEnvironment:
         expected = engine.run(saved.weights, Scenario(omega=saved.omega))
 
         learner = training(PPO, tick_s=tick_s, decimation=1)
+        hoppers = environment(PPO, tick_s=tick_s, decimation=1)
         agent, _ = make_agent(learner, seed=0, weights=saved.weights)
         env = make_sb3(
             "tegotae/TegotaeHopper-v0",
-            **{f.name: getattr(learner.environment, f.name)
-               for f in dataclasses.fields(learner.environment)},
-        )  # fmt: skip
+            **{f.name: getattr(hoppers, f.name) for f in dataclasses.fields(hoppers)},
+        )
         seen, phases = env.reset(), []
         for _ in range(ticks):
             action, _ = agent.predict(seen, deterministic=True)
@@ -226,7 +236,7 @@ class TestLearning:
     def test_a_point_is_what_the_engine_says_of_its_weights(self):
         learner = training(PPO)
         point = list(learn(learner, seed=2, episodes=2, evaluate_every=2))[-1]
-        outcome = learner.engine.run(point.weights, Scenario(omega=8.0))
+        outcome = played(learner, point.weights)
         assert point.cot_inverse == outcome["cot_inverse"][0]
         assert point.fitness == outcome["fitness"][0]
 
@@ -279,7 +289,7 @@ class TestFolder:
             best = max(points, key=lambda row: float(row["fitness"]))
             assert saved.training["best_fitness"] == pytest.approx(float(best["fitness"]), rel=1e-5)
             assert saved.training["best_episode"] == float(best["step"])
-            outcome = training(PPO).engine.run(saved.weights, Scenario(omega=saved.omega))
+            outcome = played(training(PPO), saved.weights)
             assert outcome["fitness"][0] == pytest.approx(saved.training["best_fitness"], rel=1e-5)
 
     def test_its_controllers_are_read_by_what_reads_controllers(self, folder):
@@ -303,7 +313,7 @@ class TestFolder:
         self, folder, tmp_path
     ):
         def interrupt(step):
-            if step.points[0][:2] == (1, 2):
+            if step.new[0][:2] == (1, 2):
                 raise KeyboardInterrupt
 
         with pytest.raises(KeyboardInterrupt):
@@ -313,7 +323,7 @@ class TestFolder:
         assert controller_file.load(tmp_path / "AR-rF-sector-w8-seed1.json")
 
         learned = []
-        train(run(seeds=(0, 1)), tmp_path, on_step=lambda step: learned.append(step.points[0].seed))
+        train(run(seeds=(0, 1)), tmp_path, on_step=lambda step: learned.append(step.new[0].seed))
         assert set(learned) == {1}
         assert self.rows(tmp_path) == self.rows(folder)
         for name in ("AR-rF-sector-w8-seed0.json", "AR-rF-sector-w8-seed1.json"):
@@ -389,7 +399,7 @@ class TestBadInput:
 
     def test_senses_that_do_not_exist(self):
         with pytest.raises(TegotaeError, match="no observation of this environment is called"):
-            _ = training(SAC, critic_senses=("colour",)).environment
+            training(SAC, critic_senses=("colour",))
 
     def test_an_episode_too_short_to_be_judged(self):
         with pytest.raises(TegotaeError, match="leaves less than 1 s after settling"):

@@ -14,8 +14,9 @@ from tegotae.cli import main
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.figures.style import write_tables
 from tegotae.training.curves import COLUMNS, LearningCurve, groups, read_curves, shared
-from tegotae.training.learner import COLUMNS as POINT
-from tegotae.training.learner import CurvePoint, write_curves
+from tegotae.training.folder import COLUMNS as POINT
+from tegotae.training.folder import write_curves
+from tegotae.training.learner import CurvePoint
 
 MODEL = "AR-rF-sector-w8"
 
@@ -24,7 +25,9 @@ def leave(folder, algorithm, points, model=MODEL):
     """What a training leaves behind, as far as its curves go."""
     folder.mkdir(parents=True)
     configuration = {"experiment": {"name": model}, "algorithm": algorithm}
-    (folder / "run.json").write_text(json.dumps({"configuration": configuration}))
+    (folder / "run.json").write_text(
+        json.dumps({"configuration": configuration, "software": {"engine": "native"}})
+    )
     write_curves(folder / "curves.csv", points)
 
 
@@ -107,7 +110,7 @@ def test_damage_is_named(tmp_path, name, text):
 
 @pytest.mark.parametrize("place", ["nowhere", "nowhere.csv", "."])
 def test_a_place_without_curves_is_named(tmp_path, place):
-    with pytest.raises(TegotaeError, match=r"there is no|holds no learning curves"):
+    with pytest.raises(TegotaeError, match=r"there is no|holds no learning|No such file"):
         read_curves([tmp_path / place])
 
 

@@ -17,8 +17,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
 from tegotae.training.algorithms import PGPE
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping, start
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 
 DIMENSIONS = 5
@@ -259,8 +258,3 @@ def test_an_episode_too_short_to_be_judged_is_refused():
     with pytest.raises(TegotaeError, match=r"^an episode of 4 s leaves less than 1 s") as raised:
         EXPERIMENT.replaced(objective=Fitness(), timing=Timing(duration_s=4.0))
     assert "\n" not in str(raised.value)
-
-
-def test_training_without_seeds_is_refused():
-    with pytest.raises(TegotaeError, match=r"^no seeds to train"):
-        start(RUN.learner.algorithm, EXPERIMENT.controller, [])

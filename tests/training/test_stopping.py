@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.training.evolve import CAP, PLATEAU, RUNNING, Stopping
+from tegotae.training.evolution import CAP, PLATEAU, RUNNING, Stopping
 
 RULE = Stopping(generations=1000, least=40, share=0.5, tolerance=0.01)
 

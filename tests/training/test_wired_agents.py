@@ -21,8 +21,7 @@ from tegotae.envs.pilot import Pilot  # noqa: E402
 from tegotae.envs.settings import HopReward  # noqa: E402
 from tegotae.systems.controller_file import load  # noqa: E402
 from tegotae.training.agents import AgentLearner, PPOSettings, SACSettings  # noqa: E402
-from tegotae.training.agents.learning import make_agent  # noqa: E402
-from tegotae.training.agents.on_environment import EnvAgentTraining  # noqa: E402
+from tegotae.training.agents.learning import make_agent, task_of  # noqa: E402
 from tegotae.training.curves import FITNESS, read_curves  # noqa: E402
 from tegotae.training.environments.experiment import EnvExperiment  # noqa: E402
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective  # noqa: E402
@@ -80,7 +79,7 @@ def test_an_agent_learns_a_fitness_of_ones_own_at_several_frequencies(settings, 
     assert EnvExperiment.of(load(path)).omegas == (6.0, 9.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # of what Stable-Baselines3 misses
-        env = EnvAgentTraining(own, settings).make_env()
+        env = task_of(own, settings).make_env()
     env.reset()
     paid = np.zeros(env.num_envs)
     over = np.zeros(env.num_envs, bool)
@@ -95,15 +94,15 @@ def test_an_agent_learns_a_fitness_of_ones_own_at_several_frequencies(settings, 
 def test_an_environment_that_cannot_begin_an_episode_is_named_in_one_line():
     own = dataclasses.replace(experiment(made={"fail": "reset"}), seed=1)
     with pytest.raises(TegotaeError, match=r"cannot begin an episode: it raised .*nobody is at"):
-        EnvAgentTraining(own, PPO).make_env().reset()
+        task_of(own, PPO).make_env().reset()
 
 
 def test_what_a_critic_senses_is_observed_or_refused():
     wide = dataclasses.replace(PPO, critic_senses=("height",))
-    assert EnvAgentTraining(experiment(), wide).make_env().observation_space.shape == (4,)
+    assert task_of(experiment(), wide).make_env().observation_space.shape == (4,)
     wrong = dataclasses.replace(PPO, critic_senses=("heigth",))
     with pytest.raises(TegotaeError, match="'heigth'; did you mean height"):
-        EnvAgentTraining(experiment(), wrong).make_env()
+        task_of(experiment(), wrong).make_env()
 
 
 def test_a_model_with_a_learned_actuation_or_a_coupling_is_refused():
@@ -140,7 +139,7 @@ def leg():
 
 
 def test_the_action_of_an_agent_is_the_feedback_of_its_controller_limb_by_limb(leg):
-    training = EnvAgentTraining(leg, PPO)
+    training = task_of(leg, PPO)
     agent, feedback = make_agent(training, seed=3)
     env: Any = agent.get_env()
     shown = env.reset()

@@ -29,8 +29,7 @@ from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
 from tegotae.training.evaluator import Generation
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from wired_experiment import ENV, HERE, WIRING, experiment
 

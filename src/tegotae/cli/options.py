@@ -32,7 +32,6 @@ from tegotae.systems.resolve import Resolved, resolve
 from tegotae.systems.system import Release, System
 from tegotae.systems.user_objects import is_reference, named
 from tegotae.training.collection import controller_of
-from tegotae.training.settings import tuned
 
 _TIMES = ("from_s", "until_s")
 _HOW = (
@@ -390,25 +389,6 @@ def _oscillator(name: str) -> Oscillator:
     if is_reference(name):
         return named(name, Oscillator, "oscillator")
     return oscillator_named(name)
-
-
-def settings_named(name: str, algorithms: tuple[type, ...]) -> Any:
-    """The settings of an algorithm: as tuned, or of a user's own file.
-
-    Args:
-        name: such as pgpe, or `FILE.py:OBJECT`.
-        algorithms: the contracts, one of which it must keep.
-
-    Raises:
-        TegotaeError: for an unknown name, or an algorithm of another kind.
-    """
-    if is_reference(name):
-        return named(name, algorithms, "algorithm")
-    if not isinstance(settings := tuned(name), algorithms):
-        raise TegotaeError(
-            f"{name} cannot be used here; it needs an evolution strategy, such as pgpe"
-        )
-    return settings
 
 
 def _given(values: dict[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from tegotae._support.errors import TegotaeError, require, require_all, require_
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.cli.console import print_rows
 from tegotae.cli.env_options import EnvOptions
-from tegotae.cli.options import ExperimentOptions, experiment_named, settings_named
+from tegotae.cli.options import ExperimentOptions, experiment_named
 from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems.controller_set import extras_of
@@ -27,11 +27,10 @@ from tegotae.systems.registry import name_of
 from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentLearner, AgentSettings
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import CAP, PLATEAU, RUNNING, SEARCH, Stopping
-from tegotae.training.learner import LearningStep, Trainable
-from tegotae.training.registry import agents, evolutions
+from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH, Evolution, Stopping
+from tegotae.training.learner import Trainable, TrainingState
 from tegotae.training.run import Run, train
+from tegotae.training.settings import agents, evolutions, settings_named
 
 if TYPE_CHECKING:
     from tegotae.training.environments.experiment import EnvExperiment
@@ -231,7 +230,7 @@ def longest_s(folder: Path) -> float:
     Raises:
         TegotaeError: for a folder without the learning curves of a training.
     """
-    from tegotae.training.learner import curves_of
+    from tegotae.training.folder import curves_of
 
     if not (folder / "curves.csv").is_file():
         raise TegotaeError(f"{folder} holds no training to learn as long as; it has no curves.csv")
@@ -244,7 +243,7 @@ def longest_s(folder: Path) -> float:
     return float(times[-1] + of_population * (times[-1] - times[-2]))
 
 
-def logger(out: Path) -> Callable[[LearningStep], None]:
+def logger(out: Path) -> Callable[[TrainingState], None]:
     """A function that logs the points of a step for TensorBoard, into a folder made by then.
 
     Raises:
@@ -256,8 +255,8 @@ def logger(out: Path) -> Callable[[LearningStep], None]:
     def writer():
         return tensorboard.SummaryWriter(str(out / "tensorboard"))
 
-    def log(step: LearningStep) -> None:
-        for point in step.points:
+    def log(step: TrainingState) -> None:
+        for point in step.new:
             for name, value in point._asdict().items():
                 if name not in ("seed", "step") and not math.isnan(value):
                     writer().add_scalar(f"{name}/seed{point.seed}", value, round(point.step))

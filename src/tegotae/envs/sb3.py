@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import gymnasium
 import numpy as np
@@ -23,7 +23,42 @@ from stable_baselines3.common.monitor import Monitor  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
 
 
-class HopperVecEnv(VecEnv):
+class LaneVecEnv(VecEnv):
+    """Lanes that are stepped together, without environments of their own: they share attributes."""
+
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
+        """An attribute, the same for each lane asked for."""
+        value = getattr(self, attr_name)
+        return [value for _ in self._get_indices(indices)]
+
+    def set_attr(
+        self, attr_name: str, value: object, indices: int | Iterable[int] | None = None
+    ) -> None:
+        """Set an attribute of all lanes."""
+        if len(list(self._get_indices(indices))) != self.num_envs:
+            raise TegotaeError("the lanes of a batch share their attributes; set them for all")
+        setattr(self, attr_name, value)
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: object,
+        indices: int | Iterable[int] | None = None,
+        **method_kwargs: object,
+    ) -> NoReturn:
+        """There are no environments behind the lanes whose methods could be called."""
+        raise TegotaeError(
+            f"lanes have no environments of their own, and so no method {method_name!r}"
+        )
+
+    def env_is_wrapped(
+        self, wrapper_class: type[gymnasium.Wrapper], indices: int | Iterable[int] | None = None
+    ) -> list[bool]:
+        """False for each lane asked for, but true of `Monitor`, whose record is kept here."""
+        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
+
+
+class HopperVecEnv(LaneVecEnv):
     """Many hopper environments as one Stable-Baselines3 `VecEnv`; see `make_sb3`.
 
     A lane whose episode ends is reset within the same step; its `info` then holds
@@ -115,37 +150,6 @@ class HopperVecEnv(VecEnv):
         if self._last is None:
             raise TegotaeError("there is nothing to draw yet; call reset() before render()")
         return [draw(pose(self.settings, self._last, lane)) for lane in range(self.num_envs)]
-
-    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[object]:
-        """An attribute, the same for each lane asked for."""
-        value = getattr(self, attr_name)
-        return [value for _ in self._get_indices(indices)]
-
-    def set_attr(
-        self, attr_name: str, value: object, indices: int | Iterable[int] | None = None
-    ) -> None:
-        """Set an attribute; the lanes of a batch share all theirs, so it is all or none."""
-        if len(list(self._get_indices(indices))) != self.num_envs:
-            raise TegotaeError("the hoppers of a batch share their attributes; set them for all")
-        setattr(self, attr_name, value)
-
-    def env_method(
-        self,
-        method_name: str,
-        *method_args: object,
-        indices: int | Iterable[int] | None = None,
-        **method_kwargs: object,
-    ) -> NoReturn:
-        """There are no environments behind the batch whose methods could be called."""
-        raise TegotaeError(
-            f"a batch of hoppers has no single environments, and so no method {method_name!r}"
-        )
-
-    def env_is_wrapped(
-        self, wrapper_class: type[gymnasium.Wrapper], indices: int | Iterable[int] | None = None
-    ) -> list[bool]:
-        """False for each lane asked for, but true of `Monitor`, whose record is kept here."""
-        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
 
 def _telemetry(step: EnvStep, lane: int) -> dict[str, float]:

@@ -6,18 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any, NamedTuple
 
-import msgspec
 import numpy as np
 
-from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
-from tegotae._support.tables import numbers, parse_csv
+from tegotae._support.tables import numbers, read_csv
 from tegotae._support.workplace import is_earlier
-from tegotae.training.folder import ExperimentEntry, RunDocument
-from tegotae.training.learner import curves_of
+from tegotae.training.folder import RunDocument, curves_of
 
 COT, FITNESS = "cot_inverse", "fitness"
 """What a learning curve can be of: CoT⁻¹, or the fitness that was trained."""
@@ -72,24 +68,15 @@ def read_curves(places: Sequence[Path], measure: str | None = COT) -> list[Learn
     Raises:
         TegotaeError: if there are none, a file is damaged, or two runs cannot be distinguished.
     """
-    trainings: list[_Training] = []
-    tables: list[LearningCurve] = []
-    for place in places:
-        if place.suffix == ".csv":
-            tables += _from_table(place)
-        else:
-            found = [_Training.read(path) for path in _folders(place)]
-            if not found:
-                raise TegotaeError(f"{place} holds no learning curves (run.json and curves.csv)")
-            trainings += found
+    tables = [curve for place in places if place.suffix == ".csv" for curve in _in_table(place)]
+    trainings = [t for place in places if place.suffix != ".csv" for t in _in_folder(place)]
     if measure is None:
-        known = all(each.measured_cot for each in trainings)
-        measure = COT if known and all(each.measure == COT for each in tables) else FITNESS
-    for each in tables:
-        if each.measure != measure:
-            raise TegotaeError(f"a table contains the {each.measure}, not the {measure}")
+        known = [t.measured_cot for t in trainings] + [curve.measure == COT for curve in tables]
+        measure = COT if all(known) else FITNESS
+    if others := {curve.measure for curve in tables} - {measure}:
+        raise TegotaeError(f"a table contains the {others.pop()}, not the {measure}")
     curves = [*tables, *_labelled(trainings, measure)]
-    curves.sort(key=lambda curve: (curve.model, curve.algorithm, curve.seed))
+    curves.sort(key=_identity)
     for first, second in pairwise(curves):
         if _identity(first) == _identity(second):
             raise TegotaeError(
@@ -142,112 +129,63 @@ def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
     return {**whose, **points}
 
 
-class _AlgorithmEntry(msgspec.Struct):
-    name: str
-    population: Annotated[int, msgspec.Meta(ge=1)] = 1
+def _identity(curve: LearningCurve) -> tuple[str, str, int]:
+    return curve.model, curve.algorithm, curve.seed
 
 
-class _Trained(msgspec.Struct):
-    """The entries read from a training's configuration."""
-
-    experiment: ExperimentEntry
-    algorithm: _AlgorithmEntry
-
-
-@dataclass(frozen=True)
-class _Training:
+class _Training(NamedTuple):
     """What a training left in its folder."""
 
-    configuration: dict[str, Any]
+    folder: Path
+    model: str
+    algorithm: Mapping[str, Any]
+    """Its settings, with its name."""
     columns: Mapping[str, np.ndarray]
-    """Of `curves.csv` (`tegotae.training.learner`)."""
-    path: Path
-
-    @classmethod
-    def read(cls, folder: Path) -> _Training:
-        path, curves = folder / "run.json", folder / "curves.csv"
-        try:
-            configuration = documents.fitted(documents.read(path), RunDocument).configuration
-            documents.fitted(configuration, _Trained)
-        except DamagedDocumentError as error:
-            raise TegotaeError(f"{path} is damaged: {error}") from None
-        except OSError as error:
-            raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
-        return cls(configuration, curves_of(curves), folder)
-
-    @property
-    def settings(self) -> Mapping[str, object]:
-        """Those of the algorithm, with its name."""
-        return self.configuration["algorithm"]
-
-    @property
-    def model(self) -> str:
-        """The experiment's name."""
-        return self.configuration["experiment"]["name"]
+    """Of `curves.csv`."""
 
     @property
     def measured_cot(self) -> bool:
         """Whether CoT⁻¹ was measured at all."""
         return not np.isnan(self.columns[COT]).all()
 
-    def curves(self, label: str, measure: str) -> list[LearningCurve]:
-        """One curve per seed."""
-        if measure == COT and not self.measured_cot:
-            raise TegotaeError(
-                f"{self.path} measured no CoT⁻¹, of which these curves are; draw the fitness that "
-                "was trained: --of fitness"
-            )
-        seeds = self.columns["seed"]
-        shown = [self.columns[name] for name in ("step", "simulated_s", measure)]
-        return [
-            LearningCurve(
-                label,
-                self.model,
-                int(seed),
-                *(column[seeds == seed] for column in shown),
-                measure=measure,
-            )
-            for seed in dict.fromkeys(seeds.tolist())
-        ]
 
-
-def _identity(curve: LearningCurve) -> tuple[str, str, int]:
-    return curve.model, curve.algorithm, curve.seed
-
-
-def _folders(place: Path) -> list[Path]:
+def _in_folder(place: Path) -> list[_Training]:
+    """The trainings in a folder and its subfolders, but for those that were set aside."""
     if not place.is_dir():
         raise TegotaeError(f"there is no folder {place}")
-    found = [
-        p.parent for p in sorted(place.rglob("curves.csv")) if (p.parent / "run.json").exists()
+    folders = [
+        path.parent
+        for path in sorted(place.rglob("curves.csv"))
+        if (path.parent / "run.json").exists()
+        and not any(map(is_earlier, path.parent.relative_to(place).parts))
     ]
-    return [p for p in found if not any(map(is_earlier, p.relative_to(place).parts))]
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    columns = parse_csv(path.read_text(encoding="utf-8"))
+    if not folders:
+        raise TegotaeError(f"{place} holds no learning curves (run.json and curves.csv)")
     return [
-        dict(zip(columns, map(str, cells), strict=True))
-        for cells in zip(*columns.values(), strict=True)
+        _Training(folder, run["experiment"]["name"], run["algorithm"], curves_of(curves))
+        for folder in folders
+        for run, curves in [(RunDocument.read(folder).configuration, folder / "curves.csv")]
     ]
 
 
 def _labelled(trainings: Sequence[_Training], measure: str) -> list[LearningCurve]:
     """The curves, each algorithm named with those settings in which it differs among them."""
-    curves = []
-    for training in trainings:
-        try:
-            own = training.settings
-            label = str(own["name"])
-            others = [t.settings for t in trainings if t.settings["name"] == own["name"]]
-            for name, value in own.items():
-                if any(other.get(name) != value for other in others):
-                    label += f", {name} {_words(value)}"
-            curves += training.curves(label, measure)
-        except TegotaeError:
-            raise
-        except (KeyError, ValueError, TypeError) as error:
-            raise TegotaeError(f"{training.path} is damaged: {error!r}") from None
+    curves: list[LearningCurve] = []
+    for folder, model, settings, columns in trainings:
+        if measure == COT and np.isnan(columns[COT]).all():
+            raise TegotaeError(
+                f"{folder} measured no CoT⁻¹, of which these curves are; draw the fitness that "
+                "was trained: --of fitness"
+            )
+        alike = [t.algorithm for t in trainings if t.algorithm["name"] == settings["name"]]
+        label = str(settings["name"])
+        for name, value in settings.items():
+            if any(other.get(name) != value for other in alike):
+                label += f", {name} {_words(value)}"
+        shown = [columns[name] for name in ("step", "simulated_s", measure)]
+        for seed in dict.fromkeys(columns["seed"].tolist()):
+            points = (column[columns["seed"] == seed] for column in shown)
+            curves.append(LearningCurve(label, model, int(seed), *points, measure=measure))
     return curves
 
 
@@ -255,22 +193,18 @@ def _words(value: object) -> str:
     return ("+".join(map(str, value)) or "none") if isinstance(value, list) else str(value)
 
 
-def _from_table(path: Path) -> list[LearningCurve]:
-    points: dict[tuple[str, str, int], list[tuple[float, ...]]] = {}
+def _in_table(path: Path) -> list[LearningCurve]:
+    """The curves of a table (`table`)."""
+    kind = "table of learning curves"
+    cells = read_csv(path, COLUMNS[:-1], kind=kind)
+    measure = FITNESS if FITNESS in cells else COT
     try:
-        rows = _rows(path)
-        measure = FITNESS if rows and FITNESS in rows[0] else COT
-        for row in rows:
-            key = (row["algorithm"], row["model"], int(row["seed"]))
-            read = numbers(row[name] for name in ("episode", "simulated_s", measure))
-            points.setdefault(key, []).append(tuple(read))
-    except FileNotFoundError:
-        raise TegotaeError(f"there is no table {path}") from None
-    except (OSError, ValueError, KeyError):
-        raise TegotaeError(
-            f"{path} is no table of learning curves; its columns are {', '.join(COLUMNS)}"
-        ) from None
-    return [
-        LearningCurve(algorithm, model, seed, *np.array(found).T, measure=measure)
-        for (algorithm, model, seed), found in points.items()
-    ]
+        columns = [numbers(cells[name]) for name in ("episode", "simulated_s", measure)]
+        runs = list(zip(cells["algorithm"], cells["model"], map(int, cells["seed"]), strict=True))
+    except (KeyError, ValueError):
+        raise TegotaeError(f"{path} is no {kind}; its columns are {', '.join(COLUMNS)}") from None
+    curves = []
+    for run in dict.fromkeys(runs):
+        points = (column[[other == run for other in runs]] for column in columns)
+        curves.append(LearningCurve(*run, *points, measure=measure))
+    return curves

@@ -38,15 +38,15 @@ class Scores(NamedTuple):
 
 
 class Generation(NamedTuple):
-    """For whom candidates are evaluated, and when."""
+    """The runs whose candidates are evaluated, and when."""
 
     seeds: tuple[int, ...]
     """The runs."""
     going: np.ndarray
     """Which of them have not ended, [seeds]."""
-    generation: int | None = None
-    """Its number. The last candidate of every seed is then the centre of its distribution; without
-    a number all are of one kind, and meet the same episodes."""
+    number: int | None = None
+    """Of the generation. The last candidate of every seed is then the centre of its distribution;
+    without a number all are of one kind, and meet the same episodes."""
 
     @classmethod
     def alike(cls) -> Generation:
@@ -57,16 +57,16 @@ class Generation(NamedTuple):
 class Evaluator(ABC):
     """Scores candidates' weights by episodes, wherever these take place; a context manager.
 
-    The optimiser's loop (`tegotae.training.evolve`) hands it arrays and gets arrays.
+    The optimiser's loop (`tegotae.training.evolution`) hands it arrays and gets arrays.
     """
 
     @abstractmethod
-    def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
-        """The verdict on every candidate of the seeds that are going.
+    def evaluate(self, candidates: np.ndarray, generation: Generation) -> Scores:
+        """Scores of every candidate of the seeds that are going.
 
         Args:
             candidates: weights, [seeds, candidates, n_weights].
-            who: the seeds.
+            generation: the seeds, and their generation.
         """
 
     @property
@@ -131,50 +131,36 @@ class EngineEvaluator(Evaluator):
         episode = self.varied.evaluation_set(1, self.episodes)
         return engine.runs_on(self._lanes(one, np.array([0]), episode), self.varied.body)
 
-    def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
-        """The verdict on every candidate; ended seeds cost nothing, but for a block's rest."""
+    def evaluate(self, candidates: np.ndarray, generation: Generation) -> Scores:
+        """Scores of every candidate; ended seeds cost nothing, but for a block's rest."""
         seeds, per_seed, _ = candidates.shape
         repeats = self.varied.repeats(self.episodes)
-        evaluation_episodes = repeats * self.episodes
-        if who.generation is None:
+        of_set = repeats * self.episodes
+        if generation.number is None:
             first = 0  # of the candidates that meet the evaluation set
-            episode = self.varied.evaluation_set(seeds * per_seed, evaluation_episodes)
+            episode = self.varied.evaluation_set(seeds * per_seed, of_set)
         else:
             first = per_seed - 1
-            which = who.generation, first, self.episodes, evaluation_episodes
-            episode = self.varied.generation(who.seeds, *which)
-        # Whoever meets the evaluation set does so as several candidates.
+            drawn = generation.number, first, self.episodes, of_set
+            episode = self.varied.generation(generation.seeds, *drawn)
+        # What meets the evaluation set does so as several candidates.
         again = np.repeat(candidates[:, first:], repeats, axis=1)
         candidates = np.concatenate([candidates[:, :first], again], axis=1)
-        outcome = self._scores(candidates, np.flatnonzero(who.going), episode)
-
-        def merged(name: str) -> np.ndarray:
-            x = outcome[name]
-            if repeats == 1:
-                return x
-            parts = x[:, first:].reshape(seeds, -1, repeats)
-            one = parts.any(axis=-1) if name == "failed" else parts.mean(axis=-1)
-            return np.concatenate([x[:, :first], one], axis=1)
-
-        return Scores(*map(merged, Scores._fields))
-
-    def _scores(
-        self, candidates: np.ndarray, going: np.ndarray, episode: Scenario
-    ) -> dict[str, np.ndarray]:
-        """The scores of all candidates of the seeds that are going, [seeds, candidates] each."""
-        seeds, per_seed, _ = candidates.shape
-        engine, fitness, episodes = self.program
-        lanes = self._lanes(candidates, going, episode)
-        outcome = engine.run_lanes(lanes, self.varied.body)
+        going = np.flatnonzero(generation.going)
+        engine, fitness, _ = self.program
+        outcome = engine.run_lanes(self._lanes(candidates, going, episode), self.varied.body)
         score = partial(_scored, fitness, data=self.fitness.data)
-        found = by_blocks(score, outcome, _LANES_SCORED)
+        of_lanes = by_blocks(score, outcome, _LANES_SCORED)
 
-        def of_seeds(name: str) -> np.ndarray:
-            whole = np.zeros((seeds, per_seed), found[name].dtype)
-            whole[going] = _together(name, found[name].reshape(len(going), per_seed, episodes))
-            return whole
+        def of_candidates(name: str) -> np.ndarray:
+            """[seeds, candidates], over the episodes of each."""
+            together = np.any if name == "failed" else np.mean
+            whole = np.zeros(candidates.shape[:2], of_lanes[name].dtype)
+            whole[going] = together(of_lanes[name].reshape(len(going), -1, self.episodes), axis=-1)
+            once, again = whole[:, :first], whole[:, first:].reshape(seeds, -1, repeats)
+            return np.concatenate([once, together(again, axis=-1)], axis=1)
 
-        return {name: of_seeds(name) for name in Scores._fields}
+        return Scores(*map(of_candidates, Scores._fields))
 
     def _lanes(self, candidates: np.ndarray, going: np.ndarray, episode: Scenario) -> LaneInputs:
         """A lane for each episode of each candidate of the seeds that are going."""
@@ -194,7 +180,7 @@ class EngineEvaluator(Evaluator):
 
 
 def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
-    """Who says in a training how good weights are.
+    """Fitness of candidate weights in an experiment.
 
     Args:
         experiment: an `Experiment`, or one on an environment.
@@ -212,13 +198,6 @@ def _scored(fitness: Objective, outcome: EpisodeOutcome, data: Any) -> dict[str,
     return scores(fitness, outcome, data)
 
 
-def _together(name: str, episodes: np.ndarray) -> np.ndarray:
-    """What a candidate's episodes make together: their mean; it has failed if one of them has."""
-    if episodes.shape[-1] == 1:
-        return episodes[..., 0]
-    return np.asarray(episodes.any(axis=-1) if name == "failed" else episodes.mean(axis=-1))
-
-
 def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
     """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
 
@@ -230,22 +209,16 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
         experiment: one whose controller's only weight is σ.
         workers: worker processes, where episodes are not the engine's.
     """
+    tried_in = [experiment]
+    if isinstance(experiment, Experiment) and experiment.omega is not None:
+        omegas = [experiment.omega + offset for offset in experiment.search_offsets]
+        tried_in = [experiment.replaced(omega=omega) for omega in omegas]
     gains = experiment.gains
     weights = gains[None, :, None].astype("float32")
     tried = []
-    for system in _at_offsets(experiment):
-        with evaluator_of(system, workers) as evaluator:
+    for at_omega in tried_in:
+        with evaluator_of(at_omega, workers) as evaluator:
             tried.append(evaluator.evaluate(weights, Generation.alike()).fitness[0])
-    fitness = tried[0] if len(tried) == 1 else np.mean(tried, axis=0)
+    fitness = np.mean(tried, axis=0)
     best = int(np.argmax(fitness))
     return float(gains[best]), float(fitness[best])
-
-
-def _at_offsets(experiment: Trainable) -> list[Trainable]:
-    """The experiment at each frequency at which a gain is evaluated."""
-    if not isinstance(experiment, Experiment) or experiment.omega is None:
-        return [experiment]
-    if experiment.search_offsets == (0.0,):
-        return [experiment]
-    omega = experiment.omega
-    return [experiment.replaced(omega=omega + offset) for offset in experiment.search_offsets]

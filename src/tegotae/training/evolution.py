@@ -1,33 +1,157 @@
-"""A population that learns: an evolution strategy, generation by generation."""
+"""A population that learns: an evolution strategy, generation by generation, and when it ends."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from typing import NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tegotae._support.documents import JsonObject
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import require_memory
 from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.parts._shapes import AnyArray
+from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.algorithms.document import algorithm_document
-from tegotae.training.evaluator import best_gain, evaluator_of
-from tegotae.training.evolve import SEARCH, Curves, Progress, Stopping, evolve, start
-from tegotae.training.folder import versions_of
+from tegotae.training.algorithms.base import Parameters, SearchState, algorithm_document
+from tegotae.training.evaluator import Generation, Scores, best_gain, evaluator_of
 from tegotae.training.learner import (
     CurvePoint,
     LearnedController,
     Learner,
-    LearningStep,
-    Session,
     Trainable,
+    TrainingState,
+    versions_of,
 )
+
+_NEVER = 2**31
+
+RUNNING, PLATEAU, CAP = "", "plateau", "cap"
+"""Why a run ended; the first if it has not."""
+
+SEARCH = "search"
+"""The end of what is not trained but searched for: a pure V model's σ."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stopping:
+    """Stop a run once its fitness is on a plateau, or at a cap.
+
+    With b(g) the best fitness of the distribution's mean over the first g generations, a run is on
+    a plateau after g generations if
+
+        b(g) - b(g - ⌈share · g⌉) <= tolerance   and   g >= least.
+
+    The wait grows with the training, so that a run which found something late is given its time
+    again. A jump that comes after a longer wait than this is missed. Each run is decided alone.
+
+    Args:
+        generations: the cap: no run has more generations.
+        least: generations before which no plateau is seen.
+        share: of the training so far, at its end, in which nothing may be gained.
+        tolerance: what counts as nothing, in units of the fitness [m/J].
+
+    Raises:
+        TegotaeError: for a count below one, a share that is not between 0 and 1, or a negative
+            tolerance.
+
+    Example:
+        >>> rule = Stopping(generations=100, least=10, share=0.5, tolerance=0.01)
+        >>> [rule.reason(np.minimum(np.arange(n), 8.0)) for n in (10, 17, 18)]
+        ['', '', 'plateau']
+    """
+
+    generations: int = 480
+    least: int = 240
+    share: float = 0.5
+    tolerance: float = 0.02
+
+    def __post_init__(self) -> None:
+        require_count("generations", self.generations)
+        require_count("least", self.least)
+        require_finite("share", self.share, above=0.0)
+        require_finite("tolerance", self.tolerance, least=0.0)
+        if self.share >= 1.0:
+            raise TegotaeError(
+                f"share is {self.share:g}; it must be less than 1: the part of a training that "
+                "gives no gain"
+            )
+
+    @classmethod
+    def after(cls, generations: int) -> Stopping:
+        """Exactly so many generations, plateau or not."""
+        return cls(generations=generations, least=_NEVER)
+
+    @property
+    def rule(self) -> dict[str, float]:
+        """All but the cap: a training can go on under a higher cap, but not under another rule."""
+        return {"least": self.least, "share": self.share, "tolerance": self.tolerance}
+
+    def reason(self, fitness: np.ndarray) -> str:
+        """Why a run ends after these generations, or the empty string if it goes on.
+
+        Args:
+            fitness: of the distribution's mean, generation by generation, shape [generations].
+        """
+        done = len(fitness)
+        before = done - math.ceil(self.share * done)
+        if done >= self.least and before >= 1:
+            gain = np.max(fitness) - np.max(fitness[:before])
+            if gain <= self.tolerance:
+                return PLATEAU
+        return CAP if done >= self.generations else RUNNING
+
+    def reasons(self, curves: np.ndarray) -> list[str]:
+        """The same for runs side by side; a run's curve ends in NaN where it has ended.
+
+        Args:
+            curves: shape [generations, runs].
+        """
+        curves = np.asarray(curves, float)
+        return [self.reason(run[~np.isnan(run)]) for run in curves.T]
+
+
+class Progress(NamedTuple):
+    """Where a training is, after some generations; arrays with one entry per seed.
+
+    Seeds that have ended stand still.
+    """
+
+    generation: AnyArray
+    """Generations done."""
+    search: SearchState
+    """The optimiser's state."""
+    best_fitness: AnyArray
+    """Fitness of the best distribution seen."""
+    best_weights: AnyArray
+    """Mean of that distribution, shape [seeds, n_weights]."""
+    best_std: AnyArray
+    """Its standard deviation, shape [seeds, n_weights]."""
+    best_generation: AnyArray
+    """The generation in which it was seen."""
+
+
+class Curves(NamedTuple):
+    """One generation's learning curves, each of shape [seeds]; NaN where a seed has ended."""
+
+    centre_fitness: AnyArray
+    """Fitness of the distribution's mean."""
+    centre_cot_inverse: AnyArray
+    """CoT⁻¹ of the distribution's mean [m/J]."""
+    mean_fitness: AnyArray
+    """Mean fitness of the samples that did not fail."""
+    best_fitness: AnyArray
+    """Fitness of the best sample."""
+    failed_share: AnyArray
+    """Share of the samples that failed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,8 +187,14 @@ class Evolution(Learner):
         with evaluator_of(experiment) as evaluator:
             return evaluator.engine
 
-    def check(self, experiment: Trainable) -> None:
-        """It learns whatever has weights (`Experiment.check`)."""
+    def check(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
+        """Raise `TegotaeError` if a generation's weights and noise would not fit into memory."""
+        episodes = self.algorithm.population * experiment.episodes
+        n_weights = experiment.controller.n_weights
+        require_memory(
+            8.0 * 4 * len(seeds) * episodes * n_weights,
+            f"{episodes} episodes a generation, of {len(seeds)} seeds and {n_weights} weights,",
+        )
 
     def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides the result, but for the cap on generations, as JSON values."""
@@ -75,210 +205,284 @@ class Evolution(Learner):
             "stopping": self.stopping.rule,
         }
 
-    def session(self, experiment: Trainable, seeds: tuple[int, ...]) -> Session:
-        """The learning of an experiment: generations, or the search of a gain."""
-        check_kept(self.algorithm)
-        self._require_room(experiment, seeds)
-        if experiment.is_searched:
-            return GainSearch(self, experiment, seeds)
-        return EvolutionSession(self, experiment, seeds)
-
     def program(self, experiment: Trainable) -> tuple[object, ...]:
         """The compiled part: trainings with an equal one share it."""
         with evaluator_of(experiment) as evaluator:
             return (self.algorithm.program, *evaluator.program)
 
     def start(self, experiment: Trainable, seeds: Sequence[int]) -> Progress:
-        """Every seed's own random weights."""
-        return start(self.algorithm, experiment.controller, seeds)
+        """Every seed's own random weights; they do not depend on which others go with it.
+
+        Warns of a part that could not be saved with what it learns.
+        """
+        try:
+            check_kept((self.algorithm, experiment.controller))
+        except TegotaeError as error:
+            warnings.warn(f"what is learned could not be saved: {error}", stacklevel=2)
+        return _begun(self.algorithm, experiment.controller, np.asarray(seeds, "int32"))
 
     def evolve(
         self,
         experiment: Trainable,
         seeds: Sequence[int],
-        progress: Progress | None = None,
-        fitness: ArrayLike | None = None,
+        begun: Progress | None = None,
+        fitness: Iterable[AnyArray] = (),
     ) -> Iterator[tuple[Progress, Curves]]:
-        """Learn on until every seed has ended, from random weights if there is no progress.
+        """Learn on, one generation at a time, until every seed has ended.
 
-        See `tegotae.training.evolve.evolve`.
+        Args:
+            experiment: what is learned.
+            seeds: one training each.
+            begun: where an earlier training of these seeds stopped; from random weights if None.
+            fitness: of that training its `Curves.centre_fitness`, [generations, seeds].
+
+        Yields:
+            the new progress and the generation's curves (NumPy arrays).
         """
-        if progress is None:
-            progress = self.start(experiment, seeds)
+        progress = self.start(experiment, seeds) if begun is None else begun
+        algorithm, numbers = self.algorithm, np.asarray(seeds, "int32")
+        parameters = algorithm.parameters(progress.best_weights.shape[-1])
+        curve = [*fitness]
         with evaluator_of(experiment, self.workers) as evaluator:
-            yield from evolve(
-                self.algorithm, evaluator, progress, seeds, self.stopping, fitness=fitness
-            )
+            while (going := self._going(curve, len(seeds))).any():
+                # As host arrays the start and later progress are of the same type: one compilation.
+                progress = jax.tree.map(np.asarray, progress)
+                search, drawn = _ask(algorithm.program, parameters, progress, numbers)
+                candidates = np.asarray(drawn)
+                scores = evaluator.evaluate(candidates, Generation(tuple(seeds), going, len(curve)))
+                arguments = parameters, progress, search, candidates, scores, numbers, going
+                progress, curves = _tell(algorithm.program, *arguments)
+                curves = jax.tree.map(np.asarray, curves)
+                curve.append(curves.centre_fitness)
+                yield progress, curves
 
-    def search(self, experiment: Trainable) -> tuple[float, float]:
-        """The σ of a pure V model, and its fitness."""
-        return best_gain(experiment, self.workers)
+    def _going(self, curve: Sequence[AnyArray], n_seeds: int) -> np.ndarray:
+        """Which seeds go on, [seeds]."""
+        reasons = self.stopping.reasons(np.array(curve).reshape(len(curve), n_seeds))
+        return np.array([reason == RUNNING for reason in reasons])
 
-    def ends(self, curves: Sequence[Curves]) -> list[str]:
-        """Why each seed has ended: on its plateau, at the cap, or not yet (empty)."""
-        return self.stopping.reasons(np.array([c.centre_fitness for c in curves]))
+    # As a `Learner`.
 
-    def _require_room(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
-        """Raise `TegotaeError` if a generation's weights and noise would not fit into memory."""
-        episodes = self.algorithm.population * experiment.episodes
-        n_weights = experiment.controller.n_weights
-        require_memory(
-            8.0 * 4 * len(seeds) * episodes * n_weights,
-            f"{episodes} episodes a generation, of {len(seeds)} seeds and {n_weights} weights,",
-        )
-
-
-class EvolutionSession(Session):
-    """Generations of all seeds side by side.
-
-    Args:
-        learner: how is learned.
-        experiment: what is learned.
-        seeds: one training from random weights each.
-    """
-
-    def __init__(self, learner: Evolution, experiment: Trainable, seeds: tuple[int, ...]) -> None:
-        self._learner, self._experiment, self._seeds = learner, experiment, seeds
-        self._reached: tuple[Progress | None, list[Curves]] = None, []
-
-    @property
-    def length(self) -> int:
+    def length(self, seeds: tuple[int, ...]) -> int:
         """The cap on generations."""
-        return self._learner.stopping.generations
+        return self.stopping.generations
 
-    def steps(self) -> Iterator[LearningStep]:
-        """A generation each."""
-        progress, curves = self._reached
-        if progress is None:
-            progress = self._learner.start(self._experiment, self._seeds)
-        fitness = [each.centre_fitness for each in curves]
-        evolving = self._learner.evolve(self._experiment, self._seeds, progress, fitness)
-        for after, new in evolving:
-            # In one assignment: an interrupt must not come between the two.
-            self._reached = after, [*self._reached[1], new]
-            done = len(self._reached[1])
-            yield LearningStep(done, self._report(after, new), tuple(self._points(done - 1, new)))
+    def learn(
+        self, experiment: Trainable, seeds: tuple[int, ...], state: TrainingState | None = None
+    ) -> Iterator[TrainingState]:
+        """A generation each, or the search of a gain at once."""
+        if experiment.is_searched:
+            yield self._searched(experiment, seeds[0])
+            return
+        state = state or TrainingState()
+        points = state.points
+        begun = self._progress(experiment, seeds, state.arrays) if state.arrays else None
+        episodes = self.algorithm.population * experiment.episodes
+        for progress, curves in self.evolve(experiment, seeds, begun, _fitness(points, seeds)):
+            done = int(np.max(progress.generation))
+            simulated_s = (done - 1) * episodes * experiment.duration_s
+            rows = zip(seeds, *curves, strict=True)
+            new = tuple(
+                CurvePoint(seed, done - 1, simulated_s, *map(float, row))
+                for seed, *row in rows
+                if not math.isnan(row[0])
+            )
+            points = (*points, *new)
+            yield self._state(experiment, seeds, points, progress, new)
 
-    def _report(self, progress: Progress, new: Curves) -> str:
-        ended = sum(map(bool, self._learner.ends(self._reached[1])))
-        mean = float(mean_defined(np.asarray(new.centre_cot_inverse)))
-        measured = ["CoT⁻¹", f"{mean:.3f}", *self._experiment.cot_unit.split()]
-        return (
-            f"fitness {float(np.mean(progress.best_fitness)):+.3f}  "
-            f"{'' if math.isnan(mean) else ' '.join(measured) + '  '}"
-            f"{ended} of {len(self._seeds)} runs ended"
-        )
+    def resumed(
+        self,
+        experiment: Trainable,
+        seeds: tuple[int, ...],
+        points: tuple[CurvePoint, ...],
+        arrays: Mapping[str, np.ndarray],
+    ) -> TrainingState:
+        """Behind the last generation.
 
-    def _points(self, generation: int, curves: Curves) -> Iterator[CurvePoint]:
-        """A generation's points, of the seeds that it had."""
-        episodes = self._learner.algorithm.population * self._experiment.episodes
-        simulated_s = generation * episodes * self._experiment.duration_s
-        for i, seed in enumerate(self._seeds):
-            found = (float(column[i]) for column in curves)
-            if not math.isnan(curves.centre_fitness[i]):
-                yield CurvePoint(seed, generation, simulated_s, *found)
+        Raises:
+            TegotaeError: for more generations than there are to be.
+            ValueError or KeyError: for arrays of another training.
+        """
+        progress = self._progress(experiment, seeds, arrays)
+        done = len(_fitness(points, seeds))
+        if np.max(progress.generation) != done:
+            raise ValueError("curves and progress differ in length")
+        if done > self.stopping.generations:
+            raise TegotaeError(
+                f"generations is {self.stopping.generations}, and {done} have been trained "
+                "already; ask for as many or more, or choose another folder with --out"
+            )
+        return self._state(experiment, seeds, points, progress)
 
-    def points(self) -> list[CurvePoint]:
-        """A point a generation; what it says is of the distribution that the generation had."""
-        curves = self._reached[1]
-        return [point for g, each in enumerate(curves) for point in self._points(g, each)]
+    def _progress(
+        self, experiment: Trainable, seeds: tuple[int, ...], arrays: Mapping[str, np.ndarray]
+    ) -> Progress:
+        """The progress of a state's arrays."""
+        leaves, structure = jax.tree.flatten(self.start(experiment, seeds))
+        kept = [arrays[f"leaf{i}"] for i in range(len(leaves))]
+        for ours, theirs in zip(leaves, kept, strict=True):
+            if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
+                raise ValueError("shapes or types differ")
+        return jax.tree.unflatten(structure, [jnp.asarray(leaf) for leaf in kept])
 
-    def learned(self) -> list[LearnedController]:
-        """The mean of the best distribution of each seed."""
-        progress, curves = self._reached
-        if progress is None or not curves:
-            return []
-        return [
+    def _state(
+        self,
+        experiment: Trainable,
+        seeds: tuple[int, ...],
+        points: tuple[CurvePoint, ...],
+        progress: Progress,
+        new: tuple[CurvePoint, ...] = (),
+    ) -> TrainingState:
+        """After a generation: of each seed the mean of the best distribution."""
+        ended = self.stopping.reasons(_fitness(points, seeds))
+        progress = jax.tree.map(np.asarray, progress)
+        learned = tuple(
             LearnedController(
-                self._experiment.controller,
+                experiment.controller,
                 np.asarray(progress.best_weights[i]),
                 {
                     "seed": seed,
                     "generations": int(progress.generation[i]),
-                    "ended": reason,
+                    "ended": ended[i],
                     "best_fitness": float(progress.best_fitness[i]),
                     "best_generation": int(progress.best_generation[i]),
                 },
             )
-            for i, (seed, reason) in enumerate(
-                zip(self._seeds, self._learner.ends(curves), strict=True)
-            )
-        ]
+            for i, seed in enumerate(seeds)
+        )
+        cot = float(mean_defined(np.array([point.cot_inverse for point in new])))
+        measured = "" if math.isnan(cot) else f"CoT⁻¹ {cot:.3f} {experiment.cot_unit}".strip()
+        report = (
+            f"fitness {float(np.mean(progress.best_fitness)):+.3f}",
+            measured,
+            f"{sum(map(bool, ended))} of {len(seeds)} runs ended",
+        )
+        return TrainingState(
+            int(np.max(progress.generation)),
+            "  ".join(filter(None, report)),
+            points,
+            new,
+            learned,
+            {f"leaf{i}": leaf for i, leaf in enumerate(jax.tree.leaves(progress))},
+        )
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """The optimiser's state, and the curves of all generations."""
-        progress, curves = self._reached
-        if progress is None or not curves:
-            return {}
-        arrays = {f"leaf{i}": np.asarray(x) for i, x in enumerate(jax.tree.leaves(progress))}
-        for name in Curves._fields:
-            arrays[f"curve_{name}"] = np.stack([getattr(each, name) for each in curves])
-        return arrays
-
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on behind the last generation."""
-        leaves, structure = jax.tree.flatten(self._learner.start(self._experiment, self._seeds))
-        restored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
-        columns = [arrays[f"curve_{name}"] for name in Curves._fields]
-        for ours, theirs in zip(leaves, restored, strict=True):
-            if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
-                raise ValueError("shapes or types differ")
-        curves = [Curves(*generation) for generation in zip(*columns, strict=True)]
-        reached = jax.tree.unflatten(structure, [jax.numpy.asarray(x) for x in restored])
-        if np.max(reached.generation) != len(curves):
-            raise ValueError("curves and progress differ in length")
-        if len(curves) > self.length:
-            raise TegotaeError(
-                f"generations is {self.length}, and {len(curves)} have been trained already; ask "
-                "for as many or more, or choose another folder with --out"
-            )
-        self._reached = reached, curves
-
-
-class GainSearch(Session):
-    """The search of the gain σ of a pure V model; it has no randomness, and so one seed.
-
-    Args:
-        learner: how is learned.
-        experiment: what is learned.
-        seeds: the first is what the result is called by.
-    """
-
-    def __init__(self, learner: Evolution, experiment: Trainable, seeds: tuple[int, ...]) -> None:
-        self._learner, self._experiment, self._seeds = learner, experiment, seeds
-        self._found: tuple[float, float] | None = None
-
-    @property
-    def length(self) -> int:
-        """All gains are one step."""
-        return 1
-
-    def steps(self) -> Iterator[LearningStep]:
-        """All gains at once."""
-        self._found = self._learner.search(self._experiment)
-        yield LearningStep(1, f"fitness {self._found[1]:+.3f}", ())
-
-    def points(self) -> list[CurvePoint]:
-        """None: nothing is learned."""
-        return []
-
-    def learned(self) -> list[LearnedController]:
-        """The best gain."""
-        if self._found is None:
-            return []
-        gain, fitness = self._found
+    def _searched(self, experiment: Trainable, seed: int) -> TrainingState:
+        """The gain σ of a pure V model."""
+        gain, fitness = best_gain(experiment, self.workers)
         outcome = {
-            "seed": self._seeds[0],
+            "seed": seed,
             "best_fitness": fitness,
             "generations": 0,
             "ended": SEARCH,
             "best_generation": 0,
         }
-        return [LearnedController(self._experiment.controller, np.array([gain]), outcome)]
+        learned = LearnedController(experiment.controller, np.array([gain]), outcome)
+        return TrainingState(1, f"fitness {fitness:+.3f}", learned=(learned,))
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """None: it begins anew."""
-        return {}
 
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """It has no state."""
+def _fitness(points: Sequence[CurvePoint], seeds: Sequence[int]) -> np.ndarray:
+    """Of the distributions' means, [generations, seeds]; NaN where a seed has ended."""
+    done = max((round(point.step) + 1 for point in points), default=0)
+    fitness = np.full((done, len(seeds)), np.nan)
+    for point in points:
+        fitness[round(point.step), seeds.index(point.seed)] = point.fitness
+    return fitness
+
+
+_QUICKLY = {"xla_backend_optimization_level": 0}
+"""Compiler options of programs that run once a generation: they take longer to compile well than
+they ever run."""
+
+
+@partial(jax.jit, static_argnums=(0, 1), compiler_options=_QUICKLY)
+def _begun(algorithm: Algorithm, controller: Controller, seeds: jax.Array) -> Progress:
+    def one(seed: jax.Array) -> Progress:
+        key_weights, key_search = jax.random.split(jax.random.key(seed))
+        weights = controller.initial(key_weights)
+        return Progress(
+            jnp.asarray(0),
+            algorithm.start(key_search, weights),
+            jnp.asarray(-jnp.inf),
+            weights,
+            jnp.zeros_like(weights),
+            jnp.asarray(0),
+        )
+
+    return jax.vmap(one)(seeds)
+
+
+def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
+    """Standard deviations [seeds, n_weights], of a strategy that may have one for all weights."""
+    return jnp.broadcast_to(std.reshape(*std.shape, *[1] * (centre.ndim - std.ndim)), centre.shape)
+
+
+def _keys(progress: Progress, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Of every seed the generation's keys, to ask and to tell with."""
+
+    def keys(seed: jax.Array, generation: AnyArray) -> jax.Array:
+        return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)
+
+    ask, tell = jnp.unstack(jax.vmap(keys)(seeds, progress.generation), axis=1)
+    return ask, tell
+
+
+@partial(jax.jit, static_argnums=0, compiler_options=_QUICKLY)
+def _ask(
+    algorithm: Algorithm, parameters: Parameters, progress: Progress, seeds: jax.Array
+) -> tuple[SearchState, jax.Array]:
+    """The optimiser's new state, and the candidates [seeds, population + 1, n_weights].
+
+    The last candidate is the distribution's mean, by which the best distribution is chosen.
+    """
+    strategy = algorithm.strategy(progress.best_weights.shape[-1])
+    key, _ = _keys(progress, seeds)
+    samples, search = algorithm.of_seeds(lambda key, state: strategy.ask(key, state, parameters))(
+        key, progress.search
+    )
+    return search, jnp.concatenate([samples, search.mean[:, None]], axis=1)
+
+
+@partial(jax.jit, static_argnums=0, compiler_options=_QUICKLY)
+def _tell(
+    algorithm: Algorithm,
+    parameters: Parameters,
+    before: Progress,
+    search: SearchState,
+    candidates: jax.Array,
+    scores: Scores,
+    seeds: jax.Array,
+    going: jax.Array,
+) -> tuple[Progress, Curves]:
+    """Where the training is once the optimiser knows the scores, and the generation's curves."""
+    strategy = algorithm.strategy(before.best_weights.shape[-1])
+    _, key = _keys(before, seeds)
+    samples, centre = candidates[:, :-1], candidates[:, -1]
+    fitness, of_centre = scores.fitness[:, :-1], scores.fitness[:, -1]
+    search, _ = algorithm.of_seeds(lambda *of_seed: strategy.tell(*of_seed, parameters))(
+        key, samples, -fitness, search
+    )
+    better = of_centre > before.best_fitness
+    pick = better[:, None]
+    after = Progress(
+        before.generation + 1,
+        search,
+        jnp.where(better, of_centre, before.best_fitness),
+        jnp.where(pick, centre, before.best_weights),
+        jnp.where(pick, _per_weight(before.search.std, centre), before.best_std),
+        jnp.where(better, before.generation, before.best_generation),
+    )
+    sound = ~scores.failed[:, :-1]
+    count = jnp.maximum(sound.sum(axis=1, dtype=fitness.dtype), 1.0)
+    curves = Curves(
+        of_centre,
+        scores.cot_inverse[:, -1],
+        jnp.where(sound, fitness, 0.0).sum(axis=1) / count,
+        fitness.max(axis=1),
+        1.0 - sound.mean(axis=1),
+    )
+
+    def where_going(new: jax.Array, old: jax.Array) -> jax.Array:
+        return jnp.where(going.reshape(-1, *[1] * (new.ndim - 1)), new, old)
+
+    after = jax.tree.map(where_going, after, before)
+    return after, jax.tree.map(lambda x: jnp.where(going, x, jnp.nan), curves)

@@ -1,19 +1,17 @@
-"""The contract of a learner, of what it learns, and its curves on disk."""
+"""The contract of a learner, and what a training comes to."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import version
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from tegotae._support.documents import Json, JsonObject
-from tegotae._support.errors import TegotaeError
-from tegotae._support.tables import numbers, parse_csv, write_csv
 from tegotae.parts.controller import Controller
 from tegotae.systems.controller_set import EnvTask
 from tegotae.systems.system import System
@@ -32,45 +30,40 @@ class CurvePoint(NamedTuple):
     failed_share: float = math.nan
 
 
-COLUMNS = CurvePoint._fields
-"""The columns of `curves.csv`."""
-
-
-def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
-    """Write the points of all seeds, each seed's together.
+@dataclass(frozen=True, eq=False)
+class LearnedController:
+    """What the training of one seed has come to.
 
     Args:
-        path: the file.
-        points: of all seeds, in any order.
+        controller: the controller, as it is with these weights.
+        weights: the best so far, shape [n_weights].
+        outcome: the result of the training: `seed`, `best_fitness`, and the learner's own entries.
     """
-    rows = sorted(points, key=lambda point: (point.seed, point.step))
-    columns = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
-    write_csv(path, columns, digits=6)
+
+    controller: Controller
+    weights: np.ndarray
+    outcome: Mapping[str, Json]
 
 
-def curves_of(path: Path) -> Mapping[str, np.ndarray]:
-    """The columns `COLUMNS` of a `curves.csv`, shape [points] each.
+@dataclass(frozen=True, eq=False)
+class TrainingState:
+    """What a training has come to after a step: its results, and all that it goes on from.
 
     Args:
-        path: the file.
-
-    Raises:
-        TegotaeError: for a file that cannot be read or is no such table.
+        done: how far it is, of the learner's `length`.
+        report: how it goes, in a few words.
+        points: the learning curves of all seeds.
+        new: the points of the last step.
+        learned: the controllers, of every seed that has begun.
+        arrays: the learner's own state by name; empty if it begins anew.
     """
-    try:
-        cells = parse_csv(path.read_text(encoding="utf-8"))
-        if tuple(cells) != COLUMNS:
-            raise ValueError(f"its columns are not {', '.join(COLUMNS)}")
-        columns = {name: numbers(map(str, column)) for name, column in cells.items()}
-        if len({len(column) for column in columns.values()}) > 1:
-            raise ValueError("rows of unequal length")
-        if not np.isfinite(columns["simulated_s"]).all():
-            raise ValueError("a simulated time is missing")
-    except OSError as error:
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except ValueError as error:
-        raise TegotaeError(f"{path} is damaged: {error}") from None
-    return columns
+
+    done: int = 0
+    report: str = ""
+    points: tuple[CurvePoint, ...] = ()
+    new: tuple[CurvePoint, ...] = ()
+    learned: tuple[LearnedController, ...] = ()
+    arrays: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
 
 
 class Trainable(Protocol):
@@ -136,66 +129,6 @@ class Trainable(Protocol):
         ...
 
 
-class LearningStep(NamedTuple):
-    """What a session did since the step before."""
-
-    done: int
-    """How far it is, of the session's `length`."""
-    report: str
-    """How it goes, in a few words."""
-    points: tuple[CurvePoint, ...]
-    """The new points of the learning curves."""
-
-
-@dataclass(frozen=True, eq=False)
-class LearnedController:
-    """What the training of one seed has come to.
-
-    Args:
-        controller: the controller, as it is with these weights.
-        weights: the best that were found, shape [n_weights].
-        outcome: the result of the training: `seed`, `best_fitness`, and the learner's own entries.
-    """
-
-    controller: Controller
-    weights: np.ndarray
-    outcome: Mapping[str, Json]
-
-
-class Session(ABC):
-    """The learning of one run: it goes on step by step, and its state goes into a checkpoint."""
-
-    @property
-    @abstractmethod
-    def length(self) -> int:
-        """What `LearningStep.done` counts to."""
-
-    @abstractmethod
-    def steps(self) -> Iterator[LearningStep]:
-        """Learn until every seed has ended. An interrupt between steps loses nothing."""
-
-    @abstractmethod
-    def points(self) -> list[CurvePoint]:
-        """The learning curves of all seeds until here."""
-
-    @abstractmethod
-    def learned(self) -> list[LearnedController]:
-        """What every seed that has begun has come to."""
-
-    @abstractmethod
-    def arrays(self) -> dict[str, np.ndarray]:
-        """The state that a later session goes on from, by name; empty if there is none to keep."""
-
-    @abstractmethod
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Take up the state of an earlier session.
-
-        Raises:
-            TegotaeError: for a state that is further than the session is to go.
-            ValueError, KeyError or TypeError: for arrays that are no such state.
-        """
-
-
 class Learner(ABC):
     """How is learned and for how long: a frozen dataclass of its settings."""
 
@@ -212,17 +145,45 @@ class Learner(ABC):
         """The engine that rolls the episodes out (`tegotae._support.engines`)."""
 
     @abstractmethod
-    def check(self, experiment: Trainable) -> None:
-        """Raise `TegotaeError` if it cannot learn this experiment."""
+    def check(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
+        """Raise `TegotaeError` if it cannot learn this experiment from so many seeds."""
 
     @abstractmethod
     def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides the result, but for how long is learned, as JSON values."""
 
     @abstractmethod
-    def session(self, experiment: Trainable, seeds: tuple[int, ...]) -> Session:
-        """The learning of an experiment, not yet begun.
+    def length(self, seeds: tuple[int, ...]) -> int:
+        """What `TrainingState.done` counts to."""
+
+    @abstractmethod
+    def learn(
+        self, experiment: Trainable, seeds: tuple[int, ...], state: TrainingState | None = None
+    ) -> Iterator[TrainingState]:
+        """Learn until every seed has ended; between steps an interrupt loses nothing.
+
+        Args:
+            experiment: what is learned.
+            seeds: one training from random weights each.
+            state: where it goes on (`resumed`), or None from the beginning.
+        """
+
+    @abstractmethod
+    def resumed(
+        self,
+        experiment: Trainable,
+        seeds: tuple[int, ...],
+        points: tuple[CurvePoint, ...],
+        arrays: Mapping[str, np.ndarray],
+    ) -> TrainingState:
+        """The state of an earlier training, of which the points and the arrays are kept.
 
         Raises:
-            TegotaeError: for what cannot be learned, kept or held in memory.
+            TegotaeError: for a state that is further than this learner is to go.
+            ValueError, KeyError or TypeError: for arrays that are no such state.
         """
+
+
+def versions_of(*packages: str) -> dict[str, str]:
+    """Versions of the programs that decide the numbers: these packages and what all need."""
+    return {name: version(name) for name in ("tegotae", "jax", "jaxlib", *packages, "numpy")}

@@ -11,7 +11,7 @@ from studies.tuning.spaces.agent import learned
 from studies.tuning.spaces.base import Space
 from studies.tuning.spaces.population import evolved
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.training import registry as learners
+from tegotae.training import settings as learners
 from tegotae.training.algorithms import Algorithm
 
 SPACES: dict[str, Space] = {

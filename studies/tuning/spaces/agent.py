@@ -49,9 +49,9 @@ def learned(
     settings: AgentSettings, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Fitness of each seed's best policy in the budget; that until then, if learning diverges."""
-    from tegotae.training.agents.learning import AgentTraining, DivergedError, learn
+    from tegotae.training.agents.learning import DivergedError, learn, task_of
 
-    training = AgentTraining(experiment, settings)
+    training = task_of(experiment, settings)
     episodes = task.episodes(experiment, least=1)
     best = []
     for seed in seeds:

@@ -12,8 +12,7 @@ from studies.tuning.spaces.base import Space
 from studies.tuning.task import TuningTask
 from tegotae.systems.experiment import Experiment
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.evolution import Evolution
-from tegotae.training.evolve import Stopping
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 
 if TYPE_CHECKING:

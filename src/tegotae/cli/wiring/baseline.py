@@ -77,20 +77,20 @@ class WiringBaseline(EnvOptions):
 
 
 def _save_best(experiment: EnvExperiment, sweep: VanillaSweep, out: Path) -> Path:
-    from tegotae.training.evolve import SEARCH
+    from tegotae.training.evolution import SEARCH
     from tegotae.training.folder import save_controller
+    from tegotae.training.learner import LearnedController
 
     row, column = sweep.best
     wiring = dataclasses.replace(experiment.wiring, omega=float(sweep.omega[column]))
     found = {"seed": 0, "best_fitness": float(sweep.fitness[row, column]), "ended": SEARCH}
+    outcome = {**found, "generations": 0, "best_generation": 0}
     return save_controller(
         out,
-        experiment=dataclasses.replace(experiment, wiring=wiring, omegas=(), episodes=1),
-        controller=experiment.controller,
-        weights=sweep.sigma[[row]],
-        configuration={"swept": {"sigma": sweep.sigma.tolist(), "omega": sweep.omega.tolist()}},
-        outcome={**found, "generations": 0, "best_generation": 0},
-        versions={},
+        dataclasses.replace(experiment, wiring=wiring, omegas=(), episodes=1),
+        LearnedController(experiment.controller, sweep.sigma[[row]], outcome),
+        {"swept": {"sigma": sweep.sigma.tolist(), "omega": sweep.omega.tolist()}},
+        {},
     )
 
 

@@ -10,17 +10,6 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import torch
-from stable_baselines3 import (
-    PPO,
-    SAC,
-)
-from stable_baselines3.common.policies import ActorCriticPolicy
-from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
-from stable_baselines3.common.type_aliases import Schedule
-from stable_baselines3.common.vec_env import VecEnv
-from stable_baselines3.sac.policies import Actor, SACPolicy
-from torch import nn
 
 from tegotae._support.errors import require
 from tegotae.parts.controller import Controller
@@ -35,6 +24,15 @@ from tegotae.parts.terms import (
 from tegotae.training.agents.settings import PPOSettings, SACSettings
 
 require("stable_baselines3", "sb3")
+
+import torch  # noqa: E402
+from stable_baselines3 import PPO, SAC  # noqa: E402
+from stable_baselines3.common.policies import ActorCriticPolicy  # noqa: E402
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor  # noqa: E402
+from stable_baselines3.common.type_aliases import Schedule  # noqa: E402
+from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
+from stable_baselines3.sac.policies import Actor, SACPolicy  # noqa: E402
+from torch import nn  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -204,9 +202,6 @@ class Feedback(nn.Module):
         return np.concatenate(parts)
 
 
-require("stable_baselines3", "sb3")
-
-
 class FeedbackPPOPolicy(ActorCriticPolicy):
     """SB3's policy, its actor a Gaussian of learned, constant deviation around tanh(G A′ R / L)."""
 
@@ -248,9 +243,6 @@ def make_ppo(settings: PPOSettings, env: VecEnv, feedback: Feedback, seed: int) 
         seed=seed,
         device="cpu",
     )
-
-
-require("stable_baselines3", "sb3")
 
 
 class _StateIndependent(nn.Module):

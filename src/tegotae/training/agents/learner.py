@@ -5,34 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.engines import XLA
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import TegotaeError, require, require_count
 from tegotae.parts.bodies import require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector
-from tegotae.systems.descriptions import check_kept
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import Release
 from tegotae.training.agents.settings import AgentSettings, SACSettings, agent_controller
-from tegotae.training.algorithms.document import algorithm_document
+from tegotae.training.algorithms.base import algorithm_document
 from tegotae.training.evaluator import evaluator_of
-from tegotae.training.folder import versions_of
 from tegotae.training.learner import (
     CurvePoint,
     LearnedController,
     Learner,
-    LearningStep,
-    Session,
     Trainable,
+    TrainingState,
+    versions_of,
 )
-
-if TYPE_CHECKING:
-    from tegotae.training.agents.learning import AgentTask, Point
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +59,7 @@ class AgentLearner(Learner):
     @property
     def software(self) -> dict[str, str]:
         """Versions of the programs that decide the numbers."""
+        require("stable_baselines3", "sb3")
         return versions_of("stable-baselines3", "torch", "gymnasium")
 
     def engine(self, experiment: Trainable) -> str:
@@ -74,7 +69,7 @@ class AgentLearner(Learner):
         with evaluator_of(experiment) as evaluator:
             return evaluator.engine
 
-    def check(self, experiment: Trainable) -> None:
+    def check(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
         """Raise `TegotaeError` for what an agent cannot learn.
 
         That is a controller without a meaning for agents; on the engine also a body of several
@@ -90,34 +85,97 @@ class AgentLearner(Learner):
 
     def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides a seed's result, but for the number of episodes, as JSON values."""
-        own = experiment
-        if isinstance(own, Experiment):
-            own = own.replaced(objective=own.objective.without_frequency())
+        if isinstance(experiment, Experiment):
+            experiment = experiment.replaced(objective=experiment.objective.without_frequency())
         return {
-            "experiment": own.document,
+            "experiment": experiment.document,
             "algorithm": algorithm_document(self.settings),
             "evaluate_every": self.evaluate_every,
         }
 
-    def session(self, experiment: Trainable, seeds: tuple[int, ...]) -> Session:
-        """The learning of an experiment.
+    def length(self, seeds: tuple[int, ...]) -> int:
+        """Episodes of all seeds."""
+        return len(seeds) * self.episodes
+
+    def learn(
+        self, experiment: Trainable, seeds: tuple[int, ...], state: TrainingState | None = None
+    ) -> Iterator[TrainingState]:
+        """A point of a seed's learning curve each.
+
+        Seeds that are done are left as they are; one that was interrupted begins anew, to the same
+        end.
+        """
+        from tegotae.training.agents.learning import learn, task_of
+
+        points = () if state is None else state.points
+        weights = {} if state is None else dict(state.arrays)
+        lasted = {point.seed: point.step for point in points}
+        done = {seed for seed, step in lasted.items() if step >= self.episodes}
+        points = tuple(point for point in points if point.seed in done)
+        task = task_of(experiment, self.settings)
+        for i, seed in enumerate(seeds):
+            if seed in done:
+                continue
+            best = -math.inf
+            for reached in learn(
+                task, seed=seed, episodes=self.episodes, evaluate_every=self.evaluate_every
+            ):
+                point = CurvePoint(
+                    seed, reached.episode, reached.simulated_s, reached.fitness, reached.cot_inverse
+                )
+                if point.fitness > best or best == -math.inf:
+                    best, weights = point.fitness, {**weights, _named(seed): reached.weights}
+                points = (*points, point)
+                yield TrainingState(
+                    i * self.episodes + min(round(point.step), self.episodes),
+                    f"seed {seed}  {_report(point)}",
+                    points,
+                    (point,),
+                    self._learned(experiment, seeds, points, weights),
+                    weights,
+                )
+
+    def resumed(
+        self,
+        experiment: Trainable,
+        seeds: tuple[int, ...],
+        points: tuple[CurvePoint, ...],
+        arrays: Mapping[str, np.ndarray],
+    ) -> TrainingState:
+        """With the best weights of every seed that has begun.
 
         Raises:
-            MissingExtraError: without Stable-Baselines3.
+            ValueError or KeyError: for arrays of another training.
         """
-        check_kept(self.settings)
-        return AgentSession(self, _task_of(experiment, self.settings), seeds)
+        shape = (self.controller(experiment).n_weights,)
+        if any(arrays[_named(point.seed)].shape != shape for point in points):
+            raise ValueError("shapes differ")
+        learned = self._learned(experiment, seeds, points, arrays)
+        return TrainingState(points=points, learned=learned, arrays=arrays)
 
-
-def _task_of(experiment: Any, settings: AgentSettings) -> AgentTask:
-    """What the agent learns in."""
-    if isinstance(experiment, Experiment):
-        from tegotae.training.agents.learning import AgentTraining
-
-        return AgentTraining(experiment, settings)
-    from tegotae.training.agents.on_environment import EnvAgentTraining
-
-    return EnvAgentTraining(experiment, settings)
+    def _learned(
+        self,
+        experiment: Trainable,
+        seeds: tuple[int, ...],
+        points: tuple[CurvePoint, ...],
+        weights: Mapping[str, np.ndarray],
+    ) -> tuple[LearnedController, ...]:
+        """The policy of each seed's best point."""
+        learned = []
+        for seed in seeds:
+            curve = [point for point in points if point.seed == seed]
+            if curve:
+                best = max(curve, key=lambda point: point.fitness)
+                outcome = {
+                    "seed": seed,
+                    "episodes": curve[-1].step,
+                    "simulated_s": curve[-1].simulated_s,
+                    "best_fitness": best.fitness,
+                    "best_episode": best.step,
+                }
+                policy = self.controller(experiment)
+                learned.append(LearnedController(policy, weights[_named(seed)], outcome))
+        return tuple(learned)
 
 
 def _check_on_engine(experiment: Experiment) -> None:
@@ -138,113 +196,13 @@ def _check_on_engine(experiment: Experiment) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Course:
-    """What a seed has learned until here."""
-
-    points: tuple[CurvePoint, ...]
-    best: CurvePoint
-    weights: np.ndarray
-    """Of the best point, shape [n_weights]."""
-
-    def then(self, point: CurvePoint, weights: np.ndarray) -> _Course:
-        """The same with another point."""
-        points = (*self.points, point)
-        if point.fitness > self.best.fitness:
-            return _Course(points, point, weights)
-        return _Course(points, self.best, self.weights)
+def _named(seed: int) -> str:
+    """What the best weights of a seed are called in a checkpoint."""
+    return f"seed{seed}_weights"
 
 
-class AgentSession(Session):
-    """Seeds, one after the other.
-
-    Args:
-        learner: how is learned.
-        training: the experiment as an agent learns it.
-        seeds: one training from random weights each.
-    """
-
-    def __init__(self, learner: AgentLearner, training: AgentTask, seeds: tuple[int, ...]) -> None:
-        self._learner, self._training, self._seeds = learner, training, seeds
-        self._courses: dict[int, _Course] = {}
-
-    @property
-    def length(self) -> int:
-        """Episodes of all seeds."""
-        return len(self._seeds) * self._learner.episodes
-
-    def steps(self) -> Iterator[LearningStep]:
-        """A point of a seed's learning curve each; seeds that are done are left as they are."""
-        from tegotae.training.agents.learning import learn
-
-        episodes, every = self._learner.episodes, self._learner.evaluate_every
-        for i, seed in enumerate(self._seeds):
-            if self._is_done(seed):
-                continue
-            self._courses.pop(seed, None)
-            for found in learn(self._training, seed=seed, episodes=episodes, evaluate_every=every):
-                point = CurvePoint(
-                    seed, found.episode, found.simulated_s, found.fitness, found.cot_inverse
-                )
-                so_far = self._courses.get(seed) or _Course((), point, found.weights)
-                self._courses[seed] = so_far.then(point, found.weights)
-                done = i * episodes + min(round(found.episode), episodes)
-                yield LearningStep(done, f"seed {seed}  {_report(found)}", (point,))
-
-    def _is_done(self, seed: int) -> bool:
-        course = self._courses.get(seed)
-        return course is not None and course.points[-1].step >= self._learner.episodes
-
-    def points(self) -> list[CurvePoint]:
-        """The policy before training, and now and then, of each seed."""
-        return [point for course in self._courses.values() for point in course.points]
-
-    def learned(self) -> list[LearnedController]:
-        """The policy of each seed's best point."""
-        controller = self._training.controller
-        return [
-            LearnedController(
-                controller,
-                course.weights,
-                {
-                    "seed": seed,
-                    "episodes": course.points[-1].step,
-                    "simulated_s": course.points[-1].simulated_s,
-                    "best_fitness": course.best.fitness,
-                    "best_episode": course.best.step,
-                },
-            )
-            for seed in self._seeds
-            if (course := self._courses.get(seed)) is not None
-        ]
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """The curve and the best weights of each seed."""
-        arrays = {}
-        for seed, course in self._courses.items():
-            arrays[f"seed{seed}_curve"] = np.array(course.points, "float64")
-            arrays[f"seed{seed}_weights"] = np.asarray(course.weights)
-        return arrays
-
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Leave the seeds that are done; one that was interrupted begins anew, to the same end."""
-        n_weights = self._training.controller.n_weights
-        courses = {}
-        for name in arrays:
-            if not name.endswith("_curve"):
-                continue
-            seed = int(name.removesuffix("_curve").removeprefix("seed"))
-            weights = arrays[f"seed{seed}_weights"]
-            rows = arrays[name]
-            if weights.shape != (n_weights,) or not len(rows):
-                raise ValueError("shapes differ")
-            points = tuple(CurvePoint(seed, *map(float, row[1:])) for row in rows)
-            courses[seed] = _Course(points, max(points, key=lambda p: p.fitness), weights)
-        self._courses = courses
-
-
-def _report(found: Point) -> str:
+def _report(point: CurvePoint) -> str:
     """A point in words: by CoT⁻¹ where it is measured."""
-    if math.isnan(found.cot_inverse):
-        return f"fitness {found.fitness:+.3f}"
-    return f"CoT⁻¹ {found.cot_inverse:.3f} m/J"
+    if math.isnan(point.cot_inverse):
+        return f"fitness {point.fitness:+.3f}"
+    return f"CoT⁻¹ {point.cot_inverse:.3f} m/J"

@@ -2,188 +2,119 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple, Protocol
+from functools import partial
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require, require_count
+# First, for it says which extra is missing.
+from tegotae.training.agents.actor import Feedback, Observed  # isort: split
+
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae.envs.sb3 import HopperVecEnv
+from tegotae.envs.settings import HopReward, TegotaeHopperSettings
 from tegotae.measures.hopping.signals import WORK
-from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Engine, Scenario
 from tegotae.systems.experiment import Experiment
-from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.agents.settings import AgentSettings, agent_controller, initial_weights
-
-require("stable_baselines3", "sb3")  # before the environments ask for Gymnasium, which it installs
-
-import torch  # noqa: E402
-from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize  # noqa: E402
-
-from tegotae.envs.sb3 import HopperVecEnv  # noqa: E402
-from tegotae.envs.settings import HopReward, TegotaeHopperSettings  # noqa: E402
-
-
-class AgentTask(Protocol):
-    """What an agent learns in, and how its policy is judged: the hopper, or an environment."""
-
-    @property
-    def settings(self) -> AgentSettings:
-        """The algorithm and how it is set."""
-        ...
-
-    @property
-    def controller(self) -> Controller:
-        """The policy, with a limit to its feedback (`agent_controller`)."""
-        ...
-
-    @property
-    def actions_per_episode(self) -> int:
-        """Actions in a whole episode."""
-        ...
-
-    @property
-    def duration_s(self) -> float:
-        """Length of an episode [s]."""
-        ...
-
-    @property
-    def observed(self) -> Observed:
-        """What the columns of an observation are, of one limb."""
-        ...
-
-    def make_env(self) -> VecEnv:
-        """The episodes side by side in which the agent acts: its action is the feedback."""
-        ...
-
-    def judge(self, weights: np.ndarray) -> tuple[float, float]:
-        """CoT⁻¹ [m/J] and fitness of the deterministic policy with these weights [n_weights]."""
-        ...
+from tegotae.training.learner import Trainable
 
 
 @dataclass(frozen=True)
-class AgentTraining:
-    """An experiment as an agent learns it, by some settings.
-
-    The deterministic policy is evaluated by the experiment's objective without ΔΩ, in episodes of
-    the engine; their control period is the experiment's, that of the learning is the settings'.
+class AgentTask:
+    """What an agent learns in, and how its policy is judged: the hopper, or an environment.
 
     Args:
-        experiment: what is learned.
         settings: the algorithm and how it is set.
+        controller: the policy, with a limit to its feedback (`agent_controller`).
+        observed: what the columns of an observation are, of one limb.
+        duration_s: length of an episode [s].
+        actions_per_episode: actions in a whole episode.
+        make_env: makes the episodes side by side in which the agent acts; its action is the
+            feedback.
+        judge: CoT⁻¹ [m/J] and fitness of the deterministic policy with weights [n_weights].
+    """
+
+    settings: AgentSettings
+    controller: Controller
+    observed: Observed
+    duration_s: float
+    actions_per_episode: int
+    make_env: Callable[[], VecEnv]
+    judge: Callable[[np.ndarray], tuple[float, float]]
+
+
+def task_of(experiment: Trainable, settings: AgentSettings) -> AgentTask:
+    """An experiment as an agent learns it.
+
+    On the engine the deterministic policy is judged by the experiment's objective without ΔΩ, in an
+    undisturbed episode; its control period is the experiment's, that of the learning is the
+    settings'.
 
     Raises:
         TegotaeError: for a controller without a meaning for agents.
     """
+    if not isinstance(experiment, Experiment):
+        from tegotae.training.agents.on_environment import task_on_environment
 
-    experiment: Experiment
-    settings: AgentSettings
+        return task_on_environment(experiment, settings)  # type: ignore[arg-type]
+    body, omega = experiment.body, experiment.omega
+    controller = agent_controller(experiment, settings)
+    objective = experiment.objective.without_frequency()
+    engine = Engine(controller=controller, timing=experiment.timing, summary=objective)
+    scenario = Scenario.of(omega, height_m=experiment.system.release.height_m)
+    hoppers = hopper_settings(experiment, settings)
+    scales = body.sense(body.release(jnp.ones(()), jnp.zeros(())), jnp.zeros(())).scales
 
-    def __post_init__(self) -> None:
-        _ = self.controller
-
-    @property
-    def controller(self) -> Controller:
-        """The policy, with a limit to its feedback (`agent_controller`)."""
-        return agent_controller(self.experiment, self.settings)
-
-    @property
-    def hopper(self) -> Body:
-        """The body."""
-        return self.experiment.body
-
-    @property
-    def timing(self) -> Timing:
-        """An episode."""
-        return self.experiment.timing
-
-    @property
-    def fitness(self) -> Objective:
-        """The measure of the deterministic policy."""
-        return self.experiment.objective.without_frequency()
-
-    @property
-    def release_m(self) -> float:
-        """Height of the release [m], at rest."""
-        return self.experiment.system.release.height_m
-
-    @property
-    def environment(self) -> TegotaeHopperSettings:
-        """The settings of the environment that the agent acts in."""
-        settings, tegotae = self.settings, self.controller.tegotae
-        oscillator = self.controller.oscillator
-        assert oscillator is not None
-        assert tegotae is not None
-        assert tegotae.limit_rad_per_s is not None
-        read = [name for term in self.controller.terms.values() for name in term.reads]
-        senses = [name for name in self.hopper.SENSES if name in read]
-        senses += [name for name in settings.critic_senses if name not in senses]
-        return TegotaeHopperSettings(
-            body=self.hopper,
-            tick_s=settings.tick_s,
-            decimation=settings.decimation,
-            duration_s=self.timing.duration_s,
-            height_m=self.release_m,
-            observation=("phase", *senses),
-            omega=self.scenario.omega,
-            actuation=self.controller.actuation,
-            oscillator=oscillator,
-            max_feedback_rad_per_s=tegotae.limit_rad_per_s,
-            reward=HopReward(
-                work=self.work,
-                least_work_j=settings.least_work_j,
-                charge_stored=settings.charge_stored,
-            ),
-        )
-
-    @property
-    def scenario(self) -> Scenario:
-        """An episode on which the policy is evaluated."""
-        return Scenario.of(self.experiment.omega, height_m=self.release_m)
-
-    @property
-    def work(self) -> str:
-        """The definition of work in the reward: the fitness's, if it has one."""
-        return getattr(self.fitness, "work", WORK[0])
-
-    @cached_property
-    def engine(self) -> Engine:
-        """The engine that evaluates a policy."""
-        return Engine(controller=self.controller, timing=self.timing, summary=self.fitness)
-
-    @property
-    def actions_per_episode(self) -> int:
-        """Actions in a whole episode."""
-        return self.environment.n_steps
-
-    @property
-    def duration_s(self) -> float:
-        """Length of an episode [s]."""
-        return self.timing.duration_s
-
-    @property
-    def observed(self) -> Observed:
-        """What the columns of an observation are."""
-        at_rest = self.hopper.release(jnp.ones(()), jnp.zeros(()))
-        scales = self.hopper.sense(at_rest, jnp.zeros(())).scales
-        named = {name: float(scale) for name, scale in scales.items()}
-        return Observed(self.environment.observed, named)
-
-    def make_env(self) -> VecEnv:
-        """The hoppers."""
-        return HopperVecEnv(self.environment, self.settings.n_envs)
-
-    def judge(self, weights: np.ndarray) -> tuple[float, float]:
-        """CoT⁻¹ of an undisturbed episode on the engine [m/J], and its fitness."""
-        outcome = self.engine.run(weights, self.scenario, self.hopper)
+    def judge(weights: np.ndarray) -> tuple[float, float]:
+        outcome = engine.run(weights, scenario, body)
         return float(outcome["cot_inverse"][0]), float(outcome["fitness"][0])
+
+    return AgentTask(
+        settings,
+        controller,
+        Observed(hoppers.observed, {name: float(scale) for name, scale in scales.items()}),
+        experiment.duration_s,
+        hoppers.n_steps,
+        partial(HopperVecEnv, hoppers, settings.n_envs),
+        judge,
+    )
+
+
+def hopper_settings(experiment: Experiment, settings: AgentSettings) -> TegotaeHopperSettings:
+    """The environment in which an agent learns an experiment of the engine."""
+    controller = agent_controller(experiment, settings)
+    assert controller.oscillator is not None
+    assert experiment.omega is not None
+    read = [name for term in controller.terms.values() for name in term.reads]
+    senses = [name for name in experiment.body.SENSES if name in read]
+    senses += [name for name in settings.critic_senses if name not in senses]
+    return TegotaeHopperSettings(
+        body=experiment.body,
+        tick_s=settings.tick_s,
+        decimation=settings.decimation,
+        duration_s=experiment.duration_s,
+        height_m=experiment.system.release.height_m,
+        observation=("phase", *senses),
+        omega=experiment.omega,
+        actuation=controller.actuation,
+        oscillator=controller.oscillator,
+        max_feedback_rad_per_s=settings.max_feedback_rad_per_s,
+        reward=HopReward(
+            work=getattr(experiment.objective, "work", WORK[0]),
+            least_work_j=settings.least_work_j,
+            charge_stored=settings.charge_stored,
+        ),
+    )
 
 
 class DivergedError(TegotaeError):
@@ -251,7 +182,8 @@ def learn(
     per_episode = task.actions_per_episode
     try:
         while True:
-            yield _point(task, feedback.flat(), agent.num_timesteps / per_episode)
+            weights, episode = feedback.flat(), agent.num_timesteps / per_episode
+            yield Point(episode, episode * task.duration_s, *task.judge(weights), weights)
             done = agent.num_timesteps // per_episode
             if done >= episodes:
                 return
@@ -261,11 +193,6 @@ def learn(
     finally:
         if agent.env is not None:
             agent.env.close()
-
-
-def _point(task: AgentTask, weights: np.ndarray, episode: float) -> Point:
-    cot_inverse, fitness = task.judge(weights)
-    return Point(episode, episode * task.duration_s, cot_inverse, fitness, weights)
 
 
 @contextmanager

@@ -4,110 +4,66 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Iterable
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, NoReturn
+from functools import partial
 
-import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 
-from tegotae._support.errors import TegotaeError, require, unknown
+from tegotae._support.errors import TegotaeError, unknown
 from tegotae.envs._types import Info
 from tegotae.envs.pilot import Pilot
+from tegotae.envs.sb3 import LaneVecEnv
 from tegotae.envs.settings import feedback_controller
 from tegotae.envs.wires import read_by
-from tegotae.parts.controller import Controller
 from tegotae.training.agents.actor import Observed
+from tegotae.training.agents.learning import AgentTask
 from tegotae.training.agents.settings import AgentSettings, agent_controller
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of
 from tegotae.training.environments.step_rewards import step_reward
 
-require("stable_baselines3", "sb3")
 
-from stable_baselines3.common.monitor import Monitor  # noqa: E402
-from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
-
-_PHASE = ("sin_phase", "cos_phase")
-
-
-@dataclass(frozen=True)
-class EnvAgentTraining:
-    """An experiment on an environment as an agent learns it, by some settings.
+def task_on_environment(experiment: EnvExperiment, settings: AgentSettings) -> AgentTask:
+    """An experiment on an environment as an agent learns it.
 
     The agent has the experiment's episodes: the same environment, starts and frequencies, of which
     every limb observes its phase and what its controller reads. What it is paid adds up to the
     experiment's objective (`tegotae.training.environments.step_rewards`). The deterministic policy
-    is judged by that objective, as candidates of a population are.
-
-    Args:
-        experiment: what is learned.
-        settings: the algorithm and how it is set.
+    is judged by that objective over the evaluation set, as candidates of a population are.
 
     Raises:
-        TegotaeError: for a controller without a meaning for agents, or critics that sense what is
-            not observed.
+        TegotaeError: for a controller without a meaning for agents.
     """
+    controller, wiring = agent_controller(experiment, settings), experiment.wiring
+    step_s, starts = experiment.wires.step_s, experiment.evaluation_starts
+    hold = max(1, round(settings.tick_s * settings.decimation / step_s))
+    names = ("sin_phase", "cos_phase", *read_by(controller))
+    scales = {name: float(scale) for name, scale in wiring.scales.items()}
+    rollouts: list[EnvRollouts] = []
 
-    experiment: EnvExperiment
-    settings: AgentSettings
+    def judge(weights: np.ndarray) -> tuple[float, float]:
+        if not rollouts:  # the environments are made when they are needed
+            evaluated = dataclasses.replace(experiment, wiring=wiring.reading(controller))
+            rollouts.append(EnvRollouts(evaluated, len(starts)))
+        trials = rollouts[0].try_out(np.tile(weights, (len(starts), 1)), starts=starts)
+        if troubles := [trouble for trouble in trials.troubles if trouble is not None]:
+            raise TegotaeError(f"{experiment.spec.env}: {troubles[0]}")
+        return float(trials.cot_inverse.mean()), float(trials.fitness.mean())
 
-    def __post_init__(self) -> None:
-        _ = self.controller
-
-    @property
-    def controller(self) -> Controller:
-        """The policy, with a limit to its feedback (`agent_controller`)."""
-        return agent_controller(self.experiment, self.settings)
-
-    @property
-    def hold(self) -> int:
-        """Control periods for which an action is held."""
-        settings = self.settings
-        held_s = settings.tick_s * settings.decimation
-        return max(1, round(held_s / self.experiment.wires.step_s))
-
-    @property
-    def actions_per_episode(self) -> int:
-        """Actions in a whole episode."""
-        steps = max(1, round(self.duration_s / self.experiment.wires.step_s))
-        return -(-steps // self.hold)
-
-    @property
-    def duration_s(self) -> float:
-        """Length of an episode [s]."""
-        return self.experiment.duration_s
-
-    @property
-    def observed(self) -> Observed:
-        """What the columns of an observation are, of one limb."""
-        own = self.experiment
-        scales = {name: float(x) for name, x in own.wiring.scales.items()}
-        return Observed((*_PHASE, *read_by(own.controller)), scales)
-
-    def make_env(self) -> VecEnv:
-        """The episodes."""
-        return LimbVecEnv(self)
-
-    @cached_property
-    def _rollouts(self) -> EnvRollouts:
-        wiring = self.experiment.wiring.reading(self.controller)
-        own = dataclasses.replace(self.experiment, wiring=wiring)
-        return EnvRollouts(own, len(own.evaluation_starts))
-
-    def judge(self, weights: np.ndarray) -> tuple[float, float]:
-        """CoT⁻¹ [m/J], NaN where it is not measured, and fitness, over the evaluation set."""
-        starts = self.experiment.evaluation_starts
-        found = self._rollouts.try_out(np.tile(weights, (len(starts), 1)), starts=starts)
-        if troubles := [each for each in found.troubles if each is not None]:
-            raise TegotaeError(f"{self.experiment.spec.env}: {troubles[0]}")
-        return float(found.cot_inverse.mean()), float(found.fitness.mean())
+    observed = Observed(names, scales)
+    return AgentTask(
+        settings,
+        controller,
+        observed,
+        experiment.duration_s,
+        -(-max(1, round(experiment.duration_s / step_s)) // hold),
+        partial(LimbVecEnv, experiment, settings, observed, hold),
+        judge,
+    )
 
 
-class LimbVecEnv(VecEnv):
+class LimbVecEnv(LaneVecEnv):
     """Episodes side by side whose action is the feedback of the limbs, in shares of its limit.
 
     Observed is of every limb in turn sin φ, cos φ and its senses over their scales; behind these is
@@ -115,19 +71,24 @@ class LimbVecEnv(VecEnv):
     lane's rounds draw starts of their own where generations do.
 
     Args:
-        training: the experiment, and how the agent is set.
+        experiment: what is learned.
+        settings: how the agent is set.
+        observed: what a limb observes.
+        hold: control periods for which an action is held.
+
+    Raises:
+        TegotaeError: for critics that sense what is not observed.
     """
 
-    def __init__(self, training: EnvAgentTraining) -> None:
-        own, settings = training.experiment, training.settings
-        wires, controller = own.wires, training.controller
+    def __init__(
+        self, experiment: EnvExperiment, settings: AgentSettings, observed: Observed, hold: int
+    ) -> None:
+        own, wires, controller = experiment, experiment.wires, experiment.controller
         assert controller.oscillator is not None
-        assert controller.tegotae is not None
-        assert controller.tegotae.limit_rad_per_s is not None
         bare = feedback_controller(controller.actuation, controller.oscillator)
         bare = dataclasses.replace(bare, limbs=controller.limbs)
-        self._own, self._hold, self._wires = own, training.hold, wires
-        self._limit = controller.tegotae.limit_rad_per_s
+        self._own, self._hold, self._wires = own, hold, wires
+        self._limit = settings.max_feedback_rad_per_s
         lanes = settings.n_envs
         self._lanes = lanes_of(own, lanes)
         self._pilot = Pilot(
@@ -141,9 +102,7 @@ class LimbVecEnv(VecEnv):
             least_work_j=settings.least_work_j,
             charge_stored=settings.charge_stored,
         )
-        self._scales = {
-            name: float(own.wiring.scales.get(name, 1.0)) for name in training.observed.names
-        }
+        self._scales = {name: float(own.wiring.scales.get(name, 1.0)) for name in observed.names}
         for name in settings.critic_senses:
             if name not in wires.observed:
                 raise unknown("entry of the observation", name, wires.observed)
@@ -151,7 +110,7 @@ class LimbVecEnv(VecEnv):
         self._actions = np.zeros((lanes, wires.limbs), np.float32)
         self._warned: set[str] = set()
         self.render_mode = None  # Stable-Baselines3 warns of an environment that says nothing
-        width = wires.limbs * len(training.observed.names) + len(self._besides)
+        width = wires.limbs * len(observed.names) + len(self._besides)
         super().__init__(lanes, Box(-np.inf, np.inf, (width,)), Box(-1.0, 1.0, (wires.limbs,)))
 
     def reset(self) -> np.ndarray:
@@ -250,29 +209,3 @@ class LimbVecEnv(VecEnv):
     def close(self) -> None:
         """Close the environments."""
         self._lanes.close()
-
-    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
-        """An attribute, the same for each lane asked for."""
-        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
-
-    def set_attr(
-        self, attr_name: str, value: object, indices: int | Iterable[int] | None = None
-    ) -> None:
-        """Set an attribute of all lanes."""
-        setattr(self, attr_name, value)
-
-    def env_method(
-        self,
-        method_name: str,
-        *method_args: object,
-        indices: int | Iterable[int] | None = None,
-        **method_kwargs: object,
-    ) -> NoReturn:
-        """There are no environments behind the lanes whose methods could be called."""
-        raise TegotaeError(f"limbs have no single environments, and so no method {method_name!r}")
-
-    def env_is_wrapped(
-        self, wrapper_class: type[gymnasium.Wrapper], indices: int | Iterable[int] | None = None
-    ) -> list[bool]:
-        """False for each lane asked for, but true of `Monitor`, whose record is kept here."""
-        return [wrapper_class is Monitor for _ in self._get_indices(indices)]

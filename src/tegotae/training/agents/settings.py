@@ -237,7 +237,7 @@ def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controll
 def initial_weights(controller: Controller, seed: int) -> np.ndarray:
     """The weights that the training of this seed starts from, by whatever algorithm, [n_weights].
 
-    They are those of `tegotae.training.evolve.start`, to rounding.
+    They are those of `tegotae.training.evolution.Evolution.start`, to rounding.
     """
     key_weights, _ = jax.random.split(jax.random.key(seed))
     return np.asarray(controller.initial(key_weights), np.float32)

@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 import jax
 import jax.numpy as jnp
 
+from tegotae._support.documents import JsonObject
+from tegotae.systems.descriptions import describe
+
 T = TypeVar("T")
 
 Strategy: TypeAlias = Any
@@ -72,6 +75,21 @@ class Algorithm(ABC):
         """State of a search that starts from `weights`, shape [n_weights]."""
         n = weights.shape[0]
         return self.strategy(n).init(key, weights, self.parameters(n))
+
+
+def algorithm_document(settings: object) -> JsonObject:
+    """Name and settings of an algorithm, a strategy's or an agent's, as JSON values.
+
+    Raises:
+        TegotaeError: for an algorithm that is not registered.
+
+    Example:
+        >>> from tegotae.training.algorithms import CMAES
+        >>> algorithm_document(CMAES(population=8))
+        {'name': 'cma-es', 'population': 8, 'std': 0.3}
+    """
+    document = describe(settings)
+    return {"name": document.pop("kind"), **document}
 
 
 class OptimizerState(NamedTuple):

@@ -259,10 +259,10 @@ class EnvEvaluator(Evaluator):
         self.troubles: Counter[str] = Counter()
         """The number of failed samples, by kind of failure."""
 
-    def evaluate(self, candidates: np.ndarray, who: Generation) -> Scores:
+    def evaluate(self, candidates: np.ndarray, generation: Generation) -> Scores:
         """Scores of every candidate of the seeds that are going."""
-        (seeds, per_seed, n_weights), going = candidates.shape, who.going
-        starts = self._starts(per_seed, who)
+        (seeds, per_seed, n_weights), going = candidates.shape, generation.going
+        starts = self._starts(per_seed, generation)
         # Whoever meets the evaluation set does so as several candidates.
         times = np.array([len(each) for each in starts[0]])
         wanted = np.repeat(np.asarray(candidates[going], float), times, axis=1)
@@ -283,15 +283,15 @@ class EnvEvaluator(Evaluator):
             spread(trials.failed, True, np.logical_or),
         )
 
-    def _starts(self, per_seed: int, who: Generation) -> list[list[np.ndarray]]:
+    def _starts(self, per_seed: int, generation: Generation) -> list[list[np.ndarray]]:
         """Seeds of the starts of each seed that goes and its candidates, [times, episodes] each."""
         own = self._experiment
         fixed = own.evaluation_starts
-        if who.generation is None:
-            return [[fixed] * per_seed] * int(who.going.sum())
+        if generation.number is None:
+            return [[fixed] * per_seed] * int(generation.going.sum())
         return [
-            [own.starts(seed, who.generation)] * (per_seed - 1) + [fixed]
-            for seed, goes in zip(who.seeds, who.going, strict=True)
+            [own.starts(seed, generation.number)] * (per_seed - 1) + [fixed]
+            for seed, goes in zip(generation.seeds, generation.going, strict=True)
             if goes
         ]
 

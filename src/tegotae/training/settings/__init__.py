@@ -1,11 +1,10 @@
-"""Named configurations: settings of the algorithms that were found by tuning, and how.
+"""The learning algorithms by name, the package's and users', and settings found by tuning.
 
-Each is a file of this folder, as `python -m studies.tuning --keep` writes it.
+Each named configuration is a file of this folder, as `python -m studies.tuning --keep` writes it.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -16,12 +15,40 @@ from typing import Any
 import msgspec
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae.systems import registry
 from tegotae.systems.descriptions import restore
+from tegotae.systems.user_objects import is_reference, named
 from tegotae.training.agents.settings import AgentSettings
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.registry import learner
+
+Settings = Algorithm | AgentSettings
+
+
+def evolutions() -> dict[str, type[Algorithm]]:
+    """The registered evolution strategies by name."""
+    return registry.kinds_of(Algorithm)
+
+
+def agents() -> dict[str, type[AgentSettings]]:
+    """The settings of the registered agents by name."""
+    return registry.kinds_of(AgentSettings)
+
+
+def learner(name: str) -> type[Algorithm] | type[AgentSettings]:
+    """The algorithm of that name.
+
+    Raises:
+        TegotaeError: for an unknown name, with the nearest ones.
+
+    Example:
+        >>> learner("cma-es").__name__
+        'CMAES'
+    """
+    known = {**evolutions(), **agents()}
+    if name not in known:
+        raise unknown("algorithm", name, known)
+    return known[name]
 
 
 class _SettingsFile(msgspec.Struct):
@@ -36,7 +63,7 @@ class Configuration:
 
     algorithm: str
     """The algorithm's name, as `tegotae train --algorithm` takes it."""
-    settings: Algorithm | AgentSettings
+    settings: Settings
     """Its settings."""
     found: Mapping[str, object]
     """On what, by how many trials, how good; see `studies.tuning.describe`."""
@@ -56,16 +83,26 @@ def configuration(name: str) -> Configuration:
     """
     if name not in names():
         raise unknown("configuration", name, names())
-    return _read(resources.files(__name__) / f"{name}.json")
+    return load(resources.files(__name__) / f"{name}.json")
 
 
-def load(path: Path | str) -> Configuration:
+def load(file: Path | str | Traversable) -> Configuration:
     """A configuration that `python -m studies.tuning --keep` wrote.
 
     Raises:
         TegotaeError: if the file cannot be read, or holds no settings of a known algorithm.
     """
-    return _read(Path(path))
+    file = Path(file) if isinstance(file, str) else file
+    try:
+        kept = documents.fitted(documents.read(file), _SettingsFile)
+        contract = Algorithm if kept.algorithm in evolutions() else AgentSettings
+        document = {"kind": kept.algorithm, **kept.settings}
+        settings = restore(document, contract, "settings")
+    except FileNotFoundError as error:
+        raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
+    except (TypeError, ValueError) as error:
+        raise TegotaeError(f"{file} holds no settings of an algorithm: {error}") from None
+    return Configuration(kept.algorithm, settings, kept.found)
 
 
 def tuned(algorithm: str) -> Any:
@@ -82,24 +119,18 @@ def tuned(algorithm: str) -> Any:
     return configuration(algorithm).settings if algorithm in names() else kind()
 
 
-def _read(file: Path | Traversable) -> Configuration:
-    try:
-        found = documents.fitted(documents.read(file), _SettingsFile)
-        kind = learner(found.algorithm)
-    except FileNotFoundError as error:
-        raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
-    except DamagedDocumentError as error:
-        raise TegotaeError(
-            f"{file} is no configuration that python -m studies.tuning --keep wrote: {error}"
-        ) from None
-    except TegotaeError as error:
-        raise TegotaeError(f"{file} is no configuration known here: {error}") from None
-    names = [field.name for field in dataclasses.fields(kind)]
-    if others := [name for name in found.settings if name not in names]:
-        raise TegotaeError(f"{file} has settings that {found.algorithm} does not have: {others[0]}")
-    try:
-        contract = Algorithm if issubclass(kind, Algorithm) else AgentSettings
-        settings = restore({"kind": found.algorithm, **found.settings}, contract, "settings")
-    except (KeyError, TypeError, ValueError) as error:
-        raise TegotaeError(f"{file} is damaged: in its settings, {error}") from None
-    return Configuration(found.algorithm, settings, found.found)
+def settings_named(name: str, contracts: Any = (Algorithm, AgentSettings)) -> Any:
+    """The settings of an algorithm: as tuned, or of a user's file.
+
+    Args:
+        name: such as pgpe, in any letters, or `FILE.py:OBJECT`.
+        contracts: the contracts, one of which it must keep.
+
+    Raises:
+        TegotaeError: for an unknown name, or an algorithm of another kind.
+    """
+    if is_reference(name):
+        return named(name, contracts, "algorithm")
+    if not isinstance(settings := tuned(name.lower()), contracts):
+        raise TegotaeError(f"{name} cannot be used here; it needs an evolution strategy like pgpe")
+    return settings
