@@ -4,22 +4,18 @@ The vectors of an export are ticks of the simulator. Fed with the forces of that
 controller commands the same.
 """
 
-from pathlib import Path
-
 import numpy as np
 
-from tegotae.export.c import Export, write
+import tegotae as tg
 from tegotae.export.live import LiveController
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
-from tegotae.systems.resolve import resolve
-from tegotae.training.collection import controller_of
 
-saved = controller_of(resolve("V-reflex-w8"))
-for path in write(Export(saved, tick_s=0.001, prefix="leg"), Path("robot")):
+exported = tg.export_c("V-reflex-w8", tick=0.001, prefix="leg")
+for path in exported.save("robot"):
     print(path)
 
-run = np.genfromtxt("robot/golden.csv", delimiter=",", names=True, deletechars="")
-live = LiveController.of(saved)
+run = exported.frame()
+live = LiveController.load("V-reflex-w8")
 replayed = np.zeros(len(run))
 for tick, (phase, force) in enumerate(
     zip(run["state.phase"], run["in.spring_force_n"], strict=True)

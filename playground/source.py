@@ -5,13 +5,13 @@ from __future__ import annotations
 from playground.functions import EngineFunction, functions
 from playground.layout import LayoutEntry
 from playground.program import Program
-from tegotae.export.c.lower import (
+from tegotae.export.c.statements import (
     Library,
     Statements,
     comment_of,
     wrapped,
 )
-from tegotae.export.c.names import plain
+from tegotae.export.c.text import plain
 
 _OWN = (
     "l",
@@ -92,7 +92,7 @@ def source(program: Program) -> str:
     library = Library()
     library.taken |= {*_OWN, *MATHS, *MATHS_OF_TWO}
     written = [_function(library, each) for each in functions(program)]
-    whole = [*library.helper_texts(), *library.procedures, *written, _EXPORTS]
+    whole = [*library.texts(), *written, _EXPORTS]
     called = [_lent(name, "float") for name in MATHS if _calls(whole, name)]
     called += [_lent(name, "float, float") for name in MATHS_OF_TWO if _calls(whole, name)]
     head = comment_of(

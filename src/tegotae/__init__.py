@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tegotae.measures.objectives.fitness import Fitness
     from tegotae.parts.bodies import Bar, Body, Hopper, Walker
     from tegotae.parts.controller import Controller, Tegotae
+    from tegotae.questions.exporting import export_c, export_cost, export_native
     from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
     from tegotae.simulation.checks import (
         check_body,
@@ -41,6 +42,7 @@ _HOMES = {
     "measures.objectives.fitness": ("Fitness",),
     "parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
     "parts.controller": ("Controller", "Tegotae"),
+    "questions.exporting": ("export_c", "export_cost", "export_native"),
     "questions.verbs": ("compare", "evaluate", "generalise", "measure", "simulate"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
     "simulation.rollout": ("Engine", "Timing", "Trajectory"),
@@ -85,6 +87,9 @@ __all__ = [
     "check_term",
     "compare",
     "evaluate",
+    "export_c",
+    "export_cost",
+    "export_native",
     "find",
     "generalise",
     "load",

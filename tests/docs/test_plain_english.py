@@ -11,6 +11,7 @@ import pytest
 from pages import DOCS
 from places import ROOT
 from programs import PROGRAMS
+from tegotae.cli.asking import Question, options_by_subject
 from tegotae.cli.help_texts import overview, overview_of
 from tegotae.cli.parsing import flags_of
 from tegotae.cli.program import Command, CommandGroup
@@ -88,11 +89,10 @@ def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
     if isinstance(entry, Command):
         kind = entry.load()
         yield inspect.getdoc(kind) or ""
-        if hasattr(kind, "asked"):
-            known = [x.about for own in kind.options_by_subject().values() for x in own.values()]
-            yield from known
-            kind = kind.output_kind
-        yield from (about for _, about, _ in flags_of(kind))
+        if isinstance(kind, Question):
+            yield from (x.about for own in options_by_subject(kind).values() for x in own.values())
+        else:
+            yield from (about for _, about, _ in flags_of(kind))
         return
     yield overview(entry, prog) if entry.sections else overview_of(prog, entry)
     for name, below in entry.commands.items():

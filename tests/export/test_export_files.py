@@ -15,22 +15,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import tegotae as tg
 from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
-from tegotae import (
-    Hopper,
-    TegotaeError,
-    Timing,
-    build,
-    cli,
-    find,
-)
-from tegotae.export.c import Export, write
-from tegotae.export.c.cost import (
-    COMPILER,
-    EMULATOR,
-    costs,
-    require_tools,
-)
+from tegotae import Hopper, TegotaeError, Timing, build, cli, find
+from tegotae.export.c import Export, texts
+from tegotae.export.c.cost import COMPILER, EMULATOR
 from tegotae.export.c.source import source
 from tegotae.parts.bodies import Bar
 from tegotae.parts.terms import Signals, Term
@@ -38,9 +27,17 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
 
+needs_cpp = pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+CODE = {"leg.json", "README.md"}
+SKETCH = "examples/control_loop/control_loop.ino"
 FILES = {
-    "leg.h", "leg.c", "test_leg.c", "leg.json", "golden.csv", "CMakeLists.txt", "README.md",
-}  # fmt: skip
+    "flat": CODE | {"leg.h", "leg.c", "test_leg.c", "golden.csv", "CMakeLists.txt"},
+    "platformio": CODE
+    | {"include/leg.h", "src/leg.c", "test/test_leg.c", "test/golden.csv", "library.json", SKETCH},
+    "arduino": CODE
+    | {"src/leg.h", "src/leg.c", "extras/test_leg.c", "extras/golden.csv", SKETCH}
+    | {"library.properties"},
+}
 
 
 def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
@@ -55,8 +52,7 @@ def trained(tick_s: float, name: str = "ART-rF-tphif-w8") -> SavedController:
     """A controller that was trained at this control period."""
     timing = Timing(duration_s=24.0, tick_s=tick_s)
     experiment = find(name).experiment(budget=30, timing=timing)
-    one = saved(name)
-    return dataclasses.replace(one, system=experiment.system, experiment=experiment)
+    return dataclasses.replace(saved(name), system=experiment.system, experiment=experiment)
 
 
 def with_action(term: Term) -> SavedController:
@@ -66,6 +62,10 @@ def with_action(term: Term) -> SavedController:
     return SavedController.of(
         dataclasses.replace(controller, tegotae=law), np.array([2.0]), 8.0, Hopper()
     )
+
+
+def said_by(*command, **where) -> subprocess.CompletedProcess:
+    return subprocess.run(list(map(str, command)), capture_output=True, text=True, **where)
 
 
 @pytest.fixture(scope="module")
@@ -80,11 +80,6 @@ def written(tmp_path_factory):
     return out, one
 
 
-def test_an_export_has_all_that_a_robot_needs(written):
-    out, _ = written
-    assert {path.name for path in out.iterdir()} == FILES
-
-
 def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flight(written):
     out, one = written
     manifest = json.loads((out / "leg.json").read_text())
@@ -94,45 +89,47 @@ def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flig
     assert manifest["outputs"][0] == {"name": "force_n", "range": [0.0, 4.0]}
     assert (manifest["tick_s"], manifest["trained_tick_s"]) == (0.001, 0.002)
     assert "air" in manifest["flight"]
-    assert set(manifest["files"]) == FILES
+    assert set(manifest["files"]) == FILES["flat"] == {path.name for path in out.iterdir()}
     neuron = manifest["weights"]["reaction"]["neuron"][0]
-    at = one.controller.layout["reaction"].start
-    assert neuron["spring_force"] == pytest.approx(float(one.weights[at]))
+    first = one.controller.layout["reaction"].start
+    assert neuron["spring_force"] == pytest.approx(float(one.weights[first]))
 
 
-def test_weights_stand_in_the_source_under_their_names_and_none_is_lost(written):
+def test_the_source_has_all_weights_by_name_no_double_no_memory_and_no_library_but_maths(written):
     out, one = written
     text = (out / "leg.c").read_text()
     for name in (".spring_force = ", ".sin_phase = ", ".bias = ", ".sigma = "):
         assert name in text
     for weight in np.asarray(one.weights, np.float32):
         assert f"{weight!s}f" in text
-
-
-def test_the_source_uses_no_double_no_memory_of_its_own_and_no_library_but_maths(written):
-    out, _ = written
-    text = (out / "leg.c").read_text()
     included = {line for line in text.splitlines() if line.startswith("#include")}
     assert included == {'#include "leg.h"', "#include <float.h>", "#include <math.h>"}
-    for word in ("double", "malloc", "printf", "goto"):
+    for word in ("double", "malloc", "printf", "goto", "@"):
         assert word not in text
     static = [line for line in text.splitlines() if line.startswith("static") and "(" not in line]
     assert all(line.startswith("static const") for line in static)
 
 
 @needs_gcc
-def test_the_golden_vectors_pass_under_sanitizers(written, tmp_path):
-    out, _ = written
+def test_the_golden_vectors_pass_under_sanitizers_and_find_another_controller(written, tmp_path):
+    out, one = written
     program = tmp_path / "test_leg"
     command = ["gcc", *FLAGS, *SANITIZERS, "-O1", "leg.c", "test_leg.c", "-lm", "-o", program]
     subprocess.run(command, cwd=out, check=True)
-    done = subprocess.run([program], capture_output=True, text=True)
+    done = said_by(program)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1000 golden vectors" in done.stdout
     assert "bounded" in done.stdout
+    for name in ("leg.h", "test_leg.c"):
+        shutil.copy(out / name, tmp_path)
+    other = dataclasses.replace(one, weights=np.asarray(one.weights) * 1.001)
+    (tmp_path / "leg.c").write_text(source(Export(other, prefix="leg")))
+    command = ["gcc", "-std=c99", "leg.c", "test_leg.c", "-lm", "-o", "test_leg"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    assert said_by(program).returncode == 1
 
 
-@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+@needs_cpp
 def test_a_program_in_cpp_calls_it(written, tmp_path):
     out, _ = written
     sketch = tmp_path / "sketch.cpp"
@@ -157,29 +154,16 @@ def test_a_start_keeps_any_finite_phase_and_counts_any_other_as_a_fault(tmp_path
     leg = Compiled(Export(one), tmp_path)
     for phase in np.float32([0.0, 1.0, -1.0, 6.2831853, 100.0, -12345.678, 1e6, -3e37, 3.4e38]):
         leg.init(phase if limbs == 1 else [phase] * limbs)
-        found = leg.oscillators[:, 0]
-        assert (found >= 0.0).all()
-        assert (found < 2.0 * np.pi).all()
+        phases = leg.oscillators[:, 0]
+        assert ((phases >= 0.0) & (phases < 2.0 * np.pi)).all()
         if abs(phase) < 1e7:
-            apart = np.angle(np.exp(1j * (found.astype(float) - float(phase))))
+            apart = np.angle(np.exp(1j * (phases.astype(float) - float(phase))))
             np.testing.assert_allclose(apart, 0.0, atol=1e-6)
         assert leg.faults == 0
     for phase in (np.nan, np.inf, -np.inf):
         leg.init(phase if limbs == 1 else [0.5] * (limbs - 1) + [phase])
         assert leg.oscillators[-1, 0] == 0.0
         assert leg.faults == 1
-
-
-@needs_gcc
-def test_the_golden_vectors_find_a_controller_that_is_another_one(written, tmp_path):
-    out, one = written
-    for name in ("leg.h", "test_leg.c"):
-        shutil.copy(out / name, tmp_path)
-    other = dataclasses.replace(one, weights=np.asarray(one.weights) * 1.001)
-    (tmp_path / "leg.c").write_text(source(Export(other, prefix="leg")))
-    command = ["gcc", "-std=c99", "leg.c", "test_leg.c", "-lm", "-o", "test_leg"]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    assert subprocess.run([tmp_path / "test_leg"], capture_output=True).returncode == 1
 
 
 @needs_gcc
@@ -194,23 +178,7 @@ def test_cmake_builds_the_library_and_runs_the_check(written, tmp_path):
         subprocess.run(command, check=True, capture_output=True)
 
 
-SKETCH = "examples/control_loop/control_loop.ino"
-PLACES = {
-    "platformio": {
-        "include/leg.h", "src/leg.c", "test/test_leg.c", "test/golden.csv", "library.json",
-        "leg.json", "README.md", SKETCH,
-    },
-    "arduino": {
-        "src/leg.h", "src/leg.c", "extras/test_leg.c", "extras/golden.csv", "library.properties",
-        "leg.json", "README.md", SKETCH,
-    },
-}  # fmt: skip
-
-ARDUINO = """\
-#pragma once
-#include <stdint.h>
-uint32_t micros();
-"""
+ARDUINO = "#pragma once\n#include <stdint.h>\nuint32_t micros();\n"
 BOARD = """\
 #include <stdio.h>
 #include <Arduino.h>
@@ -223,8 +191,8 @@ int main() { setup(); for (int i = 0; i < 1000; ++i) loop(); printf("%d", steps)
 """
 
 
-@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
-@pytest.mark.parametrize("layout", PLACES)
+@needs_cpp
+@pytest.mark.parametrize("layout", ["platformio", "arduino"])
 @pytest.mark.parametrize("controller", ["V-sector-w4", "quadruped-c"])
 def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
     tmp_path, layout, controller
@@ -232,9 +200,8 @@ def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
     out = tmp_path / "leg"
     arguments = ["export", "c", controller, "--out", str(out), "--prefix", "leg"]
     assert cli.main([*arguments, "--layout", layout]) == 0
-    found = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
-    assert found == PLACES[layout]
-    assert set(json.loads((out / "leg.json").read_text())["files"]) == found
+    files = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    assert set(json.loads((out / "leg.json").read_text())["files"]) == files == FILES[layout]
     # A board that counts the steps.
     (tmp_path / "Arduino.h").write_text(ARDUINO)
     (tmp_path / "board.cpp").write_text(BOARD)
@@ -252,33 +219,27 @@ def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
         ["g++", "counted.o", "control_loop.o", "board.o", "-lm", "-o", "board"],
     ):
         subprocess.run(command, cwd=tmp_path, check=True)
-    done = subprocess.run([tmp_path / "board"], capture_output=True, text=True, check=True)
+    done = said_by(tmp_path / "board", check=True)
     assert int(done.stdout) == 101  # from 0 to 0.1 s, every 1 ms
 
 
 @needs_gcc
-def test_the_check_that_a_library_names_runs(tmp_path, capsys):
-    out = tmp_path / "leg"
-    arguments = ["export", "c", "V-sector-w4", "--out", str(out), "--layout", "platformio"]
-    assert cli.main(arguments) == 0
-    command = capsys.readouterr().out.split("check it: ")[1]
-    assert command.split(" && ", 1)[1].strip() in (out / "README.md").read_text()
-    done = subprocess.run(command, shell=True, capture_output=True, text=True)
+def test_the_check_that_a_library_names_runs(tmp_path):
+    answer = tg.export_c("V-sector-w4", layout="platformio")
+    answer.save(tmp_path)
+    command = answer.title.splitlines()[1]
+    assert command in (tmp_path / "README.md").read_text()
+    done = said_by("sh", "-c", command, cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    description = json.loads((out / "library.json").read_text())
+    description = json.loads((tmp_path / "library.json").read_text())
     assert (description["name"], description["headers"]) == ("tegotae", "tegotae.h")
 
 
-def test_a_tick_that_was_not_trained_is_warned_of(tmp_path, capsys):
-    path = tmp_path / "controller.json"
-    one = trained(0.001, "V-reflex-w8")
-    controller_file.save(one, path)
-    arguments = ["export", "c", str(path), "--out", str(tmp_path / "out"), "--tick", "0.002"]
-    assert cli.main(arguments) == 0
-    said = capsys.readouterr().err
-    assert "warning: the controller was trained at a tick of 0.001 s" in said
-    assert "tegotae simulate FILE --hold --tick 0.002" in said
-    assert Export(one, 0.001).warnings() == []
+def test_a_tick_that_was_not_trained_is_warned_of():
+    answer = tg.export_c(trained(0.001, "V-reflex-w8"), tick=0.002)
+    assert "warning: the controller was trained at a tick of 0.001 s" in answer.notes[0]
+    assert "tegotae simulate FILE --hold --tick 0.002" in answer.notes[0]
+    assert tg.export_c(trained(0.001, "V-reflex-w8")).notes == []
 
 
 @dataclass(frozen=True)
@@ -303,22 +264,6 @@ class Sorting(Term):
         return jnp.sort(signals["cos_phase"])
 
 
-@pytest.mark.parametrize(("term", "name"), [(Looping(), "while"), (Sorting(), "sort")])
-def test_what_has_no_c_is_refused_by_name_before_anything_is_written(tmp_path, term, name):
-    with pytest.raises(
-        TegotaeError, match=rf"^the controller uses '{name}' \(.*cannot be exported"
-    ):
-        write(Export(with_action(term)), tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_network_over_all_limbs_is_refused_by_name():
-    own = design("W-F@quadruped-c").experiment()
-    weights = np.zeros(own.controller.n_weights)
-    with pytest.raises(TegotaeError, match=r"^a WholeBodyFoot cannot be exported: it is one netw"):
-        Export(SavedController.of(own.controller, weights, own.omega, own.body))
-
-
 @dataclass(frozen=True)
 class Elementary(Term):
     """An action of all sorts of elementary functions."""
@@ -335,44 +280,54 @@ def test_elementary_functions_stand_in_c_by_their_names():
         assert function in text
 
 
-@pytest.mark.parametrize("prefix", ["2legs", "left leg", "float", "", "x" * 40, "leg;"])
-def test_a_prefix_that_is_no_name_in_c_is_refused(prefix):
-    with pytest.raises(TegotaeError, match="which is no name in C"):
-        Export(saved(), prefix=prefix)
+def over_all_limbs() -> SavedController:
+    own = design("W-F@quadruped-c").experiment()
+    weights = np.zeros(own.controller.n_weights)
+    return SavedController.of(own.controller, weights, own.omega, own.body)
 
 
 @pytest.mark.parametrize(
-    ("tick", "said"),
+    ("controller", "options", "why"),
     [
-        (0.0, "must be greater than 0"),
-        (float("nan"), "must be finite"),
-        (5.0, "is too long"),
-        (1e-30, "tick is 1e-30; the period of a robot's control loop is from 1e-05 to 1 s"),
-        (1e-6, "from 1e-05 to 1 s"),
+        (lambda: with_action(Looping()), {}, r"^'while' \(test_export_files.*has no C: write it"),
+        (lambda: with_action(Sorting()), {}, r"^'sort' \(test_export_files.*has no C"),
+        (over_all_limbs, {}, "^a WholeBodyFoot cannot be exported: it is one network"),
+        *((saved, {"prefix": x}, "no name in C") for x in ("2legs", "left leg", "float", "", "l;")),
+        (saved, {"prefix": "x" * 40}, "which is no name in C"),
+        (saved, {"tick_s": 0.0}, "must be greater than 0"),
+        (saved, {"tick_s": float("nan")}, "must be finite"),
+        (saved, {"tick_s": 5.0}, "is too long"),
+        (saved, {"tick_s": 1e-30}, "tick is 1e-30; the period of a robot's control loop is from"),
+        (saved, {"tick_s": 1e-6}, "from 1e-05 to 1 s"),
+        (saved, {"max_force_n": 2.0}, "has its largest force already"),
     ],
 )
-def test_a_period_that_no_loop_can_have_is_refused(tick, said):
-    with pytest.raises(TegotaeError, match=said):
-        Export(saved(), tick)
+def test_what_cannot_be_exported_is_refused_in_a_line(controller, options, why):
+    with pytest.raises(TegotaeError, match=why):
+        texts(Export(controller(), **options))
 
 
-def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_line(tmp_path, capsys):
+def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_line(
+    tmp_path, one_line_error
+):
     path, taken = tmp_path / "controller.json", tmp_path / "taken"
     taken.write_text("")
-    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert "no controller file" in capsys.readouterr().err
+
+    def said(out: str) -> str:
+        return one_line_error("export", "c", str(path), "--out", str(tmp_path / out))
+
+    assert "no controller file" in said("out")
     path.write_text("{}")
-    assert cli.main(["export", "c", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert "is not a controller file" in capsys.readouterr().err
+    assert "is not a controller file" in said("out")
     controller_file.save(saved("V-reflex-w8"), path)
-    assert cli.main(["export", "c", str(path), "--out", str(taken)]) == 2
-    assert "it is a file" in capsys.readouterr().err
+    assert "it is a file" in said("taken")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(TegotaeError, match=f"^{COMPILER} is not installed; apt-get install"):
-        require_tools()
+        tg.export_cost("V-reflex-w8")
 
 
 @pytest.mark.skipif(
@@ -380,8 +335,7 @@ def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
     reason="the Arm compiler or QEMU is not installed",
 )
 def test_the_cost_of_a_controller_is_counted_on_every_core():
-    export = Export(SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0))
-    small, middle, large = costs(export)
+    small, middle, large = tg.export_cost("V-reflex-w8").costs
     # Without a unit for floats every operation is a call.
     assert small.instructions > 5 * middle.instructions > 5 * 50
     assert 50 < large.instructions < 1000

@@ -8,14 +8,14 @@ import subprocess
 import numpy as np
 import pytest
 
+import tegotae as tg
 from compiled import FLAGS, Compiled, needs_gcc
-from tegotae import cli, find
+from tegotae import find
 from tegotae.envs import Limb, Wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.pilot import Pilot
-from tegotae.export.c import Export, write
+from tegotae.export.c import Export
 from tegotae.export.c.plan import usual_tick_s
-from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.training.environments.experiment import EnvExperiment
 
@@ -77,8 +77,7 @@ def test_a_mujoco_body_moves_under_the_c_as_under_the_limbs_that_were_trained(mo
 @needs_gcc
 def test_what_limbs_do_on_an_environment_passes_the_programs_own_check(tmp_path):
     _, saved = trained("AR-rF-sector-w8")
-    export = Export(saved, 0.02, "legs")
-    write(export, tmp_path)
+    tg.export_c(saved, tick=0.02, prefix="legs").save(tmp_path)
     command = ["gcc", *FLAGS, "-O1", "legs.c", "test_legs.c", "-lm", "-o", "check"]
     subprocess.run(command, check=True, cwd=tmp_path)
     done = subprocess.run([tmp_path / "check"], capture_output=True, text=True)
@@ -88,10 +87,8 @@ def test_what_limbs_do_on_an_environment_passes_the_programs_own_check(tmp_path)
     assert "limb 1: spring_force is -knee, drives knee" in " ".join(header.split())
 
 
-def test_the_command_exports_at_the_control_period_of_the_training(tmp_path, capsys):
+def test_an_export_is_at_the_control_period_of_the_training():
     _, saved = trained("ART-rF-tphif-w8", control_s=0.02)
-    controller_file.save(saved, tmp_path / "legs.json")
-    out = tmp_path / "robot"
-    assert cli.main(["export", "c", str(tmp_path / "legs.json"), "--out", str(out)]) == 0
-    assert "warning" not in capsys.readouterr().err
-    assert "#define TEGOTAE_TICK_S 0.02f" in (out / "tegotae.h").read_text()
+    answer = tg.export_c(saved)
+    assert answer.notes == []
+    assert "#define TEGOTAE_TICK_S 0.02f" in answer.files["tegotae.h"]

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from tegotae.export.c import Export
-from tegotae.export.c.golden import outputs_of
-from tegotae.export.c.header import header
+from tegotae.export.c.package import header
 from tegotae.export.c.source import source
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror")
@@ -39,11 +38,11 @@ class Compiled:
         self._library = loaded
         self._init, self._step = loaded[f"{prefix}_init"], loaded[f"{prefix}_step"]
         limbs = export.limbs
-        self.leaves = len(export.tracer.state_names)
+        self.leaves = len(export.state_names)
         # A frequency, if there is an oscillator, and the count of faults follow the oscillators.
         self.state = np.zeros(self.leaves * limbs + (self.leaves > 0) + 1, np.float32)
         self.inputs = np.zeros(max(1, len(export.senses) * limbs), np.float32)
-        self.outputs = np.zeros(len(outputs_of(export)) * limbs + 1, np.float32)
+        self.outputs = np.zeros(len(export.outputs) * limbs + 1, np.float32)
 
     def init(self, phase_rad) -> None:
         """Begin at a phase, or at the limbs' phases."""

@@ -55,7 +55,7 @@ from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.map import Axis, gait_map
 from tegotae.analysis.generalisation import ControllersUnderTest, disturbances_named, tried
 from tegotae.export.c import Export
-from tegotae.export.c.header import header
+from tegotae.export.c.package import header
 from tegotae.export.c.source import source
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController

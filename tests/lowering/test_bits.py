@@ -12,7 +12,7 @@ import pytest
 
 from lowered import available_targets, evaluated, of_everything, same_bits, samples
 from tegotae.lowering.episode import TracedEpisode, compile_episode
-from tegotae.lowering.llvm.compile import Compiled, object_file, target_of
+from tegotae.lowering.machine import Code, object_file, target_of
 
 DTYPES = ("float32", "float64")
 
@@ -86,8 +86,8 @@ def rolled_out(kernel, lanes, shared, frames=6, ticks=5):
 def test_bits_do_not_depend_on_how_hard_the_compiler_tries(optimisation):
     kernel, lanes, shared = episode_kernel("host")
     usually = rolled_out(kernel, lanes, shared)
-    text = kernel._module.text()
-    object.__setattr__(kernel, "_code", Compiled(text, kernel.target, optimisation))
+    text = kernel.module.text()
+    object.__setattr__(kernel, "code", Code.compiled(text, kernel.module.target, optimisation))
     assert same_bits(rolled_out(kernel, lanes, shared), usually)
 
 
@@ -119,11 +119,11 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
     missing = [tool for tool in tools if shutil.which(tool) is None]
     if missing:
         pytest.skip(f"needs {' and '.join(missing)}, of Debian's gcc-aarch64-linux-gnu, qemu-user")
-    from tegotae.lowering.llvm.module import EpisodeModule
+    from tegotae.lowering.module import EpisodeModule
 
     kernel, lanes, shared = episode_kernel("host", dtype)
     expected = rolled_out(kernel, lanes, shared)
-    own = kernel._module
+    own = kernel.module
     vectors = 8 // target_of("aarch64").lanes_of_vector(dtype)
     module = EpisodeModule(own.stages, own.lanes, target_of("aarch64"), dtype, vectors)
     text, block, frames, ticks = module.text(), module.block, 6, 5

@@ -14,7 +14,7 @@ from lowered import evaluated, program
 from tegotae import TegotaeError
 from tegotae.lowering.episode import compile_episode
 from tegotae.lowering.function import compile_function
-from tegotae.lowering.llvm.compile import load_step
+from tegotae.lowering.machine import load_step
 from tegotae.lowering.nodes import CannotLower
 
 X = np.linspace(-2.0, 2.0, 21).astype("float32")
@@ -96,11 +96,9 @@ def test_a_function_of_one_lane_steps_as_its_trace_does():
 
 
 PLAIN = """
-import json, sys
-from tegotae.lowering.layout import MemoryLayout
-from tegotae.lowering.llvm.compile import load_step
-layouts = [MemoryLayout.of_document(each) for each in json.loads(sys.argv[2])]
-step = load_step(open(sys.argv[1], "rb").read(), *layouts)
+import sys
+from tegotae.lowering.machine import load_step
+step = load_step(open(sys.argv[1], "rb").read())
 step.reset(phase=0.5)
 step.inputs["felt"][...] = (0.3, -0.7)
 step()
@@ -109,20 +107,11 @@ print(step.outputs["force"].tobytes().hex())
 """
 
 
-def test_an_object_file_steps_in_a_process_without_jax_to_the_bit(tmp_path):
-    import json
-
+def test_code_steps_in_a_process_without_jax_to_the_bit(tmp_path):
     kernel = compile_function(controller, BEGUN, {"felt": FELT})
-    (tmp_path / "code.o").write_bytes(kernel.object_file())
-    layouts = json.dumps(
-        [each.document() for each in (kernel.state, kernel.inputs, kernel.outputs)]
-    )
-    printed = subprocess.run(
-        [sys.executable, "-c", PLAIN, str(tmp_path / "code.o"), layouts],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    (tmp_path / "code").write_bytes(kernel.to_bytes())
+    command = [sys.executable, "-c", PLAIN, str(tmp_path / "code")]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     step = kernel.step()
     step.reset(phase=np.float32(0.5))
     step.inputs["felt"][...] = FELT
@@ -130,22 +119,16 @@ def test_an_object_file_steps_in_a_process_without_jax_to_the_bit(tmp_path):
     assert printed.strip() == step.outputs["force"].tobytes().hex()
 
 
-def test_code_for_another_processor_is_refused():
+def test_code_for_another_processor_or_altered_is_refused_before_it_is_loaded():
     kernel = compile_function(controller, BEGUN, {"felt": FELT})
     with pytest.raises(TegotaeError, match="another processor"):
-        load_step(kernel.object_file("aarch64"), kernel.state, kernel.inputs, kernel.outputs)
-
-
-def test_code_that_was_truncated_or_altered_is_refused_before_it_is_loaded():
-    kernel = compile_function(controller, BEGUN, {"felt": FELT})
-    layouts = (kernel.state, kernel.inputs, kernel.outputs)
-    whole = kernel.object_file()
-    load_step(whole, *layouts)
+        load_step(kernel.to_bytes("aarch64"))
+    whole = kernel.to_bytes()
+    load_step(whole)
     damaged = [b"", b"no code", whole + b"\0"]
-    for at in range(0, len(whole), 61):
-        damaged += [whole[:at], whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :]]
+    for place in range(0, len(whole), 61):
+        altered = bytes([whole[place] ^ 0x10])
+        damaged += [whole[:place], whole[:place] + altered + whole[place + 1 :]]
     for code in damaged:
         with pytest.raises(TegotaeError, match="truncated or altered"):
-            load_step(code, *layouts)
-    with pytest.raises(TegotaeError, match="another layout"):
-        load_step(whole, kernel.inputs, kernel.state, kernel.outputs)
+            load_step(code)

@@ -14,10 +14,10 @@ from lowered import available_targets
 SMOKE_WITH_VECTORS = """
 import sys
 from pathlib import Path
-from tegotae.lowering.llvm import compile
+from tegotae.lowering import machine
 
-chosen = compile.target_of(sys.argv[1])
-compile._host = lambda name: chosen
+chosen = machine.target_of(sys.argv[1])
+machine._host = lambda name: chosen
 
 import conftest
 from reproduction.export import csv_of

@@ -168,10 +168,10 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, t
 WITH_VECTORS = """
 import sys
 from pathlib import Path
-from tegotae.lowering.llvm import compile
+from tegotae.lowering import machine
 
-chosen = compile.target_of(sys.argv[1])
-compile._host = lambda name: chosen
+chosen = machine.target_of(sys.argv[1])
+machine._host = lambda name: chosen
 
 import conftest
 import tiny

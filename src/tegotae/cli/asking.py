@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NoReturn
 import tyro
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import check_folder
+from tegotae._support.files import check_folder, output_file
 from tegotae.cli.console import print_rows, print_text
 from tegotae.cli.parsing import parse, parse_known
 from tegotae.questions.answer import AnswerBase, RecordedRun, check_output
@@ -97,7 +97,21 @@ class FolderOutput(AnswerOutput):
         stem = "-".join(filter(None, [question.__name__.replace("_", "-"), file_stem(name)]))
         if question.written == "picture":
             return dataclasses.replace(self, plot=Path(f"{stem.removeprefix('figure-')}.png"))
-        return dataclasses.replace(self, out=Path(stem) if question.written == "folder" else None)
+        kept = question.written in ("folder", "file")
+        return dataclasses.replace(self, out=Path(stem + question.answer.ENDING) if kept else None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileOutput(FolderOutput):
+    """The same with one file for all of it."""
+
+    out: Path | None = None
+    """File for all of it."""
+
+    def check(self) -> None:
+        AnswerOutput.check(self)
+        if self.out is not None:
+            output_file(self.out)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,6 +225,8 @@ def about_of(question: Question) -> str:
 
 def output_of(question: Question) -> FolderOutput:
     """How the answer is shown, and which files are written; nothing else than on the screen yet."""
+    if question.answer.ENDING:
+        return FileOutput()
     return RunOutput() if hasattr(question.answer, "animate") else FolderOutput()
 
 

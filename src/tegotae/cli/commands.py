@@ -185,26 +185,26 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Export a controller to a robot.",
         {
             "c": Command(
-                "tegotae.cli.export.c",
-                "ExportC",
+                "tegotae.questions.exporting",
+                "export_c",
                 (
                     "tegotae export c V-sector-w4 --out robot",
                     "tegotae export c runs/art/ART-rF-tphif-w8-seed0.json --out robot --tick 0.002",
                 ),
             ),
             "native": Command(
-                "tegotae.cli.export.native",
-                "ExportNative",
+                "tegotae.questions.exporting",
+                "export_native",
                 (
                     "tegotae export native V-sector-w4 --out leg.native",
                     "tegotae export native quadruped-c --out walker.native",
                 ),
             ),
             "cost": Command(
-                "tegotae.cli.export.cost",
-                "ExportCost",
+                "tegotae.questions.exporting",
+                "export_cost",
                 (
-                    "tegotae export cost --model V-sector-w4 ART-rF-tphif-w8",
+                    "tegotae export cost V-sector-w4 ART-rF-tphif-w8",
                     "tegotae export cost --json",
                 ),
             ),

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import ctypes
 import itertools
 import threading
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -15,10 +13,11 @@ import numpy as np
 
 from tegotae._support.engines import available_cores
 from tegotae.lowering.layout import aligned
-from tegotae.lowering.llvm.compile import Compiled, Target, target_of
-from tegotae.lowering.llvm.module import EpisodeModule
-from tegotae.lowering.nodes import KINDS, Node, Tree, array_of, given, scalars
-from tegotae.lowering.stages import LaneReader, Roots, Stages
+from tegotae.lowering.machine import Code, Target, target_of
+from tegotae.lowering.module import EpisodeModule
+from tegotae.lowering.native_reader import NativeReader
+from tegotae.lowering.nodes import KINDS, LANE, TICK, UNIFORM, Node, Tree, array_of, given, scalars
+from tegotae.lowering.placement import Stages
 
 _BUFFER_BYTES = 4 * 2**20
 """Frames that a thread records before they are collected, unless a block alone has more."""
@@ -73,70 +72,55 @@ def compile_episode(
     Raises:
         CannotLower: for an operation that has no native code, by its name and place.
     """
-    begun = time.perf_counter()
     chosen = target_of(target)
     with jax.enable_x64(dtype == "float64"):
-        read = _Read.of(episode, lanes_shapes, shared_shapes)
-    module = EpisodeModule(Stages.of(read.roots), read.lane_kinds, chosen, dtype, vectors)
-    code = Compiled(module.text(), chosen)
-    return Kernel(
-        chosen, module.block, time.perf_counter() - begun, read.channels, module, read, code
-    )
+        lanes = jax.tree.map(_of_one_lane, lanes_shapes)
+        shared = jax.tree.map(_shape, shared_shapes)
+        stages, channels = _read(episode, lanes, shared)
+    kinds = tuple(kind for leaf in jax.tree.leaves(lanes) for kind in _kinds(leaf))
+    module = EpisodeModule(stages, kinds, chosen, dtype, vectors)
+    shared_dtypes = [str(leaf.dtype) for leaf in jax.tree.leaves(shared) for _ in _kinds(leaf)]
+    return Kernel(channels, module, tuple(shared_dtypes), Code.compiled(module.text(), chosen))
 
 
-@dataclass(frozen=True)
-class _Read:
-    """A program that was traced and read."""
-
-    roots: Roots
-    lane_kinds: tuple[str, ...]
-    """Kinds of what is given lane by lane, entry by entry."""
-    shared_dtypes: tuple[str, ...]
-    channels: Tree
-    """What a frame records, as shapes of one lane."""
-
-    @classmethod
-    def of(cls, episode: TracedEpisode, lanes: Tree, shared: Tree) -> _Read:
-        """Traced for one lane."""
-        lanes = jax.tree.map(lambda x: jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype), lanes)
-        shared = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), shared)
-        index = jax.ShapeDtypeStruct((), "int32")
-        reader = LaneReader()
-
-        def read(function: Callable[..., Tree], **arguments: Tree) -> tuple[list[Node], Tree]:
-            trace, shapes = jax.make_jaxpr(function, return_shape=True)(*arguments.values())
-            inputs = [
-                array
-                for name, tree in arguments.items()
-                for array in _given(name, jax.tree.leaves(tree))
-            ]
-            return scalars(reader.read(trace, inputs)), shapes
-
-        start, state = read(episode.start, lanes=lanes, shared=shared)
-        of_state = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), state)
-        given_all = {"lanes": lanes, "shared": shared, "state": of_state, "index": index}
-        tick, _ = read(episode.tick, **given_all)
-        frame, (_, channels) = read(episode.frame, **given_all)
-        roots = Roots(tuple(start), tuple(tick), *_split(frame, len(start)))
-        lane_kinds = [k for leaf in jax.tree.leaves(lanes) for k in _kinds(leaf)]
-        dtypes = [str(leaf.dtype) for leaf in jax.tree.leaves(shared) for _ in _kinds(leaf)]
-        return cls(roots, tuple(lane_kinds), tuple(dtypes), channels)
+def _shape(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
+    return jax.ShapeDtypeStruct(x.shape, x.dtype)
 
 
-def _split(nodes: Sequence[Node], first: int) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
-    return tuple(nodes[:first]), tuple(nodes[first:])
+def _of_one_lane(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
+    return jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype)
+
+
+def _read(episode: TracedEpisode, lanes: Tree, shared: Tree) -> tuple[Stages, Tree]:
+    """A program, traced for one lane; and what a frame records, as shapes."""
+    reader = NativeReader()
+
+    def read(function: Callable[..., Tree], **inputs: Tree) -> tuple[list[Node], Tree]:
+        trace, shapes = jax.make_jaxpr(function, return_shape=True)(*inputs.values())
+        arrays = [array for name, tree in inputs.items() for array in _given(name, tree)]
+        return scalars(reader.read(trace, arrays)), shapes
+
+    start, state = read(episode.start, lanes=lanes, shared=shared)
+    index = jax.ShapeDtypeStruct((), "int32")
+    inputs = {"lanes": lanes, "shared": shared, "state": jax.tree.map(_shape, state)}
+    tick, _ = read(episode.tick, **inputs, index=index)
+    frame, (_, channels) = read(episode.frame, **inputs, index=index)
+    return Stages(start, tick, frame[: len(start)], frame[len(start) :]), channels
 
 
 def _kinds(leaf: jax.Array | jax.ShapeDtypeStruct) -> list[str]:
     return [KINDS[str(leaf.dtype)]] * int(np.prod(leaf.shape, dtype=int))
 
 
-def _given(name: str, leaves: Sequence[jax.Array | jax.ShapeDtypeStruct]) -> list[np.ndarray]:
+_STAGES = {"shared": UNIFORM, "lanes": LANE, "state": TICK, "index": TICK}
+
+
+def _given(name: str, tree: Tree) -> list[np.ndarray]:
     """Nodes of what is given, leaf by leaf, numbered one after the other."""
-    numbers = itertools.count()
+    numbers, stage = itertools.count(), _STAGES[name]
     return [
-        array_of([given((name, next(numbers)), kind) for kind in _kinds(leaf)], leaf.shape)
-        for leaf in leaves
+        array_of([given((name, next(numbers)), kind, stage) for kind in _kinds(leaf)], leaf.shape)
+        for leaf in jax.tree.leaves(tree)
     ]
 
 
@@ -148,17 +132,12 @@ class Kernel:
     processor, and the number of threads.
     """
 
-    target: Target
-    """What it was compiled for."""
-    block: int
-    """Lanes that are advanced together; a last block is filled up with the last lane."""
-    compile_seconds: float
-    """Seconds that tracing and compiling took."""
     channels: Tree
     """What a frame records, as `jax.ShapeDtypeStruct` of one lane."""
-    _module: EpisodeModule = field(repr=False)
-    _read: _Read = field(repr=False)
-    _code: Compiled = field(repr=False)
+    module: EpisodeModule = field(repr=False)
+    shared_dtypes: Sequence[str] = field(repr=False)
+    """Types of what all lanes share, number by number."""
+    code: Code = field(repr=False)
 
     def run(
         self,
@@ -170,7 +149,7 @@ class Kernel:
         threads: int | None = None,
         collect: Collect,
     ) -> None:
-        """Roll out every lane.
+        """Roll out every lane; a last block is filled up with the last lane.
 
         Args:
             lanes: arrays [..., lanes], of the structure that was compiled.
@@ -182,61 +161,23 @@ class Kernel:
                 first lane, its number of lanes, and its channels as arrays [frames, ..., lanes],
                 which are only valid meanwhile. What it raises, `run` raises.
         """
-        run = _Run(self, lanes, shared, frames, ticks_per_frame, collect)
-        run.go(threads or available_cores())
-
-
-class _Run:
-    """One run of a kernel: what all threads share."""
-
-    def __init__(
-        self,
-        kernel: Kernel,
-        lanes: Tree,
-        shared: Tree,
-        frames: int,
-        ticks: int,
-        collect: Collect,
-    ) -> None:
-        self._module, self._read, self._code = kernel._module, kernel._read, kernel._code
-        self._block, self._channels = kernel.block, kernel.channels
-        self._frames, self._ticks, self._collect = frames, ticks, collect
         leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(lanes)]
-        self._lanes = leaves[0].shape[-1]
-        self._given = [leaf.reshape(-1, self._lanes) for leaf in leaves]
-        self._blocks = -(-self._lanes // self._block)
-        self._uniform = aligned(self._module.uniform_bytes)
-        self._spread(shared)
-
-    def _spread(self, shared: Tree) -> None:
-        """What all lanes share, computed once."""
-        dtypes = self._read.shared_dtypes
-        memory = aligned(8 * len(dtypes))
-        entries = [x for leaf in jax.tree.leaves(shared) for x in np.asarray(leaf).reshape(-1)]
-        for i, (entry, dtype) in enumerate(zip(entries, dtypes, strict=True)):
-            stored = "int32" if dtype == "bool" else dtype
-            np.ndarray((1,), stored, memory.data, 8 * i)[0] = entry
-        self._function("uniform", 2)(memory.ctypes.data, self._uniform.ctypes.data)
-
-    def _function(self, name: str, pointers: int, numbers: int = 0) -> Callable[..., None]:
-        kinds = [ctypes.c_void_p] * pointers + [ctypes.c_int64] * numbers
-        return ctypes.CFUNCTYPE(None, *kinds)(self._code.address(name))
-
-    def go(self, threads: int) -> None:
-        """Roll out group after group, each by the thread that is free."""
-        threads = max(1, min(threads, self._blocks))
-        group = self._blocks_of_group(threads)
-        groups = iter(range(0, self._blocks, group))
-        lock = threading.Lock()
+        count = leaves[0].shape[-1]
+        rows = [leaf.reshape(-1, count) for leaf in leaves]
+        run = _Run(self, rows, self._uniform(shared), frames, ticks_per_frame, collect)
+        blocks = -(-count // self.module.block)
+        threads = max(1, min(threads or available_cores(), blocks))
+        group = self._blocks_of_group(blocks, threads, frames)
+        firsts, lock = iter(range(0, blocks, group)), threading.Lock()
 
         def work() -> None:
-            worker = _Worker(self, group)
+            worker = _Worker(run, group)
             while True:
                 with lock:
-                    first = next(groups, None)
+                    first = next(firsts, None)
                 if first is None:
                     return
-                worker.roll_out(first, min(group, self._blocks - first))
+                worker.roll_out(first, min(group, blocks - first))
 
         if threads == 1:
             work()
@@ -245,60 +186,85 @@ class _Run:
             for done in [pool.submit(work) for _ in range(threads)]:
                 done.result()
 
-    def _blocks_of_group(self, threads: int) -> int:
+    def _uniform(self, shared: Tree) -> np.ndarray:
+        """What all lanes share, computed once."""
+        memory = aligned(8 * len(self.shared_dtypes))
+        uniform = aligned(self.module.uniform_bytes)
+        numbers = [x for leaf in jax.tree.leaves(shared) for x in np.asarray(leaf).reshape(-1)]
+        for i, (number, dtype) in enumerate(zip(numbers, self.shared_dtypes, strict=True)):
+            stored = "int32" if dtype == "bool" else dtype
+            np.ndarray((1,), stored, memory.data, 8 * i)[0] = number
+        self.code.function("uniform", 2)(memory.ctypes.data, uniform.ctypes.data)
+        return uniform
+
+    def _blocks_of_group(self, blocks: int, threads: int, frames: int) -> int:
         """As many as the buffer holds, few enough that no thread waits long for another."""
-        frame_bytes = self._module.channel_rows.size * self._block * self._frames
+        block = self.module.block
+        frame_bytes = self.module.channel_rows.size * block * frames
         fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
-        together = max(1, _LANES_TOGETHER // self._block)
-        shares = -(-self._blocks // (_GROUPS_OF_THREAD * threads * together)) * together
+        together = max(1, _LANES_TOGETHER // block)
+        shares = -(-blocks // (_GROUPS_OF_THREAD * threads * together)) * together
         return min(fits, shares)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One run of a kernel: what all threads share."""
+
+    kernel: Kernel
+    rows: Sequence[np.ndarray]
+    """What is given lane by lane, [rows, lanes], leaf by leaf."""
+    uniform: np.ndarray
+    frames: int
+    ticks: int
+    collect: Collect
 
 
 class _Worker:
     """The memory of a thread, and what it does with a group of blocks."""
 
     def __init__(self, run: _Run, group: int) -> None:
-        module, block = run._module, run._block
-        self._run, self._block = run, block
-        self._given = module.lane_rows.memory(block)
-        self._invariant = module.invariant_rows.memory(block)
-        self._state = module.state_rows.memory(block)
-        self._out = module.channel_rows.memory(block * group, run._frames)
-        self._start = run._function("start", 4)
-        self._episode = run._function("episode", 4, 4)
-        rows, first, self._leaves = module.lane_rows, 0, []
-        for leaf in run._given:
-            self._leaves.append(rows.view(self._given, first, first + len(leaf), block)[0])
-            first += len(leaf)
+        module, code = run.kernel.module, run.kernel.code
+        self._run, self._module, self._block = run, module, module.block
+        rows = (module.lane_rows, module.invariant_rows, module.state_rows)
+        self._given, self._invariant, self._state = (x.memory(module.block) for x in rows)
+        self._out = module.channel_rows.memory(module.block * group, run.frames)
+        self._start, self._episode = code.function("start", 4), code.function("episode", 4, 4)
+        ends = itertools.accumulate(len(leaf) for leaf in run.rows)
+        self._leaves = [
+            module.lane_rows.view(self._given, end - len(leaf), end, module.block)[0]
+            for leaf, end in zip(run.rows, ends, strict=True)
+        ]
 
     def roll_out(self, first: int, blocks: int) -> None:
         """Roll out so many blocks from the first one on, and let them be collected."""
         run, block, row = self._run, self._block, self._block * blocks
+        all_lanes = run.rows[0].shape[-1]
         uniform, given, invariant, state, out = (
-            each.ctypes.data
-            for each in (run._uniform, self._given, self._invariant, self._state, self._out)
+            memory.ctypes.data
+            for memory in (run.uniform, self._given, self._invariant, self._state, self._out)
         )
         for number in range(blocks):
-            at = (first + number) * block
-            lanes = min(block, run._lanes - at)
-            for leaf, rows in zip(run._given, self._leaves, strict=True):
-                rows[:, :lanes] = leaf[:, at : at + lanes]
+            lane = (first + number) * block
+            lanes = min(block, all_lanes - lane)
+            for leaf, rows in zip(run.rows, self._leaves, strict=True):
+                rows[:, :lanes] = leaf[:, lane : lane + lanes]
                 rows[:, lanes:] = leaf[:, -1:]
             self._start(given, uniform, invariant, state)
             self._episode(
-                uniform, invariant, state, out, run._frames, run._ticks, row, number * block
+                uniform, invariant, state, out, run.frames, run.ticks, row, number * block
             )
-        lanes = min(row, run._lanes - first * block)
-        run._collect(first * block, lanes, self._channels(row, lanes))
+        lanes = min(row, all_lanes - first * block)
+        run.collect(first * block, lanes, self._channels(row, lanes))
 
     def _channels(self, row: int, lanes: int) -> Tree:
         """What was recorded, as arrays [frames, ..., lanes]."""
-        run, first, found = self._run, 0, []
-        leaves, structure = jax.tree.flatten(run._channels)
+        frames, first, arrays = self._run.frames, 0, []
+        leaves, structure = jax.tree.flatten(self._run.kernel.channels)
         for leaf in leaves:
             last = first + int(np.prod(leaf.shape, dtype=int))
-            view = run._module.channel_rows.view(self._out, first, last, row, run._frames)
-            array = view.reshape(run._frames, *leaf.shape[:-1], row)[..., :lanes]
-            found.append(array != 0 if leaf.dtype == bool else array)
+            view = self._module.channel_rows.view(self._out, first, last, row, frames)
+            array = view.reshape(frames, *leaf.shape[:-1], row)[..., :lanes]
+            arrays.append(array != 0 if leaf.dtype == bool else array)
             first = last
-        return jax.tree.unflatten(structure, found)
+        return jax.tree.unflatten(structure, arrays)

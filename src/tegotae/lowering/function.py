@@ -6,21 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import jax
-import numpy as np
+import msgspec
 
-from tegotae.lowering.graph import Reader
-from tegotae.lowering.layout import Entry, MemoryLayout, Rows
-from tegotae.lowering.llvm.compile import (
-    Compiled,
-    NativeStep,
-    Target,
-    object_file,
-    sealed,
-    target_of,
-)
-from tegotae.lowering.llvm.emit import Emitter
-from tegotae.lowering.llvm.writer import FunctionWriter
-from tegotae.lowering.nodes import KINDS, Node, Tree, array_of, given, scalars
+from tegotae.lowering.emit import Emitter
+from tegotae.lowering.graph import in_shapes
+from tegotae.lowering.layout import Entry, MemoryLayout, StepLayout
+from tegotae.lowering.machine import Code, NativeStep, Target, object_file, sealed, target_of
+from tegotae.lowering.native_reader import NativeReader
+from tegotae.lowering.nodes import Node, Tree, given, scalars
+from tegotae.lowering.writer import FunctionWriter, module_text
 
 
 @dataclass(frozen=True)
@@ -28,28 +22,24 @@ class FunctionKernel:
     """A compiled function: how its memory is laid out, and its code.
 
     The code is one function in C's way of calling, `void step(void *state, const void *inputs, void
-    *outputs)`, of which each pointer is to memory that a layout describes.
+    *outputs)`, of which each pointer is to memory that the layout describes.
     """
 
-    state: MemoryLayout
-    """What a step hands to the next; every entry is named by its path in the pytree."""
-    inputs: MemoryLayout
-    """What it takes."""
-    outputs: MemoryLayout
-    """What it gives."""
+    layout: StepLayout
     text: str = field(repr=False)
     """The code in LLVM's language."""
 
     def step(self) -> NativeStep:
         """The function, ready to be called in this process."""
-        return NativeStep(
-            Compiled(self.text, target_of("scalar")), self.state, self.inputs, self.outputs
-        )
+        return NativeStep(Code.compiled(self.text, target_of("scalar")), self.layout)
 
     def object_file(self, target: str | Target = "portable") -> bytes:
-        """The code for a processor, with a checksum: what `load_step` takes, without JAX."""
-        code = object_file(self.text, target_of(target))
-        return sealed(code, self.state, self.inputs, self.outputs)
+        """The code for a processor."""
+        return object_file(self.text, target_of(target))
+
+    def to_bytes(self, target: str | Target = "portable") -> bytes:
+        """Layout and code for a processor, with a checksum: what `load_step` takes, without JAX."""
+        return sealed(msgspec.msgpack.encode((self.layout, self.object_file(target))))
 
 
 def compile_function(
@@ -89,16 +79,18 @@ def compile_function(
             for tree in (state, inputs)
         ]
         trace, (after, outputs) = jax.make_jaxpr(function, return_shape=True)(*shapes)
-        layouts = [_layout(tree) for tree in (*shapes, outputs)]
-        assert _layout(after) == layouts[0], "the new state differs from the old one in its shape"
+        layout = StepLayout(*map(_layout, (*shapes, outputs)))
+        assert _layout(after) == layout.state, "the new state differs from the old in its shape"
         arrays = [
             array
-            for name, layout in zip(("state", "inputs"), layouts, strict=False)
-            for array in _given(name, layout)
+            for name, part in (("state", layout.state), ("inputs", layout.inputs))
+            for array in in_shapes(
+                [given((name, i), kind) for i, kind in enumerate(part.rows.kinds)],
+                [entry.shape for entry in part.entries],
+            )
         ]
-        results = scalars(Reader().read(trace, arrays))
-    of_state, of_inputs, of_outputs = layouts
-    return FunctionKernel(of_state, of_inputs, of_outputs, _text(results, layouts))
+        results = scalars(NativeReader().read(trace, arrays))
+    return FunctionKernel(layout, _text(results, layout))
 
 
 def _layout(tree: Tree) -> MemoryLayout:
@@ -111,26 +103,11 @@ def _layout(tree: Tree) -> MemoryLayout:
     )
 
 
-def _given(name: str, layout: MemoryLayout) -> list[np.ndarray]:
-    """Nodes of a layout, array by array, numbered one after the other."""
-    found, first = [], 0
-    for entry in layout.entries:
-        size = len(MemoryLayout((entry,)).kinds)
-        kind = KINDS[entry.dtype]
-        nodes = [given((name, first + i), kind) for i in range(size)]
-        found.append(array_of(nodes, entry.shape))
-        first += size
-    return found
-
-
-def _text(results: Sequence[Node], layouts: Sequence[MemoryLayout]) -> str:
+def _text(results: Sequence[Node], layout: StepLayout) -> str:
     """The module: loads, computes, and stores once all is known."""
     declared: set[str] = set()
     w = FunctionWriter(1, declared)
-    offsets = {
-        name: Rows(layout.kinds).offsets
-        for name, layout in zip(("state", "inputs", "outputs"), layouts, strict=True)
-    }
+    offsets = {name: part.rows.offsets for name, part in vars(layout).items()}
 
     def leaf(node: Node) -> tuple[str, int, bool] | None:
         if node.operation != "given" or node.detail[0] not in offsets:
@@ -138,21 +115,9 @@ def _text(results: Sequence[Node], layouts: Sequence[MemoryLayout]) -> str:
         name, number = node.detail
         return f"%{name}", offsets[name][number], False
 
-    found = Emitter(w, 1, results, leaf)
-    values = [found.values(node)[0] for node in results]
-    n_state = len(layouts[0].kinds)
-    places = [("%state", at) for at in offsets["state"]]
-    places += [("%outputs", at) for at in offsets["outputs"]]
-    assert len(places) == len(results) >= n_state
+    emitted = Emitter(w, 1, results, leaf)
+    values = [emitted.values(node)[0] for node in results]
+    places = [(f"%{name}", x) for name in ("state", "outputs") for x in offsets[name]]
     for (base, offset), node, value in zip(places, results, values, strict=True):
         w.store(base, offset, node.kind, value)
-    function = w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")
-    return "\n".join(
-        (
-            function,
-            *sorted(declared),
-            "attributes #0 = { nounwind }",
-            '!0 = !{!"branch_weights", i32 1, i32 50}',
-            "",
-        )
-    )
+    return module_text([w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")], declared)

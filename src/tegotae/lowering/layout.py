@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class Rows:
     def offsets(self) -> tuple[int, ...]:
         """Where each row begins, in bytes a lane: wide ones first, so that all are aligned."""
         sizes = [dtype.itemsize for dtype in self.dtypes]
-        ends = {size: sum(each for each in sizes if each > size) for size in sizes}
+        ends = {size: sum(x for x in sizes if x > size) for size in sizes}
         offsets = []
         for size in sizes:
             offsets.append(ends[size])
@@ -72,17 +73,7 @@ def aligned(size: int) -> np.ndarray:
     return memory[offset : offset + size]
 
 
-def numbers_of(memory: np.ndarray, dtypes: Sequence[str]) -> list[np.ndarray]:
-    """Scalars of these types in memory of eight bytes each, as arrays of one entry."""
-    return [np.ndarray((1,), dtype, memory.data, 8 * i) for i, dtype in enumerate(dtypes)]
-
-
-_Written = Iterable[tuple[str, str, Iterable[int]]]
-"""A layout as JSON values: of each array its name, type and shape."""
-
-
-@dataclass(frozen=True)
-class Entry:
+class Entry(NamedTuple):
     """An array of a layout.
 
     Args:
@@ -105,37 +96,41 @@ class MemoryLayout:
         >>> memory = layout.memory()
         >>> {name: array.shape for name, array in layout.views(memory).items()}
         {'x': (2,), 'on': ()}
-        >>> MemoryLayout.of_document(layout.document()) == layout
-        True
     """
 
     entries: tuple[Entry, ...]
 
     @property
-    def kinds(self) -> tuple[str, ...]:
-        """Kinds of all scalars, in their order."""
-        return tuple(KINDS[e.dtype] for e in self.entries for _ in range(math.prod(e.shape)))
+    def rows(self) -> Rows:
+        """All scalars, in their order."""
+        return Rows(tuple(KINDS[e.dtype] for e in self.entries for _ in range(math.prod(e.shape))))
 
     def memory(self) -> np.ndarray:
         """Memory for it, all zero."""
-        memory = Rows(self.kinds).memory(1)
+        memory = self.rows.memory(1)
         memory[:] = 0
         return memory
 
     def views(self, memory: np.ndarray) -> dict[str, np.ndarray]:
         """The arrays in memory, by name: written to and read from in place."""
-        offsets, found, first = Rows(self.kinds).offsets, {}, 0
+        offsets, views, first = self.rows.offsets, {}, 0
         for entry in self.entries:
             dtype = "int32" if entry.dtype == "bool" else entry.dtype
-            found[entry.name] = np.ndarray(entry.shape, dtype, memory.data, offsets[first])
+            views[entry.name] = np.ndarray(entry.shape, dtype, memory.data, offsets[first])
             first += math.prod(entry.shape)
-        return found
+        return views
 
-    def document(self) -> list[list[str | list[int]]]:
-        """Plain JSON values that say the same."""
-        return [[e.name, e.dtype, list(e.shape)] for e in self.entries]
 
-    @classmethod
-    def of_document(cls, document: _Written) -> MemoryLayout:
-        """The layout of such values."""
-        return cls(tuple(Entry(name, dtype, tuple(shape)) for name, dtype, shape in document))
+@dataclass(frozen=True)
+class StepLayout:
+    """Memory of a function of state and inputs."""
+
+    state: MemoryLayout
+    """What a step hands to the next; every entry is named by its path in the pytree."""
+    inputs: MemoryLayout
+    """What it takes."""
+    outputs: MemoryLayout
+    """What it gives."""
+
+    def __iter__(self) -> Iterator[MemoryLayout]:
+        return iter((self.state, self.inputs, self.outputs))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import itertools
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -118,7 +118,7 @@ def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
         tree = ast.parse(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, SyntaxError):
         return {}
-    found: dict[int, tuple[str, ...]] = {}
+    assigned: dict[int, tuple[str, ...]] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Assign):
             target = node.targets[0]
@@ -126,31 +126,38 @@ def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
             target = node.target
         else:
             continue
-        each = target.elts if isinstance(target, ast.Tuple) else [target]
-        names = tuple(name.id for name in each if isinstance(name, ast.Name))
-        if len(names) == len(each):
+        targets = target.elts if isinstance(target, ast.Tuple) else [target]
+        names = tuple(name.id for name in targets if isinstance(name, ast.Name))
+        if len(names) == len(targets):
             for line in range(node.lineno, (node.end_lineno or node.lineno) + 1):
-                found[line] = names
-    return found
+                assigned[line] = names
+    return assigned
 
 
 class CannotLower(TegotaeError):  # noqa: N818 - it says what cannot be done
-    """An operation that has no native code: which, and where it was written.
+    """An operation that has no native code, or no C: which, and where it was written.
 
     Args:
         operation: its name in a trace, or other words that name it.
         place: the line of the program, if that is known.
         why: what about it, if not all of it.
+        target: the code that there is none of.
 
     Example:
         >>> print(CannotLower("sort"))
         'sort' has no native code
     """
 
-    def __init__(self, operation: str, place: Place | None = None, why: str = "") -> None:
+    def __init__(
+        self,
+        operation: str,
+        place: Place | None = None,
+        why: str = "",
+        target: str = "native code",
+    ) -> None:
         named = repr(operation) if operation.isidentifier() else operation
         where = "" if place is None else f" ({place.file.name}, line {place.line})"
-        super().__init__(f"{named}{where} has no native code{why and ': '}{why}")
+        super().__init__(f"{named}{where} has no {target}{why and ': '}{why}")
         self.operation, self.place, self.why = operation, place, why
 
 
@@ -167,6 +174,9 @@ KINDS = {
 DTYPES = {kind: dtype for dtype, kind in KINDS.items()}
 """Types of a trace by those in C."""
 FLOATS = ("float", "double")
+UNIFORM, LANE, TICK = range(3)
+"""Stages of an episode, at which a scalar is known: the same for all lanes; of a lane, and the same
+all the time; of every tick."""
 _number = itertools.count()
 
 
@@ -181,10 +191,16 @@ class Node:
     inputs: tuple[Node, ...] = ()
     detail: Detail = None
     """The value of a literal, the name of what is given, which result of which call."""
-    place: Place | None = None
-    """Where in the program it was computed."""
+    origin: Traced = None
+    """The operation of the trace that it comes from, where the program's own names are wanted."""
+    stage: int = TICK
+    """When it is known; of an operation, once all of its inputs are."""
     number: int = field(default_factory=lambda: next(_number))
     """Later ones depend on earlier ones alone."""
+
+    def __post_init__(self) -> None:
+        if self.inputs:
+            self.stage = max(node.stage for node in self.inputs)
 
 
 @dataclass(eq=False)
@@ -213,15 +229,43 @@ class Loop:
     onwards: tuple[Node, ...]
     """What is carried to the next round."""
 
+    @functools.cached_property
+    def changing(self) -> frozenset[Node]:
+        """All that changes from round to round."""
+        changing = set(self.carried)
+        for node in reachable((self.goes_on, *self.onwards)):
+            if not changing.isdisjoint(node.inputs):
+                changing.add(node)
+        return frozenset(changing)
 
-def given(name: Detail, kind: str = "float") -> Node:
+    def outside(self) -> tuple[Node, ...]:
+        """What a round reads that does not change, in the order of the rounds."""
+        order = reachable((self.goes_on, *self.onwards))
+        read = {x: None for node in order if node in self.changing for x in node.inputs}
+        read.update(dict.fromkeys((self.goes_on, *self.onwards)))
+        return tuple(x for x in read if x not in self.changing and x.operation != "literal")
+
+
+def given(name: Detail, kind: str = "float", stage: int = TICK) -> Node:
     """A scalar that comes from outside; of C, the text that it has there."""
-    return Node("given", kind, detail=name)
+    return Node("given", kind, detail=name, stage=stage)
 
 
 def literal(value: Detail, kind: str) -> Node:
     """A constant."""
-    return Node("literal", kind, detail=value)
+    return Node("literal", kind, detail=value, stage=UNIFORM)
+
+
+def reachable(nodes: Iterable[Node]) -> list[Node]:
+    """All that the nodes are made of, in an order in which it can be computed."""
+    met: set[Node] = set()
+    left = list(nodes)
+    while left:
+        node = left.pop()
+        if node not in met:
+            met.add(node)
+            left += node.inputs
+    return sorted(met, key=lambda node: node.number)
 
 
 def array_of(nodes: Sequence[Node], shape: tuple[int, ...]) -> np.ndarray:
@@ -231,17 +275,17 @@ def array_of(nodes: Sequence[Node], shape: tuple[int, ...]) -> np.ndarray:
     return array.reshape(shape)
 
 
-def constant(value: ArrayLike) -> np.ndarray:
+def constant(value: ArrayLike, kinds: Mapping[str, str] = KINDS) -> np.ndarray:
     """An array of known numbers as literals.
 
     Raises:
         CannotLower: for numbers of a type that no scalar has.
     """
     numbers = np.asarray(value)
-    kind = KINDS.get(str(numbers.dtype))
+    kind = kinds.get(str(numbers.dtype))
     if kind is None:
         raise CannotLower(f"numbers of {numbers.dtype}")
-    return array_of([literal(each, kind) for each in numbers.reshape(-1)], numbers.shape)
+    return array_of([literal(x, kind) for x in numbers.reshape(-1)], numbers.shape)
 
 
 def scalars(arrays: Sequence[np.ndarray]) -> list[Node]:

@@ -4,35 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae.lowering.nodes import DTYPES, FLOATS, Detail, Node, Parameters
+from tegotae.lowering.writer import FunctionWriter
 
 ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, BITS, CHOICE = 9, 8, 7, 6, 5, 4, 3, 1
 """How tightly C binds, from names and calls to `?:`."""
-
-
-class Writer(Protocol):
-    """Where instructions of LLVM are written; each gets a register."""
-
-    def type(self, kind: str) -> str:
-        """The type of such a value, one a lane."""
-        ...
-
-    def do(self, instruction: str) -> str:
-        """Write an instruction; the register of its value."""
-        ...
-
-    def number(self, value: Detail, kind: str) -> str:
-        """A constant, the same for all lanes."""
-        ...
-
-    def call(self, intrinsic: str, kinds: tuple[str, ...], *operands: str) -> str:
-        """Call an intrinsic, named with the types that it is overloaded with."""
-        ...
 
 
 Emission = Callable[..., str]
@@ -86,7 +66,7 @@ def _function(
 def _instruction(of_floats: str, of_whole: str, unsigned: str | None = None) -> Emission:
     """An instruction, by the kind of its first operand."""
 
-    def emit(w: Writer, node: Node, *operands: str) -> str:
+    def emit(w: FunctionWriter, node: Node, *operands: str) -> str:
         kind = node.inputs[0].kind
         name = of_floats if kind in FLOATS else of_whole
         if unsigned is not None and kind.startswith("u"):
@@ -103,13 +83,13 @@ def _comparison(of_floats: str, of_whole: str) -> Emission:
 
 
 def _intrinsic(name: str) -> Emission:
-    def emit(w: Writer, node: Node, *operands: str) -> str:
+    def emit(w: FunctionWriter, node: Node, *operands: str) -> str:
         return w.call(name, (node.kind,), *operands)
 
     return emit
 
 
-def _divided(w: Writer, node: Node, a: str, b: str) -> str:
+def _divided(w: FunctionWriter, node: Node, a: str, b: str) -> str:
     """A ratio; of whole numbers one that no processor stops at: by zero it has all bits set."""
     kind, mask = w.type(node.kind), w.type("bool")
     if node.kind in FLOATS:
@@ -128,12 +108,12 @@ def _divided(w: Writer, node: Node, a: str, b: str) -> str:
     return w.do(f"select {mask} {zero}, {kind} {w.number(-1, node.kind)}, {kind} {ratio}")
 
 
-def _negated(w: Writer, node: Node, x: str) -> str:
+def _negated(w: FunctionWriter, node: Node, x: str) -> str:
     kind = w.type(node.kind)
     return w.do(f"fneg {kind} {x}" if node.kind in FLOATS else f"sub {kind} zeroinitializer, {x}")
 
 
-def _magnitude(w: Writer, node: Node, x: str) -> str:
+def _magnitude(w: FunctionWriter, node: Node, x: str) -> str:
     if node.kind in FLOATS:
         return w.call("fabs", (node.kind,), x)
     kind = w.type(node.kind)
@@ -148,7 +128,7 @@ def _extreme(of_floats: str, of_whole: str) -> Emission:
     `x > y ? x : y` is one instruction of many processors, and gives y where x is no number.
     """
 
-    def emit(w: Writer, node: Node, a: str, b: str) -> str:
+    def emit(w: FunctionWriter, node: Node, a: str, b: str) -> str:
         kind, mask, (first, second) = w.type(node.kind), w.type("bool"), node.inputs
 
         def either(x: str, y: str) -> str:
@@ -172,12 +152,12 @@ def _is_number(node: Node) -> bool:
     return node.operation == "literal" and not np.isnan(node.detail)
 
 
-def _inverted(w: Writer, node: Node, x: str) -> str:
+def _inverted(w: FunctionWriter, node: Node, x: str) -> str:
     ones = w.number(True if node.kind == "bool" else -1, node.kind)
     return w.do(f"xor {w.type(node.kind)} {x}, {ones}")
 
 
-def _selected(w: Writer, node: Node, which: str, *cases: str) -> str:
+def _selected(w: FunctionWriter, node: Node, which: str, *cases: str) -> str:
     kind, of = w.type(node.kind), node.inputs[0].kind
     if of == "bool":
         no, yes = cases
@@ -189,7 +169,7 @@ def _selected(w: Writer, node: Node, which: str, *cases: str) -> str:
     return taken
 
 
-def _cut_off(w: Writer, of: str, to: str, x: str) -> str:
+def _cut_off(w: FunctionWriter, of: str, to: str, x: str) -> str:
     """The whole part of a float, the nearest there is beyond the range, zero for no number.
 
     LLVM's own saturating conversion takes a vector apart into its numbers.
@@ -212,7 +192,7 @@ def _bits(kind: str) -> int:
     return 1 if kind == "bool" else 8 * np.dtype(DTYPES[kind]).itemsize
 
 
-def _converted(w: Writer, node: Node, x: str) -> str:
+def _converted(w: FunctionWriter, node: Node, x: str) -> str:
     """Another type; floats that become whole are cut off towards zero, and kept in the range."""
     of, to = node.inputs[0].kind, node.kind
     before, after = w.type(of), w.type(to)
@@ -234,7 +214,7 @@ def _converted(w: Writer, node: Node, x: str) -> str:
     return w.do(f"{longer if _bits(to) > _bits(of) else 'trunc'} {before} {x} to {after}")
 
 
-def _as_bits(w: Writer, node: Node, x: str) -> str:
+def _as_bits(w: FunctionWriter, node: Node, x: str) -> str:
     of, to = w.type(node.inputs[0].kind), w.type(node.kind)
     return x if of == to else w.do(f"bitcast {of} {x} to {to}")
 
@@ -242,7 +222,7 @@ def _as_bits(w: Writer, node: Node, x: str) -> str:
 def _shift(instruction: str) -> Emission:
     """A shift by less bits than there are; by more, all are lost, or become the sign's."""
 
-    def emit(w: Writer, node: Node, x: str, by: str) -> str:
+    def emit(w: FunctionWriter, node: Node, x: str, by: str) -> str:
         kind, last = w.type(node.kind), _bits(node.kind) - 1
         amount = node.inputs[1]
         if amount.operation == "literal" and 0 <= int(amount.detail) <= last:
@@ -280,26 +260,14 @@ OPERATIONS: dict[str, Operation] = {
     "round": _function("rintf", fold=np.rint, llvm=_intrinsic("rint")),
     "sqrt": _function("sqrtf", llvm=_intrinsic("sqrt")),
     "rsqrt": Operation("1.0f / sqrtf({0})", PRODUCT),
-    "cbrt": _function("cbrtf"),
-    "exp": _function("expf"),
-    "exp2": _function("exp2f"),
-    "expm1": _function("expm1f"),
-    "log": _function("logf"),
-    "log1p": _function("log1pf"),
     "logistic": Operation("1.0f / (1.0f + expf(-{0}))", PRODUCT, (ATOM,)),
-    "erf": _function("erff"),
-    "sin": _function("sinf"),
-    "cos": _function("cosf"),
-    "tan": _function("tanf"),
-    "asin": _function("asinf"),
-    "acos": _function("acosf"),
-    "atan": _function("atanf"),
-    "sinh": _function("sinhf"),
-    "cosh": _function("coshf"),
-    "tanh": _function("tanhf"),
-    "asinh": _function("asinhf"),
-    "acosh": _function("acoshf"),
-    "atanh": _function("atanhf"),
+    **{
+        name: _function(f"{name}f")
+        for name in (
+            *("cbrt", "exp", "exp2", "expm1", "log", "log1p", "erf", "sin", "cos", "tan"),
+            *("asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+        )
+    },
     "atan2": _function("atan2f", 2),
     "rem": _function("fmodf", 2),
     "pow": _function("powf", 2),
@@ -312,7 +280,7 @@ OPERATIONS: dict[str, Operation] = {
     "le": _infix("<=", ORDER, np.less_equal, _comparison("ole", "sle"), safe=True),
     "gt": _infix(">", ORDER, np.greater, _comparison("ogt", "sgt"), safe=True),
     "ge": _infix(">=", ORDER, np.greater_equal, _comparison("oge", "sge"), safe=True),
-    # Of numbers alone: false where one is none. No trace has it (`lane_reader`).
+    # Of numbers alone: false where one is none. No trace has it (`native_reader`).
     "differ": Operation(None, llvm=_comparison("one", "ne")),
     "and": _infix("&", BITS, np.bitwise_and, _instruction("", "and"), safe=True),
     "or": _infix("|", BITS, np.bitwise_or, _instruction("", "or"), safe=True),

@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -61,6 +61,9 @@ def columns(*rows: tuple[Any, ...]) -> tuple[Column, ...]:
 class AnswerBase:
     """What a question gives."""
 
+    ENDING: ClassVar[str] = ""
+    """Of the one file that `save` writes, if it is not a folder."""
+
     @property
     def title(self) -> str:
         """The outcome in a few words."""
@@ -84,18 +87,21 @@ class AnswerBase:
         raise NotImplementedError
 
     def figures(self) -> dict[str, Figure]:
-        """Pictures by name, the most telling one first."""
-        raise NotImplementedError
+        """Pictures by name, the most telling one first; none by default."""
+        return {}
 
     def plot(self, path: Path | str | None = None) -> Figure:
         """The picture, written to a file (.png, .pdf, .svg) if one is named; others go beside it.
 
         Raises:
-            TegotaeError: for another ending, or a file that cannot be written.
+            TegotaeError: for an answer without pictures, another ending, or a file that cannot be
+                written.
         """
         from tegotae.figures.style import save_figure
 
         figures = self.figures()
+        if not figures:
+            raise TegotaeError("there is no picture of this; its numbers can be written")
         first = next(iter(figures))
         if path is not None:
             path = Path(path)

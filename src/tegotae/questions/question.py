@@ -62,7 +62,8 @@ class Question(Generic[A]):
         nameless: whether it can be asked without any.
         usual: the names where none is given.
         kinds: of kinds of subjects an example, a name or its options, for a reference.
-        written: what the shell writes unless it is told: nothing, a picture, or a folder.
+        written: what the shell writes unless it is told: nothing, a picture, a folder, or the file
+            that the answer is (`AnswerBase.ENDING`).
     """
 
     ask: Callable[[Any, Any], A]
@@ -72,7 +73,7 @@ class Question(Generic[A]):
     nameless: bool = False
     usual: tuple[Any, ...] = ()
     kinds: Mapping[str, Any] = field(default_factory=dict)
-    written: Literal["nothing", "picture", "folder"] = "nothing"
+    written: Literal["nothing", "picture", "folder", "file"] = "nothing"
 
     def __post_init__(self) -> None:
         self.__doc__, self.__name__ = self.ask.__doc__, self.ask.__name__

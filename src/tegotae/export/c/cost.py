@@ -7,18 +7,18 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
 import jax
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.golden import golden
-from tegotae.export.c.header import header
-from tegotae.export.c.lower import number
-from tegotae.export.c.plan import Export, member
+from tegotae.export.c.facts import facts
+from tegotae.export.c.golden import golden, initialiser, put
+from tegotae.export.c.package import header
+from tegotae.export.c.plan import Export
 from tegotae.export.c.source import source
+from tegotae.export.c.text import filled_c, template
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import find
 
@@ -141,40 +141,34 @@ def _cost(export: Export, core: Core, folder: Path) -> Cost:
 
 
 def _write(export: Export, folder: Path) -> None:
+    """The controller, ticks of its golden run, and the program that counts them."""
     prefix = export.prefix
     (folder / f"{prefix}.c").write_text(source(export))
     (folder / f"{prefix}.h").write_text(header(export))
-    vectors = golden(export)
-    n_state = len(export.tracer.state_names) * export.limbs
-    n_inputs = len(export.senses) * export.limbs
-    chosen = vectors.rows[:: max(1, len(vectors.rows) // TICKS)][:TICKS, : n_state + n_inputs]
-    rows = ",\n".join("{" + ", ".join(number(x, "float")[0] for x in row) + "}" for row in chosen)
-    at = "" if export.limbs == 1 else "[i]"
-    put = [f"state->oscillator{at}.{name} = row[k++];" for name in export.tracer.state_names]
-    put += [f"in->{member(name)}{at} = row[k++];" for name in export.senses]
-    loops = "".join(f"    for (int i = 0; i < {export.limbs}; ++i) {{ {x} }}\n" for x in put)
-    phases = f", (const float[{export.limbs}]){{0.0f}}" if at else ", 0.0f"
-    (folder / "vectors.h").write_text(
-        f'#include "{prefix}.h"\n'
-        f"#define NAME(x) {prefix}_ ## x\n"
-        f"#define TICKS {len(chosen)}\n"
-        f"#define INIT(s) {prefix}_init(s{phases if export.tracer.state_names else ''})\n"
-        f"static const float ROWS[TICKS][{n_state + n_inputs}] = {{\n{rows}\n}};\n"
-        f"static void put({prefix}_state *state, {prefix}_inputs *in, const float *row)\n"
-        f"{{\n    int k = 0;\n    (void)state; (void)in;\n{loops}}}\n"
-    )
-    own = resources.files("tegotae.export.c")
+    vectors, limbs = golden(export), export.limbs
+    columns = (len(export.state_names) + len(export.senses)) * limbs
+    chosen = vectors.rows[:: max(1, len(vectors.rows) // TICKS)][:TICKS, :columns]
+    phases = ", 0.0f" if limbs == 1 else f", (const float[{limbs}]){{0.0f}}"
+    known = {
+        **facts(export),
+        "ticks": len(chosen),
+        "phases": phases if export.state_names else "",
+        "columns_count": columns,
+        "rows": initialiser(chosen),
+        "put": put(export, "state->", "in->"),
+    }
+    (folder / "vectors.h").write_text(filled_c("vectors.h", known))
     for name in ("firmware.c", "firmware.ld"):
-        (folder / name).write_text(own.joinpath(name).read_text(encoding="utf-8"))
+        (folder / name).write_text(template(name), encoding="utf-8")
 
 
 def _compiled(folder: Path, core: Core, with_step: bool) -> Path:
-    (own,) = [path.name for path in folder.glob("*.c") if path.name != "firmware.c"]
+    (controller,) = [path.name for path in folder.glob("*.c") if path.name != "firmware.c"]
     target = "with_step.elf" if with_step else "without.elf"
     _run(
         f"{COMPILER} {' '.join(core.flags)} -std=c99 -O2 -ffunction-sections -fdata-sections "
         f"-DWITH_STEP={int(with_step)} -nostartfiles --specs=nosys.specs -Wl,--gc-sections "
-        f"-T firmware.ld firmware.c {own} -lm -o {target}",
+        f"-T firmware.ld firmware.c {controller} -lm -o {target}",
         folder,
     )
     return folder / target

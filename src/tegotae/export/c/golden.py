@@ -1,97 +1,35 @@
-"""Golden vectors, and the program that checks the exported C against them."""
+"""Golden vectors: ticks of the package's own run, and the program that checks the C with them."""
 
 from __future__ import annotations
 
 import io
-import textwrap
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.typing import DTypeLike
 
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.lower import number, wrapped
+from tegotae.export.c.facts import facts
 from tegotae.export.c.plan import Export, member
-from tegotae.parts._shapes import StateTree, Weights
-from tegotae.parts.bodies import Body, Interface
-from tegotae.parts.controller import Controller
+from tegotae.export.c.text import filled_c, floating, wrapped
+from tegotae.parts._shapes import Number, PerLimb, StateTree
+from tegotae.parts.bodies import Body
 from tegotae.simulation.integrators import Hold
-from tegotae.simulation.integrators.base import (
-    drive,
-    held,
-    phase_of,
-    push,
-    settled,
-    to_limbs,
-)
-from tegotae.simulation.integrators.hold import sample
+from tegotae.simulation.integrators.base import held, settled
 from tegotae.simulation.loop import ClosedLoop, Lane
 from tegotae.simulation.world import Scenario, ground_m
 
+TOLERANCE = 1e-5
+"""Largest error allowed, relative to the golden number or to its column's size."""
+_DURATION_S = 4.0
+"""Simulated time of the run."""
+_VECTORS = 1000
+"""How many of its ticks are kept."""
 _RATE_HZ = 1.7
 """How often a drawn sense comes back."""
-
-
-def drawn(export: Export, ticks: int) -> dict[str, np.ndarray]:
-    """Senses that sweep from none to twice their scale, each limb's at a time of its own.
-
-    Returns:
-        [ticks, (limbs,) 1] for each sense; a load is never below zero.
-    """
-    time_s = export.tick_s * np.arange(ticks)
-    found = {}
-    for k, name in enumerate(export.senses):
-        turns = _RATE_HZ * time_s[:, None] + 0.37 * np.arange(export.limbs) + 0.21 * k
-        wave = 2.0 * export.scales.get(name, 1.0) * np.sin(2.0 * np.pi * turns)
-        wave = np.maximum(wave, 0.0) if name == "spring_force" else wave
-        shape = (ticks, *export.saved.controller.limb_shape, 1)
-        found[name] = wave.reshape(shape).astype(np.float32)
-    return found
-
-
-def driven(export: Export, ticks: int) -> jax.Array:
-    """Ticks of the limbs as a simulator's environment has them (`integrators.hold`).
-
-    Returns:
-        [ticks, columns]: state, senses, commands, feedback, phase and next state.
-    """
-    controller = export.saved.controller
-    assert controller.oscillator is not None  # limbs on an environment have one
-    shape = (*controller.limb_shape, 1)
-    phases = jnp.asarray(0.1 + 2.3 * np.arange(export.limbs) % 6.0, jnp.float32).reshape(shape)
-    most = 1.0 if export.max_force_n is None else export.max_force_n
-    numbers = {
-        "omega": jnp.float32(export.saved.omega or 0.0),
-        "scales": {name: jnp.float32(scale) for name, scale in export.scales.items()},
-        "max_force": jnp.float32(most),
-        "step_s": jnp.float32(export.tick_s),
-    }
-    weights = jnp.asarray(export.weights)[:, None]
-    force = export.commands == ("force",)
-
-    def tick(state: StateTree, sensed: dict[str, jax.Array]) -> tuple[StateTree, jax.Array]:
-        after, command, feedback, _ = sample(
-            controller, weights, state, sensed, jnp.zeros(shape, jnp.float32), numbers
-        )
-        commands = [command * most] if force else list(command)
-        oscillator = controller.oscillator
-        assert oscillator is not None
-        phase = [oscillator.phase(state)] if export.has_phase else []
-        parts = [*jax.tree.leaves(state), *(sensed[n] for n in export.senses), *commands]
-        parts += [feedback, *phase, *jax.tree.leaves(after)]
-        return after, jnp.concatenate([jnp.broadcast_to(x, shape).reshape(-1) for x in parts])
-
-    senses = {name: jnp.asarray(x) for name, x in drawn(export, ticks).items()}
-    start = controller.oscillator.start(phases)
-    return jax.lax.scan(tick, start, senses, length=ticks)[1]
-
-
-DURATION_S = 4.0
-"""Simulated time of the run."""
-VECTORS = 1000
-"""How many of its ticks are kept."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +55,11 @@ class Golden:
         return stream.getvalue()
 
 
+def initialiser(rows: np.ndarray) -> str:
+    """Rows of numbers as an array of C."""
+    return ",\n".join(wrapped("{" + ", ".join(map(floating, row)) + "}") for row in rows)
+
+
 def golden(export: Export) -> Golden:
     """The package's own run of a controller on its body, held over the tick of the export.
 
@@ -125,52 +68,65 @@ def golden(export: Export) -> Golden:
     Raises:
         TegotaeError: if no tick of it has finite numbers.
     """
-    ticks = max(1, round(DURATION_S / export.tick_s))
-    run = driven if isinstance(export.body, Interface) else _run
+    ticks = max(1, round(_DURATION_S / export.tick_s))
+    run = _on_its_body if isinstance(export.body, Body) else _of_drawn_senses
     rows = np.asarray(run(export, ticks))
-    numbers = np.arange(ticks)
     finite = np.isfinite(rows).all(axis=1)
     if not finite.any():
         raise TegotaeError("the controller's own simulation gives no finite numbers at this tick")
-    kept = numbers[finite]
-    kept = kept[:: max(1, len(kept) // VECTORS)][:VECTORS]
-    return Golden(columns(export), rows[kept].astype(np.float32), kept * export.tick_s)
+    kept = np.arange(ticks)[finite]
+    kept = kept[:: max(1, len(kept) // _VECTORS)][:_VECTORS]
+    return Golden(_columns(export), rows[kept].astype(np.float32), kept * export.tick_s)
 
 
-def columns(export: Export) -> tuple[str, ...]:
+def _columns(export: Export) -> tuple[str, ...]:
     """What the numbers of a tick are: state, inputs, outputs, next state."""
-
-    def each(name: str) -> list[str]:
-        return [name] if export.limbs == 1 else [f"{name}[{i}]" for i in range(export.limbs)]
-
-    state = [x for name in export.tracer.state_names for x in each(f"state.{name}")]
-    inputs = [x for name in export.senses for x in each(f"in.{member(name)}")]
-    outputs = [f"out.{name}" for name in outputs_of(export)]
-    said = [x for name in outputs for x in each(name)]
-    after = [name.replace("state.", "next.") for name in state]
-    return (*state, *inputs, *said, *after)
+    state = [f"state.{name}" for name in export.state_names]
+    outputs = [f"out.{name}" for name in export.outputs]
+    after = [f"next.{name}" for name in export.state_names]
+    names = [*state, *(f"in.{member(name)}" for name in export.senses), *outputs, *after]
+    if export.limbs == 1:
+        return tuple(names)
+    return tuple(f"{name}[{i}]" for name in names for i in range(export.limbs))
 
 
-def outputs_of(export: Export) -> list[str]:
-    """The numbers among the outputs."""
-    phase = ["phase_rad"] if export.has_phase else []
-    return [*map(member, export.commands), "feedback_rad_per_s", *phase]
+def _ticked(
+    export: Export,
+    omega: PerLimb,
+    state: StateTree,
+    sensed: Mapping[str, PerLimb],
+    scales: Mapping[str, Number] | None = None,
+) -> tuple[StateTree, jax.Array]:
+    """The next state of the oscillators, and a tick's numbers in the order of the columns."""
+    controller, tick_s = export.controller, jnp.asarray(export.tick_s, jnp.float32)
+    now = export.decide(omega, state, sensed, scales, ahead_s=tick_s if export.averages else None)
+    after = settled(controller, held(state, now.rate, tick_s))
+    parts = [*jax.tree.leaves(state), *(sensed[n] for n in export.senses)]
+    parts += [*now.command, now.feedback, *([now.phase] if export.has_phase else [])]
+    parts += jax.tree.leaves(after)
+    shape = (export.limbs, 1)
+    rows = [jnp.broadcast_to(jnp.reshape(x, (-1, 1)), shape).reshape(-1) for x in parts]
+    return after, jnp.concatenate(rows)
 
 
-def release(export: Export, dtype: DTypeLike = jnp.float32) -> Scenario:
-    """The release of the run: from somewhat above the ground, every oscillator elsewhere."""
-    body, limbs = export.saved.body, export.limbs
+def _phases(export: Export) -> list[float]:
+    """Every oscillator elsewhere [rad]."""
+    return [0.1 + 2.3 * i % 6.0 for i in range(export.limbs)]
+
+
+def release(export: Export) -> Scenario:
+    """The release of the run: from somewhat above the ground."""
+    body, several = export.saved.body, export.limbs > 1
+    above = 0.2 * float(np.asarray(body.rest_length_m)) if body.COMMANDS == ("force",) else 0.0
     touching = float(np.asarray(body.touching_height_m))
-    above = 0.2 * float(np.asarray(body.rest_length_m)) if export.commands == ("force",) else 0.0
-    phases = jnp.asarray([0.1 + 2.3 * i % 6.0 for i in range(limbs)], dtype)
     numbers = Scenario.of(export.saved.omega, height_m=touching + above)
-    lanes = jax.tree.map(lambda x: jnp.full((1,), x, dtype), numbers)
-    return lanes._replace(phase_rad=phases[:, None] if limbs > 1 else phases)
+    lanes = jax.tree.map(lambda x: jnp.full((1,), x, jnp.float32), numbers)
+    phases = jnp.asarray(_phases(export), jnp.float32)
+    return lanes._replace(phase_rad=phases[:, None] if several else phases)
 
 
-def _run(export: Export, ticks: int) -> jax.Array:
-    controller, body = export.saved.controller, export.saved.body
-    loop = ClosedLoop(controller, Hold())
+def _on_its_body(export: Export, ticks: int) -> jax.Array:
+    loop = ClosedLoop(export.controller, Hold())
     tick_s = jnp.asarray(export.tick_s, jnp.float32)
     weights, scenario = loop.spread(list(jnp.asarray(export.weights)[:, None]), release(export))
 
@@ -178,187 +134,86 @@ def _run(export: Export, ticks: int) -> jax.Array:
     def run(body: Body) -> jax.Array:
         def tick(lane: Lane, index: jax.Array) -> tuple[Lane, jax.Array]:
             ground = ground_m(scenario, index, tick_s)
-            row = _row(export, controller, body, weights, scenario.omega, lane, ground, tick_s)
+            felt = body.sense(lane.moment.body, ground)
+            scales = {**felt.scales, "feedback": body.rate_scale}
+            row = _ticked(export, scenario.omega, lane.moment.oscillator, felt.values, scales)[1]
             return loop.tick(weights, body, scenario, lane, index, tick_s)[0], row
 
-        start = loop.start(weights, body, scenario, tick_s)
-        return jax.lax.scan(tick, start, jnp.arange(ticks))[1]
+        return jax.lax.scan(tick, loop.start(weights, body, scenario, tick_s), jnp.arange(ticks))[1]
 
-    return run(body)
-
-
-def _row(
-    export: Export,
-    controller: Controller,
-    body: Body,
-    weights: Weights,
-    omega: jax.Array,
-    lane: Lane,
-    ground: jax.Array,
-    tick_s: jax.Array,
-) -> jax.Array:
-    """One tick, as numbers in the order of `columns`."""
-    at, state = lane.moment.body, lane.moment.oscillator
-    now = drive(controller, body, weights, omega, at, state, ground)
-    after = settled(controller, held(state, now.rate, tick_s))
-    phase = phase_of(controller, state, now.feedback)
-    pushed = push(controller, body.max_force_n, now.command, phase, phase, omega)
-    sensed = body.sense(at, ground).values
-    said = to_limbs(controller, pushed).mean_n
-    commands = [said] if len(export.commands) == 1 else list(said)
-    order = range(export.limbs)
-    if controller.wiring is not None:
-        order = [controller.wiring.index(limb) for limb in order]
-
-    def of_limbs(x: jax.Array) -> jax.Array:
-        return x if export.limbs == 1 else x[jnp.asarray(list(order))]
-
-    outputs = [*commands, of_limbs(now.feedback)]
-    if export.has_phase:
-        outputs.append(of_limbs(phase))
-    parts = [*jax.tree.leaves(state), *(sensed[n] for n in export.senses), *outputs]
-    parts += jax.tree.leaves(after)
-    return jnp.concatenate([jnp.broadcast_to(x, lane.force_n.shape).reshape(-1) for x in parts])
+    return run(export.saved.body)
 
 
-TOLERANCE = 1e-5
-"""Largest error allowed, relative to the golden number or to its column's size."""
+def _of_drawn_senses(export: Export, ticks: int) -> jax.Array:
+    controller = export.controller
+    shape = (*controller.limb_shape, 1)
+    omega = jnp.full(shape, export.saved.omega or 0.0, jnp.float32)
+    start = ()
+    if controller.oscillator is not None:
+        start = controller.oscillator.start(
+            jnp.asarray(_phases(export), jnp.float32).reshape(shape)
+        )
+
+    def tick(state: StateTree, sensed: dict[str, jax.Array]) -> tuple[StateTree, jax.Array]:
+        return _ticked(export, omega, state, sensed)
+
+    senses = {name: jnp.asarray(x) for name, x in drawn(export, ticks).items()}
+    return jax.lax.scan(tick, start, senses, length=ticks)[1]
+
+
+def drawn(export: Export, ticks: int) -> dict[str, np.ndarray]:
+    """Senses that sweep from none to twice their scale, each limb's at a time of its own.
+
+    Returns:
+        [ticks, (limbs,) 1] for each sense; a load is never below zero.
+    """
+    time_s = export.tick_s * np.arange(ticks)
+    senses = {}
+    for k, name in enumerate(export.senses):
+        turns = _RATE_HZ * time_s[:, None] + 0.37 * np.arange(export.limbs) + 0.21 * k
+        wave = 2.0 * export.scales.get(name, 1.0) * np.sin(2.0 * np.pi * turns)
+        wave = np.maximum(wave, 0.0) if name == "spring_force" else wave
+        shape = (ticks, *export.controller.limb_shape, 1)
+        senses[name] = wave.reshape(shape).astype(np.float32)
+    return senses
 
 
 def check_program(export: Export, golden: Golden) -> str:
     """The text of test_PREFIX.c."""
-    prefix, upper = export.prefix, export.prefix.upper()
-    rows = ",\n".join(
-        wrapped("{" + ", ".join(number(x, "float")[0] for x in row) + "}") for row in golden.rows
-    )
     sizes = np.maximum(np.abs(golden.rows).max(axis=0), np.float32(1e-6))
-    scale = wrapped(", ".join(number(x, "float")[0] for x in sizes))
-    limbs = f"{upper}_LIMBS"
-    at = "" if export.limbs == 1 else "[i]"
-    columns = len(golden.columns)
-    names = export.tracer.state_names
-
-    def loop(lines: list[str]) -> str:
-        """A loop over limbs, in which k goes on by one each."""
-        return "".join(
-            f"    for (int i = 0; i < {limbs}; ++i) {{\n        {line}\n    }}\n" for line in lines
-        )
-
-    put = loop([f"state.oscillator{at}.{n} = row[k++];" for n in names])
-    put += loop([f"in.{member(n)}{at} = row[k++];" for n in export.senses])
-
-    def compared(text: str, turns: bool) -> str:
-        return f"worst = worse(worst, {'around' if turns else 'error'}({text}, row, k)); ++k;"
-
-    got = loop([compared(f"out.{n}{at}", n == "phase_rad") for n in outputs_of(export)])
-    got += loop([compared(f"state.oscillator{at}.{n}", n == "phase") for n in names])
-    first = f"static const float PHASES[{limbs}] = {{0.0f}};\n\n" if names and at else ""
-    phases = "" if not names else ", PHASES" if at else ", 0.0f"
-    force = export.commands == ("force",)
-    low, high = ("0.0f", f"{upper}_MAX_FORCE_N") if force else ("-FLT_MAX", "FLT_MAX")
-    bounded = loop(
-        [f"held = held && (out.{member(n)}{at} >= {low}) && (out.{member(n)}{at} <= {high});"
-         for n in export.commands]
-    )  # fmt: skip
-    bounded = textwrap.indent(bounded, " " * 8)
-    zero = "{0.0f}" if at else "0.0f"
-    senses = [member(n) for n in export.senses] or ["unused"]
-    nothing = ", ".join(f".{name} = {zero if export.senses else '0.0f'}" for name in senses)
-    bad = "".join(
-        f"            for (int i = 0; i < {limbs}; ++i) {{\n                in.{member(n)}{at} = "
-        "BAD[(i + n) % BADS];\n            }\n"
-        for n in export.senses
+    several, names = export.limbs > 1, export.state_names
+    pushes, upper = export.controller.actuation.commands_force, export.prefix.upper()
+    zero = "{0.0f}" if several and export.senses else "0.0f"
+    inputs = [member(name) for name in export.senses] or ["unused"]
+    i = "[i]" if several else ""
+    compared = [(f"out.{n}{i}", n == "phase_rad") for n in export.outputs]
+    compared += [(f"state.oscillator{i}.{n}", n == "phase") for n in names]
+    return filled_c(
+        "test.c",
+        {
+            **facts(export),
+            "rows_count": len(golden.rows),
+            "columns_count": len(golden.columns),
+            "columns": ", ".join(golden.columns),
+            "rows": initialiser(golden.rows),
+            "sizes": wrapped(", ".join(map(floating, sizes))),
+            "tolerance": floating(TOLERANCE),
+            "turns": any(turns for _, turns in compared),
+            "phases": "" if not names else ", PHASES" if several else ", 0.0f",
+            "nothing": ", ".join(f".{name} = {zero}" for name in inputs),
+            "put": put(export, "state."),
+            "compared": [
+                {"place": place, "by": "around" if turns else "error"} for place, turns in compared
+            ],
+            "low": "0.0f" if pushes else "-FLT_MAX",
+            "high": f"{upper}_MAX_FORCE_N" if pushes else "FLT_MAX",
+        },
     )
-    wraps = "phase_rad" in outputs_of(export) or "phase" in names
-    around = _AROUND if wraps else ""
-    return f"""\
-/* test_{prefix}.c: {len(golden.rows)} ticks of a run of the simulator, one by one through
-   the C, and inputs that are no numbers. Exit status 0 if all is as it should be. */
-#include "{prefix}.h"
-
-#include <float.h>
-#include <math.h>
-#include <stdio.h>
-
-#define ROWS {len(golden.rows)}
-#define COLUMNS {columns}
-#define TOLERANCE {number(TOLERANCE, "float")[0]}
-#define BADS 6
-
-{first}/* {", ".join(golden.columns)}. */
-static const float GOLDEN[ROWS][COLUMNS] = {{
-{rows}
-}};
-
-/* The largest size of each column. */
-static const float SIZE[COLUMNS] = {{
-{scale}
-}};
-
-static const float BAD[BADS] = {{NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 1.0e30f}};
-
-static float worse(float a, float b)
-{{
-    return (b <= a) ? a : b;
-}}
-
-/* The error of a number, relative to the golden one or to its column. */
-static float error(float found, const float *row, int k)
-{{
-    const float golden = fabsf(row[k]);
-    return fabsf(found - row[k]) / ((golden > SIZE[k]) ? golden : SIZE[k]);
-}}
-
-{around}static float vector(const float *row)
-{{
-    {prefix}_state state;
-    {prefix}_inputs in = {{{nothing}}};
-    {prefix}_outputs out;
-    float worst = 0.0f;
-    int k = 0;
-    {prefix}_init(&state{phases});
-{put}    {prefix}_step(&state, &in, &out);
-{got}    return out.fault ? INFINITY : worst;
-}}
-
-static bool bounded(void)
-{{
-    {prefix}_state state;
-    {prefix}_inputs in = {{{nothing}}};
-    {prefix}_outputs out;
-    bool held = true;
-    {prefix}_init(&state{phases});
-    for (int turn = 0; turn < 100; ++turn) {{
-        for (int n = 0; n < BADS; ++n) {{
-{bad}            {prefix}_step(&state, &in, &out);
-{bounded}        }}
-    }}
-    return held;
-}}
-
-int main(void)
-{{
-    float worst = 0.0f;
-    for (int i = 0; i < ROWS; ++i) {{
-        worst = worse(worst, vector(GOLDEN[i]));
-    }}
-    printf("%d golden vectors, largest error %.2g (allowed %.2g)\\n", ROWS, (double)worst,
-        (double)TOLERANCE);
-    const bool held = bounded();
-    printf("outputs of inputs that are no numbers: %s\\n", held ? "bounded" : "OUT OF RANGE");
-    return ((worst <= TOLERANCE) && held) ? 0 : 1;
-}}
-"""
 
 
-_AROUND = """\
-/* The same of an angle, of which whole turns do not count. */
-static float around(float found, const float *row, int k)
-{
-    const float turn = 6.2831855f;
-    float gap = fabsf(found - row[k]);
-    gap = (turn - gap < gap) ? fabsf(turn - gap) : gap;
-    return gap / turn;
-}
-
-"""
+def put(export: Export, state: str, inputs: str = "in.") -> list[dict[str, Any]]:
+    """Where a limb's numbers of a golden vector go, up to the inputs."""
+    i = "[i]" if export.limbs > 1 else ""
+    places = [f"{state}oscillator{i}.{name}" for name in export.state_names]
+    places += [f"{inputs}{member(name)}{i}" for name in export.senses]
+    return [{"place": place} for place in places]

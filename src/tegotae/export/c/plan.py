@@ -5,27 +5,23 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.export.c.names import UNITS, is_c_name
-from tegotae.export.c.trace import Piece, Tracer
-from tegotae.parts._shapes import Number
+from tegotae.export.c.text import is_c_name
+from tegotae.export.c.trace import Piece, TracedTick
+from tegotae.export.robot import RobotController
 from tegotae.parts.bodies import Body, Hopper, Interface
-from tegotae.parts.channels import FORCE
 from tegotae.parts.terms import WholeBody
-from tegotae.simulation.integrators import Hold
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.controller_set import EnvTask
 
-MOST_LIMBS = 32
-LEAST_TICK_S, MOST_TICK_S = 1e-5, 1.0
+_MOST_LIMBS = 32
+_LEAST_TICK_S, _MOST_TICK_S = 1e-5, 1.0
 
 
 @dataclass(frozen=True)
-class Export:
+class Export(RobotController):
     """A saved controller as a program for a robot whose loop has this period.
 
     The robot evaluates the controller at the start of each tick and holds what it says for that
@@ -37,6 +33,7 @@ class Export:
         saved: the controller, its weights, its frequency, and the body that it is for.
         tick_s: period of the robot's control loop [s].
         prefix: what all names in C begin with.
+        max_force_n: the force α at full push [N], where the controller's file does not have it.
 
     Raises:
         TegotaeError: for a period that no control loop or that body can have, a prefix that
@@ -49,11 +46,11 @@ class Export:
         ('spring_force',)
     """
 
-    saved: SavedController
     tick_s: float = 0.001
     prefix: str = "tegotae"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         require_finite("tick", self.tick_s, above=0.0)
         if not is_c_name(self.prefix):
             raise TegotaeError(
@@ -62,41 +59,21 @@ class Export:
             )
         if isinstance(self.body, Body):
             self.body.check_tick(self.tick_s)
-        elif self.body.max_force_n is None and self.commands == FORCE:
-            raise TegotaeError(
-                "the controller's file does not say the largest force alpha; train it anew "
-                "(tegotae train --env), with max_force in its wiring"
-            )
-        if not LEAST_TICK_S <= self.tick_s <= MOST_TICK_S:
+        if not _LEAST_TICK_S <= self.tick_s <= _MOST_TICK_S:
             raise TegotaeError(
                 f"tick is {self.tick_s:g}; the period of a robot's control loop is from "
-                f"{LEAST_TICK_S:g} to {MOST_TICK_S:g} s (a phase in float32 does not advance "
+                f"{_LEAST_TICK_S:g} to {_MOST_TICK_S:g} s (a phase in float32 does not advance "
                 "evenly in shorter ones)"
             )
-        if self.limbs > MOST_LIMBS:
+        if self.limbs > _MOST_LIMBS:
             raise TegotaeError(
-                f"the controller has {self.limbs} limbs; at most {MOST_LIMBS} can be exported"
+                f"the controller has {self.limbs} limbs; at most {_MOST_LIMBS} can be exported"
             )
-        if isinstance(actuation := self.saved.controller.actuation, WholeBody):
+        if isinstance(actuation := self.controller.actuation, WholeBody):
             raise TegotaeError(
                 f"a {type(actuation).__name__} cannot be exported: it is one network over all "
                 "limbs, and what is exported is a unit a limb"
             )
-
-    @property
-    def limbs(self) -> int:
-        """How many limbs there are."""
-        return self.saved.controller.limbs
-
-    @property
-    def body(self) -> Body | Interface:
-        """The body that it is for; the interface of one that moves in another simulator."""
-        return self.saved.system.body
-
-    @property
-    def max_force_n(self) -> Number | None:
-        """The largest force α [N]; on an environment in the units of its wiring."""
-        return self.body.max_force_n
 
     @property
     def averages(self) -> bool:
@@ -104,117 +81,68 @@ class Export:
 
         On a body of the package the force is that of the tick's start, as with `Hold`.
         """
-        return isinstance(self.body, Interface) and self.saved.controller.actuation.needs_phase
-
-    @property
-    def senses(self) -> tuple[str, ...]:
-        """What the robot must measure: signals of the body that its terms read."""
-        controller, body = self.saved.controller, self.body
-        sensed = body.SENSES if isinstance(body, Body) else body.senses
-        reads = [name for term in controller.terms.values() for name in term.reads]
-        if controller.coupling is not None:
-            reads += controller.coupling.READS
-        return tuple(name for name in sensed if name in reads)
+        return isinstance(self.body, Interface) and self.controller.actuation.needs_phase
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
         """What signals are divided by before a network sees them, in their own units."""
-        body = self.body
-        if isinstance(body, Interface):
-            return body.known_scales
-
-        @jax.jit  # of which only the scales are computed
-        def scales(lane: jax.Array) -> dict[str, Number]:
-            sensed = body.sense(body.release(lane, lane), lane).scales
-            own = {name: sensed[name] for name in self.senses if name in sensed}
-            return {**own, "feedback": body.rate_scale}
-
-        found = scales(jnp.ones((1,), jnp.float32))
-        for name, scale in found.items():
+        for name, scale in self.signal_scales.items():
             if np.size(scale) != 1:
                 raise TegotaeError(
                     f"the scale of {name} differs from limb to limb, which cannot be exported"
                 )
-        return {name: float(np.asarray(scale).reshape(())) for name, scale in found.items()}
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """What the controller commands, limb by limb."""
-        return self.saved.controller.actuation.COMMANDS
-
-    @property
-    def has_phase(self) -> bool:
-        """Whether there is an oscillator with a phase."""
-        oscillator = self.saved.controller.oscillator
-        return oscillator is not None and oscillator.has_phase
-
-    @property
-    def weights(self) -> np.ndarray:
-        """The weights as the simulator's float32 has them."""
-        return np.asarray(self.saved.weights, np.float32)
+        return {name: np.asarray(scale).item() for name, scale in self.signal_scales.items()}
 
     @property
     def trained_tick_s(self) -> float | None:
         """The control period of the training [s], if the file has it."""
         if self.saved.task is not None:
-            return control_period_s(self.saved.task)
+            return _control_period_s(self.saved.task)
         trained = self.saved.experiment
         return None if trained is None else trained.timing.tick_s
-
-    @property
-    def trained_held(self) -> bool:
-        """Whether the training held the controller over its ticks, as the robot does."""
-        trained = self.saved.experiment
-        return trained is not None and isinstance(trained.system.integrator, Hold)
 
     def warnings(self) -> list[str]:
         """What an author should know before the robot runs, a line each."""
         trained = self.trained_tick_s
-        if trained is not None and abs(trained - self.tick_s) > 1e-9:
-            hops = isinstance(self.body, Hopper)
-            command = f"tegotae simulate FILE --hold --tick {self.tick_s:g}"
-            return [
-                f"the controller was trained at a tick of {trained:g} s and is exported for "
-                f"{self.tick_s:g} s" + (f"; see how it does there: {command}" if hops else "")
-            ]
-        return []
+        if trained is None or abs(trained - self.tick_s) <= 1e-9:
+            return []
+        warning = (
+            f"the controller was trained at a tick of {trained:g} s and is exported for "
+            f"{self.tick_s:g} s"
+        )
+        if isinstance(self.body, Hopper):
+            warning += (
+                f"; see how it does there: tegotae simulate FILE --hold --tick {self.tick_s:g}"
+            )
+        return [warning]
 
     @functools.cached_property
-    def tracer(self) -> Tracer:
+    def tick(self) -> TracedTick:
         """What traces its parts."""
-        return Tracer(self.saved.controller, self.senses, tuple(self.scales))
+        return TracedTick(self, averages=self.averages)
 
     @functools.cached_property
     def pieces(self) -> dict[str, Piece]:
         """The functions that a tick is made of.
 
         Raises:
-            TegotaeError: for an operation that has no C, by its name.
+            CannotLower: for an operation that has no C, by its name.
         """
-        controller, tracer = self.saved.controller, self.tracer
-        unit = controller.unit_weight_names
-        pieces = {}
-        if controller.oscillator is not None:
-            pieces["started"] = tracer.start()
-            pieces["rhythm"] = tracer.rhythm()
-            if self.has_phase:
-                pieces["phase_of"] = tracer.phase()
-        if controller.coupling is not None:
-            pieces["coupling"] = tracer.coupling(
-                controller.coupling.weight_names(controller.limbs), controller.coupling.READS
-            )
-        for role, term in controller.terms.items():
-            pieces[f"{role}_term"] = tracer.term(role, term, unit[role])
-        pieces["feedback_law"] = tracer.feedback()
-        if self.averages:
-            pieces["phase_after"] = tracer.phase_after(unit.get("oscillator", ()))
-        pieces["command_law"] = tracer.command(averaged=self.averages)
-        if controller.oscillator is not None:
-            pieces["advanced"] = tracer.advance(unit.get("oscillator", ()))
-        return pieces
+        return self.tick.pieces()
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the numbers that the state of an oscillator has."""
+        return self.tick.state_names
+
+    @property
+    def outputs(self) -> list[str]:
+        """The numbers among the outputs, as members of a struct."""
+        phase = ["phase_rad"] if self.has_phase else []
+        return [*map(member, self.commands), "feedback_rad_per_s", *phase]
 
 
-def control_period_s(task: EnvTask) -> float | None:
+def _control_period_s(task: EnvTask) -> float | None:
     """The control period of a training on an environment [s], if its file says it."""
     own = task.settings.get("control_s", task.wiring.step_s)
     return float(own) if isinstance(own, int | float) else None
@@ -225,13 +153,27 @@ def usual_tick_s(saved: SavedController) -> float:
 
     That of the training on an environment, where the file says it, and otherwise a millisecond.
     """
-    own = None if saved.task is None else control_period_s(saved.task)
+    own = None if saved.task is None else _control_period_s(saved.task)
     return 0.001 if own is None else own
 
 
-def unit_of(name: str) -> tuple[str, str]:
-    """The unit of a signal: as part of a name in C, and as people write it."""
-    return UNITS.get(name, ("", "the unit of the body's sense"))
+_UNITS = {
+    "spring_force": ("n", "N"),
+    "spring_force_rate": ("n_per_s", "N/s"),
+    **dict.fromkeys(("velocity", "speed"), ("m_per_s", "m/s")),
+    **dict.fromkeys(("height", "foot_x", "foot_z"), ("m", "m")),
+    **dict.fromkeys(("pitch", "roll", "yaw", "twist", "phase"), ("rad", "rad")),
+    **dict.fromkeys(
+        ("pitch_rate", "roll_rate", "yaw_rate", "twist_rate", "feedback"), ("rad_per_s", "rad/s")
+    ),
+    "force": ("n", "N"),
+}
+"""Units of what is sensed and commanded: as part of a name, and as people write them."""
+
+
+def unit_of(name: str) -> str:
+    """The unit of a signal."""
+    return _UNITS.get(name, ("", "the unit of the body's sense"))[1]
 
 
 def member(name: str) -> str:
@@ -241,5 +183,4 @@ def member(name: str) -> str:
         >>> member("spring_force"), member("whiskers")
         ('spring_force_n', 'whiskers')
     """
-    suffix = unit_of(name)[0]
-    return f"{name}_{suffix}" if suffix else name
+    return f"{name}_{_UNITS[name][0]}" if name in _UNITS else name

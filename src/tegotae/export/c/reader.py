@@ -2,35 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import ast
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError
-from tegotae.export.c.names import Call, LoopProcedure, Procedure, c_name, docstring
-from tegotae.lowering.graph import Reader, called, elementwise
+from tegotae.export.c.text import c_name, commented
+from tegotae.lowering.graph import Arrays, Reader, called, in_shapes
 from tegotae.lowering.nodes import (
     Detail,
     Node,
     Parameters,
-    Place,
     Traced,
-    array_of,
-    constant,
     given,
     is_of_jax,
-    literal,
     place_of,
     scalars,
 )
 from tegotae.lowering.operations import OPERATIONS
-from tegotae.lowering.rewriting import folded
+from tegotae.lowering.rewriting import folded, of_finite
 
-KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
-"""Types in C by those of a trace, of those that C gets."""
 _SMALLEST_PROCEDURE = 4
 """Operations from which a function of the package is worth one in C."""
+
+
+@dataclass(eq=False)
+class Procedure:
+    """A function that the traced one calls by name: scalars in, scalars out."""
+
+    name: str
+    inputs: tuple[Node, ...]
+    """Given by the names of its parameters."""
+    results: tuple[Node, ...]
+    about: str = ""
+    """What its docstring says it does."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names."""
+        return tuple(str(node.detail) for node in self.inputs)
+
+
+@dataclass(eq=False)
+class LoopProcedure(Procedure):
+    """A procedure that goes round: while a condition holds, new values for some parameters."""
+
+    goes_on: Node | None = None
+    """The condition."""
+    onwards: tuple[Node, ...] = ()
+    """The new values of the last parameters, which are its results."""
+
+
+@dataclass(eq=False)
+class Call:
+    """One call of a procedure."""
+
+    procedure: Procedure
+    inputs: tuple[Node, ...]
+    origin: Traced
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the program calls its results."""
+        place = place_of(self.origin)
+        return place.names if place else (self.procedure.name,)
+
+    def results(self) -> list[Node]:
+        """What it gives."""
+        return [
+            Node("result", result.kind, self.inputs, (self, index), self.origin)
+            for index, result in enumerate(self.procedure.results)
+        ]
 
 
 class CReader(Reader):
@@ -40,70 +85,28 @@ class CReader(Reader):
         loops: whether there may be loops of unknown length, which a robot's tick must not have.
     """
 
+    target = "C"
+    advice = "write it with elementary functions and jnp.where"
+    kinds: ClassVar[Mapping[str, str]] = {"float32": "float", "int32": "int32_t", "bool": "bool"}
+
     def __init__(self, loops: bool = False) -> None:
-        super().__init__()
         self._loops = loops
         self._procedures: dict[str, Procedure] = {}
 
-    def _origin(self, equation: Traced, outer: Place | None) -> Place | None:
-        return outer or place_of(equation)
-
-    def _refused(self, operation: str, origin: Place | None, why: str = "") -> Exception:
-        where = "" if origin is None else f" ({origin.file.name}, line {origin.line})"
-        return TegotaeError(
-            f"the controller uses {operation!r}{where}, which cannot be exported; "
-            f"{why or 'write it with elementary functions and jnp.where'}"
-        )
-
-    def _constant(self, value: ArrayLike, origin: Place | None) -> np.ndarray:
-        dtype = str(np.asarray(value).dtype)
-        if dtype not in KINDS:
-            raise TegotaeError(f"the controller holds numbers of {dtype}, which cannot be exported")
-        return constant(value)
-
-    def _kind(self, aval: Traced, name: str, origin: Place | None) -> str:
-        dtype = str(aval.dtype)
-        if dtype not in KINDS:
-            raise TegotaeError(
-                f"the controller uses {name!r} in {dtype}, which cannot be exported; C gets "
-                f"{', '.join(KINDS)}"
-            )
-        return KINDS[dtype]
-
     def _node(
-        self,
-        operation: str,
-        kind: str,
-        inputs: tuple[Node, ...],
-        detail: Detail,
-        origin: Place | None,
+        self, operation: str, kind: str, inputs: tuple[Node, ...], detail: Detail, origin: Traced
     ) -> Node:
-        return folded(Node(operation, kind, inputs, detail, origin), finite=True)
+        return folded(Node(operation, kind, inputs, detail, origin), of_finite)
 
-    def _term(
-        self, operation: str, kind: str, inputs: tuple[Node, ...], origin: Place | None
-    ) -> Node:
-        return Node(operation, kind, inputs, None, origin)
-
-    def _scalar(
-        self,
-        name: str,
-        kind: str,
-        arguments: Sequence[np.ndarray],
-        equation: Traced,
-        origin: Place | None,
+    def _between_entries(
+        self, name: str, kind: str, arguments: Arrays, equation: Traced, origin: Traced
     ) -> np.ndarray:
         operation = OPERATIONS.get(name)
         if operation is None or operation.text is None:
             raise self._refused(name, origin)
-        detail = operation.detail(equation.params)
-        return elementwise(
-            lambda *inputs: self._node(name, kind, inputs, detail, origin), arguments
-        )
+        return self._entrywise(name, kind, arguments, origin, operation.detail(equation.params))
 
-    def _call(
-        self, parameters: Parameters, arguments: list[np.ndarray], origin: Place | None
-    ) -> list[np.ndarray]:
+    def _call(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
         jaxpr, constants, source = called(parameters)
         known = [self._constant(value, origin) for value in constants]
         own = not is_of_jax(source)
@@ -112,78 +115,43 @@ class CReader(Reader):
         if not (own and alone and len(jaxpr.eqns) >= _SMALLEST_PROCEDURE and "name" in parameters):
             return self._run(jaxpr, known, arguments, None if own else origin)
         procedure = self._procedure(parameters["name"], jaxpr, known)
-        call = Call(procedure, tuple(array.item() for array in arguments), origin)
-        results = [
-            Node("result", result.kind, call.inputs, (call, index), origin)
-            for index, result in enumerate(procedure.results)
-        ]
+        call = Call(procedure, tuple(scalars(arguments)), origin)
+        return in_shapes(call.results(), [out.aval.shape for out in jaxpr.outvars])
+
+    def _fork(
+        self, condition: np.ndarray, no: Arrays, yes: Arrays, origin: Traced
+    ) -> list[np.ndarray]:
+        """Both branches, and of their results those of the one that is taken."""
         return [
-            array_of([node], out.aval.shape)
-            for node, out in zip(results, jaxpr.outvars, strict=True)
+            self._entrywise("select_n", "", [condition, *cases], None)
+            for cases in zip(no, yes, strict=True)
         ]
 
-    def _branches(
-        self, parameters: Parameters, arguments: list[np.ndarray], origin: Place | None
-    ) -> list[np.ndarray]:
-        """All branches, and of their results those of the one that is taken."""
-        which, *given_to = arguments
-        taken, *others = (
-            self._run(each.jaxpr, [self._constant(x, origin) for x in each.consts], given_to, None)
-            for each in parameters["branches"]
-        )
-        for number, branch in enumerate(others, 1):
-            least = array_of([literal(np.int32(number), "int32_t")], ())
-            here = which
-            if which.item().kind != "bool":
-                here = elementwise(lambda *inputs: _chosen("ge", *inputs), [which, least])
-            taken = [
-                elementwise(lambda *inputs: _chosen("select_n", *inputs), [here, old, new])
-                for old, new in zip(taken, branch, strict=True)
-            ]
-        return taken
-
-    def _loop(
-        self, parameters: Parameters, arguments: list[np.ndarray], origin: Place | None
-    ) -> list[np.ndarray]:
+    def _loop(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
         """A procedure of scalars that goes round while its condition holds."""
         if not self._loops:
             raise self._refused("while", origin)
         n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
         taken: set[str] = set()
-        inside = []
-        for array in arguments:
-            kind = array.reshape(-1)[0].kind
-            names = [c_name("x", taken) for _ in range(array.size)]
-            inside.append(array_of([given(name, kind) for name in names], array.shape))
+        inputs = [given(c_name("x", taken), node.kind) for node in scalars(arguments)]
+        inside = in_shapes(inputs, [array.shape for array in arguments])
         carry = inside[n_test + n_step :]
 
-        def run(jaxpr: Traced, fixed: list[np.ndarray]) -> list[Node]:
-            constants = [self._constant(value, origin) for value in jaxpr.consts]
-            return scalars(self._run(jaxpr.jaxpr, constants, [*fixed, *carry], None))
+        def run(trace: Traced, fixed: Arrays) -> list[Node]:
+            return scalars(self._run_closed(trace, [*fixed, *carry], origin))
 
         goes_on = run(parameters["cond_jaxpr"], inside[:n_test])[0]
         onwards = run(parameters["body_jaxpr"], inside[n_test : n_test + n_step])
-        inputs = scalars(inside)
         loop = LoopProcedure(
             "going_on",
-            tuple(str(node.detail) for node in inputs),
             tuple(inputs),
             tuple(scalars(carry)),
             "Goes round while something is left to do.",
-            len(onwards),
             goes_on,
             tuple(onwards),
         )
         call = Call(loop, tuple(scalars(arguments)), origin)
-        results = [
-            Node("result", node.kind, call.inputs, (call, index), origin)
-            for index, node in enumerate(loop.results)
-        ]
-        ends = np.cumsum([array.size for array in carry])
-        return [
-            array_of(results[end - array.size : end], array.shape)
-            for end, array in zip(ends, carry, strict=True)
-        ]
+        return in_shapes(call.results(), [array.shape for array in carry])
 
     def _procedure(self, name: str, jaxpr: Traced, constants: Sequence[np.ndarray]) -> Procedure:
         text = f"{name}{jaxpr}"
@@ -193,24 +161,28 @@ class CReader(Reader):
             if len(names) != len(jaxpr.invars):
                 names = [f"x{i}" for i in range(len(jaxpr.invars))]
             taken: set[str] = set()
-            names = [c_name(each, taken) for each in names]
-            kinds = [self._kind(each.aval, name, None) for each in jaxpr.invars]
-            inputs = [given(n, kind) for n, kind in zip(names, kinds, strict=True)]
-            arrays = [
-                array_of([n], v.aval.shape) for n, v in zip(inputs, jaxpr.invars, strict=True)
+            inputs = [
+                given(c_name(x, taken), self._kind(atom.aval, name, None))
+                for x, atom in zip(names, jaxpr.invars, strict=True)
             ]
-            results = [array.item() for array in self._run(jaxpr, constants, arrays, None)]
+            arrays = in_shapes(inputs, [atom.aval.shape for atom in jaxpr.invars])
+            results = scalars(self._run(jaxpr, constants, arrays, None))
+            source = getattr(about, "func_src_info", None) or ""
             self._procedures[text] = Procedure(
-                name,
-                tuple(names),
-                tuple(inputs),
-                tuple(results),
-                docstring(getattr(about, "func_src_info", None) or ""),
+                name, tuple(inputs), tuple(results), _docstring(source)
             )
         return self._procedures[text]
 
 
-def _chosen(operation: str, *inputs: Node) -> Node:
-    """An operation between what branches of a trace gave."""
-    kind = "bool" if operation == "ge" else inputs[-1].kind
-    return folded(Node(operation, kind, inputs), finite=True)
+def _docstring(source: str) -> str:
+    """The first line of a function's docstring, from what a trace says of it: NAME at FILE:LINE."""
+    name, _, place = source.partition(" at ")
+    file = Path(place.rpartition(":")[0])
+    try:
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, SyntaxError):
+        return ""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            return commented(ast.get_docstring(node) or "")
+    return ""

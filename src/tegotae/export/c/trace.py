@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.reader import CReader
-from tegotae.lowering.nodes import Node, given, keeping_calls
+from tegotae.export.c.text import commented
+from tegotae.export.robot import RobotController
+from tegotae.lowering.nodes import Node, array_of, given, keeping_calls, scalars
 from tegotae.parts._shapes import ArrayTree, StateTree, Weights
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.couplings import Coupling
+from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName, spelled
@@ -33,6 +35,8 @@ class Piece:
     results: tuple[Node, ...]
     names: tuple[str, ...]
     """What its results are called."""
+    about: str
+    """What it is, for a comment."""
 
 
 @dataclass(frozen=True)
@@ -72,32 +76,66 @@ class _KnownCoupling(Coupling):
         return signals["coupling"]
 
 
-class Tracer:
-    """Traces a controller for one unit, in float32, as scalars.
+class TracedTick:
+    """A controller's tick in pieces, traced for one unit, in float32, as scalars.
 
     Args:
-        controller: the controller.
-        senses: names of what the body senses.
-        scales: which of the signals have a scale.
+        robot: the controller.
+        averages: whether a sector counts with its share of the tick, and not with the phase at the
+            tick's start.
+
+    Raises:
+        CannotLower: for an operation that has no C, by its name.
     """
 
-    def __init__(
-        self, controller: Controller, senses: Sequence[str], scales: Sequence[str]
-    ) -> None:
-        self._controller = controller
+    def __init__(self, robot: RobotController, *, averages: bool) -> None:
+        self._controller = robot.controller
+        self._averages = averages
         self._reader = CReader()
-        oscillator = controller.oscillator
+        oscillator = self._controller.oscillator
         rhythm = () if oscillator is None else tuple(oscillator.SIGNALS)
-        self._signals = (*senses, *rhythm)
-        self._scales = tuple(scales)
-        self.state_names, self._structure = _state(controller)
+        self._signals = (*robot.senses, *rhythm)
+        self._scales = {name: scale_name(name) for name in robot.signal_scales}
+        self.state_names, self._structure = _state(oscillator)
+        """Names of the numbers of the oscillator's state."""
         self._state = [f"o->{name}" for name in self.state_names]
+
+    def pieces(self) -> dict[str, Piece]:
+        """The functions that a tick is made of, by name."""
+        return {piece.name: piece for piece in self._all()}
+
+    def _all(self) -> Iterator[Piece]:
+        controller = self._controller
+        oscillator, unit = controller.oscillator, controller.unit_weight_names
+        if oscillator is not None:
+            yield from self._of_oscillator(oscillator)
+        if controller.coupling is not None:
+            yield self._coupling(controller.coupling)
+        for role, term in controller.terms.items():
+            yield self._term(role, term, unit[role])
+        yield self._feedback()
+        if self._averages and oscillator is not None:
+            yield self._ahead(
+                "phase_after",
+                lambda _, at: oscillator.phase(at),
+                ["reached"],
+                "The phase at the end of the tick [rad], whole turns not taken off.",
+            )
+        yield self._command()
+        if oscillator is not None:
+            yield self._ahead(
+                "advanced",
+                lambda own, at: jax.tree.leaves(settled(own, at)),
+                self.state_names,
+                f"The oscillator a tick later, its rate held: {described(oscillator)}",
+            )
 
     def _trace(
         self,
         name: str,
         function: Callable[..., ArrayTree],
         results: Sequence[str],
+        about: str,
         **inputs: _Texts,
     ) -> Piece:
         """A piece: `inputs` are lists of C texts, one argument of the function each."""
@@ -107,6 +145,7 @@ class Tracer:
         def of_flat(*arrays: jax.Array) -> ArrayTree:
             return function(**jax.tree.unflatten(structure, arrays))
 
+        spoken = name.replace("_", " ")
         try:
             with keeping_calls():
                 trace = jax.make_jaxpr(of_flat)(*shapes)
@@ -114,61 +153,84 @@ class Tracer:
             raise
         except Exception as error:  # whatever a user's part does with what it is given
             first = (str(error) or type(error).__name__).splitlines()[0]
-            raise TegotaeError(f"the {name} cannot be traced for export: {first}") from error
-        nodes = [np.array([given(text)], object) for text in flat]
-        arrays = self._reader.read(trace, nodes)
-        found = tuple(node for array in arrays for node in array.reshape(-1))
-        if len(found) != len(results):
+            raise TegotaeError(f"the {spoken} cannot be traced for export: {first}") from error
+        nodes = [array_of([given(text)], (1,)) for text in flat]
+        numbers = tuple(scalars(self._reader.read(trace, nodes)))
+        if len(numbers) != len(results):
             raise TegotaeError(
-                f"the {name} gives {len(found)} numbers for one limb; it must give {len(results)}"
+                f"the {spoken} gives {len(numbers)} numbers for one limb; it must give "
+                f"{len(results)}"
             )
-        return Piece(name, found, tuple(results))
+        return Piece(name, numbers, tuple(results), about)
 
     def _inputs(self, values: _Arrays, scales: _Arrays) -> Signals:
         return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
 
-    @property
-    def _symbols(self) -> dict[str, dict[str, str]]:
-        return {
-            "values": {name: f"s->{name}" for name in self._signals},
-            "scales": {name: scale_name(name) for name in self._scales},
-        }
+    def _of_leaves(self, leaves: Sequence[jax.Array]) -> StateTree:
+        return jax.tree.unflatten(self._structure, leaves)
 
-    def term(self, role: str, term: Term, paths: Sequence[WeightName]) -> Piece:
+    def _of_oscillator(self, oscillator: Oscillator) -> Iterator[Piece]:
+        """Its state at a phase, what terms may read of it, and its phase."""
+
+        def started(phase: jax.Array) -> list[jax.Array]:
+            return jax.tree.leaves(oscillator.start(phase))
+
+        def rhythm(state: Sequence[jax.Array]) -> list[jax.Array]:
+            values = oscillator.signals(self._of_leaves(state))
+            return [values[name] for name in oscillator.SIGNALS]
+
+        def phase_of(state: Sequence[jax.Array]) -> jax.Array:
+            return oscillator.phase(self._of_leaves(state))
+
+        state = self._state
+        about = "The oscillator at a phase [rad]."
+        yield self._trace("started", started, self.state_names, about, phase="phase")
+        about = "What the terms read of the oscillator."
+        yield self._trace("rhythm", rhythm, oscillator.SIGNALS, about, state=state)
+        if oscillator.has_phase:
+            yield self._trace("phase_of", phase_of, ("phase",), "The phase [rad].", state=state)
+
+    def _term(self, role: str, term: Term, paths: Sequence[WeightName]) -> Piece:
         """A′, R, G or the smooth part of T."""
-        symbols = self._symbols
+        values = {name: f"s->{name}" for name in self._signals}
         results: Sequence[str] = (role,)
         if role == "actuation":
-            symbols["values"]["feedback"] = "feedback"
+            values["feedback"] = "feedback"
             results = self._controller.actuation.COMMANDS
 
         def evaluate(weights: Weights, values: _Arrays, scales: _Arrays) -> jax.Array:
             return term(weights, self._inputs(values, scales))
 
-        return self._trace(role, evaluate, results, weights=_weights(paths), **symbols)
+        letter = {"action": "A'", "reaction": "R", "gain": "G", "actuation": "T"}[role]
+        return self._trace(
+            f"{role}_term",
+            evaluate,
+            results,
+            f"{letter}, the {role}: {described(term)}",
+            weights=_weights(paths),
+            values=values,
+            scales=self._scales,
+        )
 
-    def feedback(self) -> Piece:
+    def _feedback(self) -> Piece:
         """The law that makes the terms one feedback: `Controller.feedback`."""
         law = self._controller.tegotae
         names = [] if law is None else ["action", "reaction", "gain"]
-        limit = None if law is None else law.limit_rad_per_s
-        action, reaction, gain = (_Known(name) for name in ("action", "reaction", "gain"))
-        known = Tegotae(action, reaction, gain, limit) if names else None
+        action, reaction, gain = map(_Known, ("action", "reaction", "gain"))
+        known = Tegotae(action, reaction, gain, law.limit_rad_per_s) if law else None
         controller = Controller(_Commanded(self._controller.actuation), tegotae=known)
 
         def evaluate(values: _Arrays) -> jax.Array:
             return controller.feedback((), Signals(values))
 
+        about = (
+            "The Tegotae feedback f = G A' R [rad/s]." if law else "There is no Tegotae feedback."
+        )
         values = {name: name for name in (names or ["nothing"])}
-        return self._trace("feedback", evaluate, ("feedback",), values=values)
+        return self._trace("feedback_law", evaluate, ("feedback",), about, values=values)
 
-    def command(self, *, averaged: bool = False) -> Piece:
-        """The command over a tick: `Controller.command` and the sector.
-
-        Args:
-            averaged: whether the sector counts with its share of the tick, and not with the phase
-                at the tick's start.
-        """
+    def _command(self) -> Piece:
+        """The command over a tick: `Controller.command` and the sector."""
         actuation = self._controller.actuation
         names = actuation.COMMANDS
         controller = Controller(_Commanded(actuation), self._controller.oscillator)
@@ -184,67 +246,32 @@ class Tracer:
             command = controller.command((), Signals({"command": whole}), most)
             return push(controller, most, command, phase, reached, omega).mean_n
 
-        smooth = {name: f"smooth_{name}" if len(names) > 1 else "smooth" for name in names}
-        given_too = {
-            "phase": "phase",
-            "reached": "reached" if averaged else "phase",
-            "omega": "omega",
-            "most": "MAX_FORCE_N",
-        }
-        return self._trace("command", evaluate, names, smooth=smooth, **given_too)
-
-    def rhythm(self) -> Piece:
-        """What terms may read of the oscillator."""
-        oscillator = self._controller.oscillator
-        assert oscillator is not None
-
-        def evaluate(state: Sequence[jax.Array]) -> list[jax.Array]:
-            values = oscillator.signals(self._of_leaves(state))
-            return [values[name] for name in oscillator.SIGNALS]
-
-        return self._trace("rhythm", evaluate, oscillator.SIGNALS, state=self._state)
-
-    def phase(self) -> Piece:
-        """The oscillator's phase."""
-        oscillator = self._controller.oscillator
-        assert oscillator is not None
+        about = "Where the foot shall be [m]."
+        if actuation.commands_force:
+            about = (
+                "The actuator's force [N]: the term's, clipped to [0, alpha]; full force in the "
+                f"sector, if there is one{'; its mean over the tick' if self._averages else ''}."
+            )
         return self._trace(
-            "phase_of",
-            lambda state: oscillator.phase(self._of_leaves(state)),
-            ("phase",),
-            state=self._state,
+            "command_law",
+            evaluate,
+            names,
+            about,
+            smooth={n: f"smooth_{n}" if len(names) > 1 else "smooth" for n in names},
+            phase="phase",
+            reached="reached" if self._averages else "phase",
+            omega="omega",
+            most="MAX_FORCE_N",
         )
-
-    def start(self) -> Piece:
-        """The oscillator's state at a phase."""
-        oscillator = self._controller.oscillator
-        assert oscillator is not None
-
-        def evaluate(phase: jax.Array) -> list[jax.Array]:
-            return jax.tree.leaves(oscillator.start(phase))
-
-        return self._trace("started", evaluate, self.state_names, phase="phase")
-
-    def advance(self, paths: Sequence[WeightName]) -> Piece:
-        """The oscillator's state a tick later, its rate held."""
-        return self._ahead(
-            "advanced", lambda own, at: jax.tree.leaves(settled(own, at)), self.state_names, paths
-        )
-
-    def phase_after(self, paths: Sequence[WeightName]) -> Piece:
-        """The oscillator's phase a tick later, its rate held and whole turns not taken off."""
-        oscillator = self._controller.oscillator
-        assert oscillator is not None
-        return self._ahead("phase_after", lambda _, at: oscillator.phase(at), ("reached",), paths)
 
     def _ahead(
         self,
         name: str,
         read_off: Callable[[Controller, StateTree], ArrayTree],
         results: Sequence[str],
-        paths: Sequence[WeightName],
+        about: str,
     ) -> Piece:
-        """What is read off the oscillator's state at the end of a tick."""
+        """What is read off the oscillator's state at the end of a tick, its rate held."""
         own = self._controller
         coupling = None if own.coupling is None else _KnownCoupling()
         controller = Controller(
@@ -253,7 +280,6 @@ class Tracer:
             limbs=1 if coupling is None else 2,
             coupling=coupling,
         )
-        pull = {} if coupling is None else {"coupling": "pull"}
 
         def evaluate(
             weights: Weights,
@@ -271,34 +297,34 @@ class Tracer:
             name,
             evaluate,
             results,
-            weights=_weights(paths),
+            about,
+            weights=_weights(own.unit_weight_names.get("oscillator", ())),
             state=self._state,
             omega="omega",
             feedback="feedback",
-            pull=pull,
+            pull={} if coupling is None else {"coupling": "pull"},
             tick="TICK_S",
         )
 
-    def coupling(self, paths: Sequence[WeightName], reads: Sequence[str]) -> Piece:
+    def _coupling(self, coupling: Coupling) -> Piece:
         """What each oscillator gets from the others: the only piece that sees all units."""
-        coupling, limbs = self._controller.coupling, self._controller.limbs
-        assert coupling is not None
+        limbs = range(self._controller.limbs)
 
         def evaluate(
             weights: Weights, values: dict[str, list[jax.Array]], scales: _Arrays
         ) -> jax.Array:
-            rows = {name: jnp.stack(each) for name, each in values.items()}
+            rows = {name: jnp.stack(of_units) for name, of_units in values.items()}
             return coupling(weights, self._inputs(rows, scales))
 
-        values = {name: [f"heard[{i}].{name}" for i in range(limbs)] for name in self._signals}
-        scales = {name: scale_name(name) for name in self._scales}
-        results = [f"unit_{i}" for i in range(limbs)]
         return self._trace(
-            "coupling", evaluate, results, weights=_weights(paths), values=values, scales=scales
+            "coupling",
+            evaluate,
+            [f"unit_{i}" for i in limbs],
+            f"What each oscillator gets from the others [rad/s]: {described(coupling)}",
+            weights=_weights(coupling.weight_names(len(limbs))),
+            values={name: [f"heard[{i}].{name}" for i in limbs] for name in self._signals},
+            scales=self._scales,
         )
-
-    def _of_leaves(self, leaves: Sequence[jax.Array]) -> StateTree:
-        return jax.tree.unflatten(self._structure, leaves)
 
 
 def scale_name(signal: str) -> str:
@@ -306,20 +332,23 @@ def scale_name(signal: str) -> str:
     return f"SCALE_{signal.upper()}"
 
 
+def described(part: object) -> str:
+    """What a part's docstring says it is, in ASCII."""
+    return commented(type(part).__doc__ or type(part).__name__)
+
+
 def _weights(paths: Sequence[WeightName]) -> list[str]:
     return [f"w->{spelled(path)}" for path in paths]
 
 
-def _state(controller: Controller) -> tuple[tuple[str, ...], jax.tree_util.PyTreeDef]:
-    """Names of the numbers that the oscillator's state has, and its structure."""
-    if controller.oscillator is None:
+def _state(oscillator: Oscillator | None) -> tuple[tuple[str, ...], jax.tree_util.PyTreeDef]:
+    """Names of the numbers that an oscillator's state has, and its structure."""
+    if oscillator is None:
         return (), jax.tree.structure(())
-    state = jax.eval_shape(controller.oscillator.start, jax.ShapeDtypeStruct((1,), jnp.float32))
+    state = jax.eval_shape(oscillator.start, jax.ShapeDtypeStruct((1,), jnp.float32))
     paths, structure = jax.tree_util.tree_flatten_with_path(state)
     names: list[str] = []
     for number, (path, _) in enumerate(paths):
-        name = "_".join(
-            str(getattr(k, "name", getattr(k, "key", getattr(k, "idx", "")))) for k in path
-        )
+        name = jax.tree_util.keystr(path, simple=True, separator="_")
         names.append(name if name.isidentifier() and name not in names else f"state_{number}")
     return tuple(names), structure

@@ -86,8 +86,7 @@ class LiveController:
         if is_native(Path(name)):
             if max_force_n is not None:
                 raise TegotaeError(
-                    f"{name} is compiled with its force; give max_force_n to `tegotae export "
-                    "native` instead"
+                    f"{name} is compiled with its force; give it to `tegotae export native` instead"
                 )
             return cls(read_native(Path(name)), clock=clock)
         from tegotae.export.live.tick import compiled
@@ -136,9 +135,8 @@ class LiveController:
                     "the controller has no phase oscillator, whose phase alone says where it is; "
                     "reset it without phase_rad"
                 )
-            like = start[self._native.phase_entry]
-            of_limbs = phase.reshape(-1, 1) if like.ndim == 2 else phase
-            start[self._native.phase_entry] = np.broadcast_to(of_limbs, like.shape)
+            entry = self._step.state[self._native.phase_entry]
+            start[self._native.phase_entry] = phase.reshape((-1, 1)[: entry.ndim])
         self._step.reset(**start)
         self._last_s: float | None = None
         self._began = False

@@ -1,33 +1,31 @@
-"""C statements of a graph of scalars, and the structs that they use."""
+"""C statements of a graph of scalars, and the functions and structs that they use."""
 
 from __future__ import annotations
 
-import textwrap
+import functools
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
-import numpy as np
-
 from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.names import HELPERS, Call, LoopProcedure, Procedure, c_name
-from tegotae.lowering.graph import reachable
-from tegotae.lowering.nodes import Node
-from tegotae.lowering.operations import (
-    ATOM,
-    OPERATIONS,
-    PRODUCT,
-    UNARY,
-    WHOLE,
-    Operation,
-)
-from tegotae.parts._shapes import Number
+from tegotae.export.c.reader import Call, LoopProcedure, Procedure
+from tegotae.export.c.text import c_name, comment_of, floating, number, template, wrapped
+from tegotae.lowering.nodes import Node, place_of, reachable
+from tegotae.lowering.operations import ATOM, OPERATIONS, PRODUCT, UNARY, WHOLE, Operation
 from tegotae.parts.weight_names import WeightName, nested
 
-WIDTH = 96
 _LONGEST = 220
 """Letters of an expression beyond which its parts get names."""
+
+
+@functools.cache
+def helpers() -> dict[str, str]:
+    """Functions that generated code may call, by their names."""
+    texts = template("helpers.c").split("\n\n")
+    named = ((re.search(r"^static \w+ (\w+)\(", text, re.MULTILINE), text) for text in texts)
+    return {match[1]: f"{text.rstrip()}\n" for match, text in named if match}
 
 
 @dataclass
@@ -39,39 +37,52 @@ class Library:
     """Their C, as it was written."""
     names: dict[int, str] = field(default_factory=dict)
     """What each procedure is called in C, by its identity."""
-    taken: set[str] = field(default_factory=lambda: set(HELPERS))
+    taken: set[str] = field(default_factory=lambda: set(helpers()))
 
-    def helper_texts(self) -> list[str]:
-        """The C of the helpers that are needed."""
-        return [text for name, text in HELPERS.items() if name in self.helpers]
+    def texts(self) -> list[str]:
+        """The C of helpers and procedures that are needed."""
+        needed = [text for name, text in helpers().items() if name in self.helpers]
+        return [*needed, *self.procedures]
 
     def name_of(self, procedure: Procedure) -> str:
         """The name of a procedure in C, which is written on its first call."""
-        if id(procedure) not in self.names and isinstance(procedure, LoopProcedure):
-            name = self.names[id(procedure)] = c_name(procedure.name, self.taken)
-            self.procedures.append(_loop(self, procedure, name))
         if id(procedure) not in self.names:
-            body = Statements(self, procedure.parameters)
-            results = body.all(procedure.results)
-            name = c_name(procedure.name, self.taken)
-            self.names[id(procedure)] = name
-            parameters = ", ".join(
-                f"{node.kind} {text}"
-                for node, text in zip(procedure.inputs, procedure.parameters, strict=True)
-            )
+            if isinstance(procedure, LoopProcedure):
+                name = c_name(procedure.name, self.taken)
+                lines, results = self._loop(procedure)
+            else:
+                body = Statements(self, procedure.parameters)
+                results = body.all(procedure.results)
+                name, lines = c_name(procedure.name, self.taken), body.lines
+            parameters = ", ".join(f"{node.kind} {node.detail}" for node in procedure.inputs)
             kinds = [node.kind for node in procedure.results]
-            self.procedures.append(
-                function(name, parameters, body.lines, results, kinds, comment=procedure.about)
-            )
+            text = function(name, parameters, lines, results, kinds, comment=procedure.about)
+            self.names[id(procedure)] = name
+            self.procedures.append(text)
         return self.names[id(procedure)]
 
+    def _loop(self, loop: LoopProcedure) -> tuple[list[str], list[str]]:
+        """A loop changes its own copies of what is carried, and returns them."""
+        carried = loop.results
+        names = [str(node.detail) for node in carried]
+        test = Statements(self, (*loop.parameters, *(f"next_{name}" for name in names)))
+        goes_on = test.all([loop.goes_on])[0] if loop.goes_on else "false"
+        step = Statements(self, test.taken)
+        onwards = step.all(loop.onwards)
+        lines = [*test.lines, f"if (!({goes_on})) {{", "    break;", "}", *step.lines]
+        lines += [
+            f"const {n.kind} next_{n.detail} = {x};" for n, x in zip(carried, onwards, strict=True)
+        ]
+        lines += [f"{name} = next_{name};" for name in names]
+        return ["for (;;) {", *(f"    {line}" for line in lines), "}"], names
 
-ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
 def members(count: int) -> tuple[str, ...]:
     """What the results of a procedure are called."""
-    return ORDINALS[:count] if count <= len(ORDINALS) else tuple(f"r{i}" for i in range(count))
+    return _ORDINALS[:count] if count <= len(_ORDINALS) else tuple(f"r{i}" for i in range(count))
 
 
 def function(
@@ -82,63 +93,34 @@ def function(
     kinds: Sequence[str],
     names: Sequence[str] | None = None,
     comment: str = "",
+    struct: str = "",
 ) -> str:
-    """A static function in C; one with several results returns a struct of them."""
+    """A static function in C.
+
+    Args:
+        name: its name.
+        parameters: as they stand in C.
+        lines: its statements.
+        results: expressions; of several it returns a struct.
+        kinds: their types.
+        names: what they are called in the struct.
+        comment: on what it does.
+        struct: the type of the struct, if it is known already.
+    """
     text = comment_of(comment)
     indented = [wrapped(line) for line in lines]
     if len(results) == 1 and names is None:
         head, back = kinds[0], wrapped(f"return {results[0]};")
     else:
         names = members(len(results)) if names is None else names
-        fields = "".join(f"    {k} {n};\n" for k, n in zip(kinds, names, strict=True))
-        text = f"typedef struct {{\n{fields}}} {name}_result;\n\n" + text
-        head = f"{name}_result"
+        head, back = struct or f"{name}_result", "    return result;"
+        if not struct:
+            fields = "".join(f"    {k} {n};\n" for k, n in zip(kinds, names, strict=True))
+            text = f"typedef struct {{\n{fields}}} {head};\n\n{text}"
         indented.append(f"    {head} result;")
         indented += [wrapped(f"result.{n} = {r};") for n, r in zip(names, results, strict=True)]
-        back = "    return result;"
     body = "\n".join([*indented, back])
     return f"{text}static {head} {name}({parameters or 'void'})\n{{\n{body}\n}}\n"
-
-
-def _loop(library: Library, loop: LoopProcedure, name: str) -> str:
-    """A loop as a function: it changes its own copies of what is carried, and returns them."""
-    carried = loop.inputs[len(loop.inputs) - loop.carried :]
-    names = [str(node.detail) for node in carried]
-    test = Statements(library, (*loop.parameters, *(f"next_{each}" for each in names)))
-    goes_on = test.all([loop.goes_on])[0] if loop.goes_on else "false"
-    step = Statements(library, test.taken)
-    onwards = step.all(loop.onwards)
-    lines = [*test.lines, f"if (!({goes_on})) {{", "    break;", "}", *step.lines]
-    lines += [
-        f"const {n.kind} next_{n.detail} = {x};" for n, x in zip(carried, onwards, strict=True)
-    ]
-    lines += [f"{each} = next_{each};" for each in names]
-    around = ["for (;;) {", *(f"    {line}" for line in lines), "}"]
-    parameters = ", ".join(f"{node.kind} {node.detail}" for node in loop.inputs)
-    kinds = [node.kind for node in carried]
-    return function(name, parameters, around, names, kinds, comment=loop.about)
-
-
-def comment_of(text: str) -> str:
-    """A comment in C, wrapped."""
-    if not text:
-        return ""
-    lines = textwrap.wrap(text, WIDTH - 6)
-    return "/* " + "\n   ".join(lines) + " */\n"
-
-
-def wrapped(line: str, indent: str = "    ") -> str:
-    """A statement on as many lines as it needs."""
-    return "\n".join(
-        textwrap.wrap(
-            line,
-            WIDTH,
-            initial_indent=indent,
-            subsequent_indent=indent + "    ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-    )
 
 
 class Statements:
@@ -168,8 +150,8 @@ class Statements:
                 if node.detail[0] in calls:
                     continue
                 calls.add(node.detail[0])
-            for each in node.inputs:
-                self._uses[each] = self._uses.get(each, 0) + 1
+            for x in node.inputs:
+                self._uses[x] = self._uses.get(x, 0) + 1
         for node in nodes:
             self._uses[node] = self._uses.get(node, 0) + 1
         for node in order:
@@ -181,7 +163,7 @@ class Statements:
         leaf = node.operation in ("literal", "given", "result")
         if leaf or (self._uses[node] == 1 and len(text) <= _LONGEST):
             return text, binds
-        name = c_name(node.place.names[0] if node.place else "value", self.taken)
+        name = c_name(_called(node), self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
         return name, ATOM
 
@@ -200,7 +182,7 @@ class Statements:
         operation = _operation(node)
         for helper in (operation.needs or "").split():
             self._library.helpers.add(helper)
-        operands = [self._inside(each, operation.inside[i]) for i, each in enumerate(node.inputs)]
+        operands = [self._inside(x, operation.inside[i]) for i, x in enumerate(node.inputs)]
         text = cast(str, operation.text)  # `CReader` refuses operations without one
         if text.count("{0}") > 1 and self._texts[node.inputs[0]][1] != ATOM:
             operands[0] = self._named(node.inputs[0])
@@ -213,7 +195,7 @@ class Statements:
     def _named(self, node: Node) -> str:
         """A name for a value, even if it is used only once."""
         text, _ = self._texts[node]
-        name = c_name(node.place.names[0] if node.place else "value", self.taken)
+        name = c_name(_called(node), self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
         self._texts[node] = name, ATOM
         return name
@@ -224,8 +206,8 @@ class Statements:
         if call not in self._calls:
             name = self._library.name_of(procedure)
             self.taken.add(name)
-            inputs = ", ".join(self._texts[each][0] for each in call.inputs)
-            wanted = call.place.names if call.place else (procedure.name,)
+            inputs = ", ".join(self._texts[x][0] for x in call.inputs)
+            wanted = call.names
             single = len(procedure.results) == 1
             label = wanted[0] if single else "_".join(wanted)
             variable = c_name(label, self.taken)
@@ -260,6 +242,12 @@ class Statements:
         return (product, PRODUCT) if power > 0 else (f"1.0f / ({product})", PRODUCT)
 
 
+def _called(node: Node) -> str:
+    """What the Python source calls a value."""
+    place = place_of(node.origin)
+    return place.names[0] if place else "value"
+
+
 def _operation(node: Node) -> Operation:
     of = node.inputs[-1].kind
     if of == "int32_t":
@@ -270,31 +258,6 @@ def _operation(node: Node) -> Operation:
             )
         return operation
     return OPERATIONS[node.operation]
-
-
-def number(value: Number, kind: str) -> tuple[str, int]:
-    """A constant in C, and how tightly it binds.
-
-    Example:
-        >>> number(0.1, "float"), number(-2, "int32_t"), number(True, "bool")
-        (('0.1f', 9), ('-2', 8), ('true', 9))
-    """
-    if kind == "bool":
-        return ("true" if value else "false"), ATOM
-    if kind == "int32_t":
-        whole = int(value)
-        if whole == -(2**31):
-            return "INT32_MIN", ATOM
-        return str(whole), ATOM if whole >= 0 else UNARY
-    single = np.float32(value)
-    if np.isnan(single):
-        return "NAN", ATOM
-    if np.isinf(single):
-        return ("INFINITY", ATOM) if single > 0 else ("-INFINITY", UNARY)
-    text = str(single)
-    if "e" not in text and "." not in text:
-        text += ".0"
-    return f"{text}f", ATOM if single >= 0 and not text.startswith("-") else UNARY
 
 
 def struct(name: str, paths: Sequence[WeightName]) -> str:
@@ -323,7 +286,7 @@ def initialiser(paths: Sequence[WeightName], values: Sequence[Json], indent: str
 
 def _values(tree: Json, indent: str) -> str:
     if not isinstance(tree, (dict, list)):
-        return number(cast(float, tree), "float")[0]
+        return floating(cast(float, tree))
     inner = indent + "    "
     if isinstance(tree, dict):
         entries = [f".{name} = {_values(entry, inner)}" for name, entry in tree.items()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,7 +28,7 @@ _SHORT = {"float": "f32", "double": "f64"}
 
 @dataclass
 class FunctionWriter:
-    """Writes a function; implements `tegotae.lowering.operations.Writer`.
+    """Writes a function.
 
     Args:
         lanes: numbers in a vector; 1 for plain scalars.
@@ -90,7 +91,7 @@ class FunctionWriter:
         name = f"@llvm.{'.'.join((intrinsic, *names))}"
         result, operand = self.type(kinds[0]), self.type(kinds[-1])
         self.declared.add(f"declare {result} {name}({', '.join([operand] * len(operands))})")
-        arguments = ", ".join(f"{operand} {each}" for each in operands)
+        arguments = ", ".join(f"{operand} {x}" for x in operands)
         return self.do(f"call {result} {name}({arguments})")
 
     def select(self, mask: str, kind: str, yes: str, no: str, name: str = "") -> str:
@@ -163,3 +164,16 @@ class FunctionWriter:
     def function(self, head: str) -> str:
         """All of the function, with its head."""
         return "\n".join((f"define void {head} #0 {{", "entry:", *self.lines, "  ret void", "}"))
+
+
+def module_text(functions: Iterable[str], declared: Iterable[str], attributes: str = "") -> str:
+    """A module of functions, with declarations of what they call and attributes of all of them."""
+    return "\n".join(
+        (
+            *functions,
+            *sorted(declared),
+            f"attributes #0 = {{ {attributes}nounwind }}",
+            f'{_LIKELY} = !{{!"branch_weights", i32 1, i32 50}}',
+            "",
+        )
+    )

@@ -5,18 +5,18 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.lowering.layout import MemoryLayout
+from tegotae.lowering.layout import StepLayout
 
-FLOAT_BITS = {"float32": 32, "float64": 64}
-"""Bits of a number by its type."""
+_OPTIMISATION = 2
+_FLOAT_BITS = {"float32": 32, "float64": 64}
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Target:
 
     def lanes_of_vector(self, dtype: str) -> int:
         """Numbers of this type in a vector."""
-        return max(1, self.vector_bits // FLOAT_BITS[dtype])
+        return max(1, self.vector_bits // _FLOAT_BITS[dtype])
 
 
 _TARGETS = {
@@ -83,54 +83,54 @@ def _host(name: str) -> Target:
     )
 
 
-_OPTIMISATION = 2
-
-
-class Compiled:
-    """A module in memory; its code lives as long as this object.
+class Code:
+    """Machine code in memory; it lives as long as this object.
 
     Args:
-        text: the module in LLVM's language.
-        target: the processor.
-        optimisation: how hard the compiler tries, from 0 to 3; results are the same.
+        module: of LLVM.
+        machine: of LLVM, the target.
+        object_file: further code.
     """
 
-    def __init__(self, text: str, target: Target, optimisation: int = _OPTIMISATION) -> None:
-        module, machine = _optimised(text, target, optimisation)
-        self._engine = _llvm().create_mcjit_compiler(module, machine)
+    def __init__(self, module: Any, machine: Any, object_file: bytes | None = None) -> None:
+        llvm = _llvm()
+        self._engine = llvm.create_mcjit_compiler(module, machine)
+        if object_file is not None:
+            self._engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(object_file))
         self._engine.finalize_object()
 
-    def address(self, name: str) -> int:
-        """Where a function begins."""
-        return self._engine.get_function_address(name)
+    @classmethod
+    def compiled(cls, text: str, target: Target, optimisation: int = _OPTIMISATION) -> Code:
+        """A module in LLVM's language, compiled.
 
+        Args:
+            text: the module.
+            target: the processor.
+            optimisation: how hard the compiler tries, from 0 to 3; results are the same.
+        """
+        return cls(*_optimised(text, target, optimisation))
 
-class Loaded:
-    """An object file in memory; its code lives as long as this object.
+    @classmethod
+    def loaded(cls, object_file: bytes) -> Code:
+        """An object file, unaltered: the loader trusts it.
 
-    Args:
-        code: what `object_file` gave, unaltered: the loader trusts it.
-
-    Raises:
-        TegotaeError: for code of another kind of processor.
-    """
-
-    def __init__(self, code: bytes) -> None:
+        Raises:
+            TegotaeError: for code of another kind of processor.
+        """
         llvm = _llvm()
         machine = llvm.Target.from_default_triple().create_target_machine(reloc="pic")
         own = machine.emit_object(llvm.parse_assembly(""))
-        if _format(code) != _format(own):
+        if _format(object_file) != _format(own):
             raise TegotaeError(
                 "the code is for another processor or system than "
                 f"{llvm.get_process_triple()}; compile it for this one"
             )
-        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-        self._engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
-        self._engine.finalize_object()
+        return cls(llvm.parse_assembly(""), machine, object_file)
 
-    def address(self, name: str) -> int:
-        """Where a function begins."""
-        return self._engine.get_function_address(name)
+    def function(self, name: str, pointers: int, numbers: int = 0) -> Callable[..., None]:
+        """A function of so many pointers, and of whole numbers after them."""
+        kinds = [ctypes.c_void_p] * pointers + [ctypes.c_int64] * numbers
+        return ctypes.CFUNCTYPE(None, *kinds)(self._engine.get_function_address(name))
 
 
 def _format(code: bytes) -> bytes:
@@ -138,9 +138,9 @@ def _format(code: bytes) -> bytes:
     return code[:5] + code[18:20] if code[:4] == b"\x7fELF" else code[:8]
 
 
-def object_file(text: str, target: Target, optimisation: int = _OPTIMISATION) -> bytes:
+def object_file(text: str, target: Target) -> bytes:
     """A module as an object file of the target."""
-    module, machine = _optimised(text, target, optimisation)
+    module, machine = _optimised(text, target, _OPTIMISATION)
     return machine.emit_object(module)
 
 
@@ -178,57 +178,40 @@ def _llvm() -> Any:
     return llvm
 
 
-_BYTES = hashlib.sha256().digest_size
+_CHECKSUM_BYTES = hashlib.sha256().digest_size
 
 
-def sealed(code: bytes, *layouts: MemoryLayout) -> bytes:
-    """Code and, after it, a checksum over it and the layouts of its memory.
-
-    Args:
-        code: an object file, which stays one.
-        layouts: of the memory that it reads and writes, in its order.
+def sealed(content: bytes) -> bytes:
+    """Bytes after their checksum.
 
     Example:
         >>> unsealed(sealed(b"code"))
         b'code'
     """
-    return code + _checksum(code, layouts)
+    return hashlib.sha256(content).digest() + content
 
 
-def unsealed(kept: bytes, *layouts: MemoryLayout) -> bytes:
-    """The code that was sealed with these layouts.
-
-    Args:
-        kept: what `sealed` gave.
-        layouts: the same as then.
+def unsealed(whole: bytes) -> bytes:
+    """What was sealed.
 
     Raises:
-        TegotaeError: where a byte differs, is missing or was added, or a layout differs.
+        TegotaeError: where a byte differs, is missing or was added.
     """
-    code, checksum = kept[:-_BYTES], kept[-_BYTES:]
-    if checksum != _checksum(code, layouts):
-        raise TegotaeError(
-            "the machine code is truncated or altered, or of another layout of its memory; "
-            "compile it again"
-        )
-    return code
+    checksum, content = whole[:_CHECKSUM_BYTES], whole[_CHECKSUM_BYTES:]
+    if hashlib.sha256(content).digest() != checksum:
+        raise TegotaeError("the machine code is truncated or altered; compile it again")
+    return content
 
 
-def _checksum(code: bytes, layouts: tuple[MemoryLayout, ...]) -> bytes:
-    described = json.dumps([layout.document() for layout in layouts])
-    return hashlib.sha256(described.encode() + code).digest()
-
-
-def load_step(
-    code: bytes, state: MemoryLayout, inputs: MemoryLayout, outputs: MemoryLayout
-) -> NativeStep:
-    """A step from the object file that `FunctionKernel.object_file` gave, and its layouts.
+def load_step(content: bytes) -> NativeStep:
+    """A step from what `FunctionKernel.to_bytes` gave.
 
     Raises:
-        TegotaeError: for code that was truncated or altered, or goes with other layouts; and for
-            that of another kind of processor.
+        TegotaeError: for bytes that were truncated or altered, or code of another kind of
+            processor.
     """
-    return NativeStep(Loaded(unsealed(code, state, inputs, outputs)), state, inputs, outputs)
+    layout, code = msgspec.msgpack.decode(unsealed(content), type=tuple[StepLayout, bytes])
+    return NativeStep(Code.loaded(code), layout)
 
 
 class NativeStep:
@@ -239,26 +222,16 @@ class NativeStep:
 
     Args:
         code: what was compiled, or loaded.
-        state: what a step hands to the next.
-        inputs: what it takes.
-        outputs: what it gives.
+        layout: of its memory.
     """
 
-    def __init__(
-        self,
-        code: Compiled | Loaded,
-        state: MemoryLayout,
-        inputs: MemoryLayout,
-        outputs: MemoryLayout,
-    ) -> None:
-        self._code = code
-        self._memory = tuple(each.memory() for each in (state, inputs, outputs))
+    def __init__(self, code: Code, layout: StepLayout) -> None:
+        self._memory = tuple(part.memory() for part in layout)
         self.state, self.inputs, self.outputs = (
-            layout.views(memory)
-            for layout, memory in zip((state, inputs, outputs), self._memory, strict=True)
+            part.views(memory) for part, memory in zip(layout, self._memory, strict=True)
         )
-        kind = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)
-        self._function: Callable[..., None] = kind(code.address("step"))
+        self._code = code
+        self._function = code.function("step", 3)
         self._pointers = tuple(ctypes.c_void_p(memory.ctypes.data) for memory in self._memory)
 
     def __call__(self) -> None:

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from tegotae.lowering.graph import reachable
-from tegotae.lowering.llvm.writer import BYTES, TYPES, FunctionWriter
-from tegotae.lowering.nodes import FLOATS, Fork, Loop, Node
+from tegotae.lowering.nodes import FLOATS, Fork, Loop, Node, reachable
 from tegotae.lowering.operations import OPERATIONS
-from tegotae.lowering.regions import Region, Regions
+from tegotae.lowering.placement import Region, Regions
+from tegotae.lowering.writer import BYTES, TYPES, FunctionWriter
 
 _SMALLEST_SIDE = 8
 """Operations from which the side of a branch is worth a jump."""

@@ -1,4 +1,4 @@
-"""A staged program of lanes as a module: once a run, once an episode, and the loop of ticks."""
+"""A program of lanes as a module of LLVM: once a run, once an episode, and the loop of ticks."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from tegotae.lowering.emit import Emitter
 from tegotae.lowering.layout import Rows
-from tegotae.lowering.llvm.compile import Target
-from tegotae.lowering.llvm.emit import Emitter
-from tegotae.lowering.llvm.writer import FunctionWriter
-from tegotae.lowering.nodes import Node
-from tegotae.lowering.stages import LANE, UNIFORM, Stages
+from tegotae.lowering.machine import Target
+from tegotae.lowering.nodes import LANE, UNIFORM, Node
+from tegotae.lowering.placement import Stages
+from tegotae.lowering.writer import FunctionWriter, module_text
 
 Address = tuple[str, int, bool]
 
@@ -59,8 +59,7 @@ class EpisodeModule:
     @cached_property
     def state_rows(self) -> Rows:
         """Rows of the state."""
-        start = self.stages.roots.start
-        return Rows(tuple(start[slot].kind for slot in self.stages.slots))
+        return Rows(tuple(self.stages.start[slot].kind for slot in self.stages.slots))
 
     @cached_property
     def invariant_rows(self) -> Rows:
@@ -70,7 +69,7 @@ class EpisodeModule:
     @cached_property
     def channel_rows(self) -> Rows:
         """Rows of what is recorded."""
-        return Rows(tuple(node.kind for node in self.stages.roots.channels))
+        return Rows(tuple(node.kind for node in self.stages.channels))
 
     def text(self) -> str:
         """The module in LLVM's language."""
@@ -82,15 +81,7 @@ class EpisodeModule:
         )
         bits = self.target.vector_bits
         wide = f'"prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}" ' if bits else ""
-        return "\n".join(
-            (
-                *functions,
-                *sorted(declared),
-                f"attributes #0 = {{ {wide}nounwind }}",
-                '!0 = !{!"branch_weights", i32 1, i32 50}',
-                "",
-            )
-        )
+        return module_text(functions, declared, wide)
 
     @cached_property
     def _shared(self) -> dict[Node, int]:
@@ -111,31 +102,30 @@ class EpisodeModule:
             given = node.operation == "given" and node.detail[0] == "shared"
             return ("%shared", 8 * node.detail[1], False) if given else None
 
-        wanted = self.stages.uniform
-        found = Emitter(w, 1, wanted, leaf)
+        emitted = Emitter(w, 1, self.stages.uniform, leaf)
         for node, offset in self._shared.items():
-            w.store("%uniform", offset, node.kind, found.values(node)[0])
+            w.store("%uniform", offset, node.kind, emitted.values(node)[0])
         return w.function("@uniform(ptr %shared, ptr %uniform)")
 
     def _start(self, w: FunctionWriter) -> str:
         stages, rows = self.stages, self.lane_rows
 
         def leaf(node: Node) -> Address | None:
-            if stages.level.get(node) == UNIFORM:
+            if node.stage == UNIFORM:
                 return "%uniform", self._shared[node], True
             if node.operation == "given":
                 return "%lanes", self.block * rows.offsets[node.detail[1]], False
             return None
 
-        released = [stages.roots.start[slot] for slot in stages.slots]
-        found = Emitter(w, self.vectors, (*stages.invariant, *released), leaf)
+        released = [stages.start[slot] for slot in stages.slots]
+        emitted = Emitter(w, self.vectors, (*stages.invariant, *released), leaf)
         for node, offset in self._kept.items():
-            self._store(w, "%invariant", offset, node.kind, found.values(node))
-        self._store_state(w, released, found)
+            self._store(w, "%invariant", offset, node.kind, emitted.values(node))
+        self._store_state(w, released, emitted)
         return w.function("@start(ptr %lanes, ptr %uniform, ptr %invariant, ptr %state)")
 
     def _episode(self, w: FunctionWriter) -> str:
-        roots, slots = self.stages.roots, self.stages.slots
+        stages = self.stages
         w.go("frame")
         w.begin("frame")
         w.also("%f = phi i64 [ 0, %entry ], [ %next.f, %recorded ]")
@@ -146,7 +136,7 @@ class EpisodeModule:
         w.go("tick")
         w.begin("tick")
         w.also("%index = phi i32 [ %first, %frame ], [ %next.index, %ticked ]")
-        after = [roots.tick[slot] for slot in slots]
+        after = [stages.tick[slot] for slot in stages.slots]
         self._store_state(w, after, Emitter(w, self.vectors, after, self._leaf("%index")))
         w.go("ticked")
         w.begin("ticked")
@@ -155,10 +145,10 @@ class EpisodeModule:
         w.go_if("%more", "tick", "record")
         w.begin("record")
         w.also("%last = sub i32 %end, 1")
-        again = [roots.frame[slot] for slot in slots]
-        found = Emitter(w, self.vectors, (*roots.channels, *again), self._leaf("%last"))
-        self._record(w, found)
-        self._store_state(w, again, found)
+        again = [stages.frame[slot] for slot in stages.slots]
+        emitted = Emitter(w, self.vectors, (*stages.channels, *again), self._leaf("%last"))
+        self._record(w, emitted)
+        self._store_state(w, again, emitted)
         w.go("recorded")
         w.begin("recorded")
         w.also("%next.f = add i64 %f, 1")
@@ -172,14 +162,13 @@ class EpisodeModule:
 
     def _leaf(self, index: str) -> Callable[[Node], Address | str | None]:
         """Where the loop of ticks finds what was computed before."""
-        level, offsets = self.stages.level, self.state_rows.offsets
+        offsets = self.state_rows.offsets
         place = {slot: self.block * offsets[i] for i, slot in enumerate(self.stages.slots)}
 
         def leaf(node: Node) -> Address | str | None:
-            stage = level.get(node)
-            if stage == UNIFORM:
+            if node.stage == UNIFORM:
                 return "%uniform", self._shared[node], True
-            if stage == LANE:
+            if node.stage == LANE:
                 return "%invariant", self._kept[node], False
             if node.operation != "given":
                 return None
@@ -188,21 +177,21 @@ class EpisodeModule:
 
         return leaf
 
-    def _record(self, w: FunctionWriter, found: Emitter) -> None:
+    def _record(self, w: FunctionWriter, emitted: Emitter) -> None:
         rows = self.channel_rows
         lanes = w.do("mul i64 %f, %row")
-        for i, node in enumerate(self.stages.roots.channels):
+        for i, node in enumerate(self.stages.channels):
             size = rows.dtypes[i].itemsize
             whole = w.do(f"mul i64 {lanes}, {rows.size}")
             row = w.do(f"mul i64 %row, {rows.offsets[i]}")
             column = w.do(f"mul i64 %column, {size}")
             offset = w.do(f"add i64 {w.do(f'add i64 {whole}, {row}')}, {column}")
             base = w.do(f"getelementptr i8, ptr %out, i64 {offset}")
-            self._store(w, base, 0, node.kind, found.values(node))
+            self._store(w, base, 0, node.kind, emitted.values(node))
 
-    def _store_state(self, w: FunctionWriter, nodes: Sequence[Node], found: Emitter) -> None:
+    def _store_state(self, w: FunctionWriter, nodes: Sequence[Node], emitted: Emitter) -> None:
         """The state, once all of it is known."""
-        values = [found.values(node) for node in nodes]
+        values = [emitted.values(node) for node in nodes]
         for i, (node, registers) in enumerate(zip(nodes, values, strict=True)):
             slot = self.stages.slots[i]
             if node.operation == "given" and node.detail == ("state", slot):

@@ -1,11 +1,82 @@
-"""Where in a function each node is computed: always, on one side of a branch, in a loop."""
+"""Where each node is computed: once a run, an episode or a tick; always, on one side of a branch,
+in a loop."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
-from tegotae.lowering.nodes import Fork, Loop, Node
+from tegotae.lowering.nodes import LANE, UNIFORM, Fork, Loop, Node, reachable
+
+
+@dataclass(frozen=True)
+class Stages:
+    """What a program of lanes computes, and what one stage leaves to the next.
+
+    Args:
+        start: the state at release.
+        tick: the state a tick later.
+        frame: the state that the next frame begins with.
+        channels: what a frame records.
+
+    All are nodes of what is given: `("shared", n)`, `("lanes", n)`, `("state", n)` and
+    `("index", 0)`.
+    """
+
+    start: Sequence[Node]
+    tick: Sequence[Node]
+    frame: Sequence[Node]
+    channels: Sequence[Node]
+
+    @cached_property
+    def slots(self) -> tuple[int, ...]:
+        """The entries of the state that what is recorded depends on, sooner or later."""
+        needed: set[int] = set()
+        left = list(self.channels)
+        while left:
+            read = {
+                node.detail[1]
+                for node in reachable(left)
+                if node.operation == "given" and node.detail[0] == "state"
+            }
+            new = read - needed
+            needed |= new
+            left = [node for i in new for node in (self.tick[i], self.frame[i])]
+        return tuple(sorted(needed))
+
+    @cached_property
+    def invariant(self) -> tuple[Node, ...]:
+        """What is computed once an episode and read every tick or frame."""
+        return _read(self._later, LANE)
+
+    @cached_property
+    def uniform(self) -> tuple[Node, ...]:
+        """What is computed once a run and read later."""
+        released = [self.start[i] for i in self.slots]
+        return _read([*self._later, *self.invariant, *released], UNIFORM)
+
+    @property
+    def _later(self) -> list[Node]:
+        kept = [nodes[i] for nodes in (self.tick, self.frame) for i in self.slots]
+        return [*kept, *self.channels]
+
+
+def _read(results: Sequence[Node], stage: int) -> tuple[Node, ...]:
+    """The nodes of a stage that later stages read."""
+    read: set[Node] = set()
+    met: set[Node] = set()
+    left = list(results)
+    while left:
+        node = left.pop()
+        if node in met:
+            continue
+        met.add(node)
+        if node.stage > stage:
+            left += node.inputs
+        elif node.stage == stage and node.operation != "literal":
+            read.add(node)
+    return tuple(sorted(read, key=lambda node: node.number))
 
 
 @dataclass(eq=False)
@@ -41,7 +112,6 @@ class Regions:
         """Which results of a branch or loop are used."""
         self._parts: dict[tuple[Node, int], Node] = {}
         self._carriers: dict[Node, tuple[Node, int]] = {}
-        self._changing: dict[Node, set[Node]] = {}
         live = sorted(self._live(), key=lambda node: node.number)
         self.top = Region()
         self.sides: dict[Node, tuple[Region, Region]] = {}
@@ -82,7 +152,7 @@ class Regions:
             if node.operation == "loop":
                 self.parts.setdefault(node, [])
                 loop: Loop = node.detail
-                self._carriers.update((each, (node, i)) for i, each in enumerate(loop.carried))
+                self._carriers.update((x, (node, i)) for i, x in enumerate(loop.carried))
                 left.append(loop.goes_on)
             elif node.operation == "branch":
                 self.parts.setdefault(node, [])
@@ -100,10 +170,8 @@ class Regions:
                     left += [of.detail.no[node.detail], of.detail.yes[node.detail]]
             else:
                 left += node.inputs
-        for node, slots in self.parts.items():
+        for slots in self.parts.values():
             slots.sort()
-            if node.operation == "loop":
-                self._changing[node] = _changing(node.detail)
         return live
 
     def _in_order(self, live: list[Node]) -> list[Node]:
@@ -118,7 +186,7 @@ class Regions:
             elif node not in seen:
                 seen.add(node)
                 left.append((node, True))
-                left += [(each, False) for each in reversed(node.inputs) if each not in seen]
+                left += [(x, False) for x in reversed(node.inputs) if x not in seen]
         inside = [node for node in live if node not in order]  # of loops
         return [node for node in (*inside, *order) if node in alive]
 
@@ -153,18 +221,18 @@ class Regions:
                     use(node.inputs[part], here)
                     use(loop.onwards[part], rounds)
             elif node not in self._carriers:
-                for each in node.inputs:
-                    use(each, here)
+                for x in node.inputs:
+                    use(x, here)
         return region
 
     def _out_of_loops(self, node: Node, where: Region) -> Region:
         """The region outside of all loops that do not change a node."""
-        found = where
+        outside = where
         for region in _outwards(where):
-            if region.loop is not None and node not in self._changing[region.loop]:
+            if region.loop is not None and node not in region.loop.detail.changing:
                 assert region.outer is not None
-                found = region.outer
-        return found
+                outside = region.outer
+        return outside
 
 
 def _outwards(region: Region | None) -> Iterator[Region]:
@@ -181,19 +249,3 @@ def _common(a: Region, b: Region) -> Region:
         assert a.outer is not None
         a = a.outer
     return a
-
-
-def _changing(loop: Loop) -> set[Node]:
-    """What changes from round to round."""
-    changing: dict[Node, bool] = dict.fromkeys(loop.carried, True)
-    left = [loop.goes_on, *loop.onwards]
-    while left:
-        node = left[-1]
-        unknown = [each for each in node.inputs if each not in changing]
-        if node in changing or not unknown:
-            left.pop()
-            if node not in changing:
-                changing[node] = any(changing[each] for each in node.inputs)
-        else:
-            left += unknown
-    return {node for node, is_so in changing.items() if is_so}

@@ -1,1 +1,0 @@
-"""`tegotae export`: controllers as C, and what they cost on a microcontroller."""

@@ -1,0 +1,169 @@
+/** @prefix@.c: @title@. Written by tegotae from the code that its simulator runs. All numbers are
+    float; nothing is allocated; there is no state but the caller's. */
+#include "@prefix@.h"
+
+#include <float.h>
+#include <math.h>
+
+% own_constants
+static const float @name@ = @value@;@comment@
+% end own_constants
+
+@weights@
+
+% hears
+/* All that the terms of a unit may read. */
+typedef struct {
+% signals
+    float @name@;@comment@
+% end signals
+} signals;
+% end hears
+
+@functions@
+
+% checks
+/* The number itself; 0 for what is no finite number, which is told. */
+static float checked(float x, bool *sound)
+{
+    const bool known = is_finite(x);
+    *sound = *sound && known;
+    return known ? x : 0.0f;
+}
+% end checks
+
+% oscillates
+/* The small angle of a finite one, which whole turns are taken from. A turn is a little less than
+   its float. fmodf would do, but takes two kilobytes of a small controller's flash. */
+static float turned(float phase)
+{
+    const float turn = 6.28318548f;
+    float left = fabsf(phase);
+    float over = 0.0f;
+    float turns = turn;
+    while (turns <= 0.5f * left) {
+        turns *= 2.0f;
+    }
+    while (turns >= turn) {
+        if (left >= turns) {
+            left -= turns;
+            over += 2.78275e-8f * turns;
+        }
+        turns *= 0.5f;
+    }
+    left += over;
+    return (phase < 0.0f) ? -left : left;
+}
+% end oscillates
+
+% pushes
+/* A force in [0, alpha], whatever comes; 0 for what is no number. */
+static float bounded(float force)
+{
+    return (force > 0.0f) ? ((force < MAX_FORCE_N) ? force : MAX_FORCE_N) : 0.0f;
+}
+% end pushes
+% no pushes
+/* A place of the foot; that at rest for what is no finite number. */
+static float bounded(float place)
+{
+    return is_finite(place) ? place : 0.0f;
+}
+% end pushes
+
+void @prefix@_init(@prefix@_state *state@at_phase@)
+{
+% oscillates
+    bool sound = true;
+% units
+    state->oscillator@of_unit@ = @started@;
+% end units
+    state->omega_rad_per_s = @PREFIX@_OMEGA_RAD_PER_S;
+    state->faults = sound ? 0u : 1u;
+% end oscillates
+% no oscillates
+    state->faults = 0u;
+% end oscillates
+}
+
+void @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out)
+{
+    bool sound = true;
+% hears
+    signals heard@of_limbs@;
+% end hears
+% no senses
+    (void)in;
+% end senses
+% units
+% senses
+    heard@of_unit@.@name@ = checked(in->@member@@limb@, &sound);
+% end senses
+% felt
+    @statement@
+% end felt
+% end units
+% coupled
+    const coupling_result pulls = @coupling@;
+    const float pulled@of_limbs@ = {@pulls@};
+% end coupled
+% units
+% reads_omega
+    const float omega = state->omega_rad_per_s;
+% end reads_omega
+% has_phase
+    const float phase = @phase_of@;
+% end has_phase
+% terms
+    const float @role@ = @call@;
+% end terms
+    const float feedback = @feedback_law@;
+% averages
+    const float reached = @phase_after@;
+% end averages
+% commanding
+    @statement@
+% end commanding
+    out->feedback_rad_per_s@limb@ = is_finite(feedback) ? feedback : 0.0f;
+% has_phase
+    out->phase_rad@limb@ = phase;
+% end has_phase
+% oscillates
+    const @prefix@_oscillator next = @advanced@;
+    if (@next_is_finite@) {
+        state->oscillator@of_unit@ = next;
+    } else {
+        sound = false;
+    }
+% end oscillates
+% end units
+    if (!sound) {
+        ++state->faults;
+    }
+    out->fault = !sound;
+}
+
+% has_spring
+float @prefix@_spring_force(float contact_n, float velocity_m_per_s, float actuator_n)
+{
+    const float spring = contact_n + (@PREFIX@_DAMPING_NS_PER_M * velocity_m_per_s) - actuator_n;
+    return ((contact_n > 0.0f) && (spring > 0.0f)) ? spring : 0.0f;
+}
+
+float @prefix@_spring_force_of_length(float length_m)
+{
+    const float spring = @PREFIX@_STIFFNESS_N_PER_M * (@PREFIX@_REST_LENGTH_M - length_m);
+    return (spring > 0.0f) ? spring : 0.0f;
+}
+% end has_spring
+
+% has_action
+/* The action at no force, and at full force. */
+static const float REST@number_of_limbs@ = @rests@;
+static const float PUSH@number_of_limbs@ = @full_pushes@;
+
+float @prefix@_action(@of_limb@float force_n)
+{
+    return REST@index@ + ((PUSH@index@ - REST@index@) * (force_n / MAX_FORCE_N));
+}
+% end has_action

@@ -1,0 +1,111 @@
+/* test_@prefix@.c: @rows_count@ ticks of a run of the simulator, one by one through
+   the C, and inputs that are no numbers. Exit status 0 if all is as it should be. */
+#include "@prefix@.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+
+#define ROWS @rows_count@
+#define COLUMNS @columns_count@
+#define TOLERANCE @tolerance@
+#define BADS 6
+
+% starts_at_phases
+static const float PHASES[@PREFIX@_LIMBS] = {0.0f};
+
+% end starts_at_phases
+/* @columns@. */
+static const float GOLDEN[ROWS][COLUMNS] = {
+@rows@
+};
+
+/* The largest size of each column. */
+static const float SIZE[COLUMNS] = {
+@sizes@
+};
+
+static const float BAD[BADS] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 1.0e30f};
+
+static float worse(float a, float b)
+{
+    return (b <= a) ? a : b;
+}
+
+/* The error of a number, relative to the golden one or to its column. */
+static float error(float found, const float *row, int k)
+{
+    const float golden = fabsf(row[k]);
+    return fabsf(found - row[k]) / ((golden > SIZE[k]) ? golden : SIZE[k]);
+}
+
+% turns
+/* The same of an angle, of which whole turns do not count. */
+static float around(float found, const float *row, int k)
+{
+    const float turn = 6.2831855f;
+    float gap = fabsf(found - row[k]);
+    gap = (turn - gap < gap) ? fabsf(turn - gap) : gap;
+    return gap / turn;
+}
+
+% end turns
+static float vector(const float *row)
+{
+    @prefix@_state state;
+    @prefix@_inputs in = {@nothing@};
+    @prefix@_outputs out;
+    float worst = 0.0f;
+    int k = 0;
+    @prefix@_init(&state@phases@);
+% put
+    for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+        @place@ = row[k++];
+    }
+% end put
+    @prefix@_step(&state, &in, &out);
+% compared
+    for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+        worst = worse(worst, @by@(@place@, row, k)); ++k;
+    }
+% end compared
+    return out.fault ? INFINITY : worst;
+}
+
+static bool bounded(void)
+{
+    @prefix@_state state;
+    @prefix@_inputs in = {@nothing@};
+    @prefix@_outputs out;
+    bool held = true;
+    @prefix@_init(&state@phases@);
+    for (int turn = 0; turn < 100; ++turn) {
+        for (int n = 0; n < BADS; ++n) {
+% senses
+            for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+                in.@member@@i@ = BAD[(i + n) % BADS];
+            }
+% end senses
+            @prefix@_step(&state, &in, &out);
+% commands
+            for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+                held = held && (out.@member@@i@ >= @low@) && (out.@member@@i@ <= @high@);
+            }
+% end commands
+        }
+    }
+    return held;
+}
+
+int main(void)
+{
+    float worst = 0.0f;
+    for (int i = 0; i < ROWS; ++i) {
+        worst = worse(worst, vector(GOLDEN[i]));
+    }
+    printf("%d golden vectors, largest error %.2g (allowed %.2g)\n", ROWS, (double)worst,
+        (double)TOLERANCE);
+    const bool held = bounded();
+    printf("outputs of inputs that are no numbers: %s\n", held ? "bounded" : "OUT OF RANGE");
+    return ((worst <= TOLERANCE) && held) ? 0 : 1;
+}

@@ -1,0 +1,185 @@
+"""A saved controller as the control loop of a robot has it: what is measured, what is commanded."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.limits import MOST_N
+from tegotae.parts._shapes import Number, PerLimb, StateTree
+from tegotae.parts.bodies import Body, Interface
+from tegotae.parts.channels import FORCE
+from tegotae.parts.controller import Controller
+from tegotae.parts.terms import Signals
+from tegotae.simulation.integrators.base import (
+    decide,
+    held,
+    largest_force,
+    phase_of,
+    push,
+    to_limbs,
+    to_units,
+    with_oscillator,
+)
+from tegotae.systems.controller_file import SavedController
+
+
+class Decision(NamedTuple):
+    """What the limbs are told at one instant, in their own order."""
+
+    command: jax.Array
+    """[commands, limbs, lanes]."""
+    feedback: jax.Array
+    """Feedback f [rad/s], [limbs, lanes]."""
+    phase: jax.Array
+    """[rad], [limbs, lanes]; zero without an oscillator that has one."""
+    rate: StateTree
+    """Time derivative of the oscillators' state, unit by unit."""
+
+
+@dataclass(frozen=True)
+class RobotController:
+    """A saved controller for a robot.
+
+    Args:
+        saved: the controller, its weights, its frequency, and the body that it is for.
+        max_force_n: the force α at full push [N], where the controller's file does not have it.
+
+    Raises:
+        TegotaeError: for a largest force that is missing, known already or out of range.
+    """
+
+    saved: SavedController
+    _: KW_ONLY
+    max_force_n: float | None = None
+
+    def __post_init__(self) -> None:
+        known = self.body.max_force_n
+        if self.max_force_n is None:
+            if known is None and self.commands == FORCE:
+                raise TegotaeError(
+                    "the controller's file does not say the largest force; give max_force_n, such "
+                    "as that of the wiring that it was trained with"
+                )
+            return
+        require_finite("max_force_n", self.max_force_n, above=0.0, most=MOST_N)
+        if known is not None:
+            raise TegotaeError(
+                f"max_force_n is {self.max_force_n:g}, and the controller's file has its largest "
+                "force already; leave it out"
+            )
+
+    @property
+    def controller(self) -> Controller:
+        """Its structure."""
+        return self.saved.controller
+
+    @property
+    def limbs(self) -> int:
+        """How many limbs there are."""
+        return self.controller.limbs
+
+    @property
+    def body(self) -> Body | Interface:
+        """The body that it is for; the interface of one that moves in another simulator."""
+        return self.saved.system.body
+
+    @property
+    def weights(self) -> np.ndarray:
+        """The weights as the simulator's float32 has them."""
+        return np.asarray(self.saved.weights, np.float32)
+
+    @property
+    def senses(self) -> tuple[str, ...]:
+        """What the robot must measure: signals of the body that a term or coupling reads."""
+        sensed = self.body.SENSES if isinstance(self.body, Body) else self.body.senses
+        reads = {name for term in self.controller.terms.values() for name in term.reads}
+        if self.controller.coupling is not None:
+            reads.update(self.controller.coupling.READS)
+        return tuple(name for name in sensed if name in reads)
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """What the controller commands, limb by limb."""
+        return self.controller.actuation.COMMANDS
+
+    @property
+    def has_phase(self) -> bool:
+        """Whether there is an oscillator with a phase."""
+        oscillator = self.controller.oscillator
+        return oscillator is not None and oscillator.has_phase
+
+    @property
+    def alpha_n(self) -> Number | None:
+        """The largest force α [N]; on an environment in the units of its wiring."""
+        return self.body.max_force_n if self.max_force_n is None else self.max_force_n
+
+    @functools.cached_property
+    def signal_scales(self) -> dict[str, Number]:
+        """What signals, and the feedback, are divided by before a network sees them."""
+        body = self.body
+        if isinstance(body, Interface):
+            return dict(body.known_scales)
+
+        @jax.jit  # of which only the scales are computed
+        def scales(lane: jax.Array) -> dict[str, Number]:
+            sensed = body.sense(body.release(lane, lane), lane).scales
+            read = {name: sensed[name] for name in self.senses if name in sensed}
+            return {**read, "feedback": body.rate_scale}
+
+        with jax.ensure_compile_time_eval():  # a trace may be under way
+            return jax.tree.map(np.asarray, scales(jnp.ones((1,), jnp.float32)))
+
+    def decide(
+        self,
+        omega: PerLimb,
+        oscillator: StateTree,
+        sensed: Mapping[str, PerLimb],
+        scales: Mapping[str, Number] | None = None,
+        *,
+        ahead_s: Number | None = None,
+    ) -> Decision:
+        """Evaluate the controller once.
+
+        Args:
+            omega: ω [rad/s], [(limbs,) lanes].
+            oscillator: the oscillators' state.
+            sensed: what the limbs feel, by signal, [(limbs,) lanes] each.
+            ahead_s: time that a force is to be the mean of [s]; by default it is that of now.
+        """
+        own, scales = self.controller, scales or self.signal_scales
+        rows = own.spread(tuple(self.weights[:, None]))
+        felt = {name: to_units(own, x) for name, x in sensed.items()}
+        signals = with_oscillator(own, Signals(felt, scales), oscillator)
+        most = 1.0 if self.alpha_n is None else self.alpha_n  # which places of feet do without
+        most = largest_force(self.body) if isinstance(self.body, Body) else most
+        drive = decide(
+            own, rows, omega, signals, oscillator, most, rate_scale=scales.get("feedback")
+        )
+        phase = phase_of(own, oscillator, drive.feedback)
+        ends = phase
+        if ahead_s is not None:
+            ends = phase_of(own, held(oscillator, drive.rate, ahead_s), drive.feedback)
+        command = to_limbs(own, push(own, most, drive.command, phase, ends, omega)).mean_n
+        shape = jnp.shape(omega)
+        return Decision(
+            jnp.reshape(command, (len(self.commands), self.limbs, -1)),
+            self._in_order_of_limbs(jnp.broadcast_to(drive.feedback, shape)),
+            self._in_order_of_limbs(jnp.broadcast_to(phase, shape)),
+            drive.rate,
+        )
+
+    def _in_order_of_limbs(self, of_units: PerLimb) -> jax.Array:
+        """What units give in the order of the limbs, [limbs, lanes]."""
+        x = jnp.reshape(of_units, (self.limbs, -1))
+        wiring = self.controller.wiring
+        if wiring is None:
+            return x
+        return jnp.stack([x[wiring.index(limb)] for limb in range(self.limbs)])

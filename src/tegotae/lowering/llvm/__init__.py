@@ -1,1 +1,0 @@
-"""Graphs of scalars as LLVM: each scalar a vector of lanes."""

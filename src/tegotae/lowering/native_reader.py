@@ -1,0 +1,167 @@
+"""Traces as graphs for native code: equal operations once, functions made of basic operations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tegotae.lowering.functions import function
+from tegotae.lowering.graph import Arrays, Reader, called, elementwise, in_shapes
+from tegotae.lowering.nodes import (
+    DTYPES,
+    FLOATS,
+    TICK,
+    Detail,
+    Fork,
+    Loop,
+    Node,
+    Parameters,
+    Traced,
+    array_of,
+    given,
+    is_of_jax,
+    scalars,
+)
+from tegotae.lowering.operations import OPERATIONS
+from tegotae.lowering.rewriting import folded
+
+
+class NativeReader(Reader):
+    """Reads traces; what it meets again is the same node.
+
+    Calls are read as if they stood there; elementary functions become the package's own
+    (`functions`); a `cond` stays a branch, a `while` a loop. It divides where it must, and when.
+    """
+
+    def __init__(self) -> None:
+        self._nodes: dict[tuple[object, ...], Node] = {}
+
+    def _node(
+        self, operation: str, kind: str, inputs: tuple[Node, ...], detail: Detail, origin: Traced
+    ) -> Node:
+        if operation == "div" and kind in FLOATS and inputs[1].operation != "literal":
+            over, under = inputs
+            if _is_guarded(under):
+                return self._guarded(over, under, origin)
+            if under.stage < TICK <= over.stage:
+                return self._by_what_stays(over, under, origin)
+        return self._shared(folded(Node(operation, kind, inputs, detail)))
+
+    def _shared(self, node: Node) -> Node:
+        """The node that is the same as this one, of those met so far."""
+        if node.operation == "literal":
+            key: tuple[object, ...] = (
+                node.kind,
+                np.asarray(node.detail, DTYPES[node.kind]).tobytes(),
+            )
+        elif node.operation in ("given", "part", "branch", "loop"):
+            return node
+        else:
+            numbers = [x.number for x in node.inputs]
+            if node.operation in _COMMUTE:
+                numbers.sort()
+            key = (node.operation, node.kind, node.detail, *numbers)
+        return self._nodes.setdefault(key, node)
+
+    def _number(self, value: float, kind: str) -> Node:
+        return self._shared(super()._number(value, kind))
+
+    def _guarded(self, over: Node, under: Node, origin: Traced) -> Node:
+        """A ratio that only some lanes need: divided only where any does."""
+        needed, one, real = under.inputs
+        no = self._node("div", over.kind, (over, one), None, origin)
+        yes = self._shared(folded(Node("div", over.kind, (over, real))))
+        return self._decided(needed, [no], [yes])[0]
+
+    def _by_what_stays(self, over: Node, under: Node, origin: Traced) -> Node:
+        """A ratio by a number that stays: its inverse, and what the product leaves, once more.
+
+        The result is that of the division, to the bit, unless what is left is lost below the
+        smallest numbers (P. Markstein, Computation of elementary functions on the IBM RISC
+        System/6000 processor, 1990).
+        """
+        kind = over.kind
+
+        def node(operation: str, *inputs: Node, of: str = kind) -> Node:
+            return self._node(operation, of, inputs, None, origin)
+
+        one = self._number(1, kind)
+        inverse = self._shared(folded(Node("div", kind, (one, under))))
+        guess = node("mul", over, inverse)
+        left = node("sub", over, node("mul", guess, under))
+        better = node("add", guess, node("mul", left, inverse))
+        zero = self._number(0, kind)
+        return node("select_n", node("differ", left, zero, of="bool"), guess, better)
+
+    def _between_entries(
+        self, name: str, kind: str, arguments: Arrays, equation: Traced, origin: Traced
+    ) -> np.ndarray:
+        whole = function(equation)
+        if whole is None:
+            operation = OPERATIONS.get(name)
+            if operation is None or operation.llvm is None:
+                raise self._refused(name, origin)
+            return self._entrywise(name, kind, arguments, origin, operation.detail(equation.params))
+
+        def entry(*nodes: Node) -> Node:
+            inputs = [array_of([node], ()) for node in nodes]
+            constants = [self._constant(value, origin) for value in whole.consts]
+            return self._run(whole.jaxpr, constants, inputs, origin)[0].item()
+
+        return elementwise(entry, arguments)
+
+    def _call(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
+        jaxpr, constants, about = called(parameters)
+        known = [self._constant(value, origin) for value in constants]
+        return self._run(jaxpr, known, arguments, origin if is_of_jax(about) else None)
+
+    def _reaches(self, which: np.ndarray, number: int, origin: Traced) -> np.ndarray:
+        node = which.item()
+        if node.operation == "convert_element_type" and node.inputs[0].kind == "bool":
+            return array_of(node.inputs, ())
+        return super()._reaches(which, number, origin)
+
+    def _fork(
+        self, condition: np.ndarray, no: Arrays, yes: Arrays, origin: Traced
+    ) -> list[np.ndarray]:
+        nodes = self._decided(condition.item(), scalars(no), scalars(yes))
+        return in_shapes(nodes, [array.shape for array in yes])
+
+    def _decided(self, condition: Node, no: list[Node], yes: list[Node]) -> list[Node]:
+        if condition.operation == "literal":
+            return yes if condition.detail else no
+        differ = [i for i, (a, b) in enumerate(zip(no, yes, strict=True)) if a is not b]
+        branch = Fork(tuple(no[i] for i in differ), tuple(yes[i] for i in differ))
+        node = Node("branch", "", (condition, *branch.no, *branch.yes), branch)
+        results = list(no)
+        for part, i in enumerate(differ):
+            results[i] = Node("part", no[i].kind, (node,), part)
+        return results
+
+    def _loop(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
+        n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
+        begins = arguments[n_test + n_step :]
+        shapes = [array.shape for array in begins]
+        carried = [given(("carried",), node.kind) for node in scalars(begins)]
+
+        def run(trace: Traced, fixed: Arrays) -> list[Node]:
+            inputs = [*fixed, *in_shapes(carried, shapes)]
+            return scalars(self._run_closed(trace, inputs, origin))
+
+        goes_on = run(parameters["cond_jaxpr"], arguments[:n_test])[0]
+        onwards = run(parameters["body_jaxpr"], arguments[n_test : n_test + n_step])
+        loop = Loop(tuple(carried), goes_on, tuple(onwards))
+        node = Node("loop", "", (*scalars(begins), *loop.outside()), loop)
+        results = [Node("part", x.kind, (node,), i) for i, x in enumerate(carried)]
+        return in_shapes(results, shapes)
+
+
+_COMMUTE = frozenset(("add", "mul", "and", "or", "xor", "eq", "ne"))
+
+
+def _is_guarded(under: Node) -> bool:
+    """Whether a number is one wherever a condition does not hold."""
+    match under.operation, under.inputs:
+        case "select_n", (condition, no, yes):
+            one = no.operation == "literal" and no.detail == 1.0
+            return condition.kind == "bool" and one and yes.operation != "literal"
+    return False

@@ -1,0 +1,218 @@
+"""Controllers for robots: as C, as native code, and what they cost on a microcontroller."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from tegotae._support.documents import JsonObject
+from tegotae._support.files import write_atomically
+from tegotae._support.progress import reporting
+from tegotae.export.c import LAYOUTS, Export, texts
+from tegotae.export.c.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
+from tegotae.export.c.facts import facts
+from tegotae.export.c.package import LayoutName
+from tegotae.export.c.plan import usual_tick_s
+from tegotae.export.live.file import NativeController, write_native
+from tegotae.export.live.tick import compiled
+from tegotae.questions.answer import AnswerBase
+from tegotae.questions.question import Names, Tasks, question
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.resolve import resolve
+from tegotae.training.collection import controller_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class OneController(Names):
+    """A controller by name."""
+
+    NAMED = Tasks.NAMED
+
+    def named(self, *names: Any) -> Sequence[SavedController]:
+        """The controllers.
+
+        Raises:
+            TegotaeError: for a name that means nothing, or has no weights.
+        """
+        return [controller_of(resolve(name)) for name in names]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportNativeOptions:
+    """What the controller's file may lack."""
+
+    max_force_n: float | None = None
+    """The largest force [N], if the controller's file does not contain it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportCOptions(ExportNativeOptions):
+    """The robot's loop, and the form of the files."""
+
+    tick_s: float = 0.001
+    """Control period of the robot [s]."""
+    prefix: str = "tegotae"
+    """Prefix of all names in C and of the files."""
+    layout: LayoutName = "flat"
+    """All files in one folder (flat), or a library with a sketch (platformio, arduino)."""
+
+    @classmethod
+    def options_of(cls, saved: SavedController) -> ExportCOptions:
+        """A millisecond, or the control period of the training on an environment."""
+        return cls(tick_s=usual_tick_s(saved))
+
+
+@dataclass(frozen=True, repr=False)
+class ExportedC(AnswerBase):
+    """A controller as C, in memory until it is saved."""
+
+    export: Export
+    layout: LayoutName
+    files: dict[str, str]
+    """Texts of the files, by their paths in a folder."""
+
+    @property
+    def title(self) -> str:
+        own = self.export
+        named = f"{own.saved.name or 'a controller'} as C, for a loop of {own.tick_s:g} s"
+        return f"{named}; check it in its folder:\n{LAYOUTS[self.layout].check(own.prefix)}"
+
+    def frame(self) -> pd.DataFrame:
+        """The golden vectors: ticks of the simulator's own run, which the C must repeat."""
+        return pd.read_csv(io.StringIO(self.files[LAYOUTS[self.layout].place("golden.csv")]))
+
+    def texts(self) -> list[pd.DataFrame]:
+        known = facts(self.export)
+        rows = [
+            (way, x["member"], x["unit"], x["what"])
+            for way, name in (("in", "senses"), ("out", "commands"))
+            for x in known[name]
+        ]
+        return [pd.DataFrame(rows, columns=["", "name", "unit", "what"]).set_index("")]
+
+    @property
+    def notes(self) -> list[str]:
+        return [f"warning: {warning}" for warning in self.export.warnings()]
+
+    def document(self) -> JsonObject:
+        """The manifest."""
+        return json.loads(self.files[f"{self.export.prefix}.json"])
+
+    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
+        """Write the files into a folder."""
+        for name, text in self.files.items():
+            write_atomically(Path(folder) / name, text)
+        return [Path(folder) / name for name in self.files]
+
+
+@question(subjects=OneController, kinds={"option": ExportCOptions()}, written="folder")
+def export_c(saved: SavedController, options: ExportCOptions) -> ExportedC:
+    """Write a controller as C99: a header, a source, golden vectors and their test.
+
+    Example:
+        >>> export_c("V-reflex-w8", prefix="leg").files["leg.h"].splitlines()[2]
+        '#ifndef LEG_H'
+    """
+    export = Export(saved, options.tick_s, options.prefix, max_force_n=options.max_force_n)
+    return ExportedC(export, options.layout, texts(export, LAYOUTS[options.layout]))
+
+
+@dataclass(frozen=True, repr=False)
+class ExportedNative(AnswerBase):
+    """A controller as native code, in memory until it is saved."""
+
+    ENDING = ".native"
+    native: NativeController
+
+    @property
+    def title(self) -> str:
+        own = self.native
+        return f"reads {', '.join(own.senses)}; commands {', '.join(own.commands)}"
+
+    @property
+    def notes(self) -> list[str]:
+        return ['use it: tegotae.export.live.LiveController.load("FILE")']
+
+    def texts(self) -> list[pd.DataFrame]:
+        return []
+
+    def document(self) -> JsonObject:
+        """All but the code."""
+        about = asdict(self.native)
+        del about["code"], about["start"]
+        return about
+
+    def save(self, folder: Path | str, format: str = "native") -> list[Path]:
+        """Write the file of that name, such as leg.native."""
+        write_native(self.native, Path(folder))
+        return [Path(folder)]
+
+
+@question(subjects=OneController, written="file")
+def export_native(saved: SavedController, options: ExportNativeOptions) -> ExportedNative:
+    """Write a controller as native code for this kind of processor; it runs without JAX.
+
+    The file is machine code, which `LiveController.load` runs: load only files from people that you
+    trust.
+    """
+    return ExportedNative(compiled(saved, options.max_force_n))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportCostOptions:
+    """Weights, which hardly affect the cost, are drawn."""
+
+
+@dataclass(frozen=True, repr=False)
+class ExportCosts(AnswerBase):
+    """What models cost on every core."""
+
+    costs: Sequence[Cost]
+
+    def frame(self) -> pd.DataFrame:
+        """A row a model and core."""
+        rows = [{**asdict(cost), "share_at_1_khz": cost.share(CLOCK_HZ)} for cost in self.costs]
+        return pd.DataFrame(rows)
+
+    def texts(self) -> list[pd.DataFrame]:
+        frame = self.frame()
+        share = frame.pop("share_at_1_khz").map("{:.1%}".format)
+        frame["instructions"] = frame["instructions"].map("{:.0f}".format)
+        names = {name: f"{name.removesuffix('_bytes')} [B]" for name in frame if "bytes" in name}
+        return [frame.rename(columns=names).assign(**{"at 1 kHz": share}).set_index("model")]
+
+    @property
+    def notes(self) -> list[str]:
+        return [
+            "Instructions executed per tick, counted by an emulator: neither cycles nor a worst "
+            f"case. The last column is their share of {CLOCK_HZ / 1e6:g} MHz at 1 kHz, if each "
+            "took one cycle. Flash is what the controller adds to a program, with the parts of the "
+            "C library that it calls; RAM is its state, inputs and outputs."
+        ]
+
+    def document(self) -> JsonObject:
+        return {"clock_hz": CLOCK_HZ, "costs": self.frame().to_dict("records")}  # type: ignore[dict-item]
+
+
+@question(subjects=Names, several=True, usual=("V-sector-w8", "AR", "ART", "ARGT", "T"))
+def export_cost(models: Sequence[str], options: Sequence[ExportCostOptions]) -> ExportCosts:
+    """Measure size and instructions per tick of exported models on emulated Cortex-M cores.
+
+    This needs the Arm compiler and QEMU: apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi
+    qemu-system-arm.
+    """
+    require_tools()
+    exports = systems(models)
+    counted: list[Cost] = []
+    with reporting("cost", len(exports) * len(CORES)) as reporter:
+        for export in exports:
+            for cost in costs(export):
+                counted.append(cost)
+                reporter.update(len(counted), f"{cost.model} on {cost.core}")
+    return ExportCosts(counted)
