@@ -132,7 +132,7 @@ class Joints(VecEnv):
                     "terminal_observation": shown[lane],
                     "TimeLimit.truncated": bool(cut[lane]),
                 }
-            self._seen = self._lanes.restart(self._starts(), over)
+            self._seen = self._lanes.reset(self._starts(), over)
             self._done[over] = 0
             shown = self._shown()
         return shown, paid.astype(np.float32), over, infos

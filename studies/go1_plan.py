@@ -237,10 +237,10 @@ class Field(ModelLanes):
         push = self.weight_n / GRAVITY * np.array([trial.push for trial in trials]) / 0.1
         self._push = np.stack([0.0 * push, push, 0.0 * push], axis=1)
 
-    def reset(self, seed: Seeds, alive: np.ndarray) -> np.ndarray:
+    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
         """Every lane at its own start; that of a seed is the one which a training has."""
         self._number = 0
-        return super().reset(np.array([trial.start for trial in self.trials]), alive)
+        return super().reset(np.array([trial.start for trial in self.trials]), where)
 
     def step(self, actions, alive, push_n=None):
         """One control period, with the push when it is due."""

@@ -38,7 +38,7 @@ from tegotae.training.agents.settings import agent_controller, initial_weights
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import ModelLanes, play
-from tegotae.training.evaluator import Generation
+from tegotae.training.evaluator import Generation, evaluator_of
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
@@ -200,7 +200,7 @@ _evaluators: dict[str, Any] = {}
 
 def judged(model: str, weights: np.ndarray) -> float:
     """CoT⁻¹ of an undisturbed episode [m/J]."""
-    evaluator = _evaluators.setdefault(model, experiment(model).evaluator(0))
+    evaluator = _evaluators.setdefault(model, evaluator_of(experiment(model), 0))
     return float(evaluator.evaluate(weights[None, None], Generation.alike()).cot_inverse[0, 0])
 
 
@@ -249,9 +249,9 @@ class Disturbed(ModelLanes):
         self.at = self._sensing.names.index("leg_spring")
         self.rng = np.random.default_rng(0)
 
-    def reset(self, seed, alive):
+    def reset(self, seed, where):
         self.number, self.queue = 0, []
-        return super().reset(seed, alive)
+        return super().reset(seed, where)
 
     def step(self, actions, alive):
         time_s = self.number * self.batch.step_s
@@ -275,15 +275,7 @@ def kept(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
     for name, how in CONDITIONS.items():
         lanes = Disturbed(own.spec.model_settings, len(weights), **how)
         pilot = Pilot(own.wires, own.wiring, weights.T)
-        record = play(
-            lanes,
-            pilot,
-            own.wires,
-            own.objective,
-            own.wiring,
-            seed=0,
-            tried=np.ones(len(weights), bool),
-        )
+        record = play(lanes, pilot, own.wires, seed=0)
         # Of another mass the same climb is other work: over the usual weight all compare.
         found[name] = how.get("mass", 1.0) * own.objective.score(record, own.wiring).cot_inverse
         lanes.close()

@@ -31,7 +31,7 @@ from tegotae.envs.wiring_file import load_wiring
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import EpisodeBatch, Return, UserObjective
+from tegotae.training.environments.objectives import EpisodeBatch, Return
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of, play
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
@@ -179,11 +179,8 @@ def seen(own: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
     """The episode from each of the starts that judge."""
     lanes = lanes_of(own, 1)
     pilot = Pilot(own.wires, own.wiring, weights[:, None])
-    alive = np.ones(1, bool)
     for start in STARTS:
-        yield play(
-            lanes, pilot, own.wires, UserObjective("all:kept"), own.wiring, seed=start, tried=alive
-        )
+        yield play(lanes, pilot, own.wires, seed=start)
     lanes.close()
 
 

@@ -25,7 +25,7 @@ from tegotae.systems.legged import quadruped_a
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play
-from tegotae.training.evaluator import Generation
+from tegotae.training.evaluator import Generation, evaluator_of
 
 SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 
@@ -48,7 +48,7 @@ def hopped():
     own = experiment(omega=OMEGA, objective=UserObjective("nobody:asks"))
     lanes = lanes_of(own, 1)
     pilot = Pilot(own.wires, own.wiring, np.array([[SIGMA]]))
-    return play(lanes, pilot, own.wires, own.objective, own.wiring, seed=0, tried=np.ones(1, bool))
+    return play(lanes, pilot, own.wires, seed=0)
 
 
 def test_the_hoppers_apexes_are_within_a_centimetre_of_the_engines(hopped):
@@ -163,9 +163,9 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
         objective=UserObjective("nobody:asks"),
         duration_s=6.0,
     )
-    lanes, alive = lanes_of(own, 2), np.ones(2, bool)
+    lanes = lanes_of(own, 2)
     pilot = Pilot(own.wires, own.wiring, np.array([[sigma, 0.0]]))
-    record = play(lanes, pilot, own.wires, own.objective, own.wiring, seed=0, tried=alive)
+    record = play(lanes, pilot, own.wires, seed=0)
     assert (record.lasted == 1.0).all()
     speed = record.entry("root_forward")[-1] / 6.0 / math.sqrt(9.81 * 0.2)
     # The engine's walks with 0.19 to 0.32 √(g L) between 1.8 and 2.4; its twin a little slower.
@@ -175,7 +175,7 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
 def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
     own = experiment(model="V-sector-w8", duration_s=8.0)
     assert own.objective == Hopping(settle_s=4.0)
-    with own.evaluator() as evaluator:
+    with evaluator_of(own) as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [SIGMA]]]), Generation.alike())
     still, hops = verdict.cot_inverse[0]
     assert still < 0.5 < 0.7 * 1.4
@@ -187,7 +187,7 @@ def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
     own = experiment("leg", "V-sector-w8", duration_s=4.0)
     assert isinstance(own.objective, Hopping)
     own = dataclasses.replace(own, objective=Return())
-    with own.evaluator() as evaluator:
+    with evaluator_of(own) as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [1.0]]]), Generation.alike())
     assert np.isfinite(verdict.fitness).all()
     assert not verdict.failed.any()
@@ -237,7 +237,7 @@ def test_a_state_that_explodes_ends_the_episode_and_is_told(value):
     _, reward, over = lanes.step(np.zeros((2, 1)), alive)
     assert over.tolist() == [False, True]
     assert reward[1] == 0.0
-    assert lanes.troubles == [None, "its state was not finite"]
+    assert lanes.troubles == ["", "its state was not finite"]
 
 
 def test_without_mujoco_the_extra_is_named(monkeypatch):

@@ -160,9 +160,7 @@ def test_under_its_bare_rhythm_the_body_of_an_example_steps_forward_and_stands(
     own = dataclasses.replace(own, objective=UserObjective("nobody:asks"))
     lanes = lanes_of(own, 1)
     pilot = Pilot(own.wires, own.wiring, np.zeros((1, 1)))
-    record = play(
-        lanes, pilot, own.wires, own.objective, own.wiring, seed=0, tried=np.ones(1, bool)
-    )
+    record = play(lanes, pilot, own.wires, seed=0)
     lanes.close()
     assert record.lasted[0] == 1.0
     assert record.entry("root_forward")[-1, 0] > 0.3

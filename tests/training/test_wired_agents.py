@@ -22,12 +22,12 @@ from tegotae.envs.settings import HopReward  # noqa: E402
 from tegotae.systems.controller_file import load  # noqa: E402
 from tegotae.training.agents import AgentLearner, PPOSettings, SACSettings  # noqa: E402
 from tegotae.training.agents.learning import make_agent, task_of  # noqa: E402
+from tegotae.training.agents.on_environment import PerHop  # noqa: E402
 from tegotae.training.curves import FITNESS, read_curves  # noqa: E402
 from tegotae.training.environments.experiment import EnvExperiment  # noqa: E402
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective  # noqa: E402
 from tegotae.training.environments.replay import replay  # noqa: E402
 from tegotae.training.environments.rollouts import ModelLanes  # noqa: E402
-from tegotae.training.environments.step_rewards import PerHop  # noqa: E402
 from tegotae.training.run import Run, train  # noqa: E402
 from wired_experiment import HERE, WIRING, experiment  # noqa: E402
 
@@ -161,10 +161,10 @@ def test_a_lane_that_begins_again_begins_as_the_others_did(leg):
     first = seen = lanes.reset(0, np.ones(2, bool))
     for _ in range(10):
         seen, *_ = lanes.step(np.zeros((2, 2)), np.ones(2, bool))
-    again = lanes.restart(0, np.array([True, False]))
+    again = lanes.reset(0, np.array([True, False]))
     assert again[0] == pytest.approx(first[0])
     assert again[1] == pytest.approx(seen[1])
-    apart = lanes.restart(np.array([4, 5]), np.ones(2, bool))
+    apart = lanes.reset(np.array([4, 5]), np.ones(2, bool))
     assert not np.allclose(apart[0], apart[1])
     lanes.close()
 

@@ -28,7 +28,7 @@ from tegotae.training.environments.evaluator import SampleWarning, WorkerPool
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
-from tegotae.training.evaluator import Generation
+from tegotae.training.evaluator import Generation, evaluator_of
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from wired_experiment import ENV, HERE, WIRING, experiment
@@ -102,7 +102,7 @@ def test_a_training_leaves_controllers_curves_and_an_account_of_itself(trained):
 def test_the_best_fitness_is_that_of_the_kept_weights_and_the_return_of_their_episode(trained):
     _, paths = trained
     saved = controller_file.load(paths[0])
-    with experiment().evaluator(0) as evaluator:
+    with evaluator_of(experiment(), 0) as evaluator:
         verdict = evaluator.evaluate(saved.weights[None, None], ALL)
     assert verdict.fitness[0, 0] == pytest.approx(saved.training["best_fitness"], abs=1e-4)
     assert np.isnan(verdict.cot_inverse).all()
@@ -165,7 +165,7 @@ def test_the_gain_of_a_vanilla_model_is_searched_for(tmp_path):
     (path,) = train(run_of(experiment=own), tmp_path)
     saved = controller_file.load(path)
     assert saved.training["ended"] == "search"
-    with own.evaluator(0) as evaluator:
+    with evaluator_of(own, 0) as evaluator:
         fitness = evaluator.evaluate(own.gains[None, :, None], ALL).fitness[0]
     assert saved.weights[0] == pytest.approx(own.gains[np.argmax(fitness)])
     # Both ends of the grid are tried, and the best is worth more than no feedback at all.
@@ -251,7 +251,7 @@ def test_a_function_of_ones_own_judges_an_episode():
         experiment("V-reflex-w8", budget=96),
         objective=UserObjective(f"{HERE / 'wired_env.py'}:pushes"),
     )
-    with own.evaluator(0) as evaluator:
+    with evaluator_of(own, 0) as evaluator:
         lazy, busy = evaluator.evaluate(np.array([[[0.0], [8.0]]]), ALL).fitness[0]
     assert lazy == 0.0
     assert busy > 0.05
@@ -267,7 +267,7 @@ def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_
     varied = dataclasses.replace(own, evaluation_episodes=2)
     alike = np.ones((2, 3, 1))  # two samples and the centre, of two seeds
     both = np.array([True, True])
-    with varied.evaluator(0) as evaluator:
+    with evaluator_of(varied, 0) as evaluator:
         first, second, again = (
             evaluator.evaluate(alike, Generation((5, 6), both, number)).fitness
             for number in (0, 1, 0)
@@ -279,7 +279,7 @@ def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_
     assert set(np.concatenate([first[:, 2], second[:, 2], alone[0]])) == {first[0, 2]}
     saved = SavedController(varied.system, np.ones(1), "varied", task=varied.task)
     assert EnvExperiment.of(saved).evaluation_episodes == 2
-    with own.evaluator(0) as evaluator:  # all of one start
+    with evaluator_of(own, 0) as evaluator:  # all of one start
         every = evaluator.evaluate(alike, Generation((5, 6), both, 1)).fitness
     assert len(set(every.ravel())) == 1
     with pytest.raises(TegotaeError, match="has 3 episodes and a candidate 2"):
@@ -295,12 +295,12 @@ def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone()
         objective=UserObjective(f"{HERE / 'wired_env.py'}:last_push"),
     )
     rollouts = EnvRollouts(own, 3)
-    trials = rollouts.try_out(np.array([[8.0], [8.0]]), np.array([True, False]))
+    trials = rollouts.try_out(np.array([[8.0], [8.0]]), troubles=["", "it died"])
     assert trials.fitness[0] > 0.0  # the second is left out, and the third lane is spare
     absent = EnvSpec(env=ENV, settings=(("fail", "reset"),))
     absent = dataclasses.replace(own, spec=absent, seed=1)
     with (
-        absent.evaluator(0) as evaluator,
+        evaluator_of(absent, 0) as evaluator,
         pytest.warns(SampleWarning, match="nobody is at home"),
         pytest.raises(TegotaeError, match="fails with every sample"),
     ):
@@ -320,7 +320,7 @@ def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(funct
         experiment("V-reflex-w8", budget=96),
         objective=UserObjective(f"{HERE / 'wired_env.py'}:{function}"),
     )
-    with own.evaluator(0) as evaluator, pytest.raises(TegotaeError, match=said) as refusal:
+    with evaluator_of(own, 0) as evaluator, pytest.raises(TegotaeError, match=said) as refusal:
         evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
     assert "\n" not in str(refusal.value)
 
@@ -331,7 +331,7 @@ def test_a_fitness_that_is_no_number_for_any_candidate_ends_the_training():
         objective=UserObjective(f"{HERE / 'wired_env.py'}:undefined"),
     )
     with (
-        own.evaluator(0) as evaluator,
+        evaluator_of(own, 0) as evaluator,
         pytest.warns(SampleWarning, match="its fitness was not finite"),
         pytest.raises(TegotaeError, match="every sample: its fitness was not finite"),
     ):
@@ -356,7 +356,7 @@ LAZY, BUSY = 0.0, 8.0
 def test_a_sample_whose_environment_fails_is_the_worst_and_the_others_are_as_without_it(fail, said):
     own = experiment("V-reflex-w8", budget=96, made={"fail": fail})
     with (
-        own.evaluator(0) as evaluator,
+        evaluator_of(own, 0) as evaluator,
         pytest.warns(SampleWarning, match=f"{said}; 1 of 3 samples"),
     ):
         verdict = evaluator.evaluate(np.array([[[LAZY], [BUSY], [LAZY]]]), ALL)
@@ -372,7 +372,7 @@ def test_an_episode_that_ends_at_once_is_marked():
     own = dataclasses.replace(own, wiring=dataclasses.replace(own.wiring, limbs=[phase]))
     said = "fails with every sample: it ended at its first step"
     with (
-        own.evaluator(0) as evaluator,
+        evaluator_of(own, 0) as evaluator,
         pytest.warns(SampleWarning, match="it ended at its first step"),
         pytest.raises(TegotaeError, match=said),
     ):
@@ -386,12 +386,12 @@ def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
         ("hang", "a step of it took longer than 4 s"),
     ):
         own = experiment("V-reflex-w8", budget=96, made={"fail": fail}, limit_s=4.0)
-        with WorkerPool(own, 1, 3, own.limit_s) as pool:
+        with WorkerPool(own, 1, 3) as pool:
             trials = pool.try_out(weights)
         assert trials.failed.tolist() == [False, True, False]
         assert trials.fitness.tolist() == [0.0, FAILED_FITNESS, 0.0]
-        assert trials.troubles[0] is trials.troubles[2] is None
-        assert said.split("\\")[0].split("(")[0].strip() in (trials.troubles[1] or "")
+        assert trials.troubles[0] == trials.troubles[2] == ""
+        assert said.split("\\")[0].split("(")[0].strip() in (trials.troubles[1])
 
 
 # What is refused before anything is tried.

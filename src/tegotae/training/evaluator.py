@@ -187,7 +187,9 @@ def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
         workers: worker processes of an environment, one a core by default; the engine needs none.
     """
     if not isinstance(experiment, Experiment):
-        return experiment.evaluator(workers)
+        from tegotae.training.environments.evaluator import EnvEvaluator
+
+        return EnvEvaluator(experiment, workers)
     varied = Randomization(experiment.conditions, experiment.body, experiment.scenario)
     engine = experiment.system.engine()
     return EngineEvaluator(engine, experiment.measure, varied, experiment.episodes)

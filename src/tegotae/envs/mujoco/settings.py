@@ -105,18 +105,21 @@ class Fate:
         settings: of the model.
         sensing: the model.
         step_s: control period [s].
+        lanes: how many.
     """
 
-    def __init__(self, settings: ModelSettings, sensing: Sensing, step_s: float) -> None:
+    def __init__(
+        self, settings: ModelSettings, sensing: Sensing, step_s: float, lanes: int = 1
+    ) -> None:
         model = sensing.model
         self.steps = max(1, round(settings.duration_s / step_s))
         self._settings = settings
         self._at = {n: sensing.names.index(f"root_{n}") for n in ("forward", "height", "upright")}
         gravity = float(np.linalg.norm(model.opt.gravity)) or 1.0
         self._weight_n = float(model.body_mass.sum()) * gravity
-        self._length_m = np.ones(1)
-        self._done = np.zeros(1, int)
-        self._seen = np.zeros((2, 1))
+        self._length_m = np.ones(lanes)
+        self._done = np.zeros(lanes, int)
+        self._seen = np.zeros((2, lanes))
 
     def begin(self, seen: np.ndarray, where: np.ndarray | None = None) -> None:
         """A new episode, from what is observed at its start [lanes, entries].
@@ -127,8 +130,6 @@ class Fate:
         """
         if where is None:
             where = np.ones(len(seen), bool)
-            self._length_m, self._done = np.ones(len(seen)), np.zeros(len(seen), int)
-            self._seen = np.zeros((2, len(seen)))
         height = seen[where, self._at["height"]] - self._settings.release_m
         self._length_m[where] = np.maximum(height, 1e-6)
         self._done[where] = 0

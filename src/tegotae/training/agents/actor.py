@@ -202,6 +202,15 @@ class Feedback(nn.Module):
         return np.concatenate(parts)
 
 
+_SHARED = ("learning_rate", "batch_size", "gamma")
+_OF_PPO = (
+    *("n_steps", "n_epochs", "gae_lambda", "clip_range"),
+    *("ent_coef", "vf_coef", "max_grad_norm"),
+)
+_OF_SAC = ("buffer_size", "learning_starts", "train_freq", "gradient_steps", "tau")
+"""Settings that Stable-Baselines3 calls the same."""
+
+
 class FeedbackPPOPolicy(ActorCriticPolicy):
     """SB3's policy, its actor a Gaussian of learned, constant deviation around tanh(G A′ R / L)."""
 
@@ -225,16 +234,7 @@ def make_ppo(settings: PPOSettings, env: VecEnv, feedback: Feedback, seed: int) 
     return PPO(
         FeedbackPPOPolicy,
         env,
-        learning_rate=settings.learning_rate,
-        n_steps=settings.n_steps,
-        batch_size=settings.batch_size,
-        n_epochs=settings.n_epochs,
-        gamma=settings.gamma,
-        gae_lambda=settings.gae_lambda,
-        clip_range=settings.clip_range,
-        ent_coef=settings.ent_coef,
-        vf_coef=settings.vf_coef,
-        max_grad_norm=settings.max_grad_norm,
+        **{name: getattr(settings, name) for name in (*_SHARED, *_OF_PPO)},
         policy_kwargs={
             "feedback": feedback,
             "log_std_init": math.log(settings.noise),
@@ -279,14 +279,7 @@ def make_sac(settings: SACSettings, env: VecEnv, feedback: Feedback, seed: int) 
     return SAC(
         FeedbackSACPolicy,
         env,
-        learning_rate=settings.learning_rate,
-        buffer_size=settings.buffer_size,
-        learning_starts=settings.learning_starts,
-        batch_size=settings.batch_size,
-        tau=settings.tau,
-        gamma=settings.gamma,
-        train_freq=settings.train_freq,
-        gradient_steps=settings.gradient_steps,
+        **{name: getattr(settings, name) for name in (*_SHARED, *_OF_SAC)},
         n_steps=settings.td_steps,
         target_entropy=settings.target_entropy * feedback.limbs,
         policy_kwargs={

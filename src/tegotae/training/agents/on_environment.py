@@ -13,15 +13,20 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae.envs._types import Info
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.sb3 import LaneVecEnv
-from tegotae.envs.settings import feedback_controller
+from tegotae.envs.settings import HopReward, feedback_controller
 from tegotae.envs.wires import read_by
 from tegotae.training.agents.actor import Observed
 from tegotae.training.agents.learning import AgentTask
 from tegotae.training.agents.settings import AgentSettings, agent_controller
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import (
+    ENTRY_OF_WORK,
+    EpisodeBatch,
+    Hopping,
+    Return,
+)
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of
-from tegotae.training.environments.step_rewards import step_reward
 
 
 def task_on_environment(experiment: EnvExperiment, settings: AgentSettings) -> AgentTask:
@@ -29,8 +34,8 @@ def task_on_environment(experiment: EnvExperiment, settings: AgentSettings) -> A
 
     The agent has the experiment's episodes: the same environment, starts and frequencies, of which
     every limb observes its phase and what its controller reads. What it is paid adds up to the
-    experiment's objective (`tegotae.training.environments.step_rewards`). The deterministic policy
-    is judged by that objective over the evaluation set, as candidates of a population are.
+    experiment's objective (`StepReward`). The deterministic policy is judged by that objective over
+    the evaluation set, as candidates of a population are.
 
     Raises:
         TegotaeError: for a controller without a meaning for agents.
@@ -47,7 +52,7 @@ def task_on_environment(experiment: EnvExperiment, settings: AgentSettings) -> A
             evaluated = dataclasses.replace(experiment, wiring=wiring.reading(controller))
             rollouts.append(EnvRollouts(evaluated, len(starts)))
         trials = rollouts[0].try_out(np.tile(weights, (len(starts), 1)), starts=starts)
-        if troubles := [trouble for trouble in trials.troubles if trouble is not None]:
+        if troubles := [trouble for trouble in trials.troubles if trouble]:
             raise TegotaeError(f"{experiment.spec.env}: {troubles[0]}")
         return float(trials.cot_inverse.mean()), float(trials.fitness.mean())
 
@@ -94,14 +99,7 @@ class LimbVecEnv(LaneVecEnv):
         self._pilot = Pilot(
             dataclasses.replace(wires, controller=bare), own.wiring, np.zeros((1, lanes))
         )
-        self._reward = step_reward(
-            own,
-            lanes,
-            self._lanes.steps,
-            self._pilot,
-            least_work_j=settings.least_work_j,
-            charge_stored=settings.charge_stored,
-        )
+        self._reward = step_reward(own, settings, self._lanes.steps, self._pilot)
         self._scales = {name: float(own.wiring.scales.get(name, 1.0)) for name in observed.names}
         for name in settings.critic_senses:
             if name not in wires.observed:
@@ -115,13 +113,11 @@ class LimbVecEnv(LaneVecEnv):
 
     def reset(self) -> np.ndarray:
         """An episode in every lane: the first in the first, the second in the second and so on."""
-        every, own = np.ones(self.num_envs, bool), self._own
-        self._seen = self._lanes.reset(own.seed, every)
-        self._episode = np.arange(self.num_envs) % own.episodes - 1
+        self._episode = np.arange(self.num_envs) % self._own.episodes - 1
         self._begun = np.zeros(self.num_envs, int)
         self._length, self._return = np.zeros(self.num_envs, int), np.zeros(self.num_envs)
         self._omega = np.zeros(self.num_envs)
-        self._begin(every)
+        self._begin(np.ones(self.num_envs, bool))
         return self._shown()
 
     def _begin(self, where: np.ndarray) -> None:
@@ -134,7 +130,7 @@ class LimbVecEnv(LaneVecEnv):
             seeds[lane] = own.starts(lane, begun // own.episodes)[0, episode]
             self._omega[lane] = own.wiring_in(episode).omega
         self._begun += where
-        self._seen = self._lanes.restart(seeds, where)
+        self._seen = self._lanes.reset(seeds, where)
         self._check(where)
         self._pilot.restart(where, self._omega)
         self._reward.begin(self._seen, where)
@@ -143,7 +139,7 @@ class LimbVecEnv(LaneVecEnv):
     def _check(self, begun: np.ndarray) -> None:
         """Raise `TegotaeError` for an environment that cannot be reset; warn of other troubles."""
         for lane, trouble in enumerate(self._lanes.troubles):
-            if trouble is None:
+            if not trouble:
                 continue
             if begun[lane]:
                 raise TegotaeError(f"{self._own.spec.env} cannot begin an episode: {trouble}")
@@ -209,3 +205,164 @@ class LimbVecEnv(LaneVecEnv):
     def close(self) -> None:
         """Close the environments."""
         self._lanes.close()
+
+
+class StepReward:
+    """Rewards of an agent: the environment's own, whose sum is the return."""
+
+    def begin(self, seen: np.ndarray, where: np.ndarray) -> None:
+        """New episodes of some lanes.
+
+        Args:
+            seen: what is observed at their start, [lanes, entries].
+            where: which lanes, [lanes].
+        """
+
+    def of_step(
+        self, seen: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
+    ) -> np.ndarray:
+        """The rewards of a step of the environment, [lanes].
+
+        Args:
+            seen: what is observed after it, [lanes, entries].
+            action: what was done, [lanes, entries].
+            paid: the environment's own rewards, [lanes].
+            alive: whose episode goes on or ends with this step, [lanes]; others stand still.
+        """
+        return paid
+
+    def at_the_end(self, over: np.ndarray) -> np.ndarray:
+        """What lanes whose episode is over get besides, [lanes]; 0 elsewhere."""
+        return np.zeros(len(over))
+
+
+_CLEARS = 1.01
+"""Height of an apex over the rest length from which a flight is a hop."""
+
+
+class PerHop(StepReward):
+    """The paper's: CoT⁻¹ of each hop at its apex, and their mean at the end (`HopReward`).
+
+    Args:
+        experiment: whose wiring names height and work.
+        lanes: how many.
+        reward: which hops are paid.
+    """
+
+    def __init__(self, experiment: EnvExperiment, lanes: int, reward: HopReward) -> None:
+        wiring, names = experiment.wiring, experiment.wires.observed
+        work = getattr(wiring, ENTRY_OF_WORK[reward.work])
+        assert wiring.height is not None
+        assert wiring.rest_length_m is not None
+        self._height, self._work = names.index(wiring.height), names.index(work)
+        self._rest_m, self._reward = float(wiring.rest_length_m), reward
+        self._was, self._spent_at = np.zeros(lanes), np.zeros(lanes)
+        self._rises = np.zeros(lanes, bool)
+        self._sum, self._hops = np.zeros(lanes), np.zeros(lanes)
+
+    def begin(self, seen: np.ndarray, where: np.ndarray) -> None:
+        self._was = np.where(where, seen[:, self._height], self._was)
+        self._spent_at = np.where(where, seen[:, self._work], self._spent_at)
+        self._rises = self._rises & ~where
+        self._sum, self._hops = (np.where(where, 0.0, x) for x in (self._sum, self._hops))
+
+    def of_step(
+        self, seen: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
+    ) -> np.ndarray:
+        height, work = seen[:, self._height], seen[:, self._work]
+        rises = height > self._was
+        apex = alive & self._rises & ~rises & (self._was > _CLEARS * self._rest_m)
+        climb = self._was - self._rest_m
+        self._was, self._rises = height, rises
+        if not apex.any():
+            return np.zeros(len(apex))
+        value, counts = map(
+            np.asarray,
+            self._reward.of_hop(climb_m=climb, work_j=work - self._spent_at, lost_j=0.0),
+        )
+        rewarded = apex & counts
+        reward = np.where(rewarded, value, 0.0)
+        self._spent_at = np.where(apex, work, self._spent_at)
+        self._sum, self._hops = self._sum + reward, self._hops + rewarded
+        return reward
+
+    def at_the_end(self, over: np.ndarray) -> np.ndarray:
+        return np.where(over, self._sum / np.maximum(self._hops, 1.0), 0.0)
+
+
+class OnceAtTheEnd(StepReward):
+    """The fitness of the episode, at its end: for a function of your own.
+
+    Args:
+        experiment: by whose objective.
+        lanes: how many.
+        steps: of the longest episode.
+        pilot: whose phases the episode has.
+    """
+
+    def __init__(self, experiment: EnvExperiment, lanes: int, steps: int, pilot: Pilot) -> None:
+        self._experiment, self._pilot, self._steps = experiment, pilot, steps
+        self._kept: list[list[tuple[np.ndarray, ...]]] = [[] for _ in range(lanes)]
+
+    def begin(self, seen: np.ndarray, where: np.ndarray) -> None:
+        for lane in np.flatnonzero(where):
+            self._kept[lane] = []
+
+    def of_step(
+        self, seen: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
+    ) -> np.ndarray:
+        phase = self._pilot.phase
+        for lane in np.flatnonzero(alive):
+            step = seen[lane], action[lane], paid[lane], phase[:, lane].copy()
+            self._kept[lane].append(step)
+        return np.zeros(len(paid))
+
+    def at_the_end(self, over: np.ndarray) -> np.ndarray:
+        rewards = np.zeros(len(over))
+        for lane in np.flatnonzero(over & np.array([bool(kept) for kept in self._kept])):
+            rewards[lane] = self._fitness(self._kept[lane])
+        return rewards
+
+    def _fitness(self, kept: list[tuple[np.ndarray, ...]]) -> float:
+        wires, wiring = self._experiment.wires, self._experiment.wiring
+        seen, action, paid, phase = (np.stack(x)[:, None] for x in zip(*kept, strict=True))
+        record = EpisodeBatch(
+            wires.step_s,
+            wires.observed,
+            seen,
+            action,
+            paid,
+            np.swapaxes(phase, 1, 2),
+            np.array([len(kept)]),
+            self._steps,
+            np.ones(1, bool),
+        )
+        value = float(self._experiment.objective.score(record, wiring).fitness[0])
+        return value if np.isfinite(value) else 0.0
+
+
+def step_reward(
+    experiment: EnvExperiment, settings: AgentSettings, steps: int, pilot: Pilot
+) -> StepReward:
+    """The rewards of an agent's lanes, for an experiment's objective.
+
+    Args:
+        experiment: what is learned.
+        settings: how the agent is set.
+        steps: of the longest episode.
+        pilot: whose phases an episode has.
+
+    Raises:
+        TegotaeError: for stored energy, which environments do not observe.
+    """
+    if settings.charge_stored:
+        raise TegotaeError(
+            "charge_stored needs the body's energy, which environments do not observe; leave it out"
+        )
+    objective = experiment.objective
+    if isinstance(objective, Return):
+        return StepReward()
+    if isinstance(objective, Hopping):
+        reward = HopReward(work=objective.work, least_work_j=settings.least_work_j)
+        return PerHop(experiment, settings.n_envs, reward)
+    return OnceAtTheEnd(experiment, settings.n_envs, steps, pilot)

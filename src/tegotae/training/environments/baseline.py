@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
-from tegotae._support.limits import MOST_RAD_PER_S
+from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.evaluator import Generation
+from tegotae.training.evaluator import Generation, Scores, evaluator_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,27 +55,25 @@ def sweep_vanilla(
             f"{experiment.name} has more to learn than a gain; a baseline takes a pure V model, "
             "such as V-sector-w8"
         )
-    for each in omega:
-        require_finite("omega", each, above=0.0, most=MOST_RAD_PER_S)
+    among = max(1, len(experiment.omegas))
+    at_omega = [
+        dataclasses.replace(
+            experiment,
+            wiring=dataclasses.replace(experiment.wiring, omega=float(one)),
+            omegas=(),
+            episodes=experiment.episodes // among,
+            evaluation_episodes=experiment.evaluation_episodes // among,
+        )
+        for one in omega
+    ]
     gains = np.concatenate([[0.0], experiment.gains])
     weights = gains[None, :, None].astype("float32")
-    found = []
+    tried: list[Scores] = []
     with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
-        for i, each in enumerate(omega):
-            wiring = dataclasses.replace(experiment.wiring, omega=float(each))
-            among = max(1, len(experiment.omegas))
-            own = dataclasses.replace(
-                experiment,
-                wiring=wiring,
-                omegas=(),
-                episodes=experiment.episodes // among,
-                evaluation_episodes=experiment.evaluation_episodes // among,
-            )
-            with own.evaluator(workers) as evaluator:
-                found.append(evaluator.evaluate(weights, Generation.alike()))
-            reporter.update(i + 1, f"ω {each:g} rad/s  fitness {found[-1].fitness.max():+.3f}")
-    columns = {
-        name: np.stack([np.asarray(getattr(scores, name))[0] for scores in found], axis=1)
-        for name in ("fitness", "cot_inverse", "failed")
-    }
-    return VanillaSweep(sigma=gains, omega=np.asarray(omega, float), **columns)
+        for there in at_omega:
+            with evaluator_of(there, workers) as evaluator:
+                tried.append(evaluator.evaluate(weights, Generation.alike()))
+            best = f"ω {there.omega:g} rad/s  fitness {tried[-1].fitness.max():+.3f}"
+            reporter.update(len(tried), best)
+    columns = (np.stack([x[0] for x in column], axis=1) for column in zip(*tried, strict=True))
+    return VanillaSweep(gains, np.asarray(omega, float), *columns)

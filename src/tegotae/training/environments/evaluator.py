@@ -1,4 +1,4 @@
-"""Fitness of candidates in environments, on worker processes."""
+"""Fitness of candidates on an environment: in this process, or on worker processes."""
 
 from __future__ import annotations
 
@@ -9,221 +9,24 @@ import time
 import warnings
 from collections import Counter
 from ctypes import Array, c_longlong
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tegotae._support.engines import available_cores, require_workers
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.workers import assigned_cores, ctrl_c_held_back, end_with_parent
-from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import EnvRollouts, Trials
 from tegotae.training.evaluator import Evaluator, Generation, Scores
 
-if TYPE_CHECKING:
-    from tegotae.training.environments.experiment import EnvExperiment
-
-
+_LANES = 64
+"""Candidates that are tried side by side at most."""
 _IDLE = -1
 """The lane at work when none is: the controller computes, or compiles."""
 _MOST_DEATHS = 3
 """Deaths in a row without any sample done, after which it is the worker that cannot work."""
-
-
-@dataclass
-class Job:
-    """Candidates that one worker tries out together."""
-
-    weights: np.ndarray
-    """[candidates, n_weights]."""
-    starts: np.ndarray
-    """Seeds of their resets, [candidates, episodes]."""
-    places: np.ndarray
-    """Their numbers among all."""
-    alive: np.ndarray = field(init=False)
-    """Which of them have not taken a worker down."""
-    troubles: list[str | None] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.alive = np.ones(len(self.weights), bool)
-        self.troubles = [None] * len(self.weights)
-
-
-class WorkerPool:
-    """Worker processes that try out candidates of one experiment; a context manager.
-
-    A worker that dies, or whose environment takes longer than `limit_s` over one step, is replaced.
-    The sample at which that happened is marked, and the worker's others are done again without it.
-
-    Args:
-        experiment: what is trained.
-        size: how many workers.
-        lanes: candidates that each tries side by side.
-        limit_s: longest time for one step of an environment [s].
-    """
-
-    def __init__(
-        self, experiment: EnvExperiment, size: int, lanes: int, limit_s: float = 60.0
-    ) -> None:
-        self._experiment, self.size, self.lanes, self._limit_s = experiment, size, lanes, limit_s
-        self._workers = [_EnvWorker(experiment, lanes, limit_s) for _ in range(size)]
-
-    def try_out(self, weights: np.ndarray, starts: np.ndarray | None = None) -> Trials:
-        """Scores of candidates.
-
-        Args:
-            weights: [candidates, n_weights].
-            starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
-
-        Raises:
-            TegotaeError: if the workers die with every sample.
-        """
-        n = len(weights)
-        if starts is None:
-            starts = np.tile(self._experiment.evaluation_starts[:1], (n, 1))
-        found = Trials(np.zeros(n), np.full(n, np.nan), np.ones(n, bool), [None] * n)
-        blocks = [np.arange(n)[i : i + self.lanes] for i in range(0, n, self.lanes)]
-        waiting = [Job(weights[block], starts[block], block) for block in blocks]
-        busy: dict[int, Job] = {}
-        deaths = 0
-        while waiting or busy:
-            for index, worker in enumerate(self._workers):
-                if index not in busy and waiting:
-                    busy[index] = waiting.pop(0)
-                    worker.give(busy[index])
-            for index in self._answering(busy):
-                job = busy.pop(index)
-                answer = self._workers[index].answer()
-                if isinstance(answer, Trials):
-                    deaths = 0
-                    _enter(found, job, answer)
-                    continue
-                if isinstance(answer, TegotaeError):
-                    raise answer
-                lane, why = answer
-                self._workers[index].end()
-                self._workers[index] = _EnvWorker(self._experiment, self.lanes, self._limit_s)
-                if not 0 <= lane < len(job.alive):
-                    deaths += 1
-                    if deaths >= _MOST_DEATHS:
-                        raise TegotaeError(
-                            f"the workers of {self._experiment.name} die before any environment is "
-                            "stepped; try it in this process (--workers 0) to see why"
-                        )
-                else:
-                    job.alive[lane], job.troubles[lane] = False, why
-                if job.alive.any():
-                    waiting.insert(0, job)
-                else:
-                    _enter(found, job, None)
-        return found
-
-    def _answering(self, busy: dict[int, Job]) -> list[int]:
-        """The workers that have an answer, are dead, or hang."""
-        by_link: dict[object, int] = {self._workers[index].link: index for index in busy}
-        ready = {by_link[link] for link in wait(list(by_link), timeout=0.2)}  # type: ignore[misc]
-        hung = [i for i in busy if i not in ready and self._workers[i].hangs()]
-        return [*sorted(ready), *hung]
-
-    def close(self) -> None:
-        """End the workers."""
-        for worker in self._workers:
-            worker.end()
-
-    def __enter__(self) -> WorkerPool:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-class _EnvWorker:
-    """One worker process, and what it is at."""
-
-    def __init__(self, experiment: EnvExperiment, lanes: int, limit_s: float) -> None:
-        self._limit_s = limit_s
-        context = multiprocessing.get_context("spawn")
-        self.link, other = context.Pipe()
-        # The lane whose environment is at work, and how many steps were begun.
-        self._beat = context.Array(c_longlong, [_IDLE, 0], lock=False)
-        arguments = (other, self._beat, experiment, lanes, os.getpid())
-        self._process = context.Process(target=_work, args=arguments, daemon=True)
-        with ctrl_c_held_back(), assigned_cores(1):
-            self._process.start()
-        other.close()
-        self._last, self._since, self._hung = (_IDLE, 0), time.monotonic(), False
-
-    def give(self, job: Job) -> None:
-        """Have it try out a job."""
-        self._since, self._hung = time.monotonic(), False
-        with contextlib.suppress(OSError):  # dead: noticed when its answer is read
-            self.link.send((job.weights, job.alive, job.starts))
-
-    def hangs(self) -> bool:
-        """Whether its environment has been at one step for too long."""
-        now, at = time.monotonic(), (self._beat[0], self._beat[1])
-        if at != self._last or at[0] == _IDLE:
-            self._last, self._since = at, now
-        self._hung = now - self._since > self._limit_s
-        return self._hung
-
-    def answer(self) -> Trials | TegotaeError | tuple[int, str]:
-        """Its scores, its error, or the lane at which it ended and how."""
-        if self._hung:
-            return self._beat[0], f"a step of it took longer than {self._limit_s:g} s"
-        try:
-            return self.link.recv()
-        except (EOFError, OSError):
-            self._process.join(1.0)
-            return self._beat[0], f"it ended its process (status {self._process.exitcode})"
-
-    def end(self) -> None:
-        """End it, whatever it is at."""
-        self.link.close()
-        self._process.kill()
-        self._process.join()
-
-
-def _work(
-    link: Connection, beat: Array[c_longlong], experiment: EnvExperiment, lanes: int, parent: int
-) -> None:
-    """What a worker does: evaluate samples until its parent has ended."""
-    end_with_parent(parent)
-
-    def at_work(lane: int) -> None:
-        beat[0] = lane
-        beat[1] += 1
-
-    rollouts: EnvRollouts | None = None
-    while True:
-        try:
-            weights, alive, starts = link.recv()
-        except (EOFError, OSError):
-            return
-        try:
-            rollouts = rollouts or EnvRollouts(experiment, lanes, at_work)
-            link.send(rollouts.try_out(weights, alive, starts))
-        except TegotaeError as error:
-            link.send(TegotaeError(str(error)))
-
-
-def _enter(found: Trials, job: Job, answer: Trials | None) -> None:
-    """Enter what came of a job among all."""
-    for i, place in enumerate(job.places):
-        if answer is not None and job.alive[i]:
-            found.fitness[place] = answer.fitness[i]
-            found.cot_inverse[place] = answer.cot_inverse[i]
-            found.failed[place] = answer.failed[i]
-            found.troubles[place] = answer.troubles[i]
-        else:
-            found.fitness[place] = FAILED_FITNESS
-            found.troubles[place] = job.troubles[i]
-
-
-_LANES = 64
-"""Candidates that are tried side by side at most."""
 
 
 class SampleWarning(UserWarning):
@@ -263,78 +66,78 @@ class EnvEvaluator(Evaluator):
         """Scores of every candidate of the seeds that are going."""
         (seeds, per_seed, n_weights), going = candidates.shape, generation.going
         starts = self._starts(per_seed, generation)
-        # Whoever meets the evaluation set does so as several candidates.
-        times = np.array([len(each) for each in starts[0]])
-        wanted = np.repeat(np.asarray(candidates[going], float), times, axis=1)
-        met = np.concatenate([np.concatenate(of_seed) for of_seed in starts])
-        trials = self._tried(wanted.reshape(-1, n_weights), met, seeds * int(times.sum()))
+        # What meets the evaluation set does so as several candidates.
+        times = np.array([len(of_candidate) for of_candidate in starts[0]])
+        weights = np.repeat(np.asarray(candidates[going], float), times, axis=1)
+        trials = self._tried(
+            weights.reshape(-1, n_weights),
+            np.concatenate([np.concatenate(of_seed) for of_seed in starts]),
+            most=seeds * int(times.sum()),
+        )
         self._warn(trials)
         begin = np.cumsum(times) - times
 
-        def spread(values: np.ndarray, empty: float, together: np.ufunc = np.add) -> np.ndarray:
-            whole = np.full((seeds, per_seed), empty, values.dtype)
-            found = together.reduceat(values.reshape(-1, times.sum()), begin, axis=1)
-            whole[going] = found / times if together is np.add else found
+        def of_candidates(values: np.ndarray, ended: float) -> np.ndarray:
+            """[seeds, candidates], over the episodes of each."""
+            rows = values.reshape(-1, times.sum())
+            whole = np.full((seeds, per_seed), ended, values.dtype)
+            if values.dtype == bool:
+                whole[going] = np.logical_or.reduceat(rows, begin, axis=1)
+            else:
+                whole[going] = np.add.reduceat(rows, begin, axis=1) / times
             return whole
 
         return Scores(
-            spread(trials.fitness.astype(np.float32), 0.0),
-            spread(trials.cot_inverse.astype(np.float32), np.nan),
-            spread(trials.failed, True, np.logical_or),
+            of_candidates(trials.fitness.astype(np.float32), 0.0),
+            of_candidates(trials.cot_inverse.astype(np.float32), np.nan),
+            of_candidates(trials.failed, True),
         )
 
     def _starts(self, per_seed: int, generation: Generation) -> list[list[np.ndarray]]:
         """Seeds of the starts of each seed that goes and its candidates, [times, episodes] each."""
-        own = self._experiment
-        fixed = own.evaluation_starts
+        fixed = self._experiment.evaluation_starts
+        going = [s for s, goes in zip(generation.seeds, generation.going, strict=True) if goes]
         if generation.number is None:
-            return [[fixed] * per_seed] * int(generation.going.sum())
-        return [
-            [own.starts(seed, generation.number)] * (per_seed - 1) + [fixed]
-            for seed, goes in zip(generation.seeds, generation.going, strict=True)
-            if goes
-        ]
+            return [[fixed] * per_seed for _ in going]
+        drawn = [self._experiment.starts(seed, generation.number) for seed in going]
+        return [[draw] * (per_seed - 1) + [fixed] for draw in drawn]
 
     def _tried(self, weights: np.ndarray, starts: np.ndarray, most: int) -> Trials:
         """All of them, some at a time; always as many lanes, so that arithmetic is the same."""
+        lanes = min(_LANES, -(-most // max(1, self._workers)))
         if self._runner is None:
-            lanes = min(_LANES, -(-most // max(1, self._workers)))
             self._runner = (
-                WorkerPool(self._experiment, self._workers, lanes, self._experiment.limit_s)
+                WorkerPool(self._experiment, self._workers, lanes)
                 if self._workers
                 else EnvRollouts(self._experiment, lanes)
             )
         if isinstance(self._runner, WorkerPool):
             return self._runner.try_out(weights, starts)
         lanes = self._runner.lanes
-        parts = [
-            self._runner.try_out(weights[i : i + lanes], starts=starts[i : i + lanes])
-            for i in range(0, len(weights), lanes)
-        ]
-        return Trials(
-            np.concatenate([part.fitness for part in parts]),
-            np.concatenate([part.cot_inverse for part in parts]),
-            np.concatenate([part.failed for part in parts]),
-            [trouble for part in parts for trouble in part.troubles],
+        return Trials.joined(
+            [
+                self._runner.try_out(weights[i : i + lanes], starts[i : i + lanes])
+                for i in range(0, len(weights), lanes)
+            ]
         )
 
     def _warn(self, trials: Trials) -> None:
         """Say once of each kind of trouble that it happened."""
-        happened = Counter(trouble for trouble in trials.troubles if trouble is not None)
-        for trouble, count in happened.items():
+        happened = Counter(trouble for trouble in trials.troubles if trouble)
+        env, count = self._experiment.spec.env, len(trials.troubles)
+        for trouble, times in happened.items():
             if trouble not in self.troubles:
                 warnings.warn(
-                    f"{self._experiment.spec.env}: {trouble}; {count} of "
-                    f"{len(trials.troubles)} samples count as failed, the training continues",
+                    f"{env}: {trouble}; {times} of {count} samples count as failed, the training "
+                    "continues",
                     SampleWarning,
                     stacklevel=2,
                 )
         self.troubles += happened
-        if happened and sum(happened.values()) == len(trials.troubles):
+        if happened and sum(happened.values()) == count:
             worst = happened.most_common(1)[0][0]
             raise TegotaeError(
-                f"{self._experiment.spec.env} fails with every sample: {worst}; nothing can be "
-                "learned there"
+                f"{env} fails with every sample: {worst}; nothing can be learned there"
             )
 
     def close(self) -> None:
@@ -342,3 +145,166 @@ class EnvEvaluator(Evaluator):
         if self._runner is not None:
             self._runner.close()
             self._runner = None
+
+
+@dataclass(eq=False)
+class Job:
+    """Candidates that one worker tries out together."""
+
+    weights: np.ndarray
+    """[candidates, n_weights]."""
+    starts: np.ndarray
+    """Seeds of their resets, [candidates, episodes]."""
+    troubles: list[str]
+    """Of those that have taken a worker down."""
+    trials: Trials | None = None
+    """What came of it."""
+
+
+class WorkerPool:
+    """Worker processes that try out candidates of one experiment; a context manager.
+
+    A worker that dies, or whose environment takes longer than the experiment's `limit_s` over one
+    step, is replaced. The sample at which that happened is marked, and the worker's others are done
+    again without it. (Gymnasium's `AsyncVectorEnv` ends with the first environment that dies.)
+
+    Args:
+        experiment: what is trained.
+        size: how many processes.
+        lanes: how many candidates each tries out side by side.
+    """
+
+    def __init__(self, experiment: EnvExperiment, size: int, lanes: int) -> None:
+        self._experiment, self.lanes = experiment, lanes
+        self._workers = [_EnvWorker(experiment, lanes) for _ in range(size)]
+
+    def try_out(self, weights: np.ndarray, starts: np.ndarray | None = None) -> Trials:
+        """Scores of candidates.
+
+        Args:
+            weights: [candidates, n_weights].
+            starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
+
+        Raises:
+            TegotaeError: if the workers die with every sample.
+        """
+        if starts is None:
+            starts = np.tile(self._experiment.evaluation_starts[:1], (len(weights), 1))
+        blocks = [slice(i, i + self.lanes) for i in range(0, len(weights), self.lanes)]
+        jobs = [Job(weights[b], starts[b], [""] * len(weights[b])) for b in blocks]
+        waiting, busy, deaths = jobs.copy(), dict[int, Job](), 0
+        while waiting or busy:
+            for index, worker in enumerate(self._workers):
+                if index not in busy and waiting:
+                    busy[index] = waiting.pop(0)
+                    worker.give(busy[index])
+            for index in self._answering(busy):
+                job = busy.pop(index)
+                answer = self._workers[index].answer()
+                if isinstance(answer, TegotaeError):
+                    raise answer
+                if isinstance(answer, Trials):
+                    job.trials, deaths = answer, 0
+                    continue
+                lane, why = answer
+                self._workers[index].end()
+                self._workers[index] = _EnvWorker(self._experiment, self.lanes)
+                waiting.insert(0, job)
+                if 0 <= lane < len(job.troubles):
+                    job.troubles[lane] = why
+                    continue
+                deaths += 1
+                if deaths >= _MOST_DEATHS:
+                    raise TegotaeError(
+                        f"the workers of {self._experiment.name} die before any environment is "
+                        "stepped; try it in this process (--workers 0) to see why"
+                    )
+        return Trials.joined([job.trials for job in jobs if job.trials is not None])
+
+    def _answering(self, busy: dict[int, Job]) -> list[int]:
+        """The workers that have an answer, are dead, or hang."""
+        by_link: dict[object, int] = {self._workers[index].link: index for index in busy}
+        ready = {by_link[link] for link in wait(list(by_link), timeout=0.2)}  # type: ignore[misc]
+        hung = [i for i in busy if i not in ready and self._workers[i].hangs()]
+        return [*sorted(ready), *hung]
+
+    def close(self) -> None:
+        """End the workers."""
+        for worker in self._workers:
+            worker.end()
+
+    def __enter__(self) -> WorkerPool:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _EnvWorker:
+    """One worker process, and what it is at."""
+
+    def __init__(self, experiment: EnvExperiment, lanes: int) -> None:
+        self._limit_s = experiment.limit_s
+        context = multiprocessing.get_context("spawn")
+        self.link, other = context.Pipe()
+        # The lane whose environment is at work, and how many steps were begun.
+        self._beat = context.Array(c_longlong, [_IDLE, 0], lock=False)
+        arguments = (other, self._beat, experiment, lanes, os.getpid())
+        self._process = context.Process(target=_work, args=arguments, daemon=True)
+        with ctrl_c_held_back(), assigned_cores(1):
+            self._process.start()
+        other.close()
+        self._last, self._since, self._hung = (_IDLE, 0), time.monotonic(), False
+
+    def give(self, job: Job) -> None:
+        """Have it try out a job."""
+        self._since, self._hung = time.monotonic(), False
+        with contextlib.suppress(OSError):  # dead: noticed when its answer is read
+            self.link.send((job.weights, job.starts, job.troubles))
+
+    def hangs(self) -> bool:
+        """Whether its environment has been at one step for too long."""
+        now, beat = time.monotonic(), (self._beat[0], self._beat[1])
+        if beat != self._last or beat[0] == _IDLE:
+            self._last, self._since = beat, now
+        self._hung = now - self._since > self._limit_s
+        return self._hung
+
+    def answer(self) -> Trials | TegotaeError | tuple[int, str]:
+        """Its scores, its error, or the lane at which it ended and how."""
+        if self._hung:
+            return self._beat[0], f"a step of it took longer than {self._limit_s:g} s"
+        try:
+            return self.link.recv()
+        except (EOFError, OSError):
+            self._process.join(1.0)
+            return self._beat[0], f"it ended its process (status {self._process.exitcode})"
+
+    def end(self) -> None:
+        """End it, whatever it is at."""
+        self.link.close()
+        self._process.kill()
+        self._process.join()
+
+
+def _work(
+    link: Connection, beat: Array[c_longlong], experiment: EnvExperiment, lanes: int, parent: int
+) -> None:
+    """What a worker does: evaluate samples until its parent has ended."""
+    end_with_parent(parent)
+
+    def begin_step(lane: int) -> None:
+        beat[0] = lane
+        beat[1] += 1
+
+    rollouts: EnvRollouts | None = None
+    while True:
+        try:
+            job = link.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            rollouts = rollouts or EnvRollouts(experiment, lanes, begin_step)
+            link.send(rollouts.try_out(*job))
+        except TegotaeError as error:
+            link.send(TegotaeError(str(error)))

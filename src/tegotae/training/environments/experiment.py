@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from tegotae._support.documents import JsonObject, fitted
@@ -28,7 +29,6 @@ from tegotae.systems.experiment import require_name
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import Model
 from tegotae.systems.system import System
-from tegotae.training.environments.evaluator import EnvEvaluator
 from tegotae.training.environments.objectives import (
     EnvObjective,
     Hopping,
@@ -175,7 +175,7 @@ class EnvExperiment:
         """Prescribed frequency [rad/s]."""
         return self.wiring.omega
 
-    @property
+    @cached_property
     def interface(self) -> Interface:
         """What the controller sees of the limbs; None for what the wiring does not say."""
         controller, wiring = self.controller, self.wiring
@@ -301,10 +301,6 @@ class EnvExperiment:
         drawn = np.random.SeedSequence([self.seed, *key]).generate_state(self.episodes)
         return drawn[None].astype(np.int64)
 
-    def evaluator(self, workers: int | None = None) -> EnvEvaluator:
-        """Who says in training how good weights are."""
-        return EnvEvaluator(self, workers)
-
     @property
     def is_searched(self) -> bool:
         """Whether all there is to learn is a constant gain σ, which a search finds."""
@@ -333,23 +329,11 @@ class EnvExperiment:
             "controller": describe(self.controller),
             "omega": self.omega,
             "body": describe(self.interface),
-            "environment": {"env": self.spec.env, "settings": dict(self.spec.settings)},
-            "wiring": wiring_document(self.wiring),
-            "objective": self.objective.document,
-            "timing": {"duration_s": self.duration_s},
-            "episodes": self.episodes,
-            "seed": self.seed,
-            "sha256": self._sha256,
-            **({"omegas": list(self.omegas)} if self.omegas else {}),
-            **({"evaluation_episodes": of_set} if (of_set := self.evaluation_episodes) else {}),
+            **msgspec.to_builtins(self.task),
         }
 
     @cached_property
     def _sha256(self) -> dict[str, str]:
         """Of the files that it names, by what each is: once changed, it is another training."""
         files = {"environment": self.spec.file, "fitness": self.objective.file}
-        return {
-            what: code_of_file(file)
-            for what, file in files.items()
-            if file is not None and file.is_file()
-        }
+        return {what: code_of_file(file) for what, file in files.items() if file and file.is_file()}

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, SupportsFloat, cast
+from typing import Any, SupportsFloat, cast
 
 import jax
 import jax.numpy as jnp
@@ -113,11 +113,8 @@ ENTRY_OF_WORK = {"absolute": "work", "positive": "work_positive", "net": "work_n
 class EnvObjective(ABC):
     """The measure of an episode: a frozen dataclass of its settings."""
 
-    whole: ClassVar[bool] = False
-    """Whether it reads what was done and the phases, too."""
-
-    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Which of the observation's entries it reads."""
+    def entries(self, wiring: Wiring) -> tuple[str, ...] | None:
+        """Which of the observation's entries it reads; None for all, with actions and phases."""
         return ()
 
     def check(self, wiring: Wiring, duration_s: float) -> None:  # noqa: B027 - optional
@@ -194,7 +191,7 @@ class Hopping(EnvObjective):
                     "name it, or use --fitness return"
                 )
 
-    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
+    def entries(self, wiring: Wiring) -> tuple[str, ...]:
         """Height and work."""
         work = (getattr(wiring, entry) for entry in ENTRY_OF_WORK.values())
         return tuple(filter(None, (wiring.height, *work)))
@@ -212,8 +209,8 @@ class Hopping(EnvObjective):
         self._require_measured(wiring)
         assert wiring.height is not None
         assert wiring.rest_length_m is not None
-        rest, steps = wiring.rest_length_m, len(record.reward)
-        time = record.step_s * np.arange(1, steps + 1)
+        rest = wiring.rest_length_m
+        time = record.step_s * np.arange(1, record.steps + 1)
         height = record.entry(wiring.height).astype(float)
         frame_s = max(_FRAME_S, record.step_s)
         lanes = [
@@ -221,22 +218,22 @@ class Hopping(EnvObjective):
         ]
         names = ("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m")
         channels = {n: np.concatenate([getattr(one, n) for one in lanes], 1) for n in names}
-        at = channels["time_s"][:, 0] + time[0]
+        frames_s = channels["time_s"][:, 0] + time[0]
         for kind, entry in ENTRY_OF_WORK.items():
             name = getattr(wiring, entry)
             work = np.full(height.shape, np.nan) if name is None else record.entry(name)
             work = work.astype(float)
-            spent = [np.interp(at, time, own - own[0]) for own in work.T]
+            spent = [np.interp(frames_s, time, lane - lane[0]) for lane in work.T]
             channels[f"work_{kind}_j"] = np.stack(spent, axis=1)
         begun = record.step_s * record.ended
         fell = record.ended < record.steps
         channels["failed"] = fell & (channels["time_s"] > begun)
         channels["failed"][-1] |= fell
-        timing = Timing(duration_s=len(at) * frame_s, frame_s=frame_s, tick_s=frame_s)
+        timing = Timing(duration_s=len(frames_s) * frame_s, frame_s=frame_s, tick_s=frame_s)
         body = Interface(rest_length_m=rest)
         scenario = Scenario.of(wiring.omega)
-        found = _as_rollout(self._fitness, timing, channels, scenario, body)
-        return Scores(*(np.asarray(found[name]) for name in Scores._fields))
+        outcome = _as_rollout(self._fitness, timing, channels, scenario, body)
+        return Scores(*(np.asarray(outcome[name]) for name in Scores._fields))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -258,16 +255,13 @@ class UserObjective(EnvObjective):
 
     function: str
 
-    whole = True
-
     @property
     def file(self) -> Path | None:
         """The function's."""
         return source_of(self.function)
 
-    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
+    def entries(self, wiring: Wiring) -> None:
         """All."""
-        return names
 
     def check(self, wiring: Wiring, duration_s: float) -> None:
         """Raise `TegotaeError` if there is no such function."""
@@ -335,7 +329,7 @@ def objective_of(document: Mapping[str, Any]) -> EnvObjective:
         >>> objective_of({"kind": "Hopping", "settle_s": 4.0}).settle_s
         4.0
     """
-    kinds = {each.__name__: each for each in (Return, Hopping, UserObjective)}
+    kinds = {kind.__name__: kind for kind in (Return, Hopping, UserObjective)}
     settings = dict(document)
     kind = kinds.get(settings.pop("kind", ""))
     try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,33 +12,14 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.pilot import Pilot
 from tegotae.measures.hopping.measured import Measured, measure
-from tegotae.training.environments.objectives import EnvEpisode, EnvObjective, EpisodeBatch, Hopping
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import EnvEpisode, Hopping
 from tegotae.training.environments.rollouts import lanes_of, play
-
-if TYPE_CHECKING:
-    from tegotae.envs.wiring import Wiring
-    from tegotae.training.environments.experiment import EnvExperiment
-    from tegotae.training.evaluator import Scores
 
 _LONGEST_STEP_S = 0.02
 """Between samples of a height whose hops can be measured."""
 HOPPING = ("cot_inverse", "limit_cycle_period", "w_peak", "t0_s")
 """Metrics of hopping that a replay has, where the wiring says what height and rest length are."""
-
-
-class _Everything(EnvObjective):
-    """Keeps all of an episode; its score is that of another objective."""
-
-    whole = True
-
-    def __init__(self, scored: EnvObjective) -> None:
-        self._scored = scored
-
-    def entries(self, wiring: Wiring, names: tuple[str, ...]) -> tuple[str, ...]:
-        return names
-
-    def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
-        return self._scored.score(record, wiring)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,18 +147,16 @@ def replay(
         >>> replay(EnvExperiment.of(saved), [saved.weights])[0].numbers()  # doctest: +SKIP
     """
     seed = experiment.seed if seed is None else seed
-    everything, wiring = _Everything(experiment.objective), experiment.wiring
-    table = np.asarray(weights, np.float32)
-    pilot = Pilot(experiment.wires, wiring, table.T)
+    table, wiring = np.asarray(weights, np.float32), experiment.wiring
     lanes = lanes_of(experiment, len(table))
     try:
-        tried = np.ones(len(table), bool)
-        record = play(lanes, pilot, experiment.wires, everything, wiring, seed=seed, tried=tried)
-        if bad := [trouble for trouble in lanes.troubles if trouble is not None]:
-            raise TegotaeError(f"{experiment.spec.env}: {bad[0]}")
+        pilot = Pilot(experiment.wires, wiring, table.T)
+        record = play(lanes, pilot, experiment.wires, seed=seed)
+        if troubles := [trouble for trouble in lanes.troubles if trouble]:
+            raise TegotaeError(f"{experiment.spec.env}: {troubles[0]}")
     finally:
         lanes.close()
-    fitness = np.asarray(everything.score(record, wiring).fitness)
+    fitness = np.asarray(experiment.objective.score(record, wiring).fitness)
     return [
         Replay(experiment, record.episode(lane), float(fitness[lane]), seed)
         for lane in range(len(table))

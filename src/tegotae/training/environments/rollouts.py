@@ -5,7 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,13 +18,9 @@ from tegotae.envs.mujoco.sensing import is_sound
 from tegotae.envs.mujoco.settings import Fate, ModelSettings
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wires import Wires
-from tegotae.envs.wiring import Wiring
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.training.environments.objectives import EnvObjective, EpisodeBatch, Scores
-
-if TYPE_CHECKING:
-    from tegotae.training.environments.experiment import EnvExperiment
-
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import EpisodeBatch, Scores
 
 Beat = Callable[[int], None]
 """Called with the lane that takes a step before it, and with -1 after: this shows a hang."""
@@ -40,24 +37,33 @@ class Lanes(ABC):
     lanes: int
     steps: int
     """Steps of the longest episode."""
-    troubles: list[str | None]
-    """Of each lane, since the reset."""
+    troubles: list[str]
+    """Of each lane since its reset; empty without one."""
     truncated: np.ndarray
     """Whether the last step ended an episode by its time alone, [lanes]."""
 
     @abstractmethod
-    def reset(self, seed: Seeds, alive: np.ndarray) -> np.ndarray:
-        """Begin the episodes of the lanes that are alive; what is observed, [lanes, entries]."""
+    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes; what all observe, [lanes, entries].
 
-    @abstractmethod
-    def restart(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes alone; what all observe, [lanes, entries]."""
+        Args:
+            seed: of the starts: lanes of the same seed have the same one.
+            where: which lanes, [lanes]; the others stay as they are.
+        """
 
     @abstractmethod
     def step(
         self, actions: np.ndarray, alive: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Observations [lanes, entries], rewards and whether an episode is over, [lanes]."""
+        """Every lane that is alive one step on; the others stand still.
+
+        Args:
+            actions: [lanes, entries].
+            alive: whose episode goes on, [lanes].
+
+        Returns:
+            observations [lanes, entries], rewards and whether an episode is over, [lanes].
+        """
 
     @abstractmethod
     def close(self) -> None:
@@ -86,32 +92,23 @@ class GymLanes(Lanes):
         self.lanes, self.steps, self._beat = lanes, steps, beat
         self._make = lambda: with_contact(make(), contact_bodies)
         self._envs: list[Any] = [self._make()]
-        self._space = self._envs[0].observation_space
-        self._low, self._high = self._envs[0].action_space.low, self._envs[0].action_space.high
-        self._dtype = self._envs[0].action_space.dtype
-        self.troubles = [None] * lanes
-        self.truncated = np.zeros(lanes, bool)
+        self._space, action = self._envs[0].observation_space, self._envs[0].action_space
+        self._low, self._high, self._dtype = action.low, action.high, action.dtype
         self._entries = require("gymnasium", "gym").spaces.flatdim(self._space)
+        self.troubles = [""] * lanes
+        self.truncated = np.zeros(lanes, bool)
         self._seen = np.zeros((lanes, self._entries))
+        self._done = np.zeros(lanes, int)
 
-    def reset(self, seed: Seeds, alive: np.ndarray) -> np.ndarray:
-        """Begin the episodes of the lanes that are alive."""
-        self.troubles = [None] * self.lanes
-        self._seen = np.zeros((self.lanes, self._entries))
-        self._done = np.zeros(self.lanes, int)
-        return self.restart(seed, alive)
-
-    def restart(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes alone."""
+    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes."""
         seeds = np.broadcast_to(seed, (self.lanes,))
         while len(self._envs) < self.lanes:
             self._envs.append(self._make())
         for lane in map(int, np.flatnonzero(where)):
-            self.troubles[lane], self._done[lane] = None, 0
-            own = int(seeds[lane])
-            begun = self._guarded(
-                lane, lambda lane=lane, own=own: self._envs[lane].reset(seed=own)[0]
-            )
+            self.troubles[lane], self._done[lane] = "", 0
+            begin = partial(self._envs[lane].reset, seed=int(seeds[lane]))
+            begun = self._guarded(lane, lambda begin=begin: begin()[0])
             self._seen[lane] = 0.0 if begun is None else begun
         return self._seen.copy()
 
@@ -123,22 +120,21 @@ class GymLanes(Lanes):
         self.truncated = np.zeros(self.lanes, bool)
         rewards, over = np.zeros(self.lanes), np.zeros(self.lanes, bool)
         for lane in map(int, np.flatnonzero(alive)):
-            outcome: dict[str, Any] = {}
+            action = np.clip(actions[lane], self._low, self._high).astype(self._dtype)
 
-            def once(lane: int = lane, outcome: dict[str, Any] = outcome) -> Observation:
-                action = np.clip(actions[lane], self._low, self._high).astype(self._dtype)
-                seen, outcome["reward"], ends, cut, _ = self._envs[lane].step(action)
-                outcome["over"] = bool(ends) or bool(cut)
+            def once(lane: int = lane, action: np.ndarray = action) -> Observation:
+                seen, reward, ends, cut, _ = self._envs[lane].step(action)
+                if not np.isfinite(reward):
+                    raise _Trouble(f"its reward was {reward}")
+                rewards[lane], over[lane] = reward, bool(ends) or bool(cut)
                 self.truncated[lane] = bool(cut) and not bool(ends)
-                if not np.isfinite(outcome["reward"]):
-                    raise _Trouble(f"its reward was {outcome['reward']}")
                 return seen
 
             seen = self._guarded(lane, once)
             if seen is None:
-                over[lane] = True
+                rewards[lane], over[lane] = 0.0, True
                 continue
-            self._seen[lane], rewards[lane], over[lane] = seen, outcome["reward"], outcome["over"]
+            self._seen[lane] = seen
             if over[lane] and self._done[lane] == 1:
                 self.troubles[lane] = "it ended at its first step"
         return self._seen.copy(), rewards, over
@@ -197,18 +193,18 @@ class ModelLanes(Lanes):
         self.batch = ModelBatch(
             self._sensing, lanes, settings.control_s, threads=threads, models=models
         )
-        self._fate = Fate(settings, self._sensing, self.batch.step_s)
+        self._fate = Fate(settings, self._sensing, self.batch.step_s, lanes)
         self.steps = self._fate.steps
-        self.troubles = [None] * lanes
+        self.troubles = [""] * lanes
         self.truncated = np.zeros(lanes, bool)
-        self._seen = np.zeros((lanes, 0))
 
-    def reset(self, seed: Seeds, alive: np.ndarray) -> np.ndarray:
-        """Begin all episodes; lanes of the same seed have the same start."""
-        self._seen = self.batch.reset(self._settings.release_m, self._noise(seed))
-        self._fate.begin(self._seen)
-        self.troubles = [None] * self.lanes
-        return self._whole(self._seen)
+    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes."""
+        seen = self.batch.reset(self._settings.release_m, self._noise(seed), where)
+        self._fate.begin(seen, where)
+        for lane in np.flatnonzero(where):
+            self.troubles[lane] = ""
+        return self._whole(seen)
 
     def _noise(self, seed: Seeds) -> np.ndarray | None:
         """What is added to the positions of the start, [lanes, nv]."""
@@ -216,15 +212,8 @@ class ModelLanes(Lanes):
         if not own:
             return None
         seeds, lane_of = np.unique(np.broadcast_to(seed, (self.lanes,)), return_inverse=True)
-        drawn = [np.random.default_rng(int(each)).standard_normal(nv) for each in seeds]
+        drawn = [np.random.default_rng(int(start)).standard_normal(nv) for start in seeds]
         return own * np.stack(drawn)[lane_of]
-
-    def restart(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes alone."""
-        self._seen = self.batch.reset(self._settings.release_m, self._noise(seed), where)
-        self._fate.begin(self._seen, where)
-        self.troubles = [None if w else t for w, t in zip(where, self.troubles, strict=True)]
-        return self._whole(self._seen)
 
     def step(
         self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
@@ -237,7 +226,6 @@ class ModelLanes(Lanes):
             push_n: an external force on the first body [N], [lanes, 3]; none by default.
         """
         seen = self.batch.step(actions, push_n, alive)
-        self._seen = seen
         reward, fallen, over = self._fate.after(seen, self.batch.work_j)
         self.truncated = over & ~fallen
         sound = is_sound(seen).all(axis=1)
@@ -254,12 +242,18 @@ class ModelLanes(Lanes):
 
 
 class Trials(NamedTuple):
-    """What came of candidates; one entry each."""
+    """What came of candidates, [candidates] each."""
 
     fitness: np.ndarray
     cot_inverse: np.ndarray
     failed: np.ndarray
-    troubles: list[str | None]
+    troubles: np.ndarray
+    """What went wrong, a sentence each; empty where nothing did."""
+
+    @classmethod
+    def joined(cls, parts: Sequence[Trials]) -> Trials:
+        """Several of them as one."""
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 class EnvRollouts:
@@ -277,63 +271,56 @@ class EnvRollouts:
     def __init__(
         self, experiment: EnvExperiment, lanes: int, beat: Beat = lambda lane: None
     ) -> None:
-        self._experiment = experiment
-        self._wires = experiment.wires
-        self.lanes = lanes
+        self._experiment, self.lanes = experiment, lanes
         self._played = lanes_of(experiment, lanes, beat)
 
     def try_out(
         self,
         weights: np.ndarray,
-        alive: np.ndarray | None = None,
         starts: np.ndarray | None = None,
+        troubles: Sequence[str] | None = None,
     ) -> Trials:
         """Scores of candidates.
 
         Args:
             weights: [candidates, n_weights], at most `lanes` of them.
-            alive: which of them to try; all by default. Others have no result.
             starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
+            troubles: of candidates that are not to be tried again, and count as failed.
         """
-        wanted = len(weights)
-        padded = np.repeat(weights[-1:], self.lanes, axis=0)
-        padded[:wanted] = weights
-        tried = np.zeros(self.lanes, bool)
-        tried[:wanted] = True if alive is None else alive
-        found: list[Scores] = []
-        troubles: list[str | None] = [None] * self.lanes
-        experiment = self._experiment
+        own, count = self._experiment, len(weights)
         if starts is None:
-            starts = np.tile(experiment.evaluation_starts[:1], (wanted, 1))
-        seeds = np.concatenate([starts, np.repeat(starts[-1:], self.lanes - wanted, axis=0)])
-        for episode in range(experiment.episodes):
-            wiring = experiment.wiring_in(episode)
-            pilot = Pilot(self._wires, wiring, padded.T)
+            starts = np.tile(own.evaluation_starts[:1], (count, 1))
+        # Always as many lanes, so that arithmetic is the same; spare ones are not played.
+        rows = np.minimum(np.arange(self.lanes), count - 1)
+        wrong = np.full(self.lanes, "", object)
+        wrong[:count] = troubles or ""
+        tried = (np.arange(self.lanes) < count) & (wrong == "")
+        scores: list[Scores] = []
+        for episode in range(own.episodes):
+            wiring = own.wiring_in(episode)
             record = play(
                 self._played,
-                pilot,
-                self._wires,
-                experiment.objective,
-                wiring,
-                seed=seeds[:, episode],
+                Pilot(own.wires, wiring, weights[rows].T),
+                own.wires,
+                seed=starts[rows, episode],
                 tried=tried,
+                entries=own.objective.entries(wiring),
             )
-            found.append(experiment.objective.score(record, wiring))
-            own = self._played.troubles
-            troubles = [one or other for one, other in zip(troubles, own, strict=True)]
-        bad = np.array([trouble is not None for trouble in troubles])
-        fitness, cot_inverse, failed = (np.stack(each) for each in zip(*found, strict=True))
-        unjudged = ~np.isfinite(fitness).all(axis=0)
-        for lane in map(int, np.flatnonzero(unjudged & tried)):
-            troubles[lane] = troubles[lane] or "its fitness was not finite"
-        bad |= unjudged
+            scores.append(own.objective.score(record, wiring))
+            now = np.array(self._played.troubles, object)
+            wrong = np.where(tried & (wrong == ""), now, wrong)
+        fitness, cot_inverse, failed = (np.stack(column) for column in zip(*scores, strict=True))
+        unjudged = tried & (wrong == "") & ~np.isfinite(fitness).all(axis=0)
+        wrong[unjudged] = "its fitness was not finite"
+        bad = wrong != ""
         # A sample that went wrong is worse than any that did not, and says nothing else.
-        return Trials(
-            np.where(bad, FAILED_FITNESS, fitness.mean(axis=0))[:wanted],
-            np.where(bad, np.nan, cot_inverse.mean(axis=0))[:wanted],
-            (bad | failed.any(axis=0))[:wanted],
-            troubles[:wanted],
+        trials = Trials(
+            np.where(bad, FAILED_FITNESS, fitness.mean(axis=0)),
+            np.where(bad, np.nan, cot_inverse.mean(axis=0)),
+            bad | failed.any(axis=0),
+            wrong,
         )
+        return Trials(*(column[:count] for column in trials))
 
     def close(self) -> None:
         """Close the environments."""
@@ -354,11 +341,10 @@ def play(
     lanes: Lanes,
     pilot: Pilot,
     wires: Wires,
-    objective: EnvObjective,
-    wiring: Wiring,
     *,
     seed: Seeds,
-    tried: np.ndarray,
+    tried: np.ndarray | None = None,
+    entries: tuple[str, ...] | None = None,
 ) -> EpisodeBatch:
     """One episode of every lane that is tried.
 
@@ -366,22 +352,21 @@ def play(
         lanes: where.
         pilot: who drives.
         wires: names and step of the environment.
-        objective: which says what is to be kept.
-        wiring: the wiring.
         seed: of the reset: one for all lanes, or one a lane, [lanes].
-        tried: which lanes, [lanes].
+        tried: which lanes, [lanes]; all by default.
+        entries: of the observation, which are kept; by default all, with actions and phases.
     """
-    kept = objective.entries(wiring, wires.observed)
+    kept = wires.observed if entries is None else entries
     at = [wires.observed.index(name) for name in kept]
     steps, n = lanes.steps, lanes.lanes
-    whole = objective.whole
+    whole = steps if entries is None else 0
     observation = np.zeros((steps, n, len(at)), np.float32)
-    action = np.zeros((steps if whole else 0, n, len(wires.low)), np.float32)
-    phase = np.zeros((steps if whole else 0, wires.limbs, n), np.float32)
+    action = np.zeros((whole, n, len(wires.low)), np.float32)
+    phase = np.zeros((whole, wires.limbs, n), np.float32)
     reward = np.zeros((steps, n))
-    alive = tried.copy()
+    alive = np.ones(n, bool) if tried is None else tried.copy()
     seen = lanes.reset(seed, alive)
-    alive &= np.array([trouble is None for trouble in lanes.troubles])
+    alive &= np.array([not trouble for trouble in lanes.troubles])
     pilot.reset()
     ended = np.zeros(n, int)
     for step in range(steps):
@@ -398,5 +383,5 @@ def play(
             action[step], phase[step] = acted, pilot.phase
         ended += alive
         alive &= ~over
-    sound = (ended > 0) & np.array([trouble is None for trouble in lanes.troubles])
+    sound = (ended > 0) & np.array([not trouble for trouble in lanes.troubles])
     return EpisodeBatch(wires.step_s, kept, observation, action, reward, phase, ended, steps, sound)
