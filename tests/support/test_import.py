@@ -57,6 +57,31 @@ def test_another_programs_jax_stays_as_it_is(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+BARE = """
+import json, sys
+
+class NoExtra:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("distributed", "gymnasium", "mujoco", "optuna", "torch"):
+            raise ModuleNotFoundError(name, name=name)
+
+sys.meta_path.insert(0, NoExtra())
+from tegotae.cli import main
+commands = (
+    "simulate zoo:ART-rF-tphif-w4/1 --duration 2",
+    "evaluate paper-reflex --metric hop_rate",
+    "generalise --list",
+    "export c zoo:ART-rF-tphif-w4/1 --out robot",
+    "train ART --seeds 1 --population 4 --generations 1 --duration 6 --settle 3",
+)
+print(json.dumps([main(command.split()) for command in commands]))
+"""
+
+
+def test_an_installation_without_extras_simulates_measures_exports_and_trains(tmp_path):
+    assert fresh(BARE, tmp_path, TEGOTAE_QUIET="1") == [0] * 5
+
+
 RUN = """
 import json, os
 {first}

@@ -61,7 +61,8 @@ class Question(Generic[A]):
         several: whether `ask` takes all subjects.
         nameless: whether it can be asked without any.
         usual: the names where none is given.
-        kinds: of kinds of subjects an example, a name or its options, for a reference.
+        kinds: of kinds of subjects an example, for a reference: a name, or a function that makes
+            its options.
         written: what the shell writes unless it is told: nothing, a picture, a folder, or the file
             that the answer is (`AnswerBase.ENDING`).
     """
@@ -129,7 +130,7 @@ class Question(Generic[A]):
             return {"option": self.options(None)}
         named = self.subjects().named
         return {
-            kind: self.options(named(one)[0]) if isinstance(one, str) else one
+            kind: self.options(named(one)[0]) if isinstance(one, str) else one()
             for kind, one in self.kinds.items()
         }
 

@@ -11,7 +11,6 @@ from typing import Any
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.questions.answer import Answer, AnswerBase, RecordedRun
-from tegotae.questions.environment import EnvironmentEvaluation, EnvironmentSimulation
 from tegotae.questions.generalising import (
     DisturbanceList,
     GeneralisationOptions,
@@ -25,13 +24,22 @@ _ONE, _SEVERAL = "One leg, such as paper", "Several legs, such as quadruped-c"
 _THERE = "Trained in another simulator"
 
 
+def _there(question: str) -> Any:
+    """The options of a controller that was trained in another simulator, which is an extra."""
+    from tegotae.questions.environment import EnvironmentEvaluation, EnvironmentSimulation
+
+    if question == "simulate":
+        return EnvironmentSimulation(duration_s=24.0)
+    return EnvironmentEvaluation(omega=())
+
+
 @question(
     own=lambda task: task.options("simulate"),
     usual=("paper",),
     kinds={
         _ONE: "paper",
         _SEVERAL: "quadruped-c",
-        _THERE: EnvironmentSimulation(duration_s=24.0),
+        _THERE: lambda: _there("simulate"),
     },
 )
 def simulate(task: Task, options: Any) -> RecordedRun:
@@ -47,7 +55,7 @@ def simulate(task: Task, options: Any) -> RecordedRun:
 _EVALUATED: dict[str, Any] = {
     "own": lambda task: task.options("evaluate"),
     "several": True,
-    "kinds": {_ONE: "paper", _SEVERAL: "quadruped-c", _THERE: EnvironmentEvaluation(omega=())},
+    "kinds": {_ONE: "paper", _SEVERAL: "quadruped-c", _THERE: lambda: _there("evaluate")},
 }
 
 
