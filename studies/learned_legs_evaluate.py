@@ -15,8 +15,7 @@ from tegotae._support.tables import read_csv
 from tegotae.analysis.gaits.evaluation import GaitEvaluation, evaluate_gaits
 from tegotae.measures.objectives.walking import TRACKING, log_gain
 from tegotae.parts._shapes import LaneNumbers
-from tegotae.systems.controller_file import load
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet, load
 from tegotae.systems.legged import Legged, settling, system
 from tegotae.training.collection import read
 

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     )
     from tegotae.simulation.rollout import Engine, Timing, Trajectory
     from tegotae.simulation.world import Scenario, Step
-    from tegotae.systems.controller_file import SavedController, load, save
-    from tegotae.systems.controller_set import ControllerSet
+    from tegotae.systems.controller_file import ControllerSet, SavedController, load, save
     from tegotae.systems.experiment import Experiment
     from tegotae.systems.legged import Legged
     from tegotae.systems.models import Model, all_models, build, find
@@ -47,8 +46,7 @@ _HOMES = {
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
     "simulation.rollout": ("Engine", "Timing", "Trajectory"),
     "simulation.world": ("Scenario", "Step"),
-    "systems.controller_file": ("SavedController", "load", "save"),
-    "systems.controller_set": ("ControllerSet",),
+    "systems.controller_file": ("ControllerSet", "SavedController", "load", "save"),
     "systems.experiment": ("Experiment",),
     "systems.legged": ("Legged",),
     "systems.models": ("Model", "all_models", "build", "find"),

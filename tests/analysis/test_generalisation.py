@@ -34,8 +34,7 @@ from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet, SavedController
 
 REFLEX = build("V-reflex-w8")
 CHOSEN = disturbances_named(

@@ -58,8 +58,7 @@ from tegotae.export.c import Export
 from tegotae.export.c.package import header
 from tegotae.export.c.source import source
 from tegotae.systems import controller_file
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet, SavedController
 
 KEPT = TESTS / "kept" / "pins.json"
 LIBRARIES = ("evosax", "jax", "jaxlib", "llvmlite", "numpy")

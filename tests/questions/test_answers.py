@@ -15,8 +15,7 @@ from tegotae.questions.answer import EXACT, INDEPENDENT, PAIRED, Answer, Column
 from tegotae.questions.hopping import HoppingTask
 from tegotae.questions.task import tasks_of
 from tegotae.systems import controller_file
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.system import System
 
 REFLEX, ART = build("V-reflex-w8"), build("ART")

@@ -22,7 +22,7 @@ from tegotae.analysis.generalisation.run import Trial
 from tegotae.cli import main
 from tegotae.study import CellResult
 from tegotae.systems import controller_file, registry
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.user_objects import imported
 from tegotae.training.agents import AgentLearner

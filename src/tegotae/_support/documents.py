@@ -123,28 +123,30 @@ def _entries(pairs: list[tuple[str, Json]]) -> JsonObject:
 _TOO_DEEP = f"it is nested deeper than {DEEPEST} levels"
 
 
-def checked(value: T) -> T:
+_HARMS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters, halves of characters, and what turns the direction of writing."""
+
+
+def checked(value: T, _level: int = 1) -> T:
     """The JSON value itself, if nothing in it can harm a reader, a console or a figure.
 
     Raises:
         DamagedDocumentError: if it is nested too deep, or has a text with control characters (such
             as the commands of a terminal) or halves of characters (lone surrogates).
     """
-    level: list[object] = [value]
-    for _ in range(DEEPEST):
-        inner: list[object] = []
-        for each in level:
-            if isinstance(each, str):
-                _require_text(each)
-            elif isinstance(each, dict):
-                entries = cast(dict[object, object], each)
-                inner += [*entries.keys(), *entries.values()]
-            elif isinstance(each, list):
-                inner += cast(list[object], each)
-        if not inner:
-            return value
-        level = inner
-    raise DamagedDocumentError(_TOO_DEEP)
+    if _level > DEEPEST:
+        raise DamagedDocumentError(_TOO_DEEP)
+    if isinstance(value, str) and (harm := _HARMS.search(value)):
+        raise DamagedDocumentError(
+            f"its text {reprlib.repr(value)} has the character {harm[0]!r}, which no text of such "
+            "a file has"
+        )
+    inner = [x for pair in value.items() for x in pair] if isinstance(value, dict) else value
+    if isinstance(inner, list):
+        for entry in cast(list[object], inner):
+            if isinstance(entry, (str, dict, list)):
+                checked(entry, _level + 1)
+    return value
 
 
 def as_json(value: object) -> Any:
@@ -157,9 +159,9 @@ def as_json(value: object) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: as_json(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): as_json(each) for key, each in value.items()}
+        return {str(key): as_json(entry) for key, entry in value.items()}
     if isinstance(value, (tuple, list)):
-        return [as_json(each) for each in value]
+        return [as_json(entry) for entry in value]
     if isinstance(value, (np.ndarray, np.generic)):
         return as_json(value.tolist())
     if isinstance(value, float):
@@ -167,8 +169,13 @@ def as_json(value: object) -> Any:
     return value
 
 
-def fitted(value: object, schema: type[T]) -> T:
+def fitted(value: object, schema: type[T], name: str = "") -> T:
     """The value as one of a schema: a `msgspec.Struct`, a dataclass, or any type of those.
+
+    Args:
+        value: JSON values.
+        schema: the type.
+        name: what they are, for errors; by default the whole document.
 
     Raises:
         DamagedDocumentError: if it is not; it says which entry, what is there and what should be.
@@ -184,52 +191,34 @@ def fitted(value: object, schema: type[T]) -> T:
     try:
         return msgspec.convert(value, schema)
     except msgspec.ValidationError as error:
-        raise DamagedDocumentError(_formatted(value, str(error))) from None
+        raise DamagedDocumentError(_formatted(value, str(error), name)) from None
 
 
-def _formatted(document: object, error: str) -> str:
+def _formatted(document: object, error: str, name: str) -> str:
     """The validator's words in ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
-    what, _, place = error.rpartition(" - at `$") if " - at `$" in error else (error, "", "")
-    where = place.rstrip("`").lstrip(".")
+    what, _, place = error.partition(" - at `$")
+    where = (name + place.rstrip("`")).lstrip(".")
     if missing := re.fullmatch(r"Object missing required field `(.*)`", what):
         return f"it has no entry {'.'.join(filter(None, [where, missing[1]]))!r}"
-    name = f"its {where}" if where and "..." not in where else "an entry" if where else "it"
-    expected = re.match(r"Expected `(.*?)`(?:, got `(.*)`| (.*))?", what)
+    subject = f"its {where}" if where and "..." not in where else "an entry" if where else "it"
+    there = None if "..." in where else _value(document, place.rstrip("`"))
     if what == "Number out of range":
-        return f"{name} is {_value(document, where)}, which is too large"
+        return f"{subject} is {there}, which is too large"
+    expected = re.match(r"Expected `(.*?)`(?:, got `(.*)`| (.*))?", what)
     if expected is None:  # a part's own refusal, such as of a negative mass
         return f"{where}: {what}" if where else what
     wanted = " or ".join(_TYPES.get(kind, kind) for kind in expected[1].split(" | "))
-    found = _value(document, where)
-    if found is None or not where:
-        found = _TYPES.get(expected[2] or "", expected[2] or "another")
-    return f"{name} is {found}; it must be {wanted} {expected[3] or ''}".rstrip()
+    if there is None or not where:
+        there = _TYPES.get(expected[2] or "", expected[2] or "another")
+    return f"{subject} is {there}; it must be {wanted} {expected[3] or ''}".rstrip()
 
 
-def _value(document: object, where: str) -> str | None:
-    """The entry at a place such as `a.b[0]`, in short; None if the place has no name."""
-    if "..." in where:
-        return None
-    for step in re.findall(r"[^.\[\]]+", where):
+def _value(document: object, place: str) -> str:
+    """The entry at a place such as `.a.b[0]`, in short."""
+    for step in re.findall(r"[^.\[\]]+", place):
         entries = cast(dict[str, object], document)
         document = document[int(step)] if isinstance(document, list) else entries[step]
     return reprlib.repr(document)
-
-
-def _require_text(text: str) -> None:
-    for character in text:
-        if not (character.isprintable() or character in "\t\n") and _harms(character):
-            raise DamagedDocumentError(
-                f"its text {reprlib.repr(text)} has the character {character!r}, which no text of "
-                "such a file has"
-            )
-
-
-def _harms(character: str) -> bool:
-    """Whether it is a control character, a half of one, or turns the direction of writing."""
-    code = ord(character)
-    turns = 0x202A <= code <= 0x202E or 0x2066 <= code <= 0x2069
-    return code < 0x20 or 0x7F <= code < 0xA0 or 0xD800 <= code < 0xE000 or turns
 
 
 CODE = "sha256"
@@ -251,53 +240,54 @@ def differing(found: Json, wanted: Json) -> list[str]:
     """
     names = _differing(_without_code(found), _without_code(wanted))
     theirs, ours = dict(_codes(found)), dict(_codes(wanted))
-    edited = [each for each in {**theirs, **ours} if theirs.get(each) != ours.get(each)]
+    edited = [part for part in {**theirs, **ours} if theirs.get(part) != ours.get(part)]
     # The code of a part that one of them lacks is not worth a word beside that.
     return names + [f"code of {x}" for x in edited if not names or (x in theirs and x in ours)]
 
 
 def _codes(document: Json) -> Iterator[tuple[str, str]]:
     """The hashes of the code in a document, by what they are of."""
+    if isinstance(document, Mapping):
+        code = document.get(CODE)
+        if isinstance(code, Mapping):
+            yield from ((str(what), str(one)) for what, one in code.items())
+        elif code is not None:
+            names = (document.get(key) for key in ("kind", "name", "algorithm"))
+            yield next((str(name) for name in names if name), "a part"), str(code)
+        document = [*document.values()]
     if isinstance(document, list):
-        for each in document:
-            yield from _codes(each)
-    if not isinstance(document, Mapping):
-        return
-    code = document.get(CODE)
-    if isinstance(code, Mapping):
-        yield from ((str(what), str(each)) for what, each in code.items())
-    elif code is not None:
-        names = (document.get(key) for key in ("kind", "name", "algorithm"))
-        yield next((str(each) for each in names if each), "a part"), str(code)
-    for each in document.values():
-        yield from _codes(each)
+        for entry in document:
+            yield from _codes(entry)
 
 
 def _without_code(document: Json) -> Json:
     if isinstance(document, list):
-        return [_without_code(each) for each in document]
+        return [_without_code(entry) for entry in document]
     if not isinstance(document, Mapping):
         return document
-    return {name: _without_code(each) for name, each in document.items() if name != CODE}
+    return {name: _without_code(entry) for name, entry in document.items() if name != CODE}
 
 
 def _differing(found: Json, wanted: Json, name: str = "") -> list[str]:
     if found == wanted:
         return []
     if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
-        inside = (_differing(a, b, name) for a, b in zip(found, wanted, strict=True))
-        return list(dict.fromkeys(each for names in inside for each in names))
-    if not isinstance(found, Mapping) or not isinstance(wanted, Mapping):
-        return [name]
-    if name.endswith("controller") or found.get("kind") != wanted.get("kind"):
-        return [name]
-    names = [
-        each
-        for key in {**wanted, **found}
-        for each in (
-            _differing(found[key], wanted[key], f"{name}.{key}" if name else key)
-            if key in found and key in wanted
-            else [f"{name}.{key}" if name else key]
-        )
-    ]
-    return [each.removeprefix("experiment.").removeprefix("system.") for each in names]
+        pairs = [(a, b, name) for a, b in zip(found, wanted, strict=True)]
+    elif (
+        isinstance(found, Mapping)
+        and isinstance(wanted, Mapping)
+        and not name.endswith("controller")
+        and found.get("kind") == wanted.get("kind")
+    ):
+        keys = {**wanted, **found}
+        pairs = [
+            (found.get(key, _NOTHING), wanted.get(key, _NOTHING), f"{name}.{key}".lstrip("."))
+            for key in keys
+        ]
+    else:
+        return [name.removeprefix("experiment.").removeprefix("system.")]
+    return list(dict.fromkeys(each for pair in pairs for each in _differing(*pair)))
+
+
+_NOTHING: Any = object()
+"""In place of an entry that a document lacks."""

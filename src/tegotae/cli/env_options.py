@@ -13,7 +13,7 @@ import tyro
 from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.cli.options import UNSET
-from tegotae.systems.controller_set import extras_of
+from tegotae.systems.env_task import extras_of
 from tegotae.systems.models import find
 from tegotae.systems.user_objects import is_reference
 

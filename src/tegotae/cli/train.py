@@ -20,7 +20,7 @@ from tegotae.cli.env_options import EnvOptions
 from tegotae.cli.options import ExperimentOptions, experiment_named
 from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.systems.controller_set import extras_of
+from tegotae.systems.env_task import extras_of
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.registry import name_of

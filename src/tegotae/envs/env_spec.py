@@ -14,7 +14,7 @@ from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.sensing import located
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.envs.wiring import Wiring
-from tegotae.systems.controller_set import is_mujoco_model
+from tegotae.systems.env_task import is_mujoco_model
 from tegotae.systems.user_objects import is_reference, named, source_of
 
 T = TypeVar("T")

@@ -17,7 +17,7 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import write_atomically
 from tegotae.envs.wiring import Limb, Wiring
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import WIRING_FORMAT, WiringDocument
+from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
 from tegotae.systems.resolve import resolve
 from tegotae.systems.user_objects import is_reference
 

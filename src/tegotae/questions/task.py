@@ -15,8 +15,8 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.parts.bodies import Body, Interface
 from tegotae.questions.answer import Answer, Column, RecordedRun
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import ControllerSet, extras_of
+from tegotae.systems.controller_file import ControllerSet, SavedController
+from tegotae.systems.env_task import extras_of
 from tegotae.systems.legged import Legged, settling
 from tegotae.systems.resolve import resolve
 from tegotae.systems.user_objects import named

@@ -1,13 +1,14 @@
-"""Controllers on disk: a readable JSON file, self-describing, without pickle."""
+"""Controllers with their weights: one, in a readable JSON file, or the runs of a training."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import reprlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypedDict, TypeGuard, Unpack
+from typing import Self, TypedDict, TypeGuard, Unpack
 
 import msgspec
 import numpy as np
@@ -16,17 +17,13 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
+from tegotae.measures.evaluation import Protocol
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
-from tegotae.systems.controller_set import EnvTask
-from tegotae.systems.descriptions import (
-    UsersPartError,
-    describe,
-    entry,
-    restore,
-)
+from tegotae.systems.descriptions import UsersPartError, describe, restore
+from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System, usual_system
 from tegotae.systems.zoo import documents as zoo_documents
@@ -34,6 +31,7 @@ from tegotae.systems.zoo import is_zoo_name
 
 FORMAT = "tegotae controller"
 VERSION = 4
+NOT_OURS = "is not a controller file of tegotae"
 
 
 class _More(TypedDict, total=False):
@@ -46,8 +44,32 @@ class _More(TypedDict, total=False):
     software: dict[str, str]
 
 
+class _OnSystem:
+    """What a controller and a set of them have from their system."""
+
+    system: System
+
+    @property
+    def controller(self) -> Controller:
+        """The structure."""
+        return self.system.controller
+
+    @property
+    def body(self) -> Body:
+        """The body, which moves here (`System.mechanics`)."""
+        return self.system.mechanics
+
+    def replaced(self, **changes: object) -> Self:
+        """The same weights in another system: other fields of the system or its release.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+        """
+        return dataclasses.replace(self, system=self.system.replaced(changes))  # type: ignore[type-var]
+
+
 @dataclass(frozen=True)
-class SavedController:
+class SavedController(_OnSystem):
     """A system with its weights, and how they were found.
 
     Args:
@@ -58,9 +80,6 @@ class SavedController:
         task: what was trained on an environment; None of a training on the engine.
         training: settings and result of the training; numbers, strings and lists only.
         software: versions of the programs that made it.
-
-    Raises:
-        TegotaeError: for an experiment on another system.
     """
 
     system: System
@@ -100,28 +119,47 @@ class SavedController:
         body = Hopper() if body is None else body
         return cls(usual_system(controller, body, omega), np.asarray(weights), **more)
 
-    def replaced(self, **changes: object) -> SavedController:
-        """The same weights in another system: other fields of the system or its release.
-
-        Raises:
-            TegotaeError: for what does not fit together.
-        """
-        return dataclasses.replace(self, system=self.system.replaced(changes))
-
-    @property
-    def controller(self) -> Controller:
-        """The structure."""
-        return self.system.controller
-
-    @property
-    def body(self) -> Body:
-        """The body, which moves here (`System.mechanics`)."""
-        return self.system.mechanics
-
     @property
     def omega(self) -> float | None:
         """The frequency [rad/s]; None without an oscillator."""
         return self.system.omega
+
+
+@dataclass(frozen=True)
+class ControllerSet(_OnSystem):
+    """A system with several vectors of weights, such as one per seed of a training.
+
+    Args:
+        name: the model's name, or the file's; of several trainings also what differs in this one.
+        system: the closed loop that the runs share.
+        weights: shape [runs, n_weights].
+        labels: one per run: its seed, or its file's name.
+        training: how they were trained, the same for all, as JSON values; empty if not known.
+        experiment: what was trained, and how it is evaluated; None if not known.
+        task: the same of limbs that another simulator moves.
+    """
+
+    name: str
+    system: System
+    weights: np.ndarray
+    labels: tuple[str, ...]
+    training: Mapping[str, Json] = field(default_factory=dict[str, Json])
+    experiment: Experiment | None = None
+    task: EnvTask | None = None
+
+    @property
+    def omega_t(self) -> float | None:
+        """The frequency they were trained at [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+    @property
+    def protocol(self) -> Protocol:
+        """How its hopping is evaluated: as its experiment says, from its system's release.
+
+        What is held over a control period keeps that period (`System.evaluated_by`).
+        """
+        trained = Protocol() if self.experiment is None else self.experiment.protocol
+        return self.system.evaluated_by(trained)
 
 
 def save(saved: SavedController, path: Path | str) -> None:
@@ -150,40 +188,25 @@ def described(saved: SavedController, path: str) -> JsonObject:
     """
     weights = np.asarray(saved.weights, "float64")
     _check_weights(saved.controller, weights, path)
+    system, trained = describe(saved.system), None
+    if isinstance(saved.system.body, Interface):  # whose release and times are not known
+        system = {name: system[name] for name in ("controller", "body", "omega")}
+    if saved.experiment is not None:
+        trained = describe(saved.experiment)
+        of_training = trained.pop("system")
+        # An agent's policy limits its feedback, which its experiment's controller does not.
+        trained |= {} if saved.experiment.system == saved.system else {"system": of_training}
     return {
         "format": FORMAT,
         "version": VERSION,
         "name": saved.name,
-        "system": _system(saved.system),
+        "system": system,
         "weights": nested(saved.controller.weight_names, weights.tolist()),
-        "experiment": _beside_system(saved),
+        "experiment": trained,
         "task": None if saved.task is None else msgspec.to_builtins(saved.task),
         "training": saved.training,
         "software": saved.software,
     }
-
-
-def _system(system: System) -> JsonObject:
-    """A system's document; of limbs elsewhere without release and times, which are not known."""
-    document: JsonObject = describe(system)
-    if not isinstance(system.body, Interface):
-        return document
-    return {name: document[name] for name in ("controller", "body", "omega")}
-
-
-def _beside_system(saved: SavedController) -> JsonObject | None:
-    """The experiment without its system, which the file has itself.
-
-    An agent's policy limits its feedback, which the controller of its experiment does not: the
-    controller is then kept, too.
-    """
-    if saved.experiment is None:
-        return None
-    document: JsonObject = describe(saved.experiment)
-    system = document.pop("system")
-    if saved.experiment.system != saved.system:
-        document["system"] = system
-    return document
 
 
 def load(path: Path | str) -> SavedController:
@@ -231,33 +254,30 @@ def restored(document: Json, path: str) -> SavedController:
         )
     try:
         entries = documents.fitted(document, _ControllerFile)
-        system = entry(document, "system", System)
-        experiment = None
-        if entries.experiment is not None:
-            whole = {"system": document["system"], **entries.experiment}
-            experiment = restore(whole, Experiment, "experiment")
+        system = restore(entries.system, System, "system")
+        trained = entries.experiment
+        if trained is not None:
+            trained = restore({"system": entries.system, **trained}, Experiment, "experiment")
         weights = np.asarray(_in_order(system.controller, entries.weights), "float64")
     except UsersPartError as error:
         raise TegotaeError(f"{path} {error}") from None
-    except KeyError as error:
-        raise TegotaeError(f"{path} is damaged: it has no entry {error}") from None
-    except (TypeError, ValueError, OverflowError) as error:
+    except TegotaeError as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
     _check_weights(system.controller, weights, path)
-    return SavedController(
-        system,
-        weights,
-        entries.name,
-        experiment,
-        entries.task,
-        entries.training,
-        entries.software,
-    )
+    known = entries.name, trained, entries.task, entries.training, entries.software
+    return SavedController(system, weights, *known)
 
 
 def is_controller(document: Json) -> TypeGuard[JsonObject]:
     """Whether a JSON value is a controller file's and no other document."""
     return isinstance(document, dict) and document.get("format") == FORMAT
+
+
+def begins_as_ours(path: Path) -> bool:
+    """Whether a file that is no whole document begins as a controller's."""
+    with path.open("rb") as stream:
+        first = stream.read(200)
+    return first.lstrip().startswith(b"{") and FORMAT.encode() in first
 
 
 class _ControllerFile(msgspec.Struct):
@@ -278,25 +298,8 @@ def _in_order(controller: Controller, weights: JsonObject | list[float]) -> list
     if isinstance(weights, list):
         return weights
     paths = controller.weight_names
-    values = flat(paths, weights)
-    numbers: list[float] = []
-    for path, value in zip(paths, values, strict=True):
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise DamagedDocumentError(
-                f"its {spelled(('weights', *path))} is {reprlib.repr(value)}; it must be a number"
-            )
-        numbers.append(value)
-    return numbers
-
-
-NOT_OURS = "is not a controller file of tegotae"
-
-
-def begins_as_ours(path: Path) -> bool:
-    """Whether a file that is no whole document begins as a controller's."""
-    with path.open("rb") as stream:
-        first = stream.read(200)
-    return first.lstrip().startswith(b"{") and FORMAT.encode() in first
+    values = zip(paths, flat(paths, weights), strict=True)
+    return [documents.fitted(x, float, spelled(("weights", *path))) for path, x in values]
 
 
 def _check_weights(controller: Controller, weights: np.ndarray, path: str) -> None:

@@ -16,7 +16,7 @@ from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hin
 
 import numpy as np
 
-from tegotae._support.documents import JsonObject
+from tegotae._support.documents import DamagedDocumentError, JsonObject, fitted
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.systems import registry
 
@@ -39,8 +39,7 @@ def describe(value: object) -> Any:
         {'kind': 'Network', 'inputs': ['phase'], 'hidden': 4}
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        kind = registry.kind_of(value)
-        code = registry.code_noted(type(value))
+        kind, code = registry.kind_of(value), registry.code_noted(type(value))
         named: JsonObject = {} if kind is None else {"kind": kind}
         named |= {} if code is None else {registry.CODE: code}
         return named | {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value)}
@@ -58,8 +57,6 @@ def describe(value: object) -> Any:
 def restore(value: object, hint: type[T], name: str) -> T: ...
 @overload
 def restore(value: object, hint: object, name: str) -> Any: ...
-
-
 def restore(value: object, hint: Any, name: str) -> Any:
     """What `describe` made these JSON values of.
 
@@ -72,9 +69,8 @@ def restore(value: object, hint: Any, name: str) -> Any:
         name: what the document is, for errors.
 
     Raises:
-        KeyError: for an entry that is missing.
-        TypeError: for one of another type, or a part of another kind.
         UsersPartError: for a part that is not registered, or whose code was edited since.
+        DamagedDocumentError: for an entry that is missing, of another type or of another kind.
         TegotaeError: for a value that the part itself refuses.
 
     Example:
@@ -82,20 +78,18 @@ def restore(value: object, hint: Any, name: str) -> Any:
         >>> restore({"kind": "ConstantGain", "start": 2.0}, Term, "gain")
         ConstantGain(start=2.0)
     """
-    if get_origin(hint) in (Union, UnionType):
-        return _restore_union(value, get_args(hint), name)
-    if isinstance(hint, type) and registry.contract_of(hint) is not None:
-        return _restore_part(value, hint, name)
-    if isinstance(hint, type) and _is_description(hint):
-        values = dict(_entries(value, name))
-        if "NAME" in vars(hint):
-            values.pop("kind")
-        return _restore_fields(values, hint)
-    if get_origin(hint) in (tuple, list) and any(map(_is_description, get_args(hint))):
-        listed = cast(list[object], _checked(value, list, name))
-        return tuple(restore(each, get_args(hint)[0], name) for each in listed)
-    value = _checked(value, hint, name)
-    return _as_tuple(value) if get_origin(hint) is tuple else value
+    options = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    inside = [get_args(option)[0] for option in options if get_origin(option) in (tuple, list)]
+    if is_of(value, list) and any(map(_is_description, inside)):
+        return tuple(restore(entry, inside[0], name) for entry in cast(list[object], value))
+    described = [option for option in options if _is_description(option)]
+    if described and is_of(value, dict):
+        return _restored(cast(dict[str, Any], value), described, name)
+    if described and not (value is None and NoneType in options):
+        raise DamagedDocumentError(f"its {name} is {reprlib.repr(value)}")
+    if not described:
+        fitted(value, hint, name)
+    return _as_tuple(value)
 
 
 def check_kept(value: object) -> None:
@@ -112,15 +106,12 @@ def check_kept(value: object) -> None:
         >>> check_kept(Network(("phase",), hidden=4))
     """
     for part in registry.parts_in(value):
-        if registry.kind_of(part) is None:
-            continue
+        description = describe(part)
         try:
-            document = json.loads(json.dumps(describe(part)))
+            document = json.loads(json.dumps(description))
             kept = describe(restore(document, type(part), "part"))
             why = "" if json.loads(json.dumps(kept)) == document else "it comes back as another one"
-        except TegotaeError:
-            raise
-        except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        except (DamagedDocumentError, TypeError, RecursionError) as error:
             why = (str(error).splitlines() or [type(error).__name__])[0]
         if why:
             raise TegotaeError(
@@ -129,66 +120,51 @@ def check_kept(value: object) -> None:
             )
 
 
-@overload
-def entry(document: Mapping[str, object], name: str, hint: type[T]) -> T: ...
-@overload
-def entry(document: Mapping[str, object], name: str, hint: object) -> Any: ...
-def entry(document: Mapping[str, object], name: str, hint: object) -> object:
-    """The restored entry of a document; `KeyError` if it has none."""
-    return restore(document[name], hint, name)
+def _restored(document: dict[str, Any], options: Sequence[type], name: str) -> object:
+    """The dataclass of a document, of one of some classes or contracts."""
+    kind = _kind(document, options, name)
+    named = ("kind", registry.CODE)
+    entries = {name: value for name, value in document.items() if name not in named}
+    if registry.CODE in document and document[registry.CODE] != registry.code_noted(kind):
+        raise UsersPartError(
+            f"was made with other code of {registry.name_of(kind)} than there is now; put that "
+            "code back, or make it anew with this one"
+        )
+    hints = get_type_hints(kind)
+    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
+        lacks_default = field.default is field.default_factory is dataclasses.MISSING
+        if field.name not in entries and lacks_default:
+            raise DamagedDocumentError(f"it has no entry {field.name!r}")
+    if unknown := [name for name in entries if name not in hints]:
+        raise DamagedDocumentError(f"a {registry.name_of(kind)} has no {unknown[0]!r}")
+    try:
+        return kind(**{name: restore(value, hints[name], name) for name, value in entries.items()})
+    except TegotaeError:
+        raise
+    except (TypeError, ValueError, OverflowError) as error:  # of a user's part
+        raise DamagedDocumentError(str(error)) from None
 
 
-def _restore_union(value: object, hints: tuple[object, ...], name: str) -> object:
-    if value is None and NoneType in hints:
-        return None
-    options = [hint for hint in hints if hint is not NoneType]
-    descriptions = [hint for hint in options if _is_description(hint)]
-    document = cast(dict[str, object], value) if is_of(value, dict) else None
-    if len(descriptions) > 1 and document is not None:
-        # A part's contract has many kinds; another description is called by its own name.
-        called = [hint for hint in descriptions if vars(hint).get("NAME") == document["kind"]]
-        rest = [hint for hint in descriptions if "NAME" not in vars(hint)]
-        descriptions = called or rest
-    if len(descriptions) == 1 and document is not None:
-        return restore(document, descriptions[0], name)
-    for hint in options:
-        if not _is_description(hint) and _fits(value, hint):
-            return restore(value, hint, name)
-    raise TypeError(f"its {name} is {reprlib.repr(value)}")
-
-
-def _restore_part(value: object, contract: type, name: str) -> object:
-    values = dict(_entries(value, name))
-    called = cast(str, _checked(values.pop("kind"), str, "kind"))
+def _kind(document: Mapping[str, Any], options: Sequence[type], name: str) -> type:
+    """The class of a document: a part by its kind, another one by its `NAME`, or its place."""
+    contracts = tuple(kind for kind in options if registry.contract_of(kind) is not None)
+    others = [kind for kind in options if kind not in contracts]
+    called: str | None = fitted(document.get("kind"), cast(Any, str | None), "kind")
+    for kind in others:
+        if vars(kind).get("NAME") == called:
+            return kind
+    if called is None:
+        raise DamagedDocumentError("it has no entry 'kind'")
     kind = registry.kinds().get(called)
     if kind is None:
         raise UsersPartError(
             f"needs your part {reprlib.repr(called)[1:-1]} ({name}): add --parts FILE.py, or "
             "register it"
         )
-    if not issubclass(kind, contract):
-        what = contract.__name__.lower()
-        raise TypeError(f"its {name} is a {called!r}, which is no {what} known here")
-    noted = values.pop(registry.CODE, None)
-    if noted is not None and noted != registry.code_noted(kind):
-        raise UsersPartError(
-            f"was made with other code of {called} than there is now; put that code back, or make "
-            "it anew with this one"
-        )
-    return _restore_fields(values, kind)
-
-
-def _restore_fields(values: Mapping[str, object], kind: type) -> object:
-    hints = get_type_hints(kind)
-    fields = {field.name: field for field in dataclasses.fields(kind)}
-    for name in values:
-        if name not in fields:
-            raise TypeError(f"a {registry.name_of(kind)} has no {name!r}")
-    for name, field in fields.items():
-        lacks_default = field.default is field.default_factory is dataclasses.MISSING
-        if name not in values and lacks_default:
-            raise KeyError(name)
-    return kind(**{name: restore(value, hints[name], name) for name, value in values.items()})
+    if not issubclass(kind, contracts):
+        what = " or ".join(contract.__name__.lower() for contract in contracts)
+        raise DamagedDocumentError(f"its {name} is a {called!r}, which is no {what} known here")
+    return kind
 
 
 def _is_description(hint: object) -> bool:
@@ -196,38 +172,6 @@ def _is_description(hint: object) -> bool:
     return isinstance(hint, type) and (
         registry.contract_of(hint) is not None or dataclasses.is_dataclass(hint)
     )
-
-
-def _entries(value: object, name: str) -> dict[str, object]:
-    """The entries of an object of JSON."""
-    return cast(dict[str, object], _checked(value, dict, name))
-
-
-def _checked(value: object, hint: object, name: str) -> object:
-    """The value, if JSON could have made it from one of type `hint`."""
-    if not _fits(value, hint):
-        raise TypeError(f"its {name} is {reprlib.repr(value)}")
-    return value
-
-
-def _fits(value: object, hint: Any) -> bool:
-    if hint is Any:
-        return True
-    if get_origin(hint) in (list, tuple):
-        inside = get_args(hint)
-        if not isinstance(value, list):
-            return False
-        listed = cast(list[object], value)
-        if get_origin(hint) is list or inside[-1] is Ellipsis:
-            return all(_fits(each, inside[0]) for each in listed)
-        return len(listed) == len(inside) and all(map(_fits, listed, inside))
-    if get_origin(hint) in (Union, UnionType):
-        return any(_fits(value, each) for each in get_args(hint))
-    if get_origin(hint) is dict:
-        return isinstance(value, dict)
-    if isinstance(value, bool):
-        return hint is bool
-    return isinstance(value, (int, float) if hint is float else hint)
 
 
 def _as_tuple(value: object) -> object:

@@ -214,9 +214,7 @@ class Experiment:
             return restore(document, cls, "experiment")
         except UsersPartError as error:
             raise TegotaeError(f"the experiment {document.get('name')} {error}") from None
-        except KeyError as error:
-            raise TegotaeError(f"an experiment has no entry {error}") from None
-        except (TypeError, ValueError, OverflowError) as error:
+        except TegotaeError as error:
             raise TegotaeError(f"an experiment cannot be read: {error}") from None
 
 

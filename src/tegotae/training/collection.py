@@ -14,8 +14,7 @@ import numpy as np
 from tegotae._support.documents import Json, JsonObject, differing
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import note
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.resolve import Resolved, resolve

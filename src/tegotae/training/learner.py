@@ -13,7 +13,7 @@ import numpy as np
 
 from tegotae._support.documents import Json, JsonObject
 from tegotae.parts.controller import Controller
-from tegotae.systems.controller_set import EnvTask
+from tegotae.systems.env_task import EnvTask
 from tegotae.systems.system import System
 
 

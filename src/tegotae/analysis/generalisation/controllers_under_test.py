@@ -33,7 +33,7 @@ from tegotae.parts.fields import (
 from tegotae.parts.terrains import Rough, Slope, Sum
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import settling_s
 from tegotae.systems.system import Release, System

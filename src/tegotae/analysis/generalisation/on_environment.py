@@ -19,7 +19,7 @@ from tegotae.envs.mujoco.sensing import scale_model
 from tegotae.envs.pilot import Pilot
 from tegotae.parts.controller import Controller
 from tegotae.simulation.world import Step
-from tegotae.systems.controller_set import ControllerSet
+from tegotae.systems.controller_file import ControllerSet
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import ModelLanes
 

@@ -14,7 +14,7 @@ from tegotae._support.files import output_file
 from tegotae.cli.console import print_rows
 from tegotae.cli.env_options import made_with
 from tegotae.cli.options import UNSET
-from tegotae.systems.controller_set import extras_of
+from tegotae.systems.env_task import extras_of
 
 if TYPE_CHECKING:
     from tegotae.envs.mujoco.suggesting import Suggestion

@@ -11,7 +11,7 @@ from tegotae.export.c.text import floating, plain
 from tegotae.parts._shapes import Number
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.bodies.upright import Upright
-from tegotae.systems.controller_set import LimbDocument
+from tegotae.systems.env_task import LimbDocument
 
 _WHAT = {
     "spring_force": "force of the leg's spring F_k, 0 in flight; not the force of contact",

@@ -14,7 +14,7 @@ from tegotae.export.robot import RobotController
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.terms import WholeBody
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import EnvTask
+from tegotae.systems.env_task import EnvTask
 
 _MOST_LIMBS = 32
 _LEAST_TICK_S, _MOST_TICK_S = 1e-5, 1.0

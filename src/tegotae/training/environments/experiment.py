@@ -22,9 +22,9 @@ from tegotae.envs.wiring import Wiring
 from tegotae.envs.wiring_file import wiring_document, wiring_of
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.controller_set import ControllerSet, EnvTask, WiringDocument
+from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe
+from tegotae.systems.env_task import EnvTask, WiringDocument
 from tegotae.systems.experiment import require_name
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import Model

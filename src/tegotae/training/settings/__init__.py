@@ -100,7 +100,7 @@ def load(file: Path | str | Traversable) -> Configuration:
         settings = restore(document, contract, "settings")
     except FileNotFoundError as error:
         raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
-    except (TypeError, ValueError) as error:
+    except TegotaeError as error:
         raise TegotaeError(f"{file} holds no settings of an algorithm: {error}") from None
     return Configuration(kept.algorithm, settings, kept.found)
 
