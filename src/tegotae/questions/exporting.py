@@ -111,7 +111,7 @@ class ExportedC(AnswerBase):
         return [Path(folder) / name for name in self.files]
 
 
-@question(subjects=OneController, kinds={"option": ExportCOptions()}, written="folder")
+@question(subjects=OneController, kinds={"option": ExportCOptions}, written="folder")
 def export_c(saved: SavedController, options: ExportCOptions) -> ExportedC:
     """Write a controller as C99: a header, a source, golden vectors and their test.
 
