@@ -103,12 +103,14 @@ def test_what_a_seed_meets_does_not_depend_on_the_others():
 
 
 def test_the_evaluation_set_has_several_episodes_even_where_candidates_have_one(monkeypatch):
-    def scored(self, candidates, going, episode):
-        mass = episode.changes["mass_kg"].reshape(*candidates.shape[:2], self.episodes)
-        mass = mass.mean(axis=-1)
+    def scored(_, mass, __):
         return {"fitness": mass, "cot_inverse": mass, "failed": mass > 0.118}
 
-    monkeypatch.setattr("tegotae.training.evaluator.EngineEvaluator._scores", scored)
+    here = "tegotae.training.evaluator."
+    monkeypatch.setattr(
+        here + "Engine.run_lanes", lambda _, lanes, body: lanes.scenario.changes["mass_kg"]
+    )
+    monkeypatch.setattr(here + "by_blocks", scored)
     evaluator = evaluator_of(varied(MASS))
     weights = np.zeros((2, 5, varied(MASS).controller.n_weights), "float32")
     verdicts = [

@@ -178,7 +178,7 @@ class OneOf(Condition):
                [1., 1., 1.]])
     """
 
-    values: tuple[float, ...] | tuple[tuple[float, ...], ...]
+    values: tuple[float | tuple[float, ...], ...]
 
     def __post_init__(self) -> None:
         super().__post_init__()
