@@ -21,8 +21,8 @@ from tegotae.systems.grammar import BUDGET
 
 @dataclass(frozen=True)
 class Bench:
-    """Time both engines on a 96-parameter ART model and a walker, and two simple programs for
-    comparison."""
+    """Time both engines on a 96-parameter ART model and a walker, beside a kernel written by hand,
+    and two simple programs."""
 
     lanes: int = 1024
     """Number of parallel rollouts."""
@@ -37,7 +37,7 @@ class Bench:
 
     def run(self) -> None:
         """Measure, and print."""
-        from benchmarks import engine, legs, loop
+        from benchmarks import engine, kernel, legs, loop
         from tegotae._support.engines import selected
 
         for name in ("lanes", "most_lanes"):
@@ -68,6 +68,7 @@ class Bench:
             "engines": {name: each._asdict() for name, each in speeds.items()},
             "textbook_ticks_per_s": textbook,
             "loop_ticks_per_s": loop.ticks_per_second(),
+            "kernel": None if (by_hand := kernel.speed(self.lanes)) is None else by_hand._asdict(),
             "bodies": {name: [row._asdict() for row in rows] for name, rows in bodies.items()},
             "costs": [each._asdict() for each in costs],
         }
@@ -113,6 +114,14 @@ def _table_of_ways(figures: dict[str, Any]) -> Table:
             f"{each['ticks_per_core_s']:.3g}",
             f"{each['compile_core_s']:.2g}",
             f"{own / each['ticks_per_s']:.3g}",
+        )
+    if limit := figures["kernel"]:
+        table.add_row(
+            "kernel written by hand",
+            f"{limit['ticks_per_s']:.3g}",
+            f"{limit['ticks_per_core_s']:.3g}",
+            "",
+            f"{limit['engine_share']:.2f} of it",
         )
     plain = {"textbook vmap(scan)": "textbook", "Python loop": "loop"}
     for name, key in plain.items():
