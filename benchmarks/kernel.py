@@ -36,7 +36,7 @@ def compiler() -> str | None:
     return next(filter(None, map(shutil.which, ("g++", "clang++", "c++"))), None)
 
 
-class Kernel:
+class CompiledKernel:
     """The compiled kernel; a context manager, whose folder is removed at its end.
 
     Args:
@@ -48,7 +48,7 @@ class Kernel:
         self._program = Path(self._folder.name) / "kernel"
         subprocess.run([compiler, *_OPTIONS, str(SOURCE), "-o", str(self._program)], check=True)
 
-    def __enter__(self) -> Kernel:
+    def __enter__(self) -> CompiledKernel:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -87,7 +87,7 @@ def speed(lanes: int = 1024, duration_s: float = 10.0) -> KernelSpeed | None:
     ticks = len(weights) * timing.n_frames * timing.ticks_per_frame
     own.run(weights, Scenario(omega=5.0))
     rounds = []
-    with Kernel(found) as kernel:
+    with CompiledKernel(found) as kernel:
         for _ in range(_ROUNDS):
             begun = time.process_time()
             own.run(weights, Scenario(omega=5.0))

@@ -17,7 +17,7 @@ def test_the_kernel_climbs_and_works_as_the_engine_does():
     own = Engine(
         controller=engine.controller(), timing=Timing(duration_s=2.0), summary=engine.totals
     )
-    with kernel.Kernel(compiler) as by_hand:
+    with kernel.CompiledKernel(compiler) as by_hand:
         totals, *_ = by_hand.run(weights, 2000)
     climbed, work, failed = (np.asarray(x) for x in own.run(weights, Scenario(omega=5.0)))
     assert np.mean(climbed > 0.05) > 0.3, "many hop"
