@@ -49,7 +49,7 @@ def check_metric(metric: Metric) -> None:
         >>> from tegotae.measures.hopping.registry import find
         >>> check_metric(find("cpgu"))
     """
-    name = probing.require_part(metric, Metric)
+    name = probing.PartTrial.of(metric, Metric).name
     if not isinstance(metric, (GaitMetric, ClampedMetric, DerivedMetric)):
         raise TegotaeError(
             f"{name} does not say how it is computed; make a GaitMetric, ClampedMetric or "
@@ -59,16 +59,17 @@ def check_metric(metric: Metric) -> None:
         value = getattr(metric, field)
         if not _holds(fits, value):
             raise TegotaeError(f"{metric.name}.{field} is {value!r}; it must be {right}")
-    probing.require_hashable(f"{name} {metric.name}", metric)
+    probing.PartTrial(f"{name} {metric.name}").hashable(metric)
+    trial = probing.PartTrial(metric.name)
     if isinstance(metric, GaitMetric):
-        probing.require_names(f"{metric.name}.channels", metric.channels)
+        trial.names(".channels", metric.channels)
         for dtype in probing.DTYPES:
             with jax.enable_x64(dtype == "float64"):
                 _check_gait(metric, dtype)
     elif isinstance(metric, ClampedMetric):
         _require_value(metric, _attempt(metric, _clamped_episodes()))
     else:
-        probing.require_names(f"{metric.name}.of", metric.of)
+        trial.names(".of", metric.of)
         values = {other: _values_of(other, seed) for seed, other in enumerate(metric.of)}
         conditions = Conditions(Hopper() if metric.needs_body else None, drop_m=0.2)
         _require_value(metric, _attempt(metric, values, conditions), ranged=False)
@@ -180,7 +181,7 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
 
     omega = 4.0 + 0.7 * jnp.arange(probing.LANES, dtype=dtype)
     program = jax.jit(compute)
-    value = probing.attempt(what, program, recorded, *_measured(recorded), omega)
+    value = probing.PartTrial(what).attempt("", program, recorded, *_measured(recorded), omega)
     _require_value(metric, value, dtype)
     spoiled = jax.tree.map(
         lambda x: x if x.dtype == bool else x.at[:, probing.SPOILED].multiply(1.5), recorded
@@ -226,7 +227,7 @@ def _require_value(
     what = f"{metric.name}.compute"
     if not hasattr(value, "shape"):
         raise TegotaeError(f"{what} returns a {type(value).__name__}; it must return one array")
-    probing.require_arrays(what, value, dtype, kind="events")
+    probing.PartTrial(what, dtype).arrays("", value, events=True)
     values, (least, most) = np.asarray(value), metric.range
     outside = values[(values < least - _ROUNDING) | (values > most + _ROUNDING)]
     if ranged and len(outside):

@@ -4,7 +4,285 @@ Each check tries the part on a few lanes and raises `TegotaeError` with one line
 wrong and how to put it right. A part that passes can go into a `Controller` or an `Engine`.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, is_of
+from tegotae.parts._shapes import PerCommand, PerLane, PerLimb, StateTree, Weights
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.parts.maths import TWO_PI
+from tegotae.parts.oscillators import Oscillator
+from tegotae.parts.terms.actuation import Actuation
+from tegotae.parts.terms.base import Signals, Term
 from tegotae.simulation.checks.body import check_body
-from tegotae.simulation.checks.parts import check_controller, check_oscillator, check_term
+from tegotae.simulation.checks.probing import DTYPES, LANES, PartTrial, listed
+from tegotae.simulation.integrators.base import held
+from tegotae.simulation.loop import check_senses
+from tegotae.simulation.rollout import Engine, Timing
+from tegotae.simulation.world import Scenario
 
 __all__ = ["check_body", "check_controller", "check_oscillator", "check_term"]
+
+_TICK_S = 0.002
+_LARGEST_STEP_RAD = 1.0
+
+
+def check_term(term: Term) -> None:
+    """Try the contract of `tegotae.parts.terms.Term` on a few lanes.
+
+    Checked are: a frozen, hashable dataclass; `reads`, `n_weights` and `initial`; a value of the
+    shape and type of the lanes, in float32 and float64, that depends on no other lane and on no
+    signal that is missing from `reads`. Of an actuation also `full_force`.
+
+    Raises:
+        TegotaeError: for the first breach, with what would be right.
+
+    Example:
+        >>> from tegotae.parts.terms import Network
+        >>> check_term(Network(("phase",), hidden=4))
+    """
+    trial = PartTrial.of(term, Term)
+    trial.hashable(term)
+    trial.names(".reads", term.reads)
+    _check_weights(trial, term)
+    for dtype in DTYPES:
+        with jax.enable_x64(dtype == "float64"):
+            _check_value(PartTrial(trial.name, dtype), term)
+            if isinstance(term, Actuation):
+                _check_full_force(PartTrial(trial.name, dtype), term)
+
+
+def _check_weights(trial: PartTrial, part: Term | Oscillator) -> jax.Array:
+    """The weights that training starts from."""
+    count = part.n_weights
+    trial.require(
+        is_of(count, int) and not isinstance(count, bool) and count >= 0,
+        f".n_weights is {count!r}; it must be a whole number of at least 0 (a property, not a "
+        "method)",
+    )
+    initial = trial.attempt(".initial", part.initial, jax.random.key(0))
+    shape = getattr(initial, "shape", None)
+    trial.require(
+        shape == (count,),
+        f".initial returns shape {shape}; it must be ({count},), one number for each of its "
+        f"n_weights = {count}",
+    )
+    finite = jnp.isfinite(initial).all()
+    trial.require(finite, f".initial returns numbers that are not finite: {listed(initial)}")
+    return initial
+
+
+class _DeclaredSignals(Signals):
+    """Signals of which only those that a term declares may be read."""
+
+    def __getitem__(self, name: str) -> jax.Array:
+        if name not in self.values:
+            raise TegotaeError(
+                f"the term reads the signal {name!r} but does not declare it; "
+                f"add {name!r} to what `reads` returns"
+            )
+        return super().__getitem__(name)
+
+    def dimensionless(self, name: str) -> jax.Array:
+        self[name]
+        return super().dimensionless(name)
+
+
+def _check_value(trial: PartTrial, term: Term) -> None:
+    phase = trial.lanes(0.0, TWO_PI, 0)
+    known = {"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)}
+    # Every actuation is given the feedback, declared or not.
+    names = {*term.reads, "feedback"} if isinstance(term, Actuation) else set(term.reads)
+    values = {
+        name: known.get(name, trial.lanes(0.1, 2.0, seed))
+        for seed, name in enumerate(sorted(names), 1)
+    }
+    scales = {s: jnp.asarray(1.5, trial.dtype) for s in values if not s.endswith("_phase")}
+    weights = [trial.lanes(-1.0, 1.0, 100 + i) for i in range(term.n_weights)]
+
+    def call(weights: Weights, values: dict[str, jax.Array]) -> PerCommand:
+        result = term(tuple(weights), _DeclaredSignals(values, scales))
+        returns = f".__call__ returns a {type(result).__name__}"
+        trial.require(is_of(result, jax.Array), f"{returns}; it must return one array")
+        return result
+
+    trial.value(".__call__", call, weights, values)
+
+
+def _check_full_force(trial: PartTrial, term: Actuation) -> None:
+    start = trial.lanes(0.0, TWO_PI, 7)
+    path = start, start + trial.lanes(-0.5, 0.5, 8), trial.lanes(4.0, 8.0, 9)
+    sector = trial.value(".full_force", term.full_force, *path)
+    if sector is None:
+        return
+    pair = is_of(sector, tuple) and len(sector) == 2
+    trial.require(pair, ".full_force must return None, or a pair (share of the path, its centre)")
+    for meaning, value in zip(("share", "centre"), sector, strict=True):
+        outside = f".full_force returns a {meaning} outside 0 ... 1: {listed(value)}"
+        trial.require(((value >= 0.0) & (value <= 1.0)).all(), outside)
+
+
+def check_oscillator(oscillator: Oscillator) -> None:
+    """Try the contract of `tegotae.parts.oscillators.Oscillator` on a few lanes.
+
+    Checked are: a frozen, hashable dataclass; states of one form, shape and type, in float32 and
+    float64, in which no lane depends on another; a rate for every entry of the state; signals that
+    are what `SIGNALS` names; weights of the number that it says. With a phase: `start`, `phase` and
+    `sin_cos` that agree; and, over two turns, a phase that is in [0, 2π) after `settle` and does
+    not jump within a tick.
+
+    Raises:
+        TegotaeError: for the first breach, with what would be right.
+
+    Example:
+        >>> from tegotae.parts.oscillators import PhaseOscillator
+        >>> check_oscillator(PhaseOscillator())
+    """
+    trial = PartTrial.of(oscillator, Oscillator)
+    trial.hashable(oscillator)
+    trial.names(".SIGNALS", oscillator.SIGNALS)
+    initial = _check_weights(trial, oscillator)
+    for dtype in DTYPES:
+        with jax.enable_x64(dtype == "float64"):
+            _check_methods(PartTrial(trial.name, dtype), oscillator, initial)
+            if oscillator.has_phase:
+                _check_phase(PartTrial(trial.name, dtype), oscillator)
+    if oscillator.has_phase:
+        _check_turns(trial, oscillator, initial)
+
+
+_Rate = Callable[[StateTree, PerLimb, PerLimb], StateTree]
+
+
+def _rate_of(oscillator: Oscillator, initial: jax.Array) -> _Rate:
+    """Its rate as the integrators call it: with weights if it has some."""
+
+    def rate(state: StateTree, omega: PerLimb, feedback: PerLimb) -> StateTree:
+        weights = tuple(jnp.full((LANES,), weight, omega.dtype) for weight in initial)
+        return oscillator.rate(state, omega, feedback, *((weights,) if weights else ()))
+
+    return rate
+
+
+def _check_methods(trial: PartTrial, oscillator: Oscillator, initial: jax.Array) -> None:
+    phase = trial.lanes(0.1, TWO_PI - 0.1, 0)
+    omega, feedback = trial.lanes(4.0, 8.0, 1), trial.lanes(-3.0, 3.0, 2)
+    state = trial.value(".start", oscillator.start, phase)
+    trial.require(
+        jax.tree.leaves(state) and not isinstance(state, jax.Array),
+        f".start returns {state!r:.60}; it must return a tuple, such as (phase,), or another "
+        "pytree of arrays",
+    )
+    rate_of = _rate_of(oscillator, initial)
+    rate = trial.attempt(".rate", rate_of, state, omega, feedback)
+    entries, derivatives = len(jax.tree.leaves(state)), len(jax.tree.leaves(rate))
+    bare = isinstance(rate, jax.Array)
+    trial.require(
+        entries == derivatives and not bare,
+        f".rate returns {type(rate).__name__ if bare else derivatives}; it must return a tuple of "
+        f"{entries}: one derivative for each entry of the state",
+    )
+    trial.value(".rate", rate_of, state, omega, feedback)
+    trial.same_form(".settle", trial.value(".settle", oscillator.settle, state), state)
+    signals = trial.value(".signals", oscillator.signals, state)
+    trial.same_names(".signals", signals, "SIGNALS", oscillator.SIGNALS)
+
+
+def _check_phase(trial: PartTrial, oscillator: Oscillator) -> None:
+    phase = trial.lanes(0.1, TWO_PI - 0.1, 0)
+    state = oscillator.start(phase)
+    phases = trial.value(".phase", oscillator.phase, state)
+    pair = trial.value(".sin_cos", oscillator.sin_cos, state)
+    two = is_of(pair, tuple) and len(pair) == 2
+    trial.require(two, ".sin_cos must return a pair (sine, cosine) of the phase")
+    name, of = trial.name, f"of {trial.name}.sin_cos"
+    for what, value, right, meaning in (
+        (f"{name}.phase of {name}.start(φ)", phases, phase, "φ"),
+        (f"the sine {of}", pair[0], jnp.sin(phases), "sin of its phase"),
+        (f"the cosine {of}", pair[1], jnp.cos(phases), "cos of its phase"),
+    ):
+        must = f" is {listed(value)}; it must be {meaning}, {listed(right)}"
+        PartTrial(what).require(np.allclose(value, right, atol=1e-4), must)
+
+
+def _check_turns(trial: PartTrial, oscillator: Oscillator, initial: jax.Array) -> None:
+    omega = trial.lanes(4.0, 8.0, 3)
+    rate_of = _rate_of(oscillator, initial)
+    state = oscillator.settle(oscillator.start(jnp.zeros_like(omega)))
+    ticks = round(2.0 * TWO_PI / 4.0 / _TICK_S)
+
+    def tick(state: StateTree, _: None) -> tuple[StateTree, tuple[PerLane, PerLane]]:
+        ahead = held(state, rate_of(state, omega, jnp.zeros_like(omega)), _TICK_S)
+        settled = oscillator.settle(ahead)
+        step = oscillator.phase(ahead) - oscillator.phase(state)
+        return settled, (step, oscillator.phase(settled))
+
+    def turn(state: StateTree) -> tuple[jax.Array, jax.Array]:
+        return jax.lax.scan(tick, state, None, length=ticks)[1]
+
+    steps, phases = trial.attempt(" over two turns", turn, state)
+    longest, low, high = (float(x) for x in (jnp.abs(steps).max(), phases.min(), phases.max()))
+    trial.require(
+        longest <= _LARGEST_STEP_RAD,
+        f".phase jumps by {longest:.3g} rad within a tick of {_TICK_S:g} s; keep the phase as an "
+        "entry of the state, and wrap it in `settle` only",
+    )
+    trial.require(
+        low >= 0.0 and high < TWO_PI,
+        f".phase leaves [0, 2π) after `settle`: {low:.4g} ... {high:.4g}; wrap it there with "
+        "tegotae.parts.maths.wrap_phase",
+    )
+
+
+def check_controller(controller: Controller, body: Body) -> None:
+    """Check every part of a controller, its body, and a short rollout of both together.
+
+    Checked are: `check_term` for each term, `check_oscillator`; that the body senses all that the
+    terms read; `check_body`; and that 0.1 s with random weights stays finite in one lane while
+    another lane's weights are NaN.
+
+    Args:
+        controller: what drives the body.
+        body: the body.
+
+    Raises:
+        TegotaeError: for the first breach, with what would be right.
+
+    Example:
+        >>> import tegotae
+        >>> check_controller(tegotae.build("V-reflex-w4"), tegotae.Hopper())
+    """
+    trial = PartTrial(type(controller).__name__)
+    right = "make one of terms: Controller(actuation, oscillator, Tegotae(action, reaction, gain))"
+    trial.require(is_of(controller, Controller), f" is no Controller; {right}")
+    for term in controller.terms.values():
+        check_term(term)
+    actuation, right = controller.actuation, "make it a subclass of tegotae.parts.terms.Actuation"
+    trial = PartTrial(type(actuation).__name__)
+    trial.require(is_of(actuation, Actuation), f" cannot be the actuation; {right}")
+    if controller.oscillator is not None:
+        check_oscillator(controller.oscillator)
+    elif controller.tegotae is not None:
+        raise TegotaeError("the controller has Tegotae terms but no oscillator for them to drive")
+    check_senses(controller, body)
+    check_body(body)
+
+    engine = Engine(controller=controller, timing=Timing(duration_s=0.1))
+    weights = np.repeat(np.asarray(controller.initial(jax.random.key(0)))[None], 2, axis=0)
+    scenario = Scenario(omega=5.0, height_m=1.01 * float(body.rest_length_m))
+    sound = engine.run(weights, scenario, body)
+    if sound.failed.any():
+        raise TegotaeError(
+            "the rollout with the controller's initial weights fails within 0.1 s of its release "
+            "just over the ground; check the body's `failed` and the size of the forces"
+        )
+    weights[1] = np.nan
+    spoiled = engine.run(weights, scenario, body)
+    if not np.array_equal(sound.height_m[:, 0], spoiled.height_m[:, 0]):
+        raise TegotaeError("a lane with NaN weights changes another lane; keep terms elementwise")
