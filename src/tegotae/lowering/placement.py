@@ -122,8 +122,8 @@ class Regions:
         """How often a node is used."""
         self.region = self._placed(live)
         self.nodes: dict[Region, list[Node]] = {}
-        """The nodes of each region, in an order in which they can be computed."""
-        for node in self._in_order(live):
+        """The nodes of each region, in the order of the trace: a node reads none after it."""
+        for node in live:
             self.nodes.setdefault(self.region[node], []).append(node)
 
     def part_of(self, node: Node, index: int) -> Node | None:
@@ -173,22 +173,6 @@ class Regions:
         for slots in self.parts.values():
             slots.sort()
         return live
-
-    def _in_order(self, live: list[Node]) -> list[Node]:
-        """What a result needs right before it, so that little waits in registers meanwhile."""
-        alive, order = set(live), dict[Node, None]()
-        left = [(node, False) for node in reversed(self.results)]
-        seen: set[Node] = set()
-        while left:
-            node, ready = left.pop()
-            if ready:
-                order[node] = None
-            elif node not in seen:
-                seen.add(node)
-                left.append((node, True))
-                left += [(x, False) for x in reversed(node.inputs) if x not in seen]
-        inside = [node for node in live if node not in order]  # of loops
-        return [node for node in (*inside, *order) if node in alive]
 
     def _placed(self, live: list[Node]) -> dict[Node, Region]:
         region: dict[Node, Region] = {}
