@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import StateTree
-from tegotae.parts.oscillators.wrapper import OscillatorWrapper
+from tegotae.parts.oscillators.wrappers import OscillatorWrapper
 
 
 @dataclass(frozen=True, eq=False)

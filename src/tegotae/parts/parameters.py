@@ -1,10 +1,10 @@
-"""Frozen dataclasses whose fields may be numbers or, inside a compiled program, traced arrays."""
+"""Parts as frozen dataclasses: fields that may be traced arrays, and parts within parts."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from tegotae._support.transforms import register_pytree
 from tegotae.parts._shapes import Number
@@ -64,3 +64,30 @@ def changed(value: T, name: str, change: Callable[[Number], Number]) -> T:
         object.__setattr__(copy, field.name, getattr(value, field.name))
     object.__setattr__(copy, outer, new)
     return copy
+
+
+def within(field: str) -> Any:
+    """An attribute of a wrapper that is the same attribute of the part within.
+
+    Args:
+        field: the field that holds the part within.
+
+    Example:
+        >>> from tegotae.parts.oscillators import Clamped, VanDerPol
+        >>> Clamped(VanDerPol()).STATE
+        ('radius',)
+    """
+    return _Within(field)
+
+
+class _Within:
+    """As the part within."""
+
+    def __init__(self, field: str) -> None:
+        self.field = field
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, wrapper: object, owner: type | None = None) -> Any:
+        return self if wrapper is None else getattr(getattr(wrapper, self.field), self.name)

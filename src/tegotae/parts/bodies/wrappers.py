@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple, TypeVar, cast
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, NamedTuple, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
@@ -24,15 +24,24 @@ from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import (
     FORCE,
     Channel,
-    Latest,
+    Combined,
     RecordedFrame,
     State,
     Tick,
-    Total,
 )
-from tegotae.parts.parameters import STATIC, traceable
+from tegotae.parts.parameters import STATIC, traceable, within
 
 T = TypeVar("T")
+
+
+def _of_state(method: str) -> Any:
+    """A method of a wrapper that is the same method of the body within, of that body's state."""
+
+    def call(self: BodyWrapper, state: StateTree, *ground_m: PerLane) -> Any:
+        """As the body within."""
+        return getattr(self.body, method)(state.body, *ground_m)
+
+    return call
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,62 +64,26 @@ class BodyWrapper(Body):
         if not is_of(self.body, Body):
             raise TegotaeError(f"body is {self.body!r}; it must be a Body, such as Hopper()")
 
-    @property
-    def SENSES(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
-        """Those of the body within."""
-        return self.body.SENSES
-
-    @property
-    def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
-        """Those of the body within."""
-        return self.body.COMMANDS
-
-    @property
-    def limbs(self) -> int:
-        """Those of the body within."""
-        return self.body.limbs
-
-    @property
-    def max_force_n(self) -> float:  # type: ignore[override]
-        """That of the body within [N]."""
-        return self.body.max_force_n
-
-    @property
-    def rest_length_m(self) -> float:  # type: ignore[override]
-        """That of the body within [m]."""
-        return self.body.rest_length_m
-
-    @property
-    def touching_height_m(self) -> float:
-        """That of the body within [m]."""
-        return self.body.touching_height_m
-
-    @property
-    def rate_scale(self) -> Number:
-        """That of the body within [rad/s]."""
-        return self.body.rate_scale
+    SENSES = within("body")
+    COMMANDS = within("body")
+    limbs = within("body")  # type: ignore[override]
+    max_force_n = within("body")
+    rest_length_m = within("body")
+    touching_height_m = within("body")  # type: ignore[override]
+    rate_scale = within("body")  # type: ignore[override]
+    pose_names = within("body")  # type: ignore[override]
+    check_tick = within("body")
+    check_release = within("body")
+    sense = _of_state("sense")
+    failed = _of_state("failed")
+    height = _of_state("height")
+    velocity = _of_state("velocity")
+    energy = _of_state("energy")
 
     @property
     def channels(self) -> tuple[Channel, ...]:
         """Those of the body within."""
         return tuple(map(_within, self.body.channels))
-
-    @property
-    def pose_names(self) -> tuple[str, ...]:
-        """Those of the body within."""
-        return self.body.pose_names
-
-    def check_tick(self, tick_s: float) -> None:
-        """As the body within."""
-        self.body.check_tick(tick_s)
-
-    def check_release(self, height_m: float) -> None:
-        """As the body within."""
-        self.body.check_release(height_m)
-
-    def sense(self, state: StateTree, ground_m: jax.Array) -> Sensation:
-        """As the body within."""
-        return self.body.sense(state.body, ground_m)
 
     def predict(
         self, state: StateTree, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
@@ -130,21 +103,9 @@ class BodyWrapper(Body):
         """As the body within."""
         return state._replace(body=self.body.apply_impulse(state.body, impulse_ns))
 
-    def failed(self, state: StateTree, ground_m: jax.Array) -> jax.Array:
+    def commanded(self, state: StateTree, command: jax.Array) -> StateTree:
         """As the body within."""
-        return self.body.failed(state.body, ground_m)
-
-    def height(self, state: StateTree) -> jax.Array:
-        """As the body within [m]."""
-        return self.body.height(state.body)
-
-    def velocity(self, state: StateTree) -> jax.Array:
-        """As the body within [m/s]."""
-        return self.body.velocity(state.body)
-
-    def energy(self, state: StateTree, ground_m: jax.Array) -> jax.Array:
-        """As the body within [J]."""
-        return self.body.energy(state.body, ground_m)
+        return state._replace(body=self.body.commanded(state.body, command))
 
 
 def wide(of_body: T, like: jax.Array) -> T:
@@ -157,32 +118,21 @@ def wide(of_body: T, like: jax.Array) -> T:
 def _within(channel: Channel) -> Channel:
     """A channel of the body within, of its own state."""
 
-    def inner(body: Body) -> Body:
-        return cast(BodyWrapper, body).body
+    def of_inner(function: Callable[..., Any]) -> Callable[[Any], jax.Array]:
+        def of_frame(frame: RecordedFrame) -> jax.Array:
+            moment = frame.lane.moment._replace(body=frame.lane.moment.body.body)
+            body = cast(BodyWrapper, frame.body).body
+            return function(frame._replace(body=body, lane=frame.lane._replace(moment=moment)))
 
-    def unwrapped_frame(frame: RecordedFrame) -> RecordedFrame:
-        moment = frame.lane.moment._replace(body=frame.lane.moment.body.body)
-        return frame._replace(body=inner(frame.body), lane=frame.lane._replace(moment=moment))
+        def of_tick(tick: Tick) -> jax.Array:
+            end = tick.end._replace(body=tick.end.body.body)
+            return function(tick._replace(body=cast(BodyWrapper, tick.body).body, end=end))
 
-    def unwrapped_tick(tick: Tick) -> Tick:
-        end = tick.end._replace(body=tick.end.body.body)
-        return tick._replace(body=inner(tick.body), end=end)
+        return of_frame if isinstance(channel, State) else of_tick
 
-    def of_frame(
-        value: Callable[[RecordedFrame], jax.Array],
-    ) -> Callable[[RecordedFrame], jax.Array]:
-        return lambda frame: value(unwrapped_frame(frame))
-
-    def of_tick(value: Callable[[Tick], jax.Array]) -> Callable[[Tick], jax.Array]:
-        return lambda tick: value(unwrapped_tick(tick))
-
-    if isinstance(channel, State):
-        return replace(channel, of=of_frame(channel.of))
-    if isinstance(channel, Total):
-        return replace(channel, gain=of_tick(channel.gain))
-    if isinstance(channel, Latest):
-        return replace(channel, when=of_tick(channel.when), value=of_tick(channel.value))
-    return channel
+    values: dict[str, Any] = {field.name: getattr(channel, field.name) for field in fields(channel)}
+    functions = {name: of_inner(value) for name, value in values.items() if callable(value)}
+    return channel if isinstance(channel, Combined) else replace(channel, **functions)
 
 
 class ActuatorsState(NamedTuple):
@@ -286,15 +236,14 @@ class Actuators(BodyWrapper):
     ) -> tuple[ActuatorsState, Contact]:
         """The body one tick on, under what the actuators deliver."""
         mean, end = self._follow(state.reached, push.mean_n, tick_s)
-        if self.COMMANDS != FORCE:  # a place, at the tick's end
-            moved, contact = self.body.advance(state.body, Push(end, push.rise_n), ground_m, tick_s)
-            return ActuatorsState(moved, end), contact
-        strength = wide(self.strength, mean)
-        late = jnp.broadcast_to(wide(self.lag_s, mean) > 0.0, mean.shape)
-        rise = jnp.where(late, end - state.reached, push.rise_n)
-        delivered = Push(mean * strength, rise * strength)
+        delivered = Push(end, push.rise_n)  # a place, at the tick's end
+        if self.COMMANDS == FORCE:
+            strength = wide(self.strength, mean)
+            late = jnp.broadcast_to(wide(self.lag_s, mean) > 0.0, mean.shape)
+            rise = jnp.where(late, end - state.reached, push.rise_n)
+            delivered = Push(mean * strength, rise * strength)
         moved, contact = self.body.advance(state.body, delivered, ground_m, tick_s)
-        if contact.force_n is None:
+        if self.COMMANDS == FORCE and contact.force_n is None:
             contact = contact._replace(force_n=delivered.mean_n * contact.stance_share)
         return ActuatorsState(moved, end), contact
 
@@ -491,10 +440,6 @@ class Blows(BodyWrapper):
         """The state at release; an initial pose is the body's."""
         state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         return BlowsState(state, jnp.zeros_like(height_m))
-
-    def commanded(self, state: BlowsState, command: jax.Array) -> BlowsState:
-        """As the body's."""
-        return state._replace(body=self.body.commanded(state.body, command))
 
     def _with_impulse(self, state: BlowsState, tick_s: jax.Array) -> BlowsState:
         now = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)

@@ -7,12 +7,11 @@ from tegotae.parts.oscillators.hopf import (
     Hopf,
     HopfState,
 )
-from tegotae.parts.oscillators.learned import Learned
 from tegotae.parts.oscillators.matsuoka import Matsuoka, MatsuokaState
 from tegotae.parts.oscillators.named import OSCILLATORS, oscillator_named
 from tegotae.parts.oscillators.phase import PhaseOscillator, PhaseState
 from tegotae.parts.oscillators.van_der_pol import VanDerPol, VanDerPolState
-from tegotae.parts.oscillators.wrapper import Clamped
+from tegotae.parts.oscillators.wrappers import Clamped, Learned
 
 __all__ = [
     "OSCILLATORS",

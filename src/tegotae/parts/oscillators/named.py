@@ -5,10 +5,10 @@ from __future__ import annotations
 from tegotae._support.errors import unknown
 from tegotae.parts.oscillators.base import Oscillator
 from tegotae.parts.oscillators.hopf import AdaptiveHopf, Hopf
-from tegotae.parts.oscillators.learned import Learned
 from tegotae.parts.oscillators.matsuoka import Matsuoka
 from tegotae.parts.oscillators.phase import PhaseOscillator
 from tegotae.parts.oscillators.van_der_pol import VanDerPol
+from tegotae.parts.oscillators.wrappers import Learned
 
 PHASE = "phase"
 """The paper's oscillator."""

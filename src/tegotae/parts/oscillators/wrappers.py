@@ -1,4 +1,4 @@
-"""An oscillator whose own numbers are trained."""
+"""Oscillators around another one: held where it starts, or with its own numbers trained."""
 
 from __future__ import annotations
 
@@ -9,15 +9,75 @@ from functools import partial
 from typing import cast
 
 import jax
+import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
-from tegotae.parts._shapes import Number, StateTree, Weights
+from tegotae.parts._shapes import Number, PerLimb, StateTree, Weights
+from tegotae.parts.oscillators.base import Oscillator
 from tegotae.parts.oscillators.planar import Planar
-from tegotae.parts.oscillators.wrapper import OscillatorWrapper
-from tegotae.parts.parameters import changed
+from tegotae.parts.parameters import changed, within
 from tegotae.parts.weight_names import WeightName
 
 _SPREAD = 0.3
+
+
+@dataclass(frozen=True)
+class OscillatorWrapper(Oscillator):
+    """As the oscillator within; subclasses say what is different.
+
+    Args:
+        inner: the oscillator within.
+    """
+
+    inner: Oscillator
+
+    SIGNALS = within("inner")
+    STATE = within("inner")
+    channels = within("inner")  # type: ignore[override]
+    n_weights = within("inner")  # type: ignore[override]
+    weight_names = within("inner")  # type: ignore[override]
+    initial = within("inner")
+    start = within("inner")
+    phase = within("inner")
+    sin_cos = within("inner")
+    signals = within("inner")
+    settle = within("inner")
+    has_phase = within("inner")  # type: ignore[override]
+    decay_per_s = within("inner")
+
+    def rate(
+        self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
+    ) -> StateTree:
+        """As the oscillator within."""
+        given = (weights,) if self.inner.n_weights else ()
+        return self.inner.rate(state, omega, feedback, *given)
+
+
+@dataclass(frozen=True)
+class Clamped(OscillatorWrapper):
+    """An oscillator whose state stays where it starts, `φ̇ = 0`.
+
+    The measure CPGu asks whether a controller hops with the phase held at fixed values.
+
+    Source: paper IV-A, on CPGu.
+
+    Example:
+        >>> from tegotae.parts.oscillators import PhaseOscillator
+        >>> import jax.numpy as jnp
+        >>> clamped = Clamped(PhaseOscillator())
+        >>> clamped.rate(clamped.start(jnp.ones(1)), jnp.array([5.0]), jnp.array([2.0]))
+        PhaseState(phase=Array([0.], dtype=float32))
+    """
+
+    def rate(
+        self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
+    ) -> StateTree:
+        """Zero."""
+        return jax.tree.map(jnp.zeros_like, state)
+
+    def decay_per_s(self, omega: float) -> float:
+        """None: nothing moves."""
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -93,11 +153,7 @@ class Learned(OscillatorWrapper):
         return oscillator
 
     def rate(
-        self,
-        state: StateTree,
-        omega: jax.Array,
-        feedback: jax.Array,
-        weights: Weights = (),
+        self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> StateTree:
         """That of the oscillator within, with the parameters that the weights say."""
         return self.with_weights(weights).rate(state, omega, feedback)
@@ -107,12 +163,8 @@ class Learned(OscillatorWrapper):
         oscillator = self._planar
         for name, bounds in oscillator.RANGES.items():
             if bounds is not None:
-                oscillator = changed(oscillator, name, partial(_replaced, by=bounds[1]))
+                oscillator = changed(oscillator, name, lambda _, highest=bounds[1]: highest)
         return oscillator.decay_per_s(omega)
-
-
-def _replaced(_: Number, by: float) -> Number:
-    return by
 
 
 def _moved(own: Number, bounds: tuple[float, float] | None, weight: Number) -> Number:
@@ -122,4 +174,4 @@ def _moved(own: Number, bounds: tuple[float, float] | None, weight: Number) -> N
     low, high = bounds
     share = math.log(own / low) / math.log(high / low)
     at = jax.nn.sigmoid(weight + math.log(share / (1.0 - share)))
-    return low * jax.numpy.exp(math.log(high / low) * at)
+    return low * jnp.exp(math.log(high / low) * at)
