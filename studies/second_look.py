@@ -31,9 +31,12 @@ import tyro
 from figure3 import EPISODE, MODELS, SETTLE_S
 from tegotae._support.files import output_folder
 from tegotae.cli.console import exit_status
-from tegotae.cli.figure.learning_curves import print_comparison
-from tegotae.cli.figure.output import Output
-from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
+from tegotae.figures.learning_curves import (
+    algorithms_compared,
+    algorithms_figure,
+    algorithms_tables,
+)
+from tegotae.figures.style import save_figure, write_tables
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.models import find
 from tegotae.training.agents import (
@@ -97,9 +100,9 @@ class SecondLook:
             for curve in read_curves([self.out])
         ]
         shown = [*(curve for curve in first if curve.algorithm == "pgpe-figure3"), *second]
-        output = Output(out=self.figure)
-        output.write(algorithms_figure(shown), algorithms_tables(second))
-        print_comparison([*first, *second])
+        save_figure(algorithms_figure(shown), self.figure)
+        write_tables(self.figure, algorithms_tables(second))
+        print(algorithms_compared([*first, *second]).to_string())
 
     def train(self, algorithm: str, model: str, out: Path) -> None:
         """All seeds of one policy by one algorithm."""

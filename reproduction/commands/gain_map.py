@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reproduction.commands.output import Output
 from tegotae._support.limits import MOST_RAD_PER_S
-from tegotae.cli.figure.output import Output
-from tegotae.cli.options import HopperOptions, OscillatorOption, WorkOption
+from tegotae.cli.options import HopperParameters
+from tegotae.parts.oscillators.named import PHASE
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.presets import preset
+from tegotae.systems.resolve import oscillator_called
 
 if TYPE_CHECKING:
     from reproduction.ridge import Ridge
 
 
 @dataclass(frozen=True, kw_only=True)
-class GainMap(Output, WorkOption, OscillatorOption, HopperOptions):
+class GainMap(Output, HopperParameters):
     """CoT⁻¹ A and B over gain σ and frequency ω, for sector and reflex actuation (Fig. 4)."""
 
+    preset: str = "paper"
+    """Preset of all other parameters: paper or pyTegotaeCPG."""
+    oscillator: str = PHASE
+    """Oscillator of the controllers: phase, hopf, adaptive-hopf, van-der-pol, matsuoka, or your
+    own, FILE.py:OBJECT or MODULE:OBJECT."""
+    work: str = "absolute"
+    """Definition of the actuator's work: absolute, positive or net."""
     sigma: tuple[float, float] = (0.0, 12.0)
     """Range of the gain σ [rad/(s N)]."""
     omega: tuple[float, float] = (2.0, 10.0)
@@ -40,10 +50,12 @@ class GainMap(Output, WorkOption, OscillatorOption, HopperOptions):
         self.check_out()
         sigma = axis("sigma", *self.sigma, self.resolution)
         omega = axis("omega", *self.omega, self.resolution, most=MOST_RAD_PER_S)
-        timing, body = Timing(duration_s=self.duration), self.hopper()
+        source, timing = preset(self.preset), Timing(duration_s=self.duration)
+        body = dataclasses.replace(source.hopper, **self.given)
+        oscillator = oscillator_called(self.oscillator)
         sweeps = {
             name: sweep_gain(
-                preset(self.preset).controller(name, self.rhythm),
+                source.controller(name, oscillator),
                 sigma,
                 omega,
                 body,

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import tyro
 
+from reproduction.commands.output import Output
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.cli.figure.output import Output
 from tegotae.cli.options import UNSET
 from tegotae.measures.hopping.gait import Gait, GaitSummary
 

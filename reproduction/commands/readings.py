@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from reproduction.commands.output import PictureFormat
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
-from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:

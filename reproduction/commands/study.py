@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from reproduction.commands.output import PictureFormat
 from reproduction.folder import Folder
 from reproduction.plan import Plan, plan
 from reproduction.readings.named import STUDY, reading_named
@@ -16,7 +17,6 @@ from reproduction.record import Record
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
-from tegotae.cli.figure.output import PictureFormat
 from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import names

@@ -16,6 +16,15 @@ if TYPE_CHECKING:
     from tegotae.measures.objectives.fitness import Fitness
     from tegotae.parts.bodies import Bar, Body, Hopper, Walker
     from tegotae.parts.controller import Controller, Tegotae
+    from tegotae.questions.drawing import (
+        figure_basin,
+        figure_learning_curves,
+        figure_phase_locking,
+        figure_phase_response,
+        figure_poincare,
+        figure_portrait,
+        figure_surface,
+    )
     from tegotae.questions.exporting import export_c, export_cost, export_native
     from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
     from tegotae.simulation.checks import (
@@ -41,6 +50,15 @@ _HOMES = {
     "measures.objectives.fitness": ("Fitness",),
     "parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
     "parts.controller": ("Controller", "Tegotae"),
+    "questions.drawing": (
+        "figure_basin",
+        "figure_learning_curves",
+        "figure_phase_locking",
+        "figure_phase_response",
+        "figure_poincare",
+        "figure_portrait",
+        "figure_surface",
+    ),
     "questions.exporting": ("export_c", "export_cost", "export_native"),
     "questions.verbs": ("compare", "evaluate", "generalise", "measure", "simulate"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
@@ -88,6 +106,13 @@ __all__ = [
     "export_c",
     "export_cost",
     "export_native",
+    "figure_basin",
+    "figure_learning_curves",
+    "figure_phase_locking",
+    "figure_phase_response",
+    "figure_poincare",
+    "figure_portrait",
+    "figure_surface",
     "find",
     "generalise",
     "load",

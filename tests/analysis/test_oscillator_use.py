@@ -11,7 +11,6 @@ from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing, build, f
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
-from tegotae.cli.options import ControllerOptions
 from tegotae.cli.train import Train
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Bar, Walker
@@ -26,6 +25,7 @@ from tegotae.parts.oscillators import (
 )
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController, load, save
+from tegotae.systems.resolve import vanilla
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
@@ -73,14 +73,13 @@ def test_unknown_oscillators_and_networks_without_one_are_refused():
 
 
 def test_commands_take_an_oscillator_by_name():
-    chosen = ControllerOptions(oscillator="van-der-pol").chosen(None)
+    chosen = vanilla("paper+van-der-pol")
     assert chosen.controller.oscillator == VanDerPol()
-    learned = ControllerOptions(oscillator="learned-hopf").chosen(None)
-    np.testing.assert_array_equal(learned.weights[1:], 0.0)
+    np.testing.assert_array_equal(vanilla("paper+learned-hopf").weights[1:], 0.0)
     experiment = Train(model="ART", oscillator="learned-matsuoka").applied(find("ART").experiment())
     assert experiment == find("ART+learned-matsuoka").experiment()
     with pytest.raises(TegotaeError, match="no oscillator is called 'hop'"):
-        ControllerOptions(oscillator="hop").chosen(None)
+        vanilla("paper+hop")
 
 
 # Training, and files

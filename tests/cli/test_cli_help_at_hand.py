@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from tegotae import __version__
+from tegotae import __version__, figure_surface
 from tegotae._support.progress import QUIET, note, reporting
 from tegotae.cli import main, parsed
+from tegotae.cli.asking import PictureOutput
 from tegotae.cli.doctor import extras, installed
 
 
@@ -123,28 +124,27 @@ def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch,
 
 
 @pytest.mark.parametrize(
-    ("words", "file"),
+    ("name", "file"),
     [
-        ("surface V-sector-w4", "surface-V-sector-w4.png"),
-        ("surface runs/ART-rF-w8-seed0.json", "surface-ART-rF-w8-seed0.png"),
-        ("surface zoo:ART/3", "surface-ART-3.png"),
-        ("surface --policy walker.zip", "surface-walker.png"),
-        ("basin mine.py:hopper", "basin-hopper.png"),
-        ("portrait V-sector-w4 --out portrait.pdf", "portrait.pdf"),
+        ("V-sector-w4", "surface-V-sector-w4.png"),
+        ("runs/ART-rF-w8-seed0.json", "surface-ART-rF-w8-seed0.png"),
+        ("zoo:ART/3", "surface-ART-3.png"),
+        ("walker.zip", "surface-walker.png"),
+        ("mine.py:hopper", "surface-hopper.png"),
     ],
 )
-def test_a_figure_without_a_name_is_called_after_what_it_shows(words, file):
-    assert parsed(["figure", *words.split()]).file == Path(file)
+def test_a_figure_without_a_file_is_called_after_what_it_shows(name, file):
+    assert PictureOutput().usual(figure_surface, name).out == Path(file)
+    given = PictureOutput(out=Path("mine.pdf"))
+    assert given.usual(figure_surface, name) is given
 
 
 def test_a_figure_is_written_under_its_own_name(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert (
-        main(["figure", "portrait", "--actuation", "reflex", "--heights", "1.2", "--duration", "2"])
-        == 0
-    )
-    assert (tmp_path / "portrait-reflex.png").stat().st_size > 0
-    assert "wrote portrait-reflex.png" in capsys.readouterr().out
+    words = "figure portrait paper-reflex --heights 1.2 --duration 2"
+    assert main(words.split()) == 0
+    assert (tmp_path / "portrait-paper-reflex.png").stat().st_size > 0
+    assert "wrote portrait-paper-reflex.png" in capsys.readouterr().out
 
 
 def test_a_gait_command_without_a_folder_makes_one_called_after_it():

@@ -37,13 +37,10 @@ from tegotae.training.collection import read
         ("evaluate paper bar-light", "paper hops on one leg, and bar-light walks on several legs"),
         ("evaluate ART", "train it: tegotae train ART-rF-tphif-w8"),
         ("compare paper", "a comparison needs at least two sets of controllers; 1 found"),
-        (
-            "figure basin bar-light --resolution 9 --out b.png",
-            "--resolution is for bodies with one",
-        ),
-        ("figure basin paper --starts 9 --out b.png", "--starts is for bodies with several legs"),
+        ("figure basin bar-light --resolution 9 --out b.png", "options: --resolution"),
+        ("figure basin paper --starts 9 --out b.png", "Unrecognized options: --starts"),
         ("figure basin bar-light --out b.txt", "b.txt"),
-        ("figure surface bar-light --out s.png", "is for a Bar, and this command is for hoppers"),
+        ("figure surface bar-light --out s.png", "several legs, and this figure is of one leg"),
         ("gait map ART --x omega 1 2 --y sigma 1 2 --out m", "a gait command on a one-legged body"),
     ],
 )

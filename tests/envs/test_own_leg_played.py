@@ -165,7 +165,7 @@ def test_a_heavier_leg_presses_harder():
         ("simulate --height 2", "Unrecognized options: --height"),
         ("simulate --animate leg.avi", "use .gif or .mp4"),
         ("evaluate --drop 0.1", "Unrecognized options: --drop"),
-        ("figure portrait", "tegotae simulate and tegotae evaluate run it there"),
+        ("figure portrait", "runs in another simulator, and this figure is of one leg"),
     ],
 )
 def test_what_has_no_meaning_on_an_environment_is_refused(words, said, file, one_line_error):

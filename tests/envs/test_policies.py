@@ -260,12 +260,12 @@ def test_an_onnx_network_answers_what_it_computes(network):
 
 
 def test_an_answer_in_newton_is_scaled_to_the_largest_force(network):
-    policy = load_policy(str(network), Meaning(scale=1.0))
+    policy = load_policy(str(network), Meaning(answer_scale=1.0))
     assert policy.actions(np.array([[2.0, 0.0]])) == pytest.approx([1.0 / 4.0])
 
 
 def test_an_answer_of_a_function_is_scaled_where_that_is_asked_for():
-    found = actuation_surface(from_function(reflex, Meaning(scale=0.5)), FORCES, columns=5)
+    found = actuation_surface(from_function(reflex, Meaning(answer_scale=0.5)), FORCES, columns=5)
     expected = np.maximum(0.0, np.cos(found.phase_rad) * FORCES[:, None])
     np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
 
@@ -307,7 +307,7 @@ def test_a_policy_that_fails_is_told_in_one_line(answer, says):
         ({"acts": "torque"}, "no kind of action is called 'torque'"),
         ({"observes": ("speed",)}, "no observation of this environment is called 'speed'"),
         ({"acts": "feedback", "actuation": "spring"}, "no actuation is called 'spring'"),
-        ({"scale": 0.0}, "scale is 0"),
+        ({"answer_scale": 0.0}, "answer_scale is 0"),
         ({"step_s": 1.0}, "step_s is 1; it must be at most 0.02"),
         ({"step_s": 0.0015}, "step_s is 0.0015; it must be a whole number of ticks of 0.001 s"),
     ],
@@ -346,23 +346,13 @@ def test_onnx_without_its_package_names_the_extra(tmp_path, monkeypatch):
         load_policy(str(tmp_path / "net.onnx"))
 
 
-def test_a_policy_beside_a_controllers_options_is_refused(one_line_error):
-    said = one_line_error(
-        "figure", "surface", "--policy", "no.zip", "--sigma", "2", "--out", "x.png"
-    )
-    assert "--sigma belongs to a controller" in said
-
-
 @pytest.mark.parametrize(
-    "option",
+    ("words", "says"),
     [
-        ("--acts", "feedback"),
-        ("--observes", "velocity"),
-        ("--si",),
-        ("--answer-scale", "4"),
-        ("--step", "0.02"),
+        ("paper --policy math:cos", "paper is a controller, and --policy names a policy; name one"),
+        ("--policy math:cos --sigma 2", "Unrecognized options: --sigma"),
+        ("paper --acts feedback", "Unrecognized options: --acts"),
     ],
 )
-def test_a_policys_options_without_a_policy_are_refused(one_line_error, option):
-    said = one_line_error("figure", "portrait", "--sigma", "2", *option, "--out", "x.png")
-    assert f"{option[0]} belongs to a policy; name one with --policy" in said
+def test_options_of_a_policy_and_of_a_controller_are_told_apart(one_line_error, words, says):
+    assert says in one_line_error("figure", "surface", *words.split(), "--out", "x.png")

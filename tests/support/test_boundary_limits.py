@@ -72,7 +72,7 @@ def no_rollout(monkeypatch):
             "reproduction gain-map --resolution 99999999999999 --out g.png",
             "it must be at most 2000",
         ),
-        ("figure phase-locking --actuation= --out p.png", "no actuation is called ''"),
+        ("figure phase-locking paper-x --out p.png", "no actuation is called 'x'"),
         ("figure phase-locking --cut 1e300 --out p.png", "cut is 1e+300"),
         ("figure poincare --nudge 1e300 --out p.png", "nudge is 1e+300; it must be at most 1"),
         ("figure poincare --turns 99999999 --out p.png", "turns is 99999999; it must be at most"),

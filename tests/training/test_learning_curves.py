@@ -225,7 +225,7 @@ def test_the_command_draws_and_says_how_far_pgpe_leads(tmp_path, capsys):
 
 def test_the_command_asks_for_trainings(tmp_path, capsys):
     assert main(["figure", "learning-curves", "--out", str(tmp_path / "a.png")]) == 2
-    assert "name their folders" in capsys.readouterr().err
+    assert "names come first: tegotae figure learning-curves NAME" in capsys.readouterr().err
 
 
 def test_the_legend_names_only_what_is_drawn():

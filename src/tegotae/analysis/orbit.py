@@ -15,7 +15,7 @@ from tegotae.measures.hopping.episode import LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import Hops, hops
 from tegotae.measures.hopping.signals import require_measurable
-from tegotae.parts.bodies import Hopper, require_one_limb
+from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.maths import TWO_PI
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
@@ -66,6 +66,13 @@ class Orbit:
     """What else the oscillator's state is at its apexes, by name, each of shape [k]."""
     oscillator_state: dict[str, np.ndarray] = field(default_factory=dict)
     """What else the oscillator's state is, by name, each [samples]."""
+
+
+def require_hopper(body: Body, what: str) -> Hopper:
+    """The body; raises `TegotaeError` if it is no hopper."""
+    if not isinstance(body, Hopper):
+        raise TegotaeError(f"{what} needs a hopper, not a {type(body).__name__}")
+    return body
 
 
 def require_enterable(saved: SavedController, what: str) -> None:
@@ -208,8 +215,7 @@ def paths_of(
         >>> paths_of(saved, np.array([1.1, 1.3]), duration_s=1.0).height_m.shape
         (100, 2)
     """
-    if not isinstance(saved.body, Hopper):
-        raise TegotaeError(f"a phase portrait needs a hopper, not a {type(saved.body).__name__}")
+    require_hopper(saved.body, "a phase portrait")
     heights = check_releases(height_m, duration_s)
     system = saved.system
     engine = system.engine(timing=system.timing_over(duration_s, frame_s=0.01))

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import require_count
 from tegotae._support.limits import MOST_M, MOST_POINTS, require_within
 from tegotae.analysis.maps import turn
-from tegotae.analysis.orbit import Orbit, hops_of, require_enterable
+from tegotae.analysis.orbit import Orbit, hops_of, require_enterable, require_hopper
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.maths import TWO_PI
@@ -67,9 +67,7 @@ def measure_phase_response(
     Reference: A. T. Winfree, The Geometry of Biological Time, chapter 4.
     """
     require_enterable(saved, "a phase response")
-    body = saved.body
-    if not isinstance(body, Hopper):
-        raise TegotaeError(f"a push needs a hopper's mass, and this is a {type(body).__name__}")
+    body = require_hopper(saved.body, "a push")
     push_ns = np.atleast_1d(np.asarray(push_ns, float))
     check_pushes(push_ns, body, points, cycles)
     tolerance = tolerance or LimitCycle()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,10 +11,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.maps import lanes
-from tegotae.parts._shapes import LaneNumbers
-from tegotae.parts.bodies import Hopper
+from tegotae.analysis.orbit import require_hopper
 from tegotae.parts.maths import TWO_PI
-from tegotae.parts.terms import Signals
 from tegotae.simulation.integrators.base import drive, push, signals
 from tegotae.simulation.rollout import Scenario
 from tegotae.systems.controller_file import SavedController
@@ -80,14 +77,7 @@ def actuation_surface(
         >>> found.actuator_force_n[1].round(6)  # -min(0, -σ cos φ F_k)
         array([2., 0., 2.])
     """
-    if isinstance(driven, SavedController):
-        controller, body, omega = driven.controller, driven.body, driven.omega
-    else:
-        settings = driven.meaning.settings
-        controller, body = settings.controller, settings.body
-        omega = driven.meaning.omega if driven.meaning.with_phase else None
-    if not isinstance(body, Hopper):
-        raise TegotaeError(f"an actuation surface needs a hopper, not a {type(body).__name__}")
+    controller, body = driven.controller, require_hopper(driven.body, "an actuation surface")
     require_finite("velocity", velocity_m_per_s)
     forces = np.asarray(spring_force_n, float)
     most = body.stiffness_n_per_m * body.rest_length_m
@@ -109,8 +99,9 @@ def actuation_surface(
         oscillator = () if controller.oscillator is None else controller.oscillator.start(angle)
         ground = jnp.zeros(column.shape)
         seen = signals(controller, body, state, oscillator, ground)
-        weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in _weights(driven, seen)]
-        turning = jnp.full(column.shape, float(Scenario.of(omega).omega))
+        own = driven.weights if isinstance(driven, SavedController) else driven.weights(seen)
+        weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in own]
+        turning = jnp.full(column.shape, float(Scenario.of(driven.omega).omega))
         control = drive(controller, body, weights, turning, state, oscillator, ground)
         answer = push(controller, body.max_force_n, control.command, angle, angle, turning)
 
@@ -124,13 +115,3 @@ def actuation_surface(
         actuator_force_n=as_map(answer.mean_n),
         feedback_rad_per_s=as_map(control.feedback),
     )
-
-
-def _weights(driven: SavedController | Policy, seen: Signals) -> Sequence[LaneNumbers]:
-    """The weights where so much is sensed, each one or [points]: a policy's action is a weight."""
-    if isinstance(driven, SavedController):
-        return list(driven.weights)
-    settings = driven.meaning.settings
-    read = seen.dimensionless if settings.dimensionless else seen.__getitem__
-    observed = np.stack([np.asarray(read(name)) for name in settings.observed], axis=-1)
-    return [driven.actions(observed) * settings.action_scale]

@@ -20,7 +20,7 @@ from tegotae.cli.console import print_rows, print_text
 from tegotae.cli.parsing import parse, parse_known
 from tegotae.questions.answer import AnswerBase, RecordedRun, check_output
 from tegotae.questions.options import OptionValue, options_of, without_unit
-from tegotae.questions.question import Question
+from tegotae.questions.question import Question, called
 from tegotae.systems.zoo import is_zoo_name, stem
 
 
@@ -94,11 +94,11 @@ class FolderOutput(AnswerOutput):
         """The same, with what a question writes if nothing else is asked for."""
         if self.json or self.csv or self.plot or self.out:
             return self
-        stem = "-".join(filter(None, [question.__name__.replace("_", "-"), file_stem(name)]))
-        if question.written == "picture":
-            return dataclasses.replace(self, plot=Path(f"{stem.removeprefix('figure-')}.png"))
-        kept = question.written in ("folder", "file")
-        return dataclasses.replace(self, out=Path(stem + question.answer.ENDING) if kept else None)
+        if question.written == "nothing":
+            return self
+        kind = question.__name__.removeprefix("figure_").replace("_", "-")
+        stem = "-".join(filter(None, [kind, file_stem(name)]))
+        return dataclasses.replace(self, out=Path(stem + question.answer.ENDING))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +112,22 @@ class FileOutput(FolderOutput):
         AnswerOutput.check(self)
         if self.out is not None:
             output_file(self.out)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PictureOutput(FileOutput):
+    """The same with a picture."""
+
+    out: Path | None = None
+    """File of the picture (.png, .pdf, .svg); its numbers go beside it. By default the name is made
+    of figure and controller, in the current folder."""
+
+    def check(self) -> None:
+        from tegotae.figures.style import figure_file
+
+        super().check()
+        if self.out is not None:
+            figure_file(self.out)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +186,7 @@ class Asked:
     def help(self) -> NoReturn:
         """Print the help: of what is named, or else of what may be."""
         question, about = self.question, about_of(self.question)
-        if question.has_own and not self.names:
+        if question.has_own and not self.names and {*self.words} <= {"-h", "--help"}:
             known = options_of(question.subjects()) | options_of(output_of(question))
             more = f"{question.subjects.NAMED} {self.prog} NAME --help lists them."
             text = f"{about}\n\n{more}"
@@ -205,7 +221,7 @@ class Asked:
         said = {word[2:].partition("=")[0].replace("-", "_") for word in words if word[:2] == "--"}
         given = _values(parsed, {name: known[name] for name in known if name in said})
         output = dataclasses.replace(shown, **_values(parsed, outputs))
-        output = output.usual(question, self.names[0] if self.names else "")
+        output = output.usual(question, self.names[0] if self.names else _only(subjects))
         if "out" in known:  # it works in the folder that is written
             given["out"] = output.out
         return subjects, given, output
@@ -226,7 +242,7 @@ def about_of(question: Question) -> str:
 def output_of(question: Question) -> FolderOutput:
     """How the answer is shown, and which files are written; nothing else than on the screen yet."""
     if question.answer.ENDING:
-        return FileOutput()
+        return PictureOutput() if question.answer.ENDING == ".png" else FileOutput()
     return RunOutput() if hasattr(question.answer, "animate") else FolderOutput()
 
 
@@ -244,6 +260,11 @@ def file_stem(name: str) -> str:
     last = re.split(r"[/\\\\:]", name)[-1]
     plain = re.sub(r"\.(json|zip|onnx|py)$", "", last)
     return re.sub(r"[^\w.@+-]+", "-", plain).strip("-.")
+
+
+def _only(subjects: Sequence[Any]) -> str:
+    """The name of the one subject where none was given."""
+    return called(subjects[0]) if len(subjects) == 1 else ""
 
 
 def _plain(word: str, known: dict[str, OptionValue]) -> str:

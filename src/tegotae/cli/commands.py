@@ -74,56 +74,56 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Draw a figure that explains a controller, and write its numbers.",
         {
             "surface": Command(
-                "tegotae.cli.figure.surface",
-                "SurfaceFigure",
+                "tegotae.questions.drawing",
+                "figure_surface",
                 (
                     "tegotae figure surface V-sector-w4",
                     "tegotae figure surface runs/art/ART-rF-tphif-w8-seed0.json --out surface.pdf",
                 ),
             ),
             "portrait": Command(
-                "tegotae.cli.figure.portrait",
-                "Portrait",
+                "tegotae.questions.drawing",
+                "figure_portrait",
                 (
                     "tegotae figure portrait V-sector-w4",
                     "tegotae figure portrait V-reflex-w8 --heights 1.1 1.5 2",
                 ),
             ),
             "phase-locking": Command(
-                "tegotae.cli.figure.phase_locking",
-                "PhaseLocking",
+                "tegotae.questions.drawing",
+                "figure_phase_locking",
                 (
                     "tegotae figure phase-locking --resolution 40",
-                    "tegotae figure phase-locking --actuation reflex --cut 3",
+                    "tegotae figure phase-locking paper-reflex --cut 3",
                 ),
             ),
             "phase-response": Command(
-                "tegotae.cli.figure.phase_response",
-                "PhaseResponseFigure",
+                "tegotae.questions.drawing",
+                "figure_phase_response",
                 (
                     "tegotae figure phase-response V-sector-w4",
                     "tegotae figure phase-response V-sector-w8 --push 0.01 -0.01",
                 ),
             ),
             "basin": Command(
-                "tegotae.cli.figure.basin",
-                "Basin",
+                "tegotae.questions.drawing",
+                "figure_basin",
                 (
                     "tegotae figure basin V-sector-w4",
                     "tegotae figure basin quadruped-c --starts 64",
                 ),
             ),
             "poincare": Command(
-                "tegotae.cli.figure.poincare",
-                "PoincareFigure",
+                "tegotae.questions.drawing",
+                "figure_poincare",
                 (
                     "tegotae figure poincare V-sector-w4",
                     "tegotae figure poincare V-reflex-w8 --turns 20",
                 ),
             ),
             "learning-curves": Command(
-                "tegotae.cli.figure.learning_curves",
-                "LearningCurves",
+                "tegotae.questions.drawing",
+                "figure_learning_curves",
                 (
                     "tegotae figure learning-curves runs/art",
                     "tegotae figure learning-curves runs/art runs/ar --out curves.pdf",

@@ -13,7 +13,6 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from rich import box
@@ -193,28 +192,6 @@ def fitting(widths: Sequence[int], width: int, key: int = 1) -> list[tuple[int, 
         else:
             part.append(i)
     return [tuple(part) for part in parts]
-
-
-def check_outputs(csv: Path | None, plot: Path | None, animate: Path | None) -> None:
-    """Raise `TegotaeError` if a file could not be written.
-
-    Args:
-        csv: file of the time series.
-        plot: file of a figure.
-        animate: file of an animation.
-    """
-    from tegotae._support.files import output_file  # NumPy is slow to import
-
-    if csv is not None:
-        output_file(csv)
-    if plot is not None:
-        from tegotae.figures.style import figure_file
-
-        figure_file(plot)
-    if animate is not None:
-        from tegotae.figures.animation import animation_file
-
-        animation_file(animate)
 
 
 NOT_WRITTEN = 1

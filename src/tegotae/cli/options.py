@@ -3,35 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import tyro
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.limits import MOST_GAIN, MOST_RAD_PER_S, require_within
 from tegotae._support.tables import number
-from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body, Hopper, Interface
-from tegotae.parts.oscillators import Oscillator, oscillator_named
-from tegotae.parts.oscillators.named import PHASE
+from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.terms import with_vanilla_settings
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Condition, OneOf, Uniform
-from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import all_models, find
-from tegotae.systems.presets import preset
-from tegotae.systems.resolve import Resolved, resolve
-from tegotae.systems.system import Release, System
+from tegotae.systems.resolve import Resolved, oscillator_called, resolve
 from tegotae.systems.user_objects import is_reference, named
-from tegotae.training.collection import controller_of
 
 _TIMES = ("from_s", "until_s")
 _HOW = (
@@ -80,20 +70,12 @@ def _drawn(name: str, values: str, window: dict[str, float]) -> Condition:
     return OneOf(name, values=tuple(rows), **window)
 
 
-FromPreset = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
-"""A number that a preset, or a controller file, has too."""
 BodysOwn = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the body's)")]
 """A parameter of a body."""
 SystemsOwn = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the system's)")]
 """A number that a system has, too."""
-Vanilla = Annotated[str | None, tyro.conf.arg(help_behavior_hint="(default: the preset's)")]
-"""The name of a vanilla actuation."""
 OWN = tyro.conf.arg(help_behavior_hint="(default: the experiment's)")
 """For an option without which an experiment stays as it is."""
-OF_PROTOCOL = tyro.conf.arg(help_behavior_hint="(default: the protocol's)")
-"""The same for the protocol of an evaluation."""
-OWN_OSCILLATOR = tyro.conf.arg(help_behavior_hint="(default: phase)")
-"""The same for an oscillator."""
 UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
@@ -174,62 +156,6 @@ class BodyOptions(HopperParameters):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WorkOption:
-    """The definition of the actuator's work."""
-
-    work: str = "absolute"
-    """Definition of the actuator's work: absolute, positive or net."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ProtocolOptions:
-    """What of an evaluation of hopping is to be other than a file's experiment says."""
-
-    drop: Annotated[float | None, OF_PROTOCOL] = None
-    """Height by which the ground drops [m]; 0.2 without an experiment."""
-    work: Annotated[str | None, OF_PROTOCOL] = None
-    """Definition of the actuator's work: absolute, positive or net; absolute without an
-    experiment."""
-
-    def changed(self, more: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """The fields of the protocol that were given, checked."""
-        given = _given({"drop_m": self.drop, "work": self.work, **(more or {})})
-        Protocol(**given)
-        return given
-
-
-@dataclass(frozen=True, kw_only=True)
-class HopperOptions(HopperParameters):
-    """The hopper's parameters; those not given come from a preset or a controller file."""
-
-    HEADING = "Body"
-
-    preset: str = "paper"
-    """Preset of all other parameters: paper or pyTegotaeCPG."""
-
-    def hopper(self, base: Hopper | None = None) -> Hopper:
-        """`base`, the preset's hopper by default, with the parameters that were given."""
-        base = preset(self.preset).hopper if base is None else base
-        return dataclasses.replace(base, **self.given)
-
-
-@dataclass(frozen=True, kw_only=True)
-class OscillatorOption:
-    """Which oscillator a vanilla controller has."""
-
-    HEADING = "Controller"
-
-    oscillator: Annotated[str | None, OWN_OSCILLATOR] = None
-    """Oscillator of a vanilla controller: phase, hopf, adaptive-hopf, van-der-pol, matsuoka, or
-    your own, FILE.py:OBJECT or MODULE:OBJECT."""
-
-    @property
-    def rhythm(self) -> Oscillator:
-        """The oscillator; the paper's if none was named."""
-        return _oscillator(PHASE if self.oscillator is None else self.oscillator)
-
-
-@dataclass(frozen=True, kw_only=True)
 class ExperimentOptions(BodyOptions):
     """What of an experiment is to be other than it is by itself."""
 
@@ -288,8 +214,8 @@ class ExperimentOptions(BodyOptions):
             TegotaeError: for what does not fit together, or an option that the experiment's own
                 body or fitness does not have.
         """
-        if experiment.body.limbs > 1:
-            refuse_given(self, ("drop",), experiment.name, several=True)
+        if experiment.body.limbs > 1 and self.drop is not None:
+            raise TegotaeError(f"--drop is for bodies with one leg; {experiment.name} has several")
         times = {"duration_s": self.duration, "tick_s": self.tick}
         heights = {"release_m": self.height, "drop_m": self.drop, "work": self.work}
         if self.oscillator is not None:
@@ -373,7 +299,7 @@ def with_oscillator(experiment: Experiment, name: str, budget: int | None = None
     Raises:
         TegotaeError: for an unknown oscillator, or what does not fit together.
     """
-    oscillator = _oscillator(name)
+    oscillator = oscillator_called(name)
     if experiment.controller.oscillator is None:
         return experiment
     called = f"{experiment.name}+{type(oscillator).__name__ if is_reference(name) else name}"
@@ -385,94 +311,8 @@ def with_oscillator(experiment: Experiment, name: str, budget: int | None = None
     return experiment.replaced(name=called, controller=controller)
 
 
-def _oscillator(name: str) -> Oscillator:
-    if is_reference(name):
-        return named(name, Oscillator, "oscillator")
-    return oscillator_named(name)
-
-
 def _given(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
-
-
-@dataclass(frozen=True, kw_only=True)
-class ControllerOptions(OscillatorOption, HopperOptions):
-    """A controller file, or else a vanilla controller made of options, and its hopper."""
-
-    HEADING = "Controller"
-
-    actuation: Vanilla = None
-    """Vanilla actuation: sector, reflex or both."""
-    omega: FromPreset = None
-    """Frequency ω [rad/s]."""
-    sigma: FromPreset = None
-    """Gain σ of the vanilla feedback [rad/(s N)]."""
-
-    def chosen(self, place: Path | str | None) -> SavedController:
-        """The controller, its weights, frequency and hopper, in the system that it is of.
-
-        Args:
-            place: what is named (`tegotae.systems.resolve`); a vanilla controller if None.
-
-        Raises:
-            TegotaeError: for a name without weights, several controllers or another body than a
-                hopper; an unknown name, a number that is not finite, or options of a vanilla
-                controller beside a name.
-        """
-        if place is None:
-            return self.vanilla()
-        return self.adapted(resolve(place))
-
-    def vanilla(self) -> SavedController:
-        """The vanilla controller of the options."""
-        self._check_omega()
-        source = preset(self.preset)
-        sigma = source.sigma if self.sigma is None else self.sigma
-        require_within("sigma", sigma, MOST_GAIN)
-        oscillator = self.rhythm
-        system = System(
-            controller=source.controller(
-                source.actuation if self.actuation is None else self.actuation, oscillator
-            ),
-            body=self.hopper(),
-            omega=source.omega_rad_per_s if self.omega is None else self.omega,
-            release=Release(height_m=source.height_m),
-        )
-        # A trained oscillator's weights are zero where it is the one that it starts from.
-        return SavedController(system, np.array([sigma, *[0.0] * oscillator.n_weights]))
-
-    def adapted(self, found: Resolved) -> SavedController:
-        """The one controller of a name, with the frequency and the hopper that were given."""
-        self._check_omega()
-        for name in ("actuation", "sigma", "oscillator"):
-            if getattr(self, name) is not None:
-                raise TegotaeError(f"--{name} belongs to vanilla controllers, not to a file")
-        if self.preset != HopperOptions.preset:
-            raise TegotaeError("--preset belongs to vanilla controllers, not to a file")
-        require_hopper(found)
-        saved = controller_of(found)
-        assert isinstance(saved.body, Hopper)  # require_hopper
-        return saved.replaced(
-            omega=saved.omega if self.omega is None or saved.omega is None else self.omega,
-            body=self.hopper(saved.body),
-        )
-
-    def _check_omega(self) -> None:
-        if self.omega is not None:
-            require_within("omega", self.omega, MOST_RAD_PER_S)
-
-
-def require_hopper(found: Resolved) -> None:
-    """Raise `TegotaeError` unless what was named is on a hopper."""
-    body = found.body
-    if isinstance(body, Hopper):
-        return
-    require_ours(found)
-    legs = "; for several legs there are simulate, evaluate, figure basin and gait"
-    raise TegotaeError(
-        f"{found.name} is for a {type(body).__name__}, and this command is for hoppers"
-        f"{legs if body.limbs > 1 else ''}"
-    )
 
 
 def require_ours(found: Resolved) -> None:
@@ -482,37 +322,3 @@ def require_ours(found: Resolved) -> None:
             f"{found.name} drives the limbs of another simulator, whose mechanics are not here; "
             "tegotae simulate and tegotae evaluate run it there"
         )
-
-
-def refuse_given(command: Any, names: Iterable[str], place: str, several: bool) -> None:
-    """Raise `TegotaeError` for an option that the number of legs of what was named makes idle.
-
-    Args:
-        command: the options.
-        names: of the fields that do nothing here.
-        place: what was named.
-        several: whether it has several legs.
-    """
-    defaults = {field.name: field.default for field in dataclasses.fields(command)}
-    for name in names:
-        if getattr(command, name) != defaults[name]:
-            option, whose = name.replace("_", "-"), "one leg" if several else "several legs"
-            has = "several legs" if several else "one leg"
-            raise TegotaeError(f"--{option} is for bodies with {whose}; {place} has {has}")
-
-
-def refuse_on_environment(command: Any, understood: Iterable[str], place: str) -> None:
-    """Raise `TegotaeError` for an option without a meaning for what was trained on an environment.
-
-    Args:
-        command: the options.
-        understood: names of the fields that have one.
-        place: what was named.
-    """
-    kept = {*understood}
-    for field in dataclasses.fields(command):
-        if field.name not in kept and getattr(command, field.name) != field.default:
-            raise TegotaeError(
-                f"--{field.name.replace('_', '-')} is for bodies of this package; {place} was "
-                "trained on an environment, and runs there with the settings of its file"
-            )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,7 +15,7 @@ from matplotlib.ticker import NullFormatter
 
 from tegotae.figures.style import COLOURS, PAGE_IN, Table, literal, new_figure, styled
 from tegotae.measures.hopping.registry import range_of
-from tegotae.measures.hopping.statistics import UNBOUNDED, interval
+from tegotae.measures.hopping.statistics import UNBOUNDED, Interval, difference, interval
 from tegotae.training.curves import COT, FITNESS, LearningCurve, groups, shared, table
 
 LABELS = {COT: "CoT⁻¹ [m/J]", FITNESS: "fitness"}
@@ -174,6 +175,33 @@ def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
         "": table(curves),
         "mean": {name: np.concatenate(columns) for name, columns in rows.items()},
     }
+
+
+def algorithms_compared(curves: Sequence[LearningCurve]) -> pd.DataFrame:
+    """Late in training: each algorithm, and how far PGPE is above it on the same model."""
+    is_cot = curves[0].measure == COT
+    within, called = (range_of(COT), "CoT⁻¹") if is_cot else (UNBOUNDED, "fitness")
+    runs_of = groups(curves)
+    shortest: dict[str, float] = {}
+    for curve in curves:
+        end_s = float(curve.simulated_s[-1])
+        shortest[curve.model] = min(end_s, shortest.get(curve.model, np.inf))
+    rows = []
+    for (model, algorithm), runs in sorted(runs_of.items()):
+        pgpe = runs_of.get((model, "pgpe"), []) if algorithm != "pgpe" else []
+        row = {"model": model, "algorithm": algorithm, "runs": len(runs)}
+        row["learned from"] = f"{runs[0].simulated_s[-1]:.0f} s"
+        for when, time in (("at the end", np.inf), ("after equal time", shortest[model])):
+            late, others = ([run.late_mean(time) for run in group] for group in (runs, pgpe))
+            row[f"{called} {when}"] = _words(interval(late, within=within))
+            row[f"PGPE's lead {when}"] = _words(difference(others, late)) if pgpe else ""
+        rows.append(row)
+    return pd.DataFrame(rows).set_index(["model", "algorithm"])
+
+
+def _words(mean: Interval) -> str:
+    ends = "" if np.isnan(mean.low) else f" [{mean.low:.3f}, {mean.high:.3f}]"
+    return f"{mean.mean:.3f}{ends}"
 
 
 def _mean(runs: Sequence[LearningCurve]) -> dict[str, np.ndarray]:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from tegotae.questions.task import Task, Work
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.timing import MOST_TICKS
+from tegotae.systems.controller_file import SavedController
 from tegotae.systems.simulation import Simulation
 from tegotae.systems.system import Release
 from tegotae.systems.user_objects import is_reference, named
@@ -31,7 +32,26 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HoppingSimulation:
+class HoppingOptions:
+    """What of a controller on a body with one leg can be otherwise."""
+
+    omega: float | None
+    """Frequency ω [rad/s]."""
+    sigma: float | None
+    """Gain σ of the vanilla feedback [rad/(s N)]."""
+    release: Release
+    body: Body
+
+    @classmethod
+    def options_of(cls, task: HoppingTask, **more: Any) -> Self:
+        """The controller's own."""
+        system, body = task.runs.system, task.runs.body
+        own = {"omega": system.omega, "release": system.release, "body": body}
+        return cls(sigma=task.sigma, **own, **more)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HoppingSimulation(HoppingOptions):
     """Simulate a body with one leg: apexes and efficiency."""
 
     duration_s: float = 20.0
@@ -40,10 +60,6 @@ class HoppingSimulation:
     """Height by which the ground drops [m]; a negative one raises it."""
     drop_time_s: float = 10.0
     """Time of the drop [s]."""
-    omega: float | None
-    """Frequency ω [rad/s]."""
-    sigma: float | None
-    """Gain σ of the vanilla feedback [rad/(s N)]."""
     work: Work
     """Definition of the actuator's work."""
     measure_from_s: float | None = None
@@ -54,8 +70,6 @@ class HoppingSimulation:
     """Hold the controller over each tick, as a robot does."""
     float64: bool = False
     """Compute in double precision."""
-    release: Release
-    body: Body
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,14 +103,23 @@ class HoppingTask(Task):
 
     what = "hops on one leg"
 
+    def controller(self, options: HoppingOptions) -> SavedController:
+        """The one controller with what was given.
+
+        Raises:
+            TegotaeError: for several controllers, or what does not fit together.
+        """
+        if options.sigma is not None:
+            require_within("sigma", options.sigma, MOST_GAIN)
+        changed = {"omega": options.omega, "body": options.body, "release": options.release}
+        system = self.runs.system.replaced(changed)
+        return SavedController(system, self.weights_at(options.sigma), self.name)
+
     def simulate_options(self) -> HoppingSimulation:
         """The options of a simulation."""
         system, trained = self.runs.system, self.runs.experiment
-        return HoppingSimulation(
-            body=self.runs.body,
-            release=system.release,
-            omega=system.omega,
-            sigma=self.sigma,
+        return HoppingSimulation.options_of(
+            self,
             work="absolute" if trained is None else trained.protocol.work,  # type: ignore[arg-type]
             tick_s=system.period_s(Timing.tick_s),
             hold=isinstance(system.integrator, Hold),
@@ -131,34 +154,32 @@ class HoppingTask(Task):
         )
 
     def _simulation(self, options: HoppingSimulation) -> Simulation:
-        system, tick_s = self.runs.system, options.tick_s
+        tick_s = options.tick_s
         require_finite("tick", tick_s, above=0.0)
         options.body.check_tick(tick_s)
         require_finite("drop", options.drop_m)
         require_finite("drop_time", options.drop_time_s, least=0.0)
-        if options.sigma is not None:
-            require_within("sigma", options.sigma, MOST_GAIN)
         if options.drop_m and options.drop_time_s >= options.duration_s:
             raise TegotaeError(
                 f"the ground is to drop at {options.drop_time_s:g} s, but the rollout ends at "
                 f"{options.duration_s:g} s; set --drop-time or --duration"
             )
-        changed = {"omega": options.omega, "body": options.body, "release": options.release}
-        scenario = system.replaced(changed).scenario(
+        saved = self.controller(options)
+        scenario = saved.system.scenario(
             drop_m=options.drop_m,
             drop_time_s=options.drop_time_s if options.drop_m else math.inf,
         )
         frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
         return Simulation(
-            system.controller,
-            self.weights_at(options.sigma),
+            saved.controller,
+            saved.weights,
             scenario,
             options.body,  # type: ignore[arg-type]
             Timing(duration_s=options.duration_s, tick_s=tick_s, frame_s=frame_s),
             options.work,
             options.measure_from_s,
             "float64" if options.float64 else "float32",
-            Hold() if options.hold else system.integrator,
+            Hold() if options.hold else saved.system.integrator,
         )
 
     def evaluate_options(self) -> HoppingEvaluation:

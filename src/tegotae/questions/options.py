@@ -41,7 +41,7 @@ class OptionValue:
     about: str
     """What it is."""
     heading: str
-    """The class that it belongs to; empty for the question's own."""
+    """What it belongs to; empty for the question's own."""
 
 
 def options_of(options: Any) -> dict[str, OptionValue]:
@@ -95,7 +95,7 @@ def _leaves(options: Any, path: str = "") -> Iterator[OptionValue]:
         if dataclasses.is_dataclass(value):
             yield from _leaves(value, f"{way}.")
         elif field.init and (kind := _kind(hints[field.name], value)) is not None:
-            heading = type(options).__name__ if path else ""
+            heading = type(options).__name__.removesuffix("Options") if path else ""
             yield OptionValue(way, kind, value, about(type(options), field.name), heading)
 
 
@@ -108,7 +108,7 @@ def _kind(hint: Any, value: Any) -> Any:
         (only, *others) = inner
         return tuple[only, ...] if not others and only in _PLAIN else None
     if value is None:
-        kinds = [kind for kind in get_args(hint) if kind in _PLAIN]
+        kinds = [kind for kind in get_args(hint) if kind in _PLAIN or get_origin(kind) is Literal]
         return kinds[0] if NoneType in get_args(hint) and kinds else None
     return next((kind for kind in _PLAIN if isinstance(value, kind)), None)
 
@@ -129,9 +129,9 @@ def about(owner: type, name: str) -> str:
         statements = body.body  # type: ignore[attr-defined]
         for field, below in pairwise(statements):
             if getattr(getattr(field, "target", None), "id", "") == name:
-                text = getattr(getattr(below, "value", None), "value", None)
-                if isinstance(text, str):
-                    return " ".join(text.split())
+                said = below.value if isinstance(below, ast.Expr) else None
+                if isinstance(said, ast.Constant) and isinstance(said.value, str):
+                    return " ".join(said.value.split())
         if said := re.search(rf"^ +{name}: ((?:.|\n +(?! *\w+:))+)", kind.__doc__ or "", re.M):
             text = " ".join(said[1].split())
             return text[0].upper() + text[1:]

@@ -63,8 +63,8 @@ class Question(Generic[A]):
         usual: the names where none is given.
         kinds: of kinds of subjects an example, for a reference: a name, or a function that makes
             its options.
-        written: what the shell writes unless it is told: nothing, a picture, a folder, or the file
-            that the answer is (`AnswerBase.ENDING`).
+        written: what the shell writes unless it is told: nothing, a folder, or the file that the
+            answer is (`AnswerBase.ENDING`).
     """
 
     ask: Callable[[Any, Any], A]
@@ -74,7 +74,7 @@ class Question(Generic[A]):
     nameless: bool = False
     usual: tuple[Any, ...] = ()
     kinds: Mapping[str, Any] = field(default_factory=dict)
-    written: Literal["nothing", "picture", "folder", "file"] = "nothing"
+    written: Literal["nothing", "folder", "file"] = "nothing"
 
     def __post_init__(self) -> None:
         self.__doc__, self.__name__ = self.ask.__doc__, self.ask.__name__
@@ -96,6 +96,8 @@ class Question(Generic[A]):
         asked = [changed(self.options(x), given, called(x)) for x in subjects]
         if not subjects and self.nameless:
             asked = [changed(self.options(None), given, self.__name__)]
+        if not asked:
+            raise TegotaeError(f"{self.__name__} needs a name, at least one")
         if self.several:
             return self.ask(subjects, asked)
         if len(subjects) != 1:

@@ -45,13 +45,19 @@ class WalkingOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WalkingSimulation(WalkingOptions):
-    """Simulate a body with several legs: footfalls, lags and the name of its gait."""
+class DrivenOptions(WalkingOptions):
+    """The same of one controller."""
 
     omega: float | None
     """Frequency ω [rad/s]."""
     sigma: float | None
     """Gain σ of the vanilla feedback [rad/(s N)]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkingSimulation(DrivenOptions):
+    """Simulate a body with several legs: footfalls, lags and the name of its gait."""
+
     phases: tuple[float, ...] = ()
     """Phases of the legs at release [cycles], in the body's order; random ones by default."""
     seed: int = 0
@@ -108,15 +114,22 @@ class WalkingTask(Task):
     def _own(self) -> dict[str, Any]:
         return {"body": self.legged.body, "duration_s": self.legged.timing.duration_s}
 
+    def driven_options(self) -> dict[str, Any]:
+        """The values of `DrivenOptions`."""
+        return {**self._own(), "omega": self.legged.omega, "sigma": self.sigma}
+
+    def driven(self, options: DrivenOptions) -> Legged:
+        """The system of the one controller with what was given."""
+        legged = self.system(options).with_system(omega=options.omega)
+        return dataclasses.replace(legged, weights=tuple(self.weights_at(options.sigma)))
+
     def simulate_options(self) -> WalkingSimulation:
         """The options of a simulation."""
-        return WalkingSimulation(**self._own(), omega=self.legged.omega, sigma=self.sigma)
+        return WalkingSimulation(**self.driven_options())
 
     def simulate(self, options: WalkingSimulation) -> RecordedRun:
         """One release: footfalls, lags and the gait."""
-        legged = self.system(options).with_system(omega=options.omega)
-        weights = tuple(self.weights_at(options.sigma))
-        legged = dataclasses.replace(legged, weights=weights)
+        legged = self.driven(options)
         if options.phases and options.seed:
             raise TegotaeError("--seed is of random phases, and --phases says what they are")
         phases = [2.0 * math.pi * phase for phase in options.phases] or None

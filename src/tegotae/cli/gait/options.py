@@ -6,13 +6,13 @@ import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.files import check_folder
-from tegotae.cli.figure.output import PictureFormat, file_stem
+from tegotae.cli.asking import file_stem
 from tegotae.cli.options import UNSET, SystemsOwn
 
 if TYPE_CHECKING:
@@ -22,11 +22,18 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LegsOptions:
-    """What of a system with several legs is to be otherwise."""
+class LeggedSystemOptions:
+    """A legged system by name, and what of it is to be otherwise."""
 
-    HEADING = "Several legs"
-
+    system: Annotated[str, tyro.conf.Positional]
+    """The name of a system, such as bar-light or quadruped-c; a controller file; or FILE.py:OBJECT,
+    a Legged or SavedController of your own. It sets release, control period and integrator."""
+    omega: SystemsOwn = None
+    """Frequency ω [rad/s]."""
+    sigma: SystemsOwn = None
+    """Gain σ of a vanilla controller."""
+    duration: Annotated[float | None, UNSET] = None
+    """Simulated time [s]; by default the system's, or one in which legs settle."""
     set: Annotated[tuple[str, ...], UNSET] = ()
     """Change fields of the body, such as inertia_ratio=0.35."""
     terrain: Annotated[tuple[str, ...], UNSET] = ()
@@ -40,25 +47,6 @@ class LegsOptions:
     """Seed of the random phases of the legs at release."""
     tolerance: float = 0.1
     """Tolerance around the lags of a named gait [cycles]."""
-
-
-OF_LEGS = tuple(field.name for field in dataclasses.fields(LegsOptions))
-"""Options of several legs alone."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class LeggedSystemOptions(LegsOptions):
-    """A legged system by name, and what of it is to be otherwise."""
-
-    system: Annotated[str, tyro.conf.Positional]
-    """The name of a system, such as bar-light or quadruped-c; a controller file; or FILE.py:OBJECT,
-    a Legged or SavedController of your own. It sets release, control period and integrator."""
-    omega: SystemsOwn = None
-    """Frequency ω [rad/s]."""
-    sigma: SystemsOwn = None
-    """Gain σ of a vanilla controller."""
-    duration: Annotated[float | None, UNSET] = None
-    """Simulated time [s]; by default the system's, or one in which legs settle."""
 
     def legged(self) -> Legged:
         """The system with what was given.
@@ -122,25 +110,15 @@ class LeggedSystemOptions(LegsOptions):
         }
 
 
-def legs_of(command: Any, name: str) -> LeggedSystemOptions:
-    """The legged system of a command for any number of legs, with the options that are of legs.
-
-    Args:
-        command: options of a body with one leg and of one with several.
-        name: of the system.
-    """
-    numbers = tuple(f"{field}={value!r}" for field, value in command.given.items())
-    own = {each: getattr(command, each) for each in (*OF_LEGS, "omega", "sigma", "duration")}
-    return LeggedSystemOptions(system=name, **{**own, "set": (*command.set, *numbers)})
-
-
 @dataclass(frozen=True, kw_only=True)
-class GaitCommand(PictureFormat, LeggedSystemOptions):
+class GaitCommand(LeggedSystemOptions):
     """A legged system, and a folder."""
 
     out: Annotated[Path | None, UNSET] = None
     """Folder for pictures, tables (.csv) and documents (.json); by default named after the command
     and the system."""
+    format: Literal["png", "svg", "pdf"] = "png"
+    """Format of the pictures."""
 
     @property
     def folder(self) -> Path:

@@ -6,6 +6,7 @@ import inspect
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, Tegota
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import Signals
 
 _TICK_S = 0.001
 ACTS = ("force", "feedback")
@@ -54,18 +56,19 @@ class Meaning:
     """What a policy's numbers mean.
 
     Args:
-        acts: "force", its answer is the actuator force, or "feedback", it is the feedback f of
-            `φ̇ = ω + f`, of which `actuation` makes the force.
-        observes: what it observes, in its order: `spring_force`, `velocity`, `height`, and `phase`
-            as (sin φ, cos φ). By default what the environment of this kind of action shows:
+        acts: meaning of its answer: force of the actuator, or feedback f of `φ̇ = ω + f`, of which
+            `actuation` makes the force.
+        observes: its observations, in its order: `spring_force`, `velocity`, `height`, and `phase`
+            as (sin φ, cos φ). By default those of the package's environment of this kind of action:
             `spring_force` and `velocity`, or `phase` and `spring_force`.
-        dimensionless: whether forces, velocities and heights are over m g, √(g l0) and l0, as in
-            the package's environments, or in N, m/s and m.
-        scale: what an answer of 1 is, in N or rad/s; α or 40 rad/s by default.
+        si: observations are in N, m/s and m, and not relative to m g, √(g l0) and l0, as in the
+            package's environments. A function always has these units.
+        answer_scale: force [N] or feedback [rad/s] for an answer of 1; by default α or 40 rad/s,
+            and 1 for a function.
         omega: frequency ω of the oscillator [rad/s], where there is one.
-        actuation: of a feedback: "sector", "reflex" or "both".
+        actuation: actuation that makes a force of a feedback: sector, reflex or both.
         body: the hopper.
-        step_s: for how long an answer is held [s], in whole ticks of 1 ms.
+        step_s: time for which an answer is held [s], in whole ticks of 1 ms.
 
     Raises:
         TegotaeError: for an unknown kind, observation or actuation, or a number that cannot be.
@@ -77,8 +80,8 @@ class Meaning:
 
     acts: str = "force"
     observes: tuple[str, ...] = ()
-    dimensionless: bool = True
-    scale: float | None = None
+    si: bool = False
+    answer_scale: float | None = None
     omega: float = 8.0
     actuation: str = "sector"
     body: Hopper = field(default_factory=Hopper)
@@ -93,11 +96,11 @@ class Meaning:
             raise TegotaeError(
                 f"step_s is {self.step_s:g}; it must be a whole number of ticks of {_TICK_S:g} s"
             )
-        if self.scale is not None:
-            require_finite("scale", self.scale, above=0.0)
+        if self.answer_scale is not None:
+            require_finite("answer_scale", self.answer_scale, above=0.0)
         self.settings  # noqa: B018 - whose own checks are made now
 
-    @property
+    @cached_property
     def settings(self) -> HopperSettings:
         """The environment in which the policy acts."""
         kind: type[HopperSettings] = HopperSettings
@@ -110,17 +113,11 @@ class Meaning:
             own["observation"] = self.observes
         return kind(
             body=self.body,
-            dimensionless=self.dimensionless,
+            dimensionless=not self.si,
             tick_s=_TICK_S,
             decimation=round(self.step_s / _TICK_S),
             **own,
         )
-
-    @property
-    def answer_scale(self) -> float:
-        """What an answer of 1 is, over what an action of 1 is in the environment."""
-        own = self.settings.action_scale
-        return 1.0 if self.scale is None else self.scale / own
 
     @property
     def with_phase(self) -> bool:
@@ -146,6 +143,28 @@ class Policy:
     answer: Callable[[np.ndarray], ArrayLike]
     meaning: Meaning
     name: str = "policy"
+
+    @property
+    def controller(self) -> Controller:
+        """The controller of its environment, whose one weight the action is."""
+        return self.meaning.settings.controller
+
+    @property
+    def body(self) -> Hopper:
+        """The hopper."""
+        return self.meaning.body
+
+    @property
+    def omega(self) -> float | None:
+        """Frequency ω of the oscillator [rad/s]; None without one."""
+        return self.meaning.omega if self.meaning.with_phase else None
+
+    def weights(self, seen: Signals) -> list[np.ndarray]:
+        """Its answers to signals, as the one weight of the controller, [points]."""
+        settings = self.meaning.settings
+        read = seen.dimensionless if settings.dimensionless else seen.__getitem__
+        observed = np.stack([np.asarray(read(name)) for name in settings.observed], axis=-1)
+        return [self.actions(observed) * settings.action_scale]
 
     def actions(self, observed: np.ndarray) -> np.ndarray:
         """What the policy does, as actions in [-1, 1] of its environment, shape [n].
@@ -176,9 +195,10 @@ class Policy:
         if not np.isfinite(answer).all():
             where = observed[int(np.argmin(np.isfinite(answer)))]
             raise TegotaeError(f"{self.name} answers no finite number to {where.tolist()}")
-        actions = self.meaning.answer_scale * answer
+        most = self.meaning.settings.action_scale
+        scale = self.meaning.answer_scale
+        actions = answer if scale is None else scale / most * answer
         if self.meaning.acts == "feedback" and (np.abs(actions) > 1.0 + 1e-6).any():
-            most = self.meaning.settings.action_scale
             warnings.warn(
                 f"{self.name} returns a feedback of more than {most:g} rad/s, which is clipped",
                 ClippedFeedbackWarning,
@@ -258,8 +278,8 @@ def from_function(
     meaning = replace(
         meaning,
         observes=observes,
-        dimensionless=False,
-        scale=1.0 if meaning.scale is None else meaning.scale,
+        si=True,
+        answer_scale=1.0 if meaning.answer_scale is None else meaning.answer_scale,
     )
 
     def answer(observed: np.ndarray) -> np.ndarray:

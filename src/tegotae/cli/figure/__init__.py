@@ -1,1 +1,0 @@
-"""`tegotae figure`: pictures that explain a controller, one file a picture."""
