@@ -81,7 +81,7 @@ def test_every_tick_of_a_simulated_run_is_repeated(name):
         at = [i for i, each in enumerate(columns) if each.split("[")[0] == prefix]
         return run.rows[:, at]
 
-    state = [x for x in live._step.state if x.startswith("oscillator")]
+    state = [x for x in live._step.state.dtype.names if x.startswith("oscillator")]
     names = [each.split("[")[0] for each in columns if each.startswith("state.")]
     before = [of(each) for each in dict.fromkeys(names)]
     after = [of(each.replace("state.", "next.")) for each in dict.fromkeys(names)]

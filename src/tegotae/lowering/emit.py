@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from tegotae.lowering.nodes import FLOATS, Fork, Loop, Node, reachable
 from tegotae.lowering.operations import OPERATIONS
 from tegotae.lowering.placement import Region, Regions
-from tegotae.lowering.writer import BYTES, TYPES, FunctionWriter
+from tegotae.lowering.writer import FunctionWriter
 
 _SMALLEST_SIDE = 8
 """Operations from which the side of a branch is worth a jump."""
@@ -62,8 +62,7 @@ class Emitter:
             if spread:
                 found = [w.load(base, offset, node.kind, spread=True)] * self._vectors
             else:
-                scalar = TYPES[node.kind]
-                size = w.lanes * BYTES["i32" if scalar == "i1" else scalar]
+                size = w.bytes_of(node.kind)
                 found = [w.load(base, offset + u * size, node.kind) for u in range(self._vectors)]
         self._values[-1][node] = found
         return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -12,11 +13,10 @@ import jax
 import numpy as np
 
 from tegotae._support.engines import available_cores
-from tegotae.lowering.layout import aligned
 from tegotae.lowering.machine import Code, Target, target_of
-from tegotae.lowering.module import EpisodeModule
-from tegotae.lowering.native_reader import NativeReader
-from tegotae.lowering.nodes import KINDS, LANE, TICK, UNIFORM, Node, Tree, array_of, given, scalars
+from tegotae.lowering.module import EpisodeModule, Rows, aligned
+from tegotae.lowering.native_reader import NativeReader, given_arrays
+from tegotae.lowering.nodes import LANE, TICK, UNIFORM, Node, Tree, scalars
 from tegotae.lowering.placement import Stages
 
 _BUFFER_BYTES = 4 * 2**20
@@ -77,10 +77,8 @@ def compile_episode(
         lanes = jax.tree.map(_of_one_lane, lanes_shapes)
         shared = jax.tree.map(_shape, shared_shapes)
         stages, channels = _read(episode, lanes, shared)
-    kinds = tuple(kind for leaf in jax.tree.leaves(lanes) for kind in _kinds(leaf))
-    module = EpisodeModule(stages, kinds, chosen, dtype, vectors)
-    shared_dtypes = [str(leaf.dtype) for leaf in jax.tree.leaves(shared) for _ in _kinds(leaf)]
-    return Kernel(channels, module, tuple(shared_dtypes), Code.compiled(module.text(), chosen))
+    module = EpisodeModule(stages, _kinds(lanes), chosen, dtype, vectors)
+    return Kernel(channels, module, _kinds(shared), Code.compiled(module.text(), chosen))
 
 
 def _shape(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
@@ -91,13 +89,24 @@ def _of_one_lane(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
     return jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype)
 
 
+def _kinds(tree: Tree) -> tuple[str, ...]:
+    return tuple(node.kind for node in scalars(given_arrays("", tree)))
+
+
+_STAGES = {"shared": UNIFORM, "lanes": LANE, "state": TICK, "index": TICK}
+
+
 def _read(episode: TracedEpisode, lanes: Tree, shared: Tree) -> tuple[Stages, Tree]:
     """A program, traced for one lane; and what a frame records, as shapes."""
     reader = NativeReader()
 
     def read(function: Callable[..., Tree], **inputs: Tree) -> tuple[list[Node], Tree]:
         trace, shapes = jax.make_jaxpr(function, return_shape=True)(*inputs.values())
-        arrays = [array for name, tree in inputs.items() for array in _given(name, tree)]
+        arrays = [
+            array
+            for name, tree in inputs.items()
+            for array in given_arrays(name, tree, _STAGES[name])
+        ]
         return scalars(reader.read(trace, arrays)), shapes
 
     start, state = read(episode.start, lanes=lanes, shared=shared)
@@ -106,22 +115,6 @@ def _read(episode: TracedEpisode, lanes: Tree, shared: Tree) -> tuple[Stages, Tr
     tick, _ = read(episode.tick, **inputs, index=index)
     frame, (_, channels) = read(episode.frame, **inputs, index=index)
     return Stages(start, tick, frame[: len(start)], frame[len(start) :]), channels
-
-
-def _kinds(leaf: jax.Array | jax.ShapeDtypeStruct) -> list[str]:
-    return [KINDS[str(leaf.dtype)]] * int(np.prod(leaf.shape, dtype=int))
-
-
-_STAGES = {"shared": UNIFORM, "lanes": LANE, "state": TICK, "index": TICK}
-
-
-def _given(name: str, tree: Tree) -> list[np.ndarray]:
-    """Nodes of what is given, leaf by leaf, numbered one after the other."""
-    numbers, stage = itertools.count(), _STAGES[name]
-    return [
-        array_of([given((name, next(numbers)), kind, stage) for kind in _kinds(leaf)], leaf.shape)
-        for leaf in jax.tree.leaves(tree)
-    ]
 
 
 @dataclass(frozen=True)
@@ -135,8 +128,8 @@ class Kernel:
     channels: Tree
     """What a frame records, as `jax.ShapeDtypeStruct` of one lane."""
     module: EpisodeModule = field(repr=False)
-    shared_dtypes: Sequence[str] = field(repr=False)
-    """Types of what all lanes share, number by number."""
+    shared_kinds: tuple[str, ...] = field(repr=False)
+    """Types in C of what all lanes share, number by number."""
     code: Code = field(repr=False)
 
     def run(
@@ -164,36 +157,32 @@ class Kernel:
         leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(lanes)]
         count = leaves[0].shape[-1]
         rows = [leaf.reshape(-1, count) for leaf in leaves]
-        run = _Run(self, rows, self._uniform(shared), frames, ticks_per_frame, collect)
         blocks = -(-count // self.module.block)
         threads = max(1, min(threads or available_cores(), blocks))
         group = self._blocks_of_group(blocks, threads, frames)
+        run = _Run(self, rows, self._uniform(shared), frames, ticks_per_frame, group, collect)
         firsts, lock = iter(range(0, blocks, group)), threading.Lock()
 
-        def work() -> None:
-            worker = _Worker(run, group)
-            while True:
-                with lock:
-                    first = next(firsts, None)
-                if first is None:
-                    return
-                worker.roll_out(first, min(group, blocks - first))
+        def next_first() -> int | None:
+            with lock:
+                return next(firsts, None)
 
         if threads == 1:
-            work()
+            run.work(next_first)
             return
         with ThreadPoolExecutor(threads) as pool:
-            for done in [pool.submit(work) for _ in range(threads)]:
+            for done in [pool.submit(run.work, next_first) for _ in range(threads)]:
                 done.result()
 
     def _uniform(self, shared: Tree) -> np.ndarray:
         """What all lanes share, computed once."""
-        memory = aligned(8 * len(self.shared_dtypes))
+        memory = aligned(8 * len(self.shared_kinds))
         uniform = aligned(self.module.uniform_bytes)
         numbers = [x for leaf in jax.tree.leaves(shared) for x in np.asarray(leaf).reshape(-1)]
-        for i, (number, dtype) in enumerate(zip(numbers, self.shared_dtypes, strict=True)):
-            stored = "int32" if dtype == "bool" else dtype
-            np.ndarray((1,), stored, memory.data, 8 * i)[0] = number
+        for i, (number, dtype) in enumerate(
+            zip(numbers, Rows(self.shared_kinds).dtypes, strict=True)
+        ):
+            np.ndarray((1,), dtype, memory.data, 8 * i)[0] = number
         self.code.function("uniform", 2)(memory.ctypes.data, uniform.ctypes.data)
         return uniform
 
@@ -217,54 +206,46 @@ class _Run:
     uniform: np.ndarray
     frames: int
     ticks: int
+    group: int
+    """Blocks that are collected at a time."""
     collect: Collect
 
-
-class _Worker:
-    """The memory of a thread, and what it does with a group of blocks."""
-
-    def __init__(self, run: _Run, group: int) -> None:
-        module, code = run.kernel.module, run.kernel.code
-        self._run, self._module, self._block = run, module, module.block
-        rows = (module.lane_rows, module.invariant_rows, module.state_rows)
-        self._given, self._invariant, self._state = (x.memory(module.block) for x in rows)
-        self._out = module.channel_rows.memory(module.block * group, run.frames)
-        self._start, self._episode = code.function("start", 4), code.function("episode", 4, 4)
-        ends = itertools.accumulate(len(leaf) for leaf in run.rows)
-        self._leaves = [
-            module.lane_rows.view(self._given, end - len(leaf), end, module.block)[0]
-            for leaf, end in zip(run.rows, ends, strict=True)
+    def work(self, next_first: Callable[[], int | None]) -> None:
+        """Roll out group after group, by their first blocks, in memory of this thread's own."""
+        module, code, lanes = self.kernel.module, self.kernel.code, self.rows[0].shape[-1]
+        block, row = module.block, module.block * self.group
+        tables = (module.lane_rows, module.invariant_rows, module.state_rows)
+        given, invariant, state = (rows.memory(block) for rows in tables)
+        out = module.channel_rows.memory(row, self.frames)
+        start, episode = code.function("start", 4), code.function("episode", 4, 4)
+        at = [memory.ctypes.data for memory in (self.uniform, given, invariant, state, out)]
+        ends = itertools.accumulate(len(leaf) for leaf in self.rows)
+        leaves = [
+            module.lane_rows.view(given, end - len(leaf), end, block)[0]
+            for leaf, end in zip(self.rows, ends, strict=True)
         ]
+        while (first := next_first()) is not None:
+            ahead = lanes - first * block
+            blocks = min(self.group, -(-ahead // block))
+            for number in range(blocks):
+                lane = (first + number) * block
+                held = min(block, lanes - lane)
+                for leaf, rows in zip(self.rows, leaves, strict=True):
+                    rows[:, :held] = leaf[:, lane : lane + held]
+                    rows[:, held:] = leaf[:, -1:]
+                start(at[1], at[0], at[2], at[3])
+                episode(at[0], *at[2:], self.frames, self.ticks, blocks * block, number * block)
+            collected = min(blocks * block, ahead)
+            self.collect(first * block, collected, self._channels(out, blocks * block, collected))
 
-    def roll_out(self, first: int, blocks: int) -> None:
-        """Roll out so many blocks from the first one on, and let them be collected."""
-        run, block, row = self._run, self._block, self._block * blocks
-        all_lanes = run.rows[0].shape[-1]
-        uniform, given, invariant, state, out = (
-            memory.ctypes.data
-            for memory in (run.uniform, self._given, self._invariant, self._state, self._out)
-        )
-        for number in range(blocks):
-            lane = (first + number) * block
-            lanes = min(block, all_lanes - lane)
-            for leaf, rows in zip(run.rows, self._leaves, strict=True):
-                rows[:, :lanes] = leaf[:, lane : lane + lanes]
-                rows[:, lanes:] = leaf[:, -1:]
-            self._start(given, uniform, invariant, state)
-            self._episode(
-                uniform, invariant, state, out, run.frames, run.ticks, row, number * block
-            )
-        lanes = min(row, all_lanes - first * block)
-        run.collect(first * block, lanes, self._channels(row, lanes))
-
-    def _channels(self, row: int, lanes: int) -> Tree:
+    def _channels(self, out: np.ndarray, row: int, lanes: int) -> Tree:
         """What was recorded, as arrays [frames, ..., lanes]."""
-        frames, first, arrays = self._run.frames, 0, []
-        leaves, structure = jax.tree.flatten(self._run.kernel.channels)
+        module, first, arrays = self.kernel.module, 0, []
+        leaves, structure = jax.tree.flatten(self.kernel.channels)
         for leaf in leaves:
-            last = first + int(np.prod(leaf.shape, dtype=int))
-            view = self._module.channel_rows.view(self._out, first, last, row, frames)
-            array = view.reshape(frames, *leaf.shape[:-1], row)[..., :lanes]
+            last = first + math.prod(leaf.shape)
+            view = module.channel_rows.view(out, first, last, row, self.frames)
+            array = view.reshape(self.frames, *leaf.shape[:-1], row)[..., :lanes]
             arrays.append(array != 0 if leaf.dtype == bool else array)
             first = last
         return jax.tree.unflatten(structure, arrays)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -9,11 +10,19 @@ import jax
 import msgspec
 
 from tegotae.lowering.emit import Emitter
-from tegotae.lowering.graph import in_shapes
-from tegotae.lowering.layout import Entry, MemoryLayout, StepLayout
-from tegotae.lowering.machine import Code, NativeStep, Target, object_file, sealed, target_of
-from tegotae.lowering.native_reader import NativeReader
-from tegotae.lowering.nodes import Node, Tree, given, scalars
+from tegotae.lowering.machine import (
+    Code,
+    Fields,
+    NativeStep,
+    StepLayout,
+    Target,
+    memory_type,
+    object_file,
+    sealed,
+    target_of,
+)
+from tegotae.lowering.native_reader import NativeReader, given_arrays
+from tegotae.lowering.nodes import Node, Tree, scalars
 from tegotae.lowering.writer import FunctionWriter, module_text
 
 
@@ -33,13 +42,10 @@ class FunctionKernel:
         """The function, ready to be called in this process."""
         return NativeStep(Code.compiled(self.text, target_of("scalar")), self.layout)
 
-    def object_file(self, target: str | Target = "portable") -> bytes:
-        """The code for a processor."""
-        return object_file(self.text, target_of(target))
-
     def to_bytes(self, target: str | Target = "portable") -> bytes:
         """Layout and code for a processor, with a checksum: what `load_step` takes, without JAX."""
-        return sealed(msgspec.msgpack.encode((self.layout, self.object_file(target))))
+        code = object_file(self.text, target_of(target))
+        return sealed(msgspec.msgpack.encode((self.layout, code)))
 
 
 def compile_function(
@@ -74,32 +80,19 @@ def compile_function(
         3.0
     """
     with jax.enable_x64(dtype == "float64"):
-        shapes = [
-            jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), tree)
-            for tree in (state, inputs)
-        ]
-        trace, (after, outputs) = jax.make_jaxpr(function, return_shape=True)(*shapes)
-        layout = StepLayout(*map(_layout, (*shapes, outputs)))
-        assert _layout(after) == layout.state, "the new state differs from the old in its shape"
-        arrays = [
-            array
-            for name, part in (("state", layout.state), ("inputs", layout.inputs))
-            for array in in_shapes(
-                [given((name, i), kind) for i, kind in enumerate(part.rows.kinds)],
-                [entry.shape for entry in part.entries],
-            )
-        ]
+        trace, (after, outputs) = jax.make_jaxpr(function, return_shape=True)(state, inputs)
+        layout = _fields(state), _fields(inputs), _fields(outputs)
+        assert _fields(after) == layout[0], "the new state differs from the old in its shape"
+        arrays = [*given_arrays("state", state), *given_arrays("inputs", inputs)]
         results = scalars(NativeReader().read(trace, arrays))
     return FunctionKernel(layout, _text(results, layout))
 
 
-def _layout(tree: Tree) -> MemoryLayout:
+def _fields(tree: Tree) -> Fields:
     leaves, _ = jax.tree_util.tree_flatten_with_path(tree)
-    return MemoryLayout(
-        tuple(
-            Entry(jax.tree_util.keystr(path, simple=True, separator="."), str(x.dtype), x.shape)
-            for path, x in leaves
-        )
+    return tuple(
+        (jax.tree_util.keystr(path, simple=True, separator="."), str(x.dtype), x.shape)
+        for path, x in leaves
     )
 
 
@@ -107,7 +100,8 @@ def _text(results: Sequence[Node], layout: StepLayout) -> str:
     """The module: loads, computes, and stores once all is known."""
     declared: set[str] = set()
     w = FunctionWriter(1, declared)
-    offsets = {name: part.rows.offsets for name, part in vars(layout).items()}
+    names = ("state", "inputs", "outputs")
+    offsets = {name: _offsets(fields) for name, fields in zip(names, layout, strict=True)}
 
     def leaf(node: Node) -> tuple[str, int, bool] | None:
         if node.operation != "given" or node.detail[0] not in offsets:
@@ -121,3 +115,15 @@ def _text(results: Sequence[Node], layout: StepLayout) -> str:
     for (base, offset), node, value in zip(places, results, values, strict=True):
         w.store(base, offset, node.kind, value)
     return module_text([w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")], declared)
+
+
+def _offsets(fields: Fields) -> list[int]:
+    """Where each number of the arrays begins, in bytes."""
+    kind = memory_type(fields)
+    begins = [(kind[name].base.itemsize, kind.fields[name][1]) for name in kind.names or ()]  # type: ignore[index]
+    sizes = [math.prod(shape) for _, _, shape in fields]
+    return [
+        begin + number * step
+        for (step, begin), size in zip(begins, sizes, strict=True)
+        for number in range(size)
+    ]

@@ -7,13 +7,12 @@ import functools
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import msgspec
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.lowering.layout import StepLayout
 
 _OPTIMISATION = 2
 _FLOAT_BITS = {"float32": 32, "float64": 64}
@@ -203,6 +202,24 @@ def unsealed(whole: bytes) -> bytes:
     return content
 
 
+Fields: TypeAlias = tuple[tuple[str, str, tuple[int, ...]], ...]
+"""Arrays in memory, one after the other: name, type in a trace, shape; true and false as int32."""
+StepLayout: TypeAlias = tuple[Fields, Fields, Fields]
+"""Memory of state, inputs and outputs of a step."""
+
+
+def memory_type(fields: Fields) -> np.dtype:
+    """The type of memory with these arrays.
+
+    Example:
+        >>> memory = np.zeros((), memory_type((("x", "float32", (2,)), ("on", "bool", ()))))
+        >>> memory["x"].shape, memory["on"].shape
+        ((2,), ())
+    """
+    types = [(name, "int32" if dtype == "bool" else dtype, shape) for name, dtype, shape in fields]
+    return np.dtype(types, align=True)
+
+
 def load_step(content: bytes) -> NativeStep:
     """A step from what `FunctionKernel.to_bytes` gave.
 
@@ -217,8 +234,8 @@ def load_step(content: bytes) -> NativeStep:
 class NativeStep:
     """A function of state and inputs, with memory of its own.
 
-    Entries of `state`, `inputs` and `outputs` are arrays in that memory: write the inputs, call the
-    step, read the outputs. A call makes no object and takes about a microsecond.
+    Write the arrays of `inputs`, call the step, read those of `outputs`. A call makes no object and
+    takes about a microsecond.
 
     Args:
         code: what was compiled, or loaded.
@@ -226,10 +243,8 @@ class NativeStep:
     """
 
     def __init__(self, code: Code, layout: StepLayout) -> None:
-        self._memory = tuple(part.memory() for part in layout)
-        self.state, self.inputs, self.outputs = (
-            part.views(memory) for part, memory in zip(layout, self._memory, strict=True)
-        )
+        self._memory = tuple(np.zeros((), memory_type(fields)) for fields in layout)
+        self.state, self.inputs, self.outputs = self._memory
         self._code = code
         self._function = code.function("step", 3)
         self._pointers = tuple(ctypes.c_void_p(memory.ctypes.data) for memory in self._memory)
@@ -238,14 +253,14 @@ class NativeStep:
         """Go one step on."""
         self._function(*self._pointers)
 
-    def kept(self) -> tuple[bytes, ...]:
+    def kept(self) -> tuple[np.ndarray, ...]:
         """All memory as it is."""
-        return tuple(memory.tobytes() for memory in self._memory)
+        return tuple(memory.copy() for memory in self._memory)
 
-    def restore(self, kept: tuple[bytes, ...]) -> None:
+    def restore(self, kept: tuple[np.ndarray, ...]) -> None:
         """Put all memory where it was kept."""
         for memory, content in zip(self._memory, kept, strict=True):
-            memory[:] = np.frombuffer(content, np.uint8)
+            memory[...] = content
 
     def reset(self, **state: np.ndarray) -> None:
         """Put the state, of which each entry is named, where it is to begin."""

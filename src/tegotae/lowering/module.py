@@ -6,14 +6,74 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from tegotae.lowering.emit import Emitter
-from tegotae.lowering.layout import Rows
 from tegotae.lowering.machine import Target
-from tegotae.lowering.nodes import LANE, UNIFORM, Node
+from tegotae.lowering.nodes import DTYPES, LANE, UNIFORM, Node
 from tegotae.lowering.placement import Stages
 from tegotae.lowering.writer import FunctionWriter, module_text
 
 Address = tuple[str, int, bool]
+_ALIGNMENT = 64
+"""Bytes that memory begins at a multiple of: a vector of AVX-512."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Scalars of these kinds, each a row of as many lanes as one likes; true and false as int32."""
+
+    kinds: tuple[str, ...]
+
+    @cached_property
+    def dtypes(self) -> tuple[np.dtype, ...]:
+        """The type of each row in memory."""
+        return tuple(np.dtype("int32" if k == "bool" else DTYPES[k]) for k in self.kinds)
+
+    @cached_property
+    def offsets(self) -> tuple[int, ...]:
+        """Where each row begins, in bytes a lane: wide ones first, so that all are aligned."""
+        sizes = [dtype.itemsize for dtype in self.dtypes]
+        ends = {size: sum(x for x in sizes if x > size) for size in sizes}
+        offsets = []
+        for size in sizes:
+            offsets.append(ends[size])
+            ends[size] += size
+        return tuple(offsets)
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes a lane of all rows, a multiple of the widest one's."""
+        sizes = [dtype.itemsize for dtype in self.dtypes]
+        widest = max(sizes, default=1)
+        return -(-sum(sizes) // widest) * widest
+
+    def memory(self, lanes: int, times: int = 1) -> np.ndarray:
+        """Bytes for all rows of so many lanes, so many times."""
+        return aligned(self.size * lanes * times)
+
+    def view(
+        self, memory: np.ndarray, first: int, last: int, lanes: int, times: int = 1
+    ) -> np.ndarray:
+        """Rows that follow each other, of one type: [times, rows, lanes]."""
+        if first == last:
+            return np.empty((times, 0, lanes))
+        dtype = self.dtypes[first]
+        row = dtype.itemsize * lanes
+        return np.ndarray(
+            (times, last - first, lanes),
+            dtype,
+            memory.data,
+            self.offsets[first] * lanes,
+            (self.size * lanes, row, dtype.itemsize),
+        )
+
+
+def aligned(size: int) -> np.ndarray:
+    """So many bytes of memory, which begin where a vector may."""
+    memory = np.empty(size + _ALIGNMENT, np.uint8)
+    offset = -memory.ctypes.data % _ALIGNMENT
+    return memory[offset : offset + size]
 
 
 @dataclass(frozen=True)
@@ -104,7 +164,7 @@ class EpisodeModule:
 
         emitted = Emitter(w, 1, self.stages.uniform, leaf)
         for node, offset in self._shared.items():
-            w.store("%uniform", offset, node.kind, emitted.values(node)[0])
+            w.store("%uniform", offset, node.kind, *emitted.values(node))
         return w.function("@uniform(ptr %shared, ptr %uniform)")
 
     def _start(self, w: FunctionWriter) -> str:
@@ -120,7 +180,7 @@ class EpisodeModule:
         released = [stages.start[slot] for slot in stages.slots]
         emitted = Emitter(w, self.vectors, (*stages.invariant, *released), leaf)
         for node, offset in self._kept.items():
-            self._store(w, "%invariant", offset, node.kind, emitted.values(node))
+            w.store("%invariant", offset, node.kind, *emitted.values(node))
         self._store_state(w, released, emitted)
         return w.function("@start(ptr %lanes, ptr %uniform, ptr %invariant, ptr %state)")
 
@@ -187,7 +247,7 @@ class EpisodeModule:
             column = w.do(f"mul i64 %column, {size}")
             offset = w.do(f"add i64 {w.do(f'add i64 {whole}, {row}')}, {column}")
             base = w.do(f"getelementptr i8, ptr %out, i64 {offset}")
-            self._store(w, base, 0, node.kind, emitted.values(node))
+            w.store(base, 0, node.kind, *emitted.values(node))
 
     def _store_state(self, w: FunctionWriter, nodes: Sequence[Node], emitted: Emitter) -> None:
         """The state, once all of it is known."""
@@ -196,11 +256,4 @@ class EpisodeModule:
             slot = self.stages.slots[i]
             if node.operation == "given" and node.detail == ("state", slot):
                 continue  # it stays as it is
-            self._store(w, "%state", self.block * self.state_rows.offsets[i], node.kind, registers)
-
-    def _store(
-        self, w: FunctionWriter, base: str, offset: int, kind: str, registers: Sequence[str]
-    ) -> None:
-        size = Rows((kind,)).dtypes[0].itemsize * self.width
-        for u, register in enumerate(registers):
-            w.store(base, offset + u * size, kind, register)
+            w.store("%state", self.block * self.state_rows.offsets[i], node.kind, *registers)

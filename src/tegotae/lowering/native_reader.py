@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
+import jax
 import numpy as np
 
 from tegotae.lowering.functions import function
@@ -9,6 +13,7 @@ from tegotae.lowering.graph import Arrays, Reader, called, elementwise, in_shape
 from tegotae.lowering.nodes import (
     DTYPES,
     FLOATS,
+    KINDS,
     TICK,
     Detail,
     Fork,
@@ -16,6 +21,7 @@ from tegotae.lowering.nodes import (
     Node,
     Parameters,
     Traced,
+    Tree,
     array_of,
     given,
     is_of_jax,
@@ -165,3 +171,18 @@ def _is_guarded(under: Node) -> bool:
             one = no.operation == "literal" and no.detail == 1.0
             return condition.kind == "bool" and one and yes.operation != "literal"
     return False
+
+
+def given_arrays(name: str, tree: Tree, stage: int = TICK) -> list[np.ndarray]:
+    """Nodes of what is given by a name, leaf by leaf, numbered one after the other."""
+    numbers = itertools.count()
+    return [
+        array_of(
+            [
+                given((name, next(numbers)), KINDS[str(leaf.dtype)], stage)
+                for _ in range(math.prod(leaf.shape))
+            ],
+            leaf.shape,
+        )
+        for leaf in jax.tree.leaves(tree)
+    ]

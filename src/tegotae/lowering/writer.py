@@ -20,8 +20,9 @@ TYPES = {
     "bool": "i1",
 }
 """Types in LLVM by those in C."""
-BYTES = {"float": 4, "double": 8, "i32": 4, "i64": 8}
-"""Bytes of a value in memory."""
+_STORED = {**TYPES, "bool": "i32"}
+"""Types in memory."""
+_BYTES = {"float": 4, "double": 8, "i32": 4, "i64": 8}
 _LIKELY = "!0"
 _SHORT = {"float": "f32", "double": "f64"}
 
@@ -123,40 +124,43 @@ class FunctionWriter:
         of = ", ".join(f"[ {value}, %{block} ]" for value, block in cases)
         return self.do(f"phi {self.type(kind)} {of}")
 
+    def bytes_of(self, kind: str) -> int:
+        """Bytes of a vector in memory."""
+        return self.lanes * _BYTES[_STORED[kind]]
+
+    def _memory(self, base: str, offset: int, kind: str, lanes: int) -> str:
+        """An address, and how it is aligned."""
+        address = self.do(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
+        return f"ptr {address}, align {min(lanes * _BYTES[_STORED[kind]], 64)}"
+
     def load(self, base: str, offset: int, kind: str, *, spread: bool = False) -> str:
         """A value from memory; `spread` one number over all lanes."""
-        scalar = TYPES[kind]
-        stored = "i32" if scalar == "i1" else scalar
-        size = BYTES[stored]
-        address = self.do(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
-        if spread and self.lanes > 1:
-            one = self.do(f"load {stored}, ptr {address}, align {size}")
-            wide = self._wide(stored)
-            first = self.do(f"insertelement {wide} poison, {stored} {one}, i64 0")
-            zeros = f"<{self.lanes} x i32> zeroinitializer"
-            value = self.do(f"shufflevector {wide} {first}, {wide} poison, {zeros}")
+        stored = _STORED[kind]
+        wide = self._wide(stored)
+        if spread:
+            place = self._memory(base, offset, kind, 1)
+            value = self._spread(self.do(f"load {stored}, {place}"), stored)
         else:
-            wide, bytes_ = self._wide(stored), size * self.lanes
-            value = self.do(f"load {wide}, ptr {address}, align {min(bytes_, 64)}")
-        if scalar == "i1":
-            value = self.do(f"icmp ne {wide} {value}, zeroinitializer")
-        return value
+            value = self.do(f"load {wide}, {self._memory(base, offset, kind, self.lanes)}")
+        return self.do(f"icmp ne {wide} {value}, zeroinitializer") if kind == "bool" else value
 
-    def store(self, base: str, offset: int, kind: str, value: str) -> None:
-        """A value to memory; true and false as whole numbers."""
-        scalar = TYPES[kind]
-        stored = "i32" if scalar == "i1" else scalar
-        if scalar == "i1":
-            value = self.do(f"zext {self.type(kind)} {value} to {self._wide(stored)}")
-        address = self.do(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
-        bytes_ = min(BYTES[stored] * self.lanes, 64)
-        self.also(f"store {self._wide(stored)} {value}, ptr {address}, align {bytes_}")
+    def store(self, base: str, offset: int, kind: str, *values: str) -> None:
+        """Vectors to memory, one after the other; true and false as whole numbers."""
+        wide = self._wide(_STORED[kind])
+        for number, value in enumerate(values):
+            if kind == "bool":
+                value = self.do(f"zext {self.type(kind)} {value} to {wide}")
+            place = offset + number * self.bytes_of(kind)
+            self.also(f"store {wide} {value}, {self._memory(base, place, kind, self.lanes)}")
 
     def spread(self, scalar: str, kind: str) -> str:
         """A number in a register of its own, over all lanes."""
+        return self._spread(scalar, TYPES[kind])
+
+    def _spread(self, scalar: str, of: str) -> str:
         if self.lanes == 1:
             return scalar
-        of, wide = TYPES[kind], self.type(kind)
+        wide = self._wide(of)
         first = self.do(f"insertelement {wide} poison, {of} {scalar}, i64 0")
         zeros = f"<{self.lanes} x i32> zeroinitializer"
         return self.do(f"shufflevector {wide} {first}, {wide} poison, {zeros}")

@@ -78,7 +78,7 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
         "elapsed_s": number,
     }
     kernel = compile_function(tick, state, inputs)
-    names = [entry.name for entry in kernel.layout.state.entries]
+    names = [name for name, _, _ in kernel.layout[0]]
     numbers = [np.asarray(x).tolist() for x in jax.tree.leaves(state)]
     by_phase = type(controller.oscillator) is PhaseOscillator
     return NativeController(
