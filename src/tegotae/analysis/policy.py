@@ -6,7 +6,7 @@ import numpy as np
 
 from tegotae.analysis.orbit import SIGNALS, NoLimitCycleError, Orbit, Paths, check_releases
 from tegotae.envs.core import TELEMETRY, Hoppers
-from tegotae.envs.policies.base import Policy
+from tegotae.envs.policies import Policy
 from tegotae.measures.hopping import measure
 from tegotae.measures.hopping.measured import Measured
 from tegotae.parts.maths import TWO_PI

@@ -18,7 +18,7 @@ from tegotae.simulation.rollout import Scenario
 from tegotae.systems.controller_file import SavedController
 
 if TYPE_CHECKING:  # of an extra
-    from tegotae.envs.policies.base import Policy
+    from tegotae.envs.policies import Policy
 
 
 @dataclass(frozen=True)

@@ -1,28 +1,33 @@
-"""Policies of other libraries: the contract, and a function of a file."""
+"""Anyone's policy on the hopper: a function, a Stable-Baselines3 model, an ONNX file.
+
+What a policy sees and does is a `Meaning`. With it any callable is a `Policy`, of which
+`tegotae.analysis` makes surfaces and portraits, as of a controller.
+"""
 
 from __future__ import annotations
 
 import inspect
+import io
+import json
+import re
 import warnings
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import (
-    TegotaeError,
-    formatted,
-    require_finite,
-    unknown,
-)
+from tegotae._support.errors import TegotaeError, formatted, require, require_finite, unknown
 from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, TegotaeHopperSettings
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import Signals
+from tegotae.systems.user_objects import is_reference, named
 
 _TICK_S = 0.001
 ACTS = ("force", "feedback")
@@ -98,7 +103,7 @@ class Meaning:
             )
         if self.answer_scale is not None:
             require_finite("answer_scale", self.answer_scale, above=0.0)
-        self.settings  # noqa: B018 - whose own checks are made now
+        _ = self.settings  # which checks the rest
 
     @cached_property
     def settings(self) -> HopperSettings:
@@ -207,22 +212,6 @@ class Policy:
         return np.clip(actions, -1.0, 1.0)
 
 
-def check_entries(name: str, entries: int | None, meaning: Meaning) -> None:
-    """Raise `TegotaeError` unless a policy observes as many numbers as its meaning has.
-
-    Args:
-        name: of the policy.
-        entries: how many it observes; None if that is unknown.
-        meaning: their declared meaning.
-    """
-    named = meaning.settings.observed
-    if entries is not None and entries != len(named):
-        raise TegotaeError(
-            f"{name} observes {entries} numbers, and it is declared to observe {len(named)} "
-            f"({', '.join(named)}); name what it observes"
-        )
-
-
 ARGUMENTS = {
     "phase_rad": "phase",
     "spring_force_n": "spring_force",
@@ -275,36 +264,172 @@ def from_function(
             f"{name} is declared to observe {', '.join(meaning.observes)}, and its arguments say "
             f"{', '.join(observes)}; leave out what it observes"
         )
-    meaning = replace(
-        meaning,
-        observes=observes,
-        si=True,
-        answer_scale=1.0 if meaning.answer_scale is None else meaning.answer_scale,
-    )
+    scale = 1.0 if meaning.answer_scale is None else meaning.answer_scale
 
     def answer(observed: np.ndarray) -> np.ndarray:
-        given = _arguments(asked, observed)
+        columns = iter(np.asarray(observed, float).T)
+        given = {
+            name: np.arctan2(next(columns), next(columns)) % (2.0 * np.pi)
+            if name == "phase_rad"
+            else next(columns)
+            for name in asked
+        }
         try:
             answer = np.asarray(function(**given), float)
-        except (TypeError, ValueError):
-            return np.array([float(function(**_one(given, i))) for i in range(len(observed))])
+        except (TypeError, ValueError):  # of a function of single numbers
+            answer = np.vectorize(function, otypes=[float])(**given)
         return np.broadcast_to(answer, (len(observed),)) if answer.ndim == 0 else answer
 
-    return Policy(answer, meaning, name)
+    return Policy(answer, replace(meaning, observes=observes, si=True, answer_scale=scale), name)
 
 
-def _arguments(asked: tuple[str, ...], observed: np.ndarray) -> dict[str, np.ndarray]:
-    """The function's arguments of the observation's columns."""
-    columns = iter(np.asarray(observed, float).T)
-    given = {}
-    for argument in asked:
-        if argument == "phase_rad":
-            sine, cosine = next(columns), next(columns)
-            given[argument] = np.arctan2(sine, cosine) % (2.0 * np.pi)
-        else:
-            given[argument] = next(columns)
-    return given
+def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
+    """The policy of a .zip of Stable-Baselines3, an .onnx file, or a function of your own file.
+
+    Of a model of Stable-Baselines3 (SAC, PPO, TD3, DDPG, A2C) the deterministic policy is taken,
+    and only its numbers are read: its file has pickled parts, too, which could run code. An ONNX
+    network has one input [n, entries] of float32, and its first output is the answer, [n, 1].
+
+    Args:
+        place: a path, or `FILE.py:OBJECT` or `MODULE:OBJECT`, of a function or a `Policy`; or that
+            function or policy itself.
+        meaning: what it observes and does; what the environment tegotae/Hopper-v0 means by default.
+            A `Policy` has its own.
+
+    Raises:
+        TegotaeError: for another ending, a file that is no policy, one that observes another number
+            of numbers, or one with parts of its author's.
+        MissingExtraError: without the package that reads the file.
+    """
+    path = Path(str(place))
+    read = {".zip": _stable_baselines, ".onnx": _onnx}.get(path.suffix.lower())
+    if read is not None:
+        return _of_file(path, read, Meaning() if meaning is None else meaning)
+    found = place
+    if isinstance(place, str | Path):
+        if not is_reference(str(place)):
+            raise TegotaeError(
+                f"{place} is no policy: write a .zip of Stable-Baselines3, an .onnx file, or "
+                "FILE.py:FUNCTION"
+            )
+        found = named(str(place), object, "policy")
+    if isinstance(found, Policy):
+        return found
+    if not callable(found):
+        raise TegotaeError(f"{place} is no policy: a {type(found).__name__} cannot be called")
+    name = str(place).rpartition(":")[2] if isinstance(place, str | Path) else ""
+    return from_function(found, meaning, name=name)
 
 
-def _one(given: dict[str, np.ndarray], number: int) -> dict[str, float]:
-    return {name: float(column[number]) for name, column in given.items()}
+Answers = Callable[[np.ndarray], ArrayLike]
+"""From observations [n, entries] to answers [n]."""
+
+
+def _of_file(
+    path: Path, read: Callable[[Path], tuple[Answers, int | None]], meaning: Meaning
+) -> Policy:
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    answer, entries = read(path)
+    observed = meaning.settings.observed
+    if entries not in (None, len(observed)):
+        raise TegotaeError(
+            f"{path} observes {entries} numbers, and it is declared to observe {len(observed)} "
+            f"({', '.join(observed)}); name what it observes"
+        )
+    return Policy(answer, meaning, path.stem)
+
+
+def _onnx(path: Path) -> tuple[Answers, int | None]:
+    """What a network answers, and how many entries it observes if it says so."""
+    runtime = require("onnxruntime", "onnx")
+    try:
+        session = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
+    except Exception as error:  # onnxruntime's own, which share no base
+        raise TegotaeError(f"{path} is no ONNX network: {formatted(error)}") from None
+    inputs = session.get_inputs()
+    if len(inputs) != 1 or len(inputs[0].shape) != 2:
+        shapes = ", ".join(f"{each.name} {each.shape}" for each in inputs)
+        raise TegotaeError(f"{path} takes {shapes}; it must take one input of shape [n, entries]")
+    name, (batch, entries) = inputs[0].name, inputs[0].shape
+
+    def answer(observed: np.ndarray) -> np.ndarray:
+        rows = observed.astype(np.float32)
+        if batch == 1:  # exported for one observation at a time
+            return np.array([session.run(None, {name: row[None]})[0].ravel()[0] for row in rows])
+        return session.run(None, {name: rows})[0]
+
+    return answer, entries if isinstance(entries, int) else None
+
+
+def _stable_baselines(path: Path) -> tuple[Answers, int]:
+    """What a model's usual policy answers with the weights of a file, and how many entries it
+    observes."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            document, weights = json.loads(archive.read("data")), archive.read("policy.pth")
+        module = document["policy_class"]["__module__"]
+        # PPO and A2C share a policy, and TD3 and DDPG another.
+        algorithm = {"common": "PPO"}.get(part := module.split(".")[1], part.upper())
+    except Exception:  # a flipped bit in a zip archive may raise nearly anything
+        raise TegotaeError(f"{path} is no model of Stable-Baselines3") from None
+    if algorithm not in ("SAC", "PPO", "TD3") or not module.startswith("stable_baselines3."):
+        raise TegotaeError(f"{path} holds a policy of {module}; known are SAC, PPO, TD3, DDPG, A2C")
+    sb3 = require("stable_baselines3", "sb3")
+    import torch
+
+    settings = _settings(path, document["policy_kwargs"])
+    if algorithm == "PPO":  # the others have it among these
+        settings["use_sde"] = document["use_sde"]
+    try:
+        policy = getattr(sb3, algorithm).policy_aliases["MlpPolicy"](
+            _box(path, "observes", document["observation_space"]),
+            _box(path, "acts by", document["action_space"]),
+            lambda _: 0.0,
+            **settings,
+        )
+        numbers = torch.load(io.BytesIO(weights), map_location="cpu", weights_only=True)
+        policy.load_state_dict(numbers)
+    except TegotaeError:
+        raise
+    except Exception as error:  # of torch, or of a file of another version
+        raise TegotaeError(f"{path} cannot be loaded as {algorithm}: {formatted(error)}") from None
+
+    def answer(observed: np.ndarray) -> np.ndarray:
+        return policy.predict(observed.astype(np.float32), deterministic=True)[0]
+
+    return answer, policy.observation_space.shape[0]
+
+
+def _settings(path: Path, written: dict[str, Any]) -> dict[str, Any]:
+    """Settings of a policy: plain values, and the activation by its name; not its optimiser."""
+    from torch import nn
+
+    settings = {
+        name: value
+        for name, value in written.items()
+        if name[0] != ":" and not name.startswith("optimizer_")
+    }
+    for name, value in settings.items():
+        if isinstance(value, str):  # of an object, which is also there as a pickle
+            known = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", value)
+            if known is None:
+                raise TegotaeError(
+                    f"{path} has a policy with {name} {value}, which only code within the file "
+                    "can restore; load the model in a function of your own, FILE.py:FUNCTION"
+                )
+            settings[name] = getattr(nn, known[1])
+    return settings
+
+
+def _box(path: Path, does: str, written: dict[str, Any]) -> Any:
+    """A space, by the text of its limits."""
+    from gymnasium.spaces import Box
+
+    kind = written.get(":type:", "")
+    if not kind.endswith("spaces.box.Box'>") or len(written["_shape"]) != 1:
+        raise TegotaeError(
+            f"{path} {does} {kind} of shape {written.get('_shape')}; it must be one row of Box"
+        )
+    low, high = (np.array(written[end].strip("[]").split(), np.float32) for end in ("low", "high"))
+    return Box(low, high)
