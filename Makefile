@@ -2,8 +2,8 @@
 #   make test        check the code; `make test-thorough` with the slow cases, too
 #   make reproduce   the paper's study, small; `make reproduce SCALE=paper` the whole of it.
 #                    It ends with the path of a report. Stopped, it goes on where it was.
-#                    Body and reading are the study's own of docs/fidelity.md, as in most tables
-#                    of the docs; with READING=calibrated those of docs/studies/calibration.md,
+#                    Body and reading are the study's own of docs/reproduction/fidelity.md, as in most tables
+#                    of the docs; with READING=calibrated those of docs/reproduction/calibration.md,
 #                    whose leg is damped in flight, where the paper switches the damper off.
 
 PYTHON ?= python3

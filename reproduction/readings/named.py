@@ -11,7 +11,7 @@ from tegotae.cli.options import ExperimentOptions
 
 STUDY, CALIBRATED = "study", "calibrated"
 NAMES = (STUDY, CALIBRATED)
-"""The study's own reading, and the one that docs/studies/calibration.md chooses."""
+"""The study's own reading, and the one that docs/reproduction/calibration.md chooses."""
 
 
 def reading_named(name: str) -> ExperimentOptions:

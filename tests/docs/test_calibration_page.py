@@ -31,7 +31,7 @@ def measured(study):
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return prose("studies/calibration.md")
+    return prose("reproduction/calibration.md")
 
 
 def test_the_tables_of_the_page_follow_from_what_was_measured(study):

@@ -78,7 +78,7 @@ def test_the_page_on_controller_files_names_every_entry_of_one():
 
 
 def test_the_constant_push_does_what_the_fidelity_page_says(capsys):
-    exec("".join(text for _, text in blocks(DOCS / "fidelity.md", "python")), {})
+    exec("".join(text for _, text in blocks(DOCS / "reproduction/fidelity.md", "python")), {})
     efficiency, apex = map(float, capsys.readouterr().out.split())
     assert efficiency == pytest.approx(0.4, abs=0.03)
     assert apex < 1.01

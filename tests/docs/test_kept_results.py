@@ -93,7 +93,7 @@ def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
     opposite = [sum(bool(t[OPPOSITE] and bool(t[REPRODUCED]) == both) for t in tallies)
                 for both in (False, True)]  # fmt: skip
     assert (len(tallies), reproduced, opposite) == (53, 28, [10, 10])
-    page = prose("claims.md")
+    page = prose("reproduction/claims.md")
     assert "of 53 statements, 50 can be measured: 28 are reproduced in some or all ways" in page
 
 
@@ -142,7 +142,7 @@ def test_effects_in_prose_are_those_of_the_tables(effects):
         for finding in found
         for each in finding.by_count.values()
     }
-    text = (ROOT / "docs" / "claims.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reproduction/claims.md").read_text(encoding="utf-8")
     said = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]", text)
     assert len(said) >= 10
     assert set(said) - known == set()
@@ -165,7 +165,7 @@ def test_a_learned_force_on_the_phase_is_smoother_than_the_sectors(table):
 
 
 def test_the_shares_that_the_page_gives_are_those_of_the_table(table):
-    page = (KEPT.parent / "claims.md").read_text(encoding="utf-8")
+    page = (KEPT.parent / "reproduction/claims.md").read_text(encoding="utf-8")
     for omega in (4.0, 8.0):
         settled = table.where(architecture="V", omega_t=omega)["limit_cycle_share"].mean()
         assert f"{100 * (1 - settled):.0f} %" in page

@@ -137,9 +137,9 @@ LIMIT = 1.296
 @pytest.mark.parametrize(
     ("name", "file", "most"),
     [
-        ("studies/algorithms.md", "figure3.csv", "cot_inverse"),
-        ("studies/algorithms.md", "second_look.csv", "cot_inverse"),
-        ("studies/parameter_limit.md", "parameter_limit.csv", "cot_inverse_m_per_j"),
+        ("reproduction/algorithms.md", "figure3.csv", "cot_inverse"),
+        ("reproduction/algorithms.md", "second_look.csv", "cot_inverse"),
+        ("reproduction/parameter_limit.md", "parameter_limit.csv", "cot_inverse_m_per_j"),
     ],
 )
 def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, file, most):
@@ -175,7 +175,7 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
     finer = study("finer_optimum")
     assert (KEPT / "figures" / "optimum.finer.md").read_text() == finer.text()
     ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
-    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in prose("studies/optimum.md")
+    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in prose("reproduction/optimum.md")
     assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says
 
 
@@ -186,7 +186,7 @@ def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(stu
     both = study("two_readings")
     found = both.found()
     assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == both.text(found)
-    said = prose("studies/two_readings.md")
+    said = prose("reproduction/two_readings.md")
     settled = [of["limit_cycle_share", "V", "F"].mean for of in found.values()]
     assert (
         "| settles | {:.0f} % of the episodes | {:.0f} % |".format(
@@ -201,7 +201,7 @@ def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(stu
 
 def test_every_kept_table_of_the_hopper_names_its_engine():
     """A table that no row names, or a row without a table, is a line that was forgotten."""
-    patterns = re.findall(r"^\| `([^`]+)`", (DOCS / "studies" / "tables.md").read_text(), re.M)
+    patterns = re.findall(r"^\| `([^`]+)`", (DOCS / "reproduction" / "tables.md").read_text(), re.M)
     folders = (
         "study",
         "study-calibrated",

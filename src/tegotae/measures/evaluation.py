@@ -76,7 +76,7 @@ class Protocol:
             an unknown definition of work.
 
     Source: paper IV-A, on T1 and CPGu, and IV-B, on the five frequencies; what these leave open is
-    in docs/fidelity.
+    in docs/reproduction/fidelity.
     """
 
     offsets: tuple[float, ...] = (-2.0, -1.0, 0.0, 1.0, 2.0)

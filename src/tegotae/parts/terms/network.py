@@ -35,7 +35,7 @@ class Network(Term):
         TegotaeError: for no inputs, or fewer than one hidden neuron.
 
     Source: paper equations 3 and 4, where networks stand for A′, R and G. Their form is this
-    library's choice (docs/fidelity).
+    library's choice (docs/reproduction/fidelity).
 
     Example:
         >>> Network(("phase", "spring_force"), hidden=8).n_weights
