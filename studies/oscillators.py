@@ -39,7 +39,7 @@ from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.hopping.statistics import interval, stratified_difference
-from tegotae.parts.oscillators.named import OSCILLATORS, PHASE
+from tegotae.parts.oscillators import OSCILLATORS, PHASE
 from tegotae.systems.models import find
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"

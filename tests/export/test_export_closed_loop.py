@@ -22,8 +22,7 @@ from tegotae import Hopper, build
 from tegotae.export.c import Export
 from tegotae.parts.bodies import Bar
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.oscillators import PhaseOscillator
-from tegotae.parts.oscillators.named import OSCILLATORS
+from tegotae.parts.oscillators import OSCILLATORS, PhaseOscillator
 from tegotae.parts.terms import (
     ConstantGain,
     Reflex,

@@ -18,10 +18,8 @@ from tegotae.parts.oscillators import (
     Hopf,
     Learned,
     Matsuoka,
-    MatsuokaState,
     PhaseOscillator,
     VanDerPol,
-    VanDerPolState,
     oscillator_named,
 )
 from tegotae.parts.oscillators.van_der_pol import period_ratio
@@ -169,7 +167,7 @@ def cartesian(oscillator, state, omega):
 def test_in_polar_coordinates_it_is_van_der_pols_equation():
     oscillator, omega = VanDerPol(mu=1.5), 3.0
     with jax.enable_x64(True):
-        state = VanDerPolState(np.linspace(0.0, 6.0, 7), 0.4 + 0.1 * np.arange(7.0))
+        state = VanDerPol.State(np.linspace(0.0, 6.0, 7), 0.4 + 0.1 * np.arange(7.0))
         (x, y), (x_rate, y_rate) = cartesian(oscillator, state, omega)
     speed = period_ratio(1.5) * omega
     z, z_rate = 2.0 * x, -2.0 * y  # in van der Pol's own variable and time
@@ -197,7 +195,7 @@ def test_in_polar_coordinates_it_is_matsuokas_pair_of_neurons():
     half_centre, omega = Matsuoka(slowness=1.5, adaptation=3.0), 4.0
     a, b = half_centre.inhibition, half_centre.adaptation
     with jax.enable_x64(True):
-        state = MatsuokaState(np.linspace(0.1, 6.0, 9), *np.full((3, 9), [[0.7], [0.1], [0.2]]))
+        state = Matsuoka.State(np.linspace(0.1, 6.0, 9), *np.full((3, 9), [[0.7], [0.1], [0.2]]))
 
         @jax.jit
         def neurons_and_rates(state):

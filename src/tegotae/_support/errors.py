@@ -62,6 +62,12 @@ def require_finite(
         raise TegotaeError(f"{name} is {number:g}; it must be at most {most:g}")
 
 
+def require_kind(name: str, value: object, kind: type, right: str) -> None:
+    """Raise `TegotaeError` unless `value` is a `kind`, which is called `right`: "a Coupling"."""
+    if not isinstance(value, kind):
+        raise TegotaeError(f"{name} is {value!r}; it must be {right}")
+
+
 def require_count(name: str, value: int, *, least: int = 1, most: int | None = None) -> None:
     """Raise `TegotaeError` unless `value` is a whole number from `least` to `most`."""
     if isinstance(value, bool) or not isinstance(value, int) or value < least:

@@ -12,6 +12,7 @@ from tegotae._support.errors import (
     is_of,
     require_count,
     require_finite,
+    require_kind,
     whole_numbers,
 )
 from tegotae.parts._shapes import Number, PerCommand, PerLimb, StateTree, Weights, WeightVector
@@ -103,8 +104,7 @@ class Controller:
     def __post_init__(self) -> None:
         require_count("limbs", self.limbs)
         if self.coupling is not None:
-            if not is_of(self.coupling, Coupling):
-                raise TegotaeError(f"coupling is {self.coupling!r}; it must be a Coupling")
+            require_kind("coupling", self.coupling, Coupling, "a Coupling")
             if self.oscillator is None:
                 raise TegotaeError("the controller has a coupling but no oscillators to couple")
             if self.limbs < 2:

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from tegotae._support.engines import NATIVE, XLA, selected
-from tegotae._support.errors import TegotaeError, is_of
+from tegotae._support.errors import TegotaeError, require_kind
 from tegotae._support.limits import require_memory
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
@@ -115,8 +115,7 @@ class Engine:
         body = Hopper() if body is None else body
         if dtype not in ("float32", "float64"):
             raise TegotaeError(f"dtype is {dtype!r}; it must be 'float32' or 'float64'")
-        if not is_of(body, Body):
-            raise TegotaeError(f"body is {body!r}; it must be a Body, such as Hopper()")
+        require_kind("body", body, Body, "a Body, such as Hopper()")
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
         check_initial_pose(body, scenario)

@@ -24,7 +24,7 @@ from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae._support.limits import MOST_WEIGHTS
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.oscillators.named import PHASE, oscillator_named
+from tegotae.parts.oscillators import PHASE, oscillator_named
 from tegotae.parts.terms import (
     Actuation,
     ConstantGain,

@@ -34,8 +34,7 @@ from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.workplace import is_earlier
 from tegotae.parts.bodies import Body, Interface
-from tegotae.parts.oscillators import Oscillator, oscillator_named
-from tegotae.parts.oscillators.named import PHASE
+from tegotae.parts.oscillators import PHASE, Oscillator, oscillator_named
 from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, is_of, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_kind
 from tegotae._support.transforms import iota
 from tegotae.parts._shapes import Number, PerLane, StateTree
 from tegotae.parts.bodies.base import (
@@ -61,8 +61,7 @@ class BodyWrapper(Body):
     body: Body = field(default_factory=Hopper)
 
     def __post_init__(self) -> None:
-        if not is_of(self.body, Body):
-            raise TegotaeError(f"body is {self.body!r}; it must be a Body, such as Hopper()")
+        require_kind("body", self.body, Body, "a Body, such as Hopper()")
 
     SENSES = within("body")
     COMMANDS = within("body")

@@ -1,32 +1,55 @@
-"""Oscillators: the rhythm generators of decentralised control."""
+"""Oscillators: the rhythm generators of decentralised control, and their names in models."""
 
+from tegotae._support.errors import unknown
 from tegotae.parts.oscillators.base import Oscillator
-from tegotae.parts.oscillators.hopf import (
-    AdaptiveHopf,
-    AdaptiveState,
-    Hopf,
-    HopfState,
-)
-from tegotae.parts.oscillators.matsuoka import Matsuoka, MatsuokaState
-from tegotae.parts.oscillators.named import OSCILLATORS, oscillator_named
+from tegotae.parts.oscillators.hopf import AdaptiveHopf, Hopf
+from tegotae.parts.oscillators.matsuoka import Matsuoka
 from tegotae.parts.oscillators.phase import PhaseOscillator, PhaseState
-from tegotae.parts.oscillators.van_der_pol import VanDerPol, VanDerPolState
+from tegotae.parts.oscillators.van_der_pol import VanDerPol
 from tegotae.parts.oscillators.wrappers import Clamped, Learned
 
 __all__ = [
     "OSCILLATORS",
     "AdaptiveHopf",
-    "AdaptiveState",
     "Clamped",
     "Hopf",
-    "HopfState",
     "Learned",
     "Matsuoka",
-    "MatsuokaState",
     "Oscillator",
     "PhaseOscillator",
     "PhaseState",
     "VanDerPol",
-    "VanDerPolState",
     "oscillator_named",
 ]
+
+PHASE = "phase"
+"""The paper's oscillator."""
+
+_GIVEN: dict[str, Oscillator] = {
+    "hopf": Hopf(),
+    "adaptive-hopf": AdaptiveHopf(),
+    "van-der-pol": VanDerPol(),
+    "matsuoka": Matsuoka(),
+}
+
+OSCILLATORS: dict[str, Oscillator] = {
+    PHASE: PhaseOscillator(),
+    **_GIVEN,
+    **{f"learned-{name}": Learned(oscillator) for name, oscillator in _GIVEN.items()},
+}
+"""Each with parameters as given, and, but for the paper's, with trained ones."""
+
+
+def oscillator_named(name: str) -> Oscillator:
+    """The oscillator of that name.
+
+    Raises:
+        TegotaeError: for an unknown name, with the nearest ones.
+
+    Example:
+        >>> oscillator_named("learned-van-der-pol").n_weights
+        4
+    """
+    if name not in OSCILLATORS:
+        raise unknown("oscillator", name, OSCILLATORS)
+    return OSCILLATORS[name]

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import require_finite
 from tegotae.parts import maths
 from tegotae.parts._shapes import PerLimb, StateTree, Weights
 from tegotae.parts.oscillators.planar import Planar, Ranges
-
-
-class HopfState(NamedTuple):
-    """Phase φ [rad] and radius r."""
-
-    phase: jax.Array
-    radius: jax.Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,28 +48,25 @@ class Hopf(Planar):
         require_finite("mu", self.mu, above=0.0)
         require_finite("recovery_per_s", self.recovery_per_s, above=0.0)
 
-    def start(self, phase_rad: PerLimb, radius: PerLimb | None = None) -> StateTree:
-        """State at phase φ [rad]; on the limit cycle, or at another radius."""
-        own = jnp.full_like(phase_rad, self.mu**0.5) if radius is None else radius
-        return HopfState(maths.wrap_phase(phase_rad), own)
+    @property
+    def on_cycle(self) -> dict[str, float]:
+        """The radius √μ."""
+        return {"radius": self.mu**0.5}
 
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """φ̇ = ω, ṙ = γ (μ - r²) r."""
-        _, radius = state
-        growing = self.recovery_per_s * (self.mu - radius * radius) * radius
-        return HopfState(omega * jnp.ones_like(radius), growing)
+        return self.State(*_of_hopf(self, state, omega))
 
     def decay_per_s(self, omega: float) -> float:
         """2 γ μ."""
         return 2.0 * self.recovery_per_s * self.mu
 
 
-class AdaptiveState(NamedTuple):
-    """Phase φ [rad], radius r, and how far the frequency is from the prescribed one [rad/s]."""
-
-    phase: jax.Array
-    radius: jax.Array
-    shift_rad_per_s: jax.Array
+def _of_hopf(hopf: Hopf, state: StateTree, omega: PerLimb) -> tuple[PerLimb, PerLimb]:
+    """φ̇ = ω and ṙ = γ (μ - r²) r."""
+    radius = state.radius
+    growing = hopf.recovery_per_s * (hopf.mu - radius * radius) * radius
+    return omega * jnp.ones_like(radius), growing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,28 +106,19 @@ class AdaptiveHopf(Hopf):
         super().__post_init__()
         require_finite("learning_per_s", self.learning_per_s, least=0.0)
 
-    def start(
-        self,
-        phase_rad: PerLimb,
-        radius: PerLimb | None = None,
-        shift_rad_per_s: PerLimb | None = None,
-    ) -> AdaptiveState:
-        """State at phase φ [rad] and, unless given otherwise, at the prescribed frequency."""
-        shift = jnp.zeros_like(phase_rad) if shift_rad_per_s is None else shift_rad_per_s
-        of_hopf = super().start(phase_rad, radius)
-        return AdaptiveState(of_hopf.phase, of_hopf.radius, shift)
+    @property
+    def on_cycle(self) -> dict[str, float]:
+        """As of the Hopf oscillator, at the prescribed frequency."""
+        return {**super().on_cycle, "shift_rad_per_s": 0.0}
 
-    def free(
-        self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb
-    ) -> AdaptiveState:
+    def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """φ̇ = ω + a, ṙ = γ (μ - r²) r, ȧ = 0."""
-        *of_hopf, shift = state
-        own = super().free(tuple(of_hopf), sine, cosine, omega)
-        return AdaptiveState(own.phase + shift, own.radius, jnp.zeros_like(shift))
+        phase, radius = _of_hopf(self, state, omega)
+        return self.State(phase + state.shift_rad_per_s, radius, jnp.zeros_like(radius))
 
     def rate(
         self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
-    ) -> AdaptiveState:
+    ) -> StateTree:
         """Free motion and feedback together; the frequency learns."""
         turning, _ = self.entering(state, *maths.sin_cos(state[0]), feedback)
         rate = super().rate(state, omega, feedback)

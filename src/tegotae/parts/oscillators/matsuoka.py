@@ -15,15 +15,6 @@ from tegotae.parts._shapes import PerLimb, StateTree
 from tegotae.parts.oscillators.planar import NEAR, Planar, Ranges
 
 
-class MatsuokaState(NamedTuple):
-    """Phase φ [rad], radius r, and the means of the neurons' potentials and fatigues."""
-
-    phase: jax.Array
-    radius: jax.Array
-    mean_potential: jax.Array
-    mean_fatigue: jax.Array
-
-
 class Cycle(NamedTuple):
     """The limit cycle of the half-centre with τ = 1, by Matsuoka's formulas."""
 
@@ -119,28 +110,13 @@ class Matsuoka(Planar):
         """(1, -cot δ): an input moves the potentials and leaves the fatigues."""
         return 1.0, -1.0 / self.cycle().lag
 
-    def start(
-        self,
-        phase_rad: jax.Array,
-        radius: PerLimb | None = None,
-        mean_potential: PerLimb | None = None,
-        mean_fatigue: PerLimb | None = None,
-    ) -> MatsuokaState:
-        """State at phase φ [rad]; near the limit cycle, or elsewhere."""
-
-        def own(given: PerLimb | None, value: float) -> PerLimb:
-            return jnp.full_like(phase_rad, value) if given is None else given
-
-        # Both neurons at rest, equally active.
+    @property
+    def on_cycle(self) -> dict[str, float]:
+        """Near the cycle: both neurons at rest on average, equally active."""
         rest = 1.0 / (1.0 + self.inhibition + self.adaptation)
-        return MatsuokaState(
-            maths.wrap_phase(phase_rad),
-            own(radius, 1.0),
-            own(mean_potential, rest),
-            own(mean_fatigue, rest),
-        )
+        return {"radius": 1.0, "mean_potential": rest, "mean_fatigue": rest}
 
-    def neurons(self, state: MatsuokaState) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+    def neurons(self, state: StateTree) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
         """u₁, u₂, v₁, v₂."""
         phase, radius, mean_u, mean_v = state
         sine, cosine = maths.sin_cos(phase)
@@ -153,9 +129,7 @@ class Matsuoka(Planar):
         cos_lag = 1.0 / (1.0 + cycle.lag * cycle.lag) ** 0.5
         return cycle.amplitude * x, cycle.fatigue * cos_lag * (x + cycle.lag * y)
 
-    def free(
-        self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb
-    ) -> MatsuokaState:
+    def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """The neurons' equations in the means and differences of the two."""
         _, radius, mean_u, mean_v = state
         cycle = self.cycle()
@@ -171,7 +145,7 @@ class Matsuoka(Planar):
         x_rate = u_rate / cycle.amplitude
         cos_lag = 1.0 / (1.0 + cycle.lag * cycle.lag) ** 0.5
         y_rate = (v_rate / (cycle.fatigue * cos_lag) - x_rate) / cycle.lag
-        return MatsuokaState(
+        return self.State(
             (cosine * y_rate - sine * x_rate) / jnp.maximum(radius, NEAR),
             cosine * x_rate + sine * y_rate,
             per_tau * (1.0 - mean_u - self.adaptation * mean_v - self.inhibition * mean_y),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections import namedtuple
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -37,8 +38,8 @@ class Planar(Oscillator):
     oscillator's own equations, b being the direction in which that input moves the state. Below
     r = 0.05 the division is by 0.05.
 
-    A subclass is a frozen dataclass with `free`, and a NamedTuple of its state: phase, radius, and
-    then what `STATE` names beside `radius`.
+    A subclass is a frozen dataclass with `free`. Its `State` is made of what `STATE` names: a named
+    tuple of the phase, the radius, and the rest.
 
     Args:
         pace: the free-running frequency as a multiple of ω.
@@ -52,21 +53,33 @@ class Planar(Oscillator):
     SIGNALS = ("sin_phase", "cos_phase", "radius")
     STATE = ("radius",)
 
-    RANGES: ClassVar[Ranges] = {
-        "pace": (0.5, 2.0),
-        "turn": None,
-        "push": None,
-    }
+    RANGES: ClassVar[Ranges] = {"pace": (0.5, 2.0), "turn": None, "push": None}
     """What `Learned` trains."""
+    State: ClassVar[Any]
+    """Its state, (phase, *STATE)."""
 
     pace: float = 1.0
     turn: float = 1.0
     push: float = 0.0
 
+    def __init_subclass__(cls) -> None:
+        cls.State = namedtuple(f"{cls.__name__}State", ("phase", *cls.STATE))  # type: ignore[misc]
+        cls.State.__module__, cls.State.__qualname__ = cls.__module__, f"{cls.__qualname__}.State"
+
     def __post_init__(self) -> None:
         require_finite("pace", self.pace, above=0.0, most=10.0)
         require_finite("turn", self.turn)
         require_finite("push", self.push)
+
+    @property
+    def on_cycle(self) -> dict[str, float]:
+        """What else than the phase the state has at or near the limit cycle, by name."""
+        return {"radius": 1.0}
+
+    def start(self, phase_rad: PerLimb, **rest: PerLimb) -> StateTree:
+        """State at phase φ [rad]; at or near the limit cycle but for what is named."""
+        near = {name: jnp.full_like(phase_rad, value) for name, value in self.on_cycle.items()}
+        return self.State(maths.wrap_phase(phase_rad), **{**near, **rest})
 
     @abstractmethod
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
@@ -86,11 +99,7 @@ class Planar(Oscillator):
         return self.turn * feedback + turned, pushed * (along * cosine + across * sine)
 
     def rate(
-        self,
-        state: StateTree,
-        omega: jax.Array,
-        feedback: jax.Array,
-        weights: Weights = (),
+        self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> StateTree:
         """Free motion and feedback together."""
         sine, cosine = maths.sin_cos(state[0])

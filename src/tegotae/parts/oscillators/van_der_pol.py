@@ -3,24 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
-
-import jax
-import jax.numpy as jnp
+from typing import ClassVar
 
 from tegotae._support.errors import require_finite
-from tegotae.parts import maths
 from tegotae.parts._shapes import PerLimb, StateTree
 from tegotae.parts.oscillators.planar import Planar, Ranges
 
 _MOST_MU = 5.0
-
-
-class VanDerPolState(NamedTuple):
-    """Phase φ [rad] and radius r."""
-
-    phase: jax.Array
-    radius: jax.Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,22 +51,14 @@ class VanDerPol(Planar):
         super().__post_init__()
         require_finite("mu", self.mu, least=0.0, most=_MOST_MU)
 
-    def start(self, phase_rad: PerLimb, radius: PerLimb | None = None) -> VanDerPolState:
-        """State at phase φ [rad], at its amplitude or another radius."""
-        own = jnp.ones_like(phase_rad) if radius is None else radius
-        return VanDerPolState(maths.wrap_phase(phase_rad), own)
-
-    def free(
-        self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb
-    ) -> VanDerPolState:
+    def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """The equations in polar coordinates."""
         _, radius = state
         x = radius * cosine
         strain = self.mu * (1.0 - 4.0 * x * x)
         speed = period_ratio(self.mu) * omega
-        return VanDerPolState(
-            speed * (1.0 + strain * sine * cosine), speed * strain * radius * sine * sine
-        )
+        turning = speed * (1.0 + strain * sine * cosine)
+        return self.State(turning, speed * strain * radius * sine * sine)
 
     def decay_per_s(self, omega: float) -> float:
         """3 μ κ ω, where the amplitude is largest."""

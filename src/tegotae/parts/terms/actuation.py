@@ -32,6 +32,8 @@ class Actuation(Term):
 
     COMMANDS: tuple[str, ...] = FORCE
     """The quantities of the command; a body takes one kind of command (`Body.COMMANDS`)."""
+    NEEDS_PHASE = False
+    """Whether its value is none without an oscillator's phase."""
 
     @property
     def commands_force(self) -> bool:
@@ -41,7 +43,7 @@ class Actuation(Term):
     @property
     def needs_phase(self) -> bool:
         """Whether it cannot do without an oscillator's phase; so with `full_force`."""
-        return type(self).full_force is not Actuation.full_force
+        return self.NEEDS_PHASE or type(self).full_force is not Actuation.full_force
 
     def check(self, limbs: int, sets: int) -> None:
         """Raise `TegotaeError` if it does not go with so many limbs, or sets of weights."""
@@ -124,15 +126,12 @@ class Reflex(Actuation):
         [2.0, -0.0]
     """
 
+    READS = ("feedback",)
+
     newtons_per_feedback: float = 1.0
 
     def __post_init__(self) -> None:
         require_finite("newtons_per_feedback", self.newtons_per_feedback, above=0.0)
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """The feedback."""
-        return ("feedback",)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """-s min(0, f)."""
@@ -160,16 +159,13 @@ class SectorAndReflex(Sector):
         newtons_per_feedback: as of `Reflex`.
     """
 
+    READS = ("feedback",)
+
     newtons_per_feedback: float = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require_finite("newtons_per_feedback", self.newtons_per_feedback, above=0.0)
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """The feedback."""
-        return ("feedback",)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The reflex part."""

@@ -60,20 +60,25 @@ class Term(ABC):
     Source: paper equation 4, `f = G A′ R`, and Fig. 1 for T.
     """
 
+    READS: tuple[str, ...] = ()
+    """What `reads` returns, where it is always the same."""
+    WEIGHTS: tuple[str, ...] = ()
+    """Names of its weights, where they are always the same."""
+
     @property
     def reads(self) -> tuple[str, ...]:
         """Names of the signals that the term reads."""
-        return ()
+        return self.READS
 
     @property
     def n_weights(self) -> int:
         """How many trained numbers the term has."""
-        return 0
+        return len(self.WEIGHTS)
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
         """What each of its weights is, in a controller file and in C; numbers by default."""
-        return numbered(self.n_weights)
+        return tuple((name,) for name in self.WEIGHTS) or numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> WeightVector:
         """Random weights to start training from, shape [n_weights]."""

@@ -9,7 +9,6 @@ import jax.numpy as jnp
 
 from tegotae.parts._shapes import Weights
 from tegotae.parts.terms.base import Signals, Term
-from tegotae.parts.weight_names import WeightName
 
 
 @dataclass(frozen=True)
@@ -24,10 +23,7 @@ class VanillaAction(Term):
         [-1.0, 1.0]
     """
 
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """The cosine of the phase."""
-        return ("cos_phase",)
+    READS = ("cos_phase",)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """-cos φ."""
@@ -47,20 +43,8 @@ class OffsetAction(Term):
         (('offset',),)
     """
 
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """The cosine of the phase."""
-        return ("cos_phase",)
-
-    @property
-    def n_weights(self) -> int:
-        """The offset."""
-        return 1
-
-    @property
-    def weight_names(self) -> tuple[WeightName, ...]:
-        """The offset."""
-        return (("offset",),)
+    READS = ("cos_phase",)
+    WEIGHTS = ("offset",)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """-(cos φ + o)."""
@@ -83,10 +67,7 @@ class UnitAction(Term):
 class VanillaReaction(Term):
     """`R(s) = S(s) = F_k`, the spring force [N] (paper equation 2 and [24], [30])."""
 
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """The spring force."""
-        return ("spring_force",)
+    READS = ("spring_force",)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """F_k [N]."""
@@ -103,17 +84,9 @@ class ConstantGain(Term):
         start: the σ that training starts from.
     """
 
+    WEIGHTS = ("sigma",)
+
     start: float = 1.0
-
-    @property
-    def n_weights(self) -> int:
-        """σ itself."""
-        return 1
-
-    @property
-    def weight_names(self) -> tuple[WeightName, ...]:
-        """σ."""
-        return (("sigma",),)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """σ = `start`."""

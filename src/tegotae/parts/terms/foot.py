@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, is_of, require_finite
+from tegotae._support.errors import require_finite, require_kind
 from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import FOOT
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
-from tegotae.parts.terms.network import Network
+from tegotae.parts.terms.network import Network, without_outputs
 from tegotae.parts.weight_names import WeightName, inside
 
 
@@ -37,6 +37,8 @@ class EllipticFoot(Actuation):
     """
 
     COMMANDS = FOOT
+    NEEDS_PHASE = True
+    READS = ("sin_phase", "cos_phase")
 
     stride_m: float = 0.2
     lift_m: float = 0.12
@@ -48,16 +50,6 @@ class EllipticFoot(Actuation):
         require_finite("lift_m", self.lift_m, least=0.0)
         require_finite("press_m", self.press_m, least=0.0)
         require_finite("shift_rad", self.shift_rad)
-
-    @property
-    def needs_phase(self) -> bool:
-        """It does."""
-        return True
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """Sine and cosine of the phase."""
-        return ("sin_phase", "cos_phase")
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
@@ -90,41 +82,22 @@ class TunedFoot(Actuation):
     """
 
     COMMANDS = FOOT
+    NEEDS_PHASE = True
+    READS = EllipticFoot.READS
+    WEIGHTS = ("stride_m", "lift_m", "press_m", "shift_rad")
 
     start: EllipticFoot = EllipticFoot()
 
     def __post_init__(self) -> None:
-        if not is_of(self.start, EllipticFoot):
-            raise TegotaeError(f"start is {self.start!r}; it must be an EllipticFoot")
-
-    @property
-    def needs_phase(self) -> bool:
-        """It does."""
-        return True
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """Sine and cosine of the phase."""
-        return self.start.reads
-
-    @property
-    def n_weights(self) -> int:
-        """Four."""
-        return 4
-
-    @property
-    def weight_names(self) -> tuple[WeightName, ...]:
-        """The fields of the ellipse."""
-        return (("stride_m",), ("lift_m",), ("press_m",), ("shift_rad",))
+        require_kind("start", self.start, EllipticFoot, "an EllipticFoot")
 
     def initial(self, key: jax.Array) -> jax.Array:
         """The numbers of the ellipse to start from, whatever the key."""
-        own = self.start
-        return jnp.array([own.stride_m, own.lift_m, own.press_m, own.shift_rad])
+        return jnp.array([getattr(self.start, name) for name in self.WEIGHTS])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
-        stride, lift, press, shift = weights[0], weights[1], weights[2], weights[3]
+        stride, lift, press, shift = (weights[i] for i in range(4))
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         ahead = jnp.cos(shift) * cosine - jnp.sin(shift) * sine
         return jnp.stack([-stride * ahead, jnp.where(sine > 0.0, lift, press) * sine])
@@ -211,17 +184,13 @@ class CorrectedFoot(LearnedFoot):
         32
     """
 
+    NEEDS_PHASE = True
+
     around: EllipticFoot = EllipticFoot()
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not is_of(self.around, EllipticFoot):
-            raise TegotaeError(f"around is {self.around!r}; it must be an EllipticFoot")
-
-    @property
-    def needs_phase(self) -> bool:
-        """The ellipse does."""
-        return True
+        require_kind("around", self.around, EllipticFoot, "an EllipticFoot")
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -230,8 +199,7 @@ class CorrectedFoot(LearnedFoot):
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Those of the networks, but for their outputs, which are zero; shape [n_weights]."""
-        outputs = jnp.array([path[-1] == "output" for path in self.weight_names])
-        return jnp.where(outputs, 0.0, super().initial(key))
+        return without_outputs(self.weight_names, super().initial(key))
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jax
@@ -18,6 +19,17 @@ PHASE = "phase"
 _WIDEST_WRITTEN_OUT = 40
 """Neurons up to which a network is compiled neuron by neuron: about twice as fast as one array of
 them, but hundreds of neurons would take minutes to compile."""
+
+
+def as_read(inputs: Sequence[str]) -> tuple[str, ...]:
+    """Inputs of a network, the phase as its sine and cosine."""
+    pairs = {PHASE: ("sin_phase", "cos_phase")}
+    return tuple(name for each in inputs for name in pairs.get(each, (each,)))
+
+
+def without_outputs(names: Sequence[WeightName], weights: jax.Array) -> jax.Array:
+    """Weights of networks whose outputs have none: they add nothing."""
+    return jnp.where(jnp.array(["output" in path for path in names]), 0.0, weights)
 
 
 @dataclass(frozen=True)
@@ -53,10 +65,7 @@ class Network(Term):
     @property
     def reads(self) -> tuple[str, ...]:
         """Signals read, the phase as its sine and cosine."""
-        names: list[str] = []
-        for name in self.inputs:
-            names += ["sin_phase", "cos_phase"] if name == PHASE else [name]
-        return tuple(names)
+        return as_read(self.inputs)
 
     @property
     def n_weights(self) -> int:

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, is_of, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_kind
 from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import FOOT
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.terms.foot import EllipticFoot
-from tegotae.parts.terms.network import PHASE
+from tegotae.parts.terms.network import as_read, without_outputs
 from tegotae.parts.weight_names import WeightName
 
 
@@ -68,7 +68,7 @@ class WholeBody(Actuation):
     @property
     def reads(self) -> tuple[str, ...]:
         """Signals read, the phase as its sine and cosine."""
-        return (*_as_read(self.of_each), *_as_read(self.of_body))
+        return (*as_read(self.of_each), *as_read(self.of_body))
 
     @property
     def _outputs(self) -> int:
@@ -77,7 +77,7 @@ class WholeBody(Actuation):
     @property
     def n_inputs(self) -> int:
         """How many numbers it is given."""
-        return self.limbs * len(_as_read(self.of_each)) + len(_as_read(self.of_body))
+        return self.limbs * len(as_read(self.of_each)) + len(as_read(self.of_body))
 
     @property
     def n_weights(self) -> int:
@@ -87,11 +87,11 @@ class WholeBody(Actuation):
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
         """Of each neuron the weight of every input, its bias, and its weight in every output."""
-        each = [(name, leg) for name in _as_read(self.of_each) for leg in range(self.limbs)]
+        each = [(name, leg) for name in as_read(self.of_each) for leg in range(self.limbs)]
         out = [(name, leg) for name in self.COMMANDS for leg in range(self.limbs)]
         own = (
             *(("leg", leg, name) for name, leg in each),
-            *((name,) for name in _as_read(self.of_body)),
+            *((name,) for name in as_read(self.of_body)),
             ("bias",),
             *(("output", leg, name) for name, leg in out),
         )
@@ -106,8 +106,8 @@ class WholeBody(Actuation):
 
     def outputs(self, weights: Weights, signals: Signals) -> jax.Array:
         """Every command of every leg, [commands, limbs, lanes]."""
-        legs = [signals.dimensionless(name) for name in _as_read(self.of_each)]
-        body = [signals.dimensionless(name)[0] for name in _as_read(self.of_body)]
+        legs = [signals.dimensionless(name) for name in as_read(self.of_each)]
+        body = [signals.dimensionless(name)[0] for name in as_read(self.of_body)]
         x = [felt[leg] for felt in legs for leg in range(self.limbs)] + body
         stride = self.n_weights // self.hidden
         total = None
@@ -177,13 +177,14 @@ class WholeBodyCorrectedFoot(WholeBodyFoot):
         90
     """
 
+    NEEDS_PHASE = True
+
     around: EllipticFoot = field(default_factory=EllipticFoot)
     lead_rad: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not is_of(self.around, EllipticFoot):
-            raise TegotaeError(f"around is {self.around!r}; it must be an EllipticFoot")
+        require_kind("around", self.around, EllipticFoot, "an EllipticFoot")
         if len(self.lead_rad) != self.limbs:
             raise TegotaeError(
                 f"lead_rad has {len(self.lead_rad)} numbers; give it {self.limbs}, one a leg"
@@ -192,19 +193,13 @@ class WholeBodyCorrectedFoot(WholeBodyFoot):
             require_finite("lead_rad", lead)
 
     @property
-    def needs_phase(self) -> bool:
-        """The clock does."""
-        return True
-
-    @property
     def reads(self) -> tuple[str, ...]:
         """What ellipse and network read."""
         return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Those of the network, but for its outputs, which are zero; shape [n_weights]."""
-        outputs = jnp.array([path[2] == "output" for path in self.weight_names])
-        return jnp.where(outputs, 0.0, super().initial(key))
+        return without_outputs(self.weight_names, super().initial(key))
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
@@ -217,11 +212,3 @@ class WholeBodyCorrectedFoot(WholeBodyFoot):
             for lead in self.lead_rad
         ]
         return jnp.stack(places, axis=1) + super().__call__(weights, signals)
-
-
-def _as_read(names: tuple[str, ...]) -> tuple[str, ...]:
-    """The phase as its sine and cosine."""
-    found: list[str] = []
-    for name in names:
-        found += ["sin_phase", "cos_phase"] if name == PHASE else [name]
-    return tuple(found)
