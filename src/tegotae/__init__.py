@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from tegotae.questions.exporting import export_c, export_cost, export_native
     from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
+    from tegotae.questions.wiring import wiring_baseline, wiring_suggest
     from tegotae.simulation.checks import (
         check_body,
         check_controller,
@@ -61,6 +62,7 @@ _HOMES = {
     ),
     "questions.exporting": ("export_c", "export_cost", "export_native"),
     "questions.verbs": ("compare", "evaluate", "generalise", "measure", "simulate"),
+    "questions.wiring": ("wiring_baseline", "wiring_suggest"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
     "simulation.rollout": ("Engine", "Timing", "Trajectory"),
     "simulation.world": ("Scenario", "Step"),
@@ -120,6 +122,8 @@ __all__ = [
     "register",
     "save",
     "simulate",
+    "wiring_baseline",
+    "wiring_suggest",
 ]
 
 

@@ -18,7 +18,8 @@ SHORTER = {
     "--population 16": "--population 4",
 }
 SHORTER |= {"--duration 6": "--duration 0.5", "--seeds 3": "--seeds 2", "--starts 8": "--starts 2"}
-SHORTER |= {"wiring baseline": "wiring baseline --frequencies 17.5", " --animate gait.gif": ""}
+SHORTER |= {"baseline my_leg.xml": "baseline my_leg.xml --frequencies 17.5"}
+SHORTER |= {" --animate gait.gif": ""}
 LONGEST = 40
 """Lines of code and commands of a walk."""
 

@@ -30,7 +30,7 @@ from tegotae.training.environments.replay import replay
 def swept(tmp_path_factory):
     """The folder of a baseline of the packaged leg."""
     out = tmp_path_factory.mktemp("swept")
-    words = ["wiring", "baseline", "--env", "leg", "--frequencies", "9", "17", "--duration", "1"]
+    words = ["wiring", "baseline", "leg", "--frequencies", "9", "17", "--duration", "1"]
     assert main([*words, "--fitness", "return", "--out", str(out)]) == 0
     return out
 
@@ -48,8 +48,8 @@ def played(file):
 
 
 def test_a_baseline_leaves_map_table_and_its_best_controller(swept, file):
-    assert {"map.png", "map.csv"} < {path.name for path in swept.iterdir()}
-    with (swept / "map.csv").open() as stream:
+    assert {"map.png", "numbers.csv"} < {path.name for path in swept.iterdir()}
+    with (swept / "numbers.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     assert {row["omega_rad_per_s"] for row in rows} == {"9", "17"}
     assert min(float(row["sigma_rad_per_s_n"]) for row in rows) == 0.0

@@ -24,19 +24,19 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
         {
             "suggest": Command(
-                "tegotae.cli.wiring.suggest",
-                "WiringSuggest",
+                "tegotae.questions.wiring",
+                "wiring_suggest",
                 (
                     "tegotae wiring suggest my_leg.xml",
                     "tegotae wiring suggest robot.xml --settings ground=true --out robot.toml",
                 ),
             ),
             "baseline": Command(
-                "tegotae.cli.wiring.baseline",
-                "WiringBaseline",
+                "tegotae.questions.wiring",
+                "wiring_baseline",
                 (
-                    "tegotae wiring baseline --env my_leg.xml --wiring my_leg.toml",
-                    "tegotae wiring baseline --env leg --frequencies 8 10 12 --duration 6",
+                    "tegotae wiring baseline my_leg.xml --wiring my_leg.toml",
+                    "tegotae wiring baseline leg --frequencies 8 10 12 --duration 6",
                 ),
             ),
         },

@@ -157,8 +157,8 @@ def _fits(columns: Sequence[str], rows: Sequence[Sequence[str]], console: Consol
 
 
 def print_text(text: str) -> None:
-    """Print a paragraph in lines that fit a screen."""
-    print(textwrap.fill(text, WIDTH))
+    """Print a paragraph in lines that fit a screen, or a command in one line."""
+    print(text if text.startswith("tegotae ") else textwrap.fill(text, WIDTH))
 
 
 def column_widths(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]:

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.cli.options import UNSET
+from tegotae.questions.wiring import OnEnvironment, stem_of
 from tegotae.systems.env_task import extras_of
-from tegotae.systems.models import find
-from tegotae.systems.user_objects import is_reference
 
 if TYPE_CHECKING:
     from tegotae.training.environments.experiment import EnvExperiment
@@ -69,114 +65,15 @@ class EnvOptions:
     @property
     def called(self) -> str:
         """The environment's part of a folder's name."""
-        from tegotae.envs.env_spec import EnvSpec
-
         assert self.env is not None
-        function = not EnvSpec(env=self.env).is_model and self.env.rpartition(":")[0]
-        return Path(function or self.env).stem
+        return stem_of(self.env)
 
-    def experiment_of(
-        self,
-        model: str,
-        *,
-        duration_s: float,
-        fitness: str | None,
-        hopping: dict[str, Any],
-        **given: Any,
-    ) -> EnvExperiment:
-        """The experiment on the environment.
-
-        Args:
-            model: the controller: a model's name, or an architecture such as ART.
-            duration_s: length of an episode [s].
-            fitness: the objective: hopping, return or a function's reference; hopping where it can
-                be measured if None.
-            hopping: settings of the objective hopping.
-            given: further fields of the experiment.
-
-        Raises:
-            MissingExtraError: without Gymnasium, or MuJoCo where it is needed.
-            TegotaeError: for what does not fit together.
-        """
+    def experiment_of(self, model: str, **given: Any) -> EnvExperiment:
+        """The experiment on the environment (`OnEnvironment.experiment`)."""
         assert self.env is not None
         require_all(extras_of(self.env))
-        from tegotae.envs.env_spec import EnvSpec
-        from tegotae.envs.wiring_file import load_wiring, packaged
-        from tegotae.training.environments.experiment import EnvExperiment
-        from tegotae.training.environments.objectives import Hopping, env_objective_named
-
-        if is_reference(model):
-            raise TegotaeError(
-                f"{model} cannot be trained on an environment; name a model, such as ART"
-            )
-        is_model = EnvSpec(env=self.env).is_model
-        given_to_it = made_with(self.feet, self.control, self.settings, is_model=is_model)
-        spec = EnvSpec(env=self.env, settings=given_to_it)
-        if self.wiring is None and self.env not in packaged():
-            spec.make().close()  # a name with a slip lacks more than a wiring
-            first = f"; tegotae wiring suggest {self.env} writes a first one" if is_model else ""
-            raise TegotaeError(
-                f"no wiring is given for {self.env}; write --wiring FILE.toml, which says what its "
-                f"limbs sense and drive{first}"
-            )
-        wiring = load_wiring(self.env if self.wiring is None else self.wiring)
-        spec = spec.for_wiring(wiring)
-        own = find(model)
-        if self.scales:
-            env = spec.make()
-            wiring = wiring.with_scales(env)
-            env.close()
-        given = {"duration_s": duration_s, **given}
-        if self.evaluation_episodes:
-            given["evaluation_episodes"] = self.evaluation_episodes
-        if self.limit is not None:
-            given["limit_s"] = self.limit
-        experiment = EnvExperiment.of_model(own, spec, wiring, omega=self.omega, **given)
-        if fitness is not None:
-            objective = env_objective_named(fitness, settle_s=0.5 * duration_s)
-            experiment = replace(experiment, objective=objective)
-        if hopping:
-            if not isinstance(experiment.objective, Hopping):
-                option = {"settle_s": "settle", "follow_omega": "cot-only"}
-                name = next(iter(hopping))
-                raise TegotaeError(f"--{option.get(name, name)} belongs to the fitness hopping")
-            objective = replace(experiment.objective, **hopping)
-            experiment = replace(experiment, objective=objective)
-        return experiment
-
-
-def made_with(
-    feet: Sequence[str], control_s: float | None, settings: Sequence[str], *, is_model: bool
-) -> tuple[tuple[str, Json], ...]:
-    """What options make an environment with.
-
-    Args:
-        feet: of a MuJoCo model.
-        control_s: of a MuJoCo model [s].
-        settings: NAME=VALUE each.
-        is_model: whether it is a MuJoCo model.
-
-    Raises:
-        TegotaeError: for a setting that is no NAME=VALUE, or options of a MuJoCo model for
-            something else.
-    """
-    found: dict[str, Json] = {}
-    own = {"feet": list(feet) or None, "control_s": control_s}
-    for name, value in own.items():
-        if value is None:
-            continue
-        if not is_model:
-            option = "feet" if name == "feet" else "control"
-            raise TegotaeError(f"--{option} belongs to MuJoCo models, FILE.xml")
-        found[name] = value
-    for each in settings:
-        name, equals, value = each.partition("=")
-        if not equals or not name.isidentifier():
-            raise TegotaeError(f"--settings {each!r} is no NAME=VALUE")
-        if name in found:
-            raise TegotaeError(f"{name} is given twice; leave --settings {each} out")
-        try:
-            found[name] = parse(value)
-        except DamagedDocumentError:  # not JSON: a text
-            found[name] = value
-    return tuple(found.items())
+        own = {field.name: field.name.removesuffix("_s") for field in fields(OnEnvironment)}
+        values = {name: getattr(self, option) for name, option in own.items()}
+        if values["limit_s"] is None:
+            del values["limit_s"]
+        return OnEnvironment(**values).experiment(self.env, model, **given)
