@@ -11,7 +11,7 @@ import numpy as np
 from reproduction.commands.output import Output
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae.cli.options import HopperParameters
-from tegotae.parts.oscillators.named import PHASE
+from tegotae.parts.oscillators import PHASE
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.presets import preset
 from tegotae.systems.resolve import oscillator_called
