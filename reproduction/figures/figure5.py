@@ -20,7 +20,7 @@ from reproduction.table import Table, place
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.orbit import Orbit
 from tegotae.analysis.surface import Surface, actuation_surface
-from tegotae.figures.maps import broken, draw_path, phase_axis
+from tegotae.figures.cycles import broken, draw_path, phase_axis
 from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, new_figure, styled
 from tegotae.measures.hopping.registry import find
 from tegotae.parts.bodies import Hopper

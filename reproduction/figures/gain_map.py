@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -14,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from reproduction.ridge import Ridge, find_losses, find_resonance
 from tegotae.analysis.maps import GainSweep
 from tegotae.figures.maps import draw_quantity, regime_legend
-from tegotae.figures.style import COLOURS, COLUMN_IN, joined, long_table, new_figure, styled
+from tegotae.figures.style import COLOURS, COLUMN_IN, long_table, new_figure, styled
 from tegotae.measures.hopping.episode import REGIMES
 from tegotae.measures.optimum import curve
 from tegotae.parts._shapes import AnyArray
@@ -135,7 +136,7 @@ def values(sweep: GainSweep) -> tuple[AnyArray, AnyArray]:
 
 def gain_map_tables(
     sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
-) -> dict[str, dict[str, np.ndarray]]:
+) -> dict[str, pd.DataFrame]:
     """What the figure shows: the maps cell by cell, and `ridge`, with its line.
 
     Beside it, over all limit cycles: `resonance`, the best frequency of each gain, and `loss`, the
@@ -180,8 +181,14 @@ def gain_map_tables(
             "cot_inverse_a_lost": lost.lost,
         }
     return {
-        "": joined(maps, "actuation"),
-        "ridge": joined(lines, "actuation"),
-        "resonance": joined(resonances, "actuation"),
-        "loss": joined(losses, "actuation"),
+        "": _joined(maps),
+        "ridge": _joined(lines),
+        "resonance": _joined(resonances),
+        "loss": _joined(losses),
     }
+
+
+def _joined(tables: Mapping[str, Any]) -> pd.DataFrame:
+    """Tables of the same columns below each other, each with its actuation."""
+    frames = {name: pd.DataFrame(table) for name, table in tables.items()}
+    return pd.concat(frames, names=["actuation"]).reset_index("actuation")

@@ -23,20 +23,24 @@ from tegotae.analysis.phase_response import PhaseResponse
 from tegotae.analysis.poincare import Poincare
 from tegotae.analysis.surface import Surface
 from tegotae.figures.cycles import (
-    phase_locking_figure,
-    phase_locking_table,
     phase_response_figure,
     phase_response_table,
     poincare_figure,
     poincare_tables,
     predicted,
+    surface_figure,
+    surface_tables,
 )
-from tegotae.figures.maps import basin_figure, basin_tables, surface_figure, surface_tables
+from tegotae.figures.maps import (
+    basin_figure,
+    basin_tables,
+    phase_locking_figure,
+    phase_locking_table,
+)
 from tegotae.figures.style import (
     COLUMN_IN,
     PAGE_IN,
     figure_file,
-    joined,
     long_table,
     save_figure,
     write_tables,
@@ -107,16 +111,10 @@ def test_a_long_table_has_one_row_per_cell():
     assert table["c"].tolist() == [0, 1, 2, 3, 4, 5]
 
 
-def test_tables_are_joined_under_their_names():
-    whole = joined({"x": {"a": np.array([1.0])}, "y": {"a": np.array([2.0, 3.0])}}, "which")
-    assert whole["which"].tolist() == ["x", "y", "y"]
-    assert whole["a"].tolist() == [1.0, 2.0, 3.0]
-
-
 def test_tables_are_written_beside_the_figure_with_undefined_values_empty(tmp_path):
     tables = {
         "": {"x": np.array([1.0, np.nan]), "name": np.array(["p", "q"])},
-        "more": {"z": 1 / 3},
+        "more": {"z": [1 / 3]},
     }
     written = write_tables(tmp_path / "map.pdf", tables)
     assert [path.name for path in written] == ["map.csv", "map.more.csv"]

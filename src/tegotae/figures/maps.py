@@ -1,26 +1,23 @@
-"""Maps: surfaces of force, basins, sweeps of gain and frequency."""
+"""Maps: basins, phase locking, and other sweeps of gain and frequency."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.patheffects import Normal, Stroke
-from matplotlib.ticker import MultipleLocator
-from matplotlib.typing import ColorType
 
-from tegotae.analysis.maps import Attractor, HopperBasin
-from tegotae.analysis.orbit import Orbit
-from tegotae.analysis.surface import Surface
+from tegotae.analysis.maps import Attractor, GainSweep, HopperBasin, locking_ratios
+from tegotae.figures.cycles import phase_axis
 from tegotae.figures.style import (
     COLOURS,
     COLUMN_IN,
@@ -30,183 +27,12 @@ from tegotae.figures.style import (
     new_figure,
     styled,
 )
-from tegotae.measures.hopping.episode import AT_REST, FAILED, REGIMES, UNSETTLED
+from tegotae.measures.hopping.episode import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.parts._shapes import AnyArray
 from tegotae.training.environments.baseline import VanillaSweep
 
-_NEGLIGIBLE = 0.01
-"""Share of α below which a force is next to none, and drawn so."""
-_SMALL_FEEDBACK = 0.1
-"""The axis of the feedback reaches at least so far [rad/s]: less is next to nothing beside ω."""
-_HALO = [Stroke(linewidth=2.6, foreground="white"), Normal()]
-
-
-def surface_figure(
-    surface: Surface, orbit: Orbit | None, *, max_force_n: float, note: str = ""
-) -> Figure:
-    """F_a over phase and spring force, with the limit cycle; below, F_a and f along the cycle.
-
-    Args:
-        surface: the surface.
-        orbit: the limit cycle; None if there is none.
-        max_force_n: largest actuator force α [N], which the colour scale names. The scale ends at
-            the largest force of the surface, or, if the actuator does next to nothing, at α.
-        note: a title, such as the slice's velocity.
-    """
-    largest = float(surface.actuator_force_n.max())
-    acts = largest > _NEGLIGIBLE * max_force_n
-    with styled():
-        figure = new_figure(COLUMN_IN, 3.9 if orbit else 2.6)
-        heights = (1.6, 1.0) if orbit else (1.0,)
-        top, *below = figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
-        with_phase = surface.phase_rad is not None
-        x = surface.phase_rad if with_phase else surface.velocity_m_per_s
-        mesh = top.pcolormesh(
-            x,
-            surface.spring_force_n,
-            surface.actuator_force_n,
-            vmin=0.0,
-            vmax=largest if acts else max_force_n,
-            cmap=SEQUENTIAL,
-            rasterized=True,
-        )
-        bar = figure.colorbar(mesh, ax=top, location="top", aspect=30)
-        bar.set_label(_force_label(largest, max_force_n, acts))
-        top.set_ylabel("spring force $F_k$ [N]")
-        top.set_ylim(0.0, surface.spring_force_n[-1])
-        figure.suptitle(note, fontsize=8)
-        if with_phase:
-            phase_axis(top)
-        else:
-            top.set_xlabel("velocity ẏ [m/s]")
-        if orbit is not None:
-            across = orbit.phase_rad if with_phase else orbit.velocity_m_per_s
-            draw_path(top, broken(across) if with_phase else across, orbit.spring_force_n)
-            _draw_cycle(below[0], orbit, with_phase, max_force_n)
-    return figure
-
-
-def surface_tables(surface: Surface, orbit: Orbit | None) -> dict[str, Table]:
-    """What the figure shows: the surface, point by point, and `cycle`."""
-    with_phase = surface.phase_rad is not None
-    columns = (
-        ("phase_rad", surface.phase_rad)
-        if surface.phase_rad is not None
-        else ("velocity_m_per_s", surface.velocity_m_per_s)
-    )
-    maps = {
-        "actuator_force_n": surface.actuator_force_n,
-        "feedback_rad_per_s": surface.feedback_rad_per_s,
-    }
-    table = long_table(("spring_force_n", surface.spring_force_n), columns, maps)
-    if with_phase:
-        table["velocity_m_per_s"] = np.full(len(table["phase_rad"]), surface.velocity_m_per_s[0])
-    return {"": table, **({} if orbit is None else {"cycle": orbit_table(orbit)})}
-
-
-def orbit_table(orbit: Orbit) -> dict[str, np.ndarray]:
-    """A limit cycle as a table."""
-    names = (
-        "time_s",
-        "height_m",
-        "velocity_m_per_s",
-        "phase_rad",
-        "spring_force_n",
-        "feedback_rad_per_s",
-        "actuator_force_n",
-    )
-    return {name: getattr(orbit, name) for name in names}
-
-
-def draw_path(axes: Axes, x: np.ndarray, spring_force_n: np.ndarray) -> None:
-    """A limit cycle on a surface, with an arrow for its direction; x is NaN where it wraps."""
-    axes.plot(x, spring_force_n, color="black", lw=1.2, path_effects=_HALO)
-    _arrow(axes, x, spring_force_n)
-
-
-def phase_axis(axes: Axes, label: str = "phase φ [rad]") -> None:
-    """A horizontal axis of phase, from 0 to 2π."""
-    axes.set_xlim(0.0, 2.0 * np.pi)
-    axes.set_xticks(np.arange(5) * 0.5 * np.pi, ["0", "π/2", "π", "3π/2", "2π"])
-    axes.set_xlabel(label)
-
-
-def phase_ticks(axis: Axis) -> None:
-    """Ticks of an axis that shows a part of a turn [rad]: fractions of π, three at least."""
-    low, high = axis.get_view_interval()
-    parts = next((n for n in (1, 2, 4, 8, 16) if (high - low) * n >= 3.0 * np.pi), 32)
-    axis.set_major_locator(MultipleLocator(np.pi / parts))
-    axis.set_major_formatter(lambda x, _: fraction_of_pi(x))
-
-
-def fraction_of_pi(angle_rad: float) -> str:
-    """An angle as a fraction of π.
-
-    Example:
-        >>> [fraction_of_pi(x * np.pi) for x in (0.0, 0.75, -1.0, 2.0)]
-        ['0', '3π/4', '-π', '2π']
-    """
-    share = Fraction(angle_rad / np.pi).limit_denominator(64)
-    if not share:
-        return "0"
-    over, under = abs(share.numerator), share.denominator
-    text = ("" if over == 1 else f"{over}") + "π" + ("" if under == 1 else f"/{under}")
-    return f"-{text}" if share < 0 else text
-
-
-def _force_label(largest_n: float, max_force_n: float, acts: bool) -> str:
-    """What the colours mean, and how far the force stays below α."""
-    words = "actuator force $F_a$ [N]"
-    if not acts:
-        return f"{words}: next to none, α = {max_force_n:.3g} N"
-    if largest_n < 0.995 * max_force_n:
-        return f"{words}: at most {largest_n:.2g}, α = {max_force_n:.3g} N"
-    return f"{words}: up to α = {max_force_n:.3g} N"
-
-
-def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool, max_force_n: float) -> None:
-    """Actuator force, and feedback (or, without phase, spring force), along the limit cycle."""
-    x = broken(orbit.phase_rad) if with_phase else orbit.time_s
-    axes.plot(x, orbit.actuator_force_n, color=COLOURS[0])
-    axes.set_ylabel("actuator $F_a$ [N]", color=COLOURS[0])
-    axes.set_ylim(0.0, max(axes.get_ylim()[1], _NEGLIGIBLE * max_force_n))
-    other = axes.twinx()
-    other.spines["right"].set_visible(True)
-    if with_phase:
-        phase_axis(axes)
-        other.plot(x, orbit.feedback_rad_per_s, color=COLOURS[4], ls="--")
-        low, high = other.get_ylim()
-        other.set_ylim(min(low, -_SMALL_FEEDBACK), max(high, _SMALL_FEEDBACK))
-        other.set_ylabel("feedback f [rad/s]", color=COLOURS[4])
-    else:
-        axes.set_xlabel("time since the apex [s]")
-        axes.set_xlim(0.0, orbit.period_s)
-        other.plot(x, orbit.spring_force_n, color=COLOURS[4], ls="--")
-        other.set_ylabel("spring $F_k$ [N]", color=COLOURS[4])
-        other.set_ylim(bottom=0.0)
-
-
-def broken(phase_rad: np.ndarray) -> np.ndarray:
-    """The phase with a gap where it wraps, so that no line crosses the panel."""
-    return np.where(np.abs(np.diff(phase_rad, prepend=phase_rad[:1])) > np.pi, np.nan, phase_rad)
-
-
-def _arrow(axes: Axes, x: np.ndarray, force: np.ndarray) -> None:
-    """An arrow head where the spring force first passes half of its peak, for the direction."""
-    here = int(np.argmax(force > 0.5 * np.max(force)))
-    before, after = max(here - 3, 0), min(here + 3, len(x) - 1)
-    if np.isfinite(x[before] + x[after]):
-        axes.annotate(
-            "",
-            (x[after], force[after]),
-            (x[before], force[before]),
-            arrowprops={"arrowstyle": "-|>", "color": "black", "mutation_scale": 9},
-        )
-
-
-_FILL = {AT_REST: "0.9", UNSETTLED: "white", FAILED: "black"}
-_HATCH = {AT_REST: "/////", UNSETTLED: None, FAILED: None}
-_HATCH_COLOUR = "0.55"
+_FILL = {FAILED: "black", AT_REST: "0.9", UNSETTLED: "white"}
+_REST: Any = {"hatch": "/////", "edgecolor": "0.55"}
 
 
 def quantities() -> Colormap:
@@ -223,19 +49,24 @@ def draw_regimes(axes: Axes, x: np.ndarray, y: np.ndarray, regime: AnyArray) -> 
         y: values along the vertical axis, shape [rows].
         regime: indices into `REGIMES`, shape [rows, columns].
     """
-    for kind, colour in _FILL.items():
-        cells = np.ma.masked_where(regime != kind, np.ones(regime.shape))
-        axes.pcolormesh(x, y, cells, cmap=ListedColormap([colour]), rasterized=True)
-    rests = regime == AT_REST
+    _draw_steps(axes, x, y, np.where(regime == LIMIT_CYCLE, -1, regime), [*_FILL.values()])
+    # Contours reach only to the middle of the outer cells, so they go a cell farther.
+    wide = [np.pad(values, 1, "reflect", reflect_type="odd") for values in (x, y)]
+    rests = np.pad((regime == AT_REST).astype(float), 1, "edge")
     if rests.any():
-        # Contours reach only to the middle of the outer cells.
-        wide = np.pad(rests.astype(float), 1, mode="edge")
-        hatched = axes.contourf(
-            _outer(x), _outer(y), wide, levels=[0.5, 1.5], colors="none", hatches=[_HATCH[AT_REST]]
-        )
-        hatched.set(edgecolor=_HATCH_COLOUR, linewidth=0.0)
-    axes.set(xlim=_edges(x), ylim=_edges(y))
+        hatches = [_REST["hatch"]]
+        drawn = axes.contourf(*wide, rests, levels=[0.5, 1.5], colors="none", hatches=hatches)
+        drawn.set(edgecolor=_REST["edgecolor"], linewidth=0.0)
+    xlim, ylim = ((0.5 * (w[0] + w[1]), 0.5 * (w[-2] + w[-1])) for w in wide)
+    axes.set(xlim=xlim, ylim=ylim)
     axes.spines[["top", "right"]].set_visible(True)
+
+
+def _draw_steps(axes: Axes, x: np.ndarray, y: np.ndarray, step: AnyArray, colours: Any) -> None:
+    """Colour the cells by whole numbers from 0 on; those below stay as they are."""
+    cells = np.ma.masked_where(step < 0, step)
+    limits = {"vmin": -0.5, "vmax": len(colours) - 0.5, "cmap": ListedColormap(colours)}
+    axes.pcolormesh(x, y, cells, rasterized=True, **limits)
 
 
 def draw_quantity(
@@ -249,32 +80,28 @@ def draw_quantity(
     """
     draw_regimes(axes, x, y, regime)
     shown = np.ma.masked_where((regime <= UNSETTLED) | ~np.isfinite(value), value)
-    how.setdefault("cmap", quantities())
-    return axes.pcolormesh(x, y, shown, rasterized=True, **how)
+    return axes.pcolormesh(x, y, shown, rasterized=True, **{"cmap": quantities(), **how})
 
 
 def draw_categories(
-    axes: Axes, x: np.ndarray, y: np.ndarray, category: np.ndarray, number: int
-) -> list[tuple[float, float, float, float]]:
-    """Colour the cells by category, in steps of lightness; returns the colours.
+    axes: Axes, x: np.ndarray, y: np.ndarray, category: np.ndarray, labels: Sequence[str]
+) -> list[Patch]:
+    """Colour the cells by category, in steps of lightness; returns the legend's handles.
 
     Args:
-        category: 0 ... number - 1, or -1 for none, shape [rows, columns].
-        number: how many categories there are.
+        category: indices into the labels, or -1 for none, shape [rows, columns].
+        labels: of the categories; those that do not occur have no handle.
     """
     # The most common category first, in the middle of the scale; its neighbours far from it.
-    steps = [0.5, 1.0, 0.0, 0.75, 0.25, 0.88][:number]
+    steps = (0.5, 1.0, 0.0, 0.75, 0.25, 0.88)[: len(labels)]
     colours = [quantities()(step) for step in steps]
-    if number:
-        cells = np.ma.masked_where(category < 0, category)
-        mesh = axes.pcolormesh(x, y, cells, cmap=ListedColormap(colours), rasterized=True)
-        mesh.set_clim(-0.5, number - 0.5)
-    return colours
-
-
-def category_patch(colour: ColorType, label: str) -> Patch:
-    """A category's handle in the legend."""
-    return Patch(facecolor=colour, edgecolor=_HATCH_COLOUR, lw=0.5, label=label)
+    if labels:
+        _draw_steps(axes, x, y, category, colours)
+    return [
+        Patch(facecolor=colour, edgecolor=_REST["edgecolor"], lw=0.5, label=label)
+        for number, (colour, label) in enumerate(zip(colours, labels, strict=True))
+        if np.any(category == number)
+    ]
 
 
 def regime_legend(figure: Figure, present: AnyArray, *more: Artist, **how: Any) -> None:
@@ -284,61 +111,38 @@ def regime_legend(figure: Figure, present: AnyArray, *more: Artist, **how: Any) 
         present: regimes that occur.
         more: further handles.
     """
-    patches = [
-        Patch(
-            facecolor=_FILL[kind], hatch=_HATCH[kind], edgecolor=_HATCH_COLOUR, lw=0.5,
-            label=REGIMES[kind],
-        )
-        for kind in (AT_REST, UNSETTLED, FAILED)
-        if np.any(present == kind)
-    ]  # fmt: skip
-    handles = [*more, *patches]
+    handles = [*more]
+    for kind in (AT_REST, UNSETTLED, FAILED):
+        if np.any(present == kind):
+            look = {**_REST, "hatch": _REST["hatch"] if kind == AT_REST else None}
+            handles.append(Patch(facecolor=_FILL[kind], lw=0.5, label=REGIMES[kind], **look))
     if handles:
-        how.setdefault("ncols", 3)
-        figure.legend(handles=handles, loc="outside lower center", handlelength=1.6, **how)
-
-
-def _outer(x: np.ndarray) -> np.ndarray:
-    """The values, and one more at the outer edge of either end."""
-    low, high = _edges(x)
-    return np.concatenate([[low], x, [high]])
-
-
-def _edges(x: np.ndarray) -> tuple[float, float]:
-    """The outer edges of cells centred at these values."""
-    return float(x[0] - 0.5 * (x[1] - x[0])), float(x[-1] + 0.5 * (x[-1] - x[-2]))
+        how = {"ncols": 3, "handlelength": 1.6, **how}
+        figure.legend(handles=handles, loc="outside lower center", **how)
 
 
 _MOST = 5  # limit cycles with a colour of their own
 
 
+@styled()
 def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
     """Which limit cycle each release ends in; the legend says how common it is."""
-    shown = min(len(basin.attractors), _MOST)
-    category = np.minimum(basin.attractor, shown)
-    with styled():
-        figure = new_figure(COLUMN_IN, 2.9 + 0.13 * shown)
-        axes = figure.subplots()
-        with_phase = basin.phase_rad is not None
-        x = basin.phase_rad if basin.phase_rad is not None else basin.velocity_m_per_s
-        draw_regimes(axes, x, basin.height_m, basin.outcome.regime)
-        rest = len(basin.attractors) > shown
-        colours = draw_categories(axes, x, basin.height_m, category, shown + rest)
-        if with_phase:
-            phase_axis(axes, "phase at release φ [rad]")
-        else:
-            axes.set_xlabel("velocity at release ẏ [m/s]")
-        axes.set_ylabel("release height y [m]")
-        axes.set_title(note)
-        patches = [
-            category_patch(colour, describe(attractor))
-            for colour, attractor in zip(colours, basin.attractors[:shown], strict=False)
-        ]
-        if rest:
-            share = sum(attractor.share for attractor in basin.attractors[shown:])
-            label = f"{len(basin.attractors) - shown} other limit cycles ({share:.1%})"
-            patches.append(category_patch(colours[-1], label))
-        regime_legend(figure, basin.outcome.regime, *patches, ncols=1)
+    labels = [describe(attractor) for attractor in basin.attractors[:_MOST]]
+    if rest := basin.attractors[_MOST:]:
+        share = sum(attractor.share for attractor in rest)
+        labels.append(f"{len(rest)} other limit cycles ({share:.1%})")
+    figure = new_figure(COLUMN_IN, 2.9 + 0.13 * min(len(labels), _MOST))
+    axes = figure.subplots()
+    x = basin.velocity_m_per_s if basin.phase_rad is None else basin.phase_rad
+    draw_regimes(axes, x, basin.height_m, basin.outcome.regime)
+    category = np.minimum(basin.attractor, _MOST)
+    patches = draw_categories(axes, x, basin.height_m, category, labels)
+    if basin.phase_rad is None:
+        axes.set_xlabel("velocity at release ẏ [m/s]")
+    else:
+        phase_axis(axes, "phase at release φ [rad]")
+    axes.set(ylabel="release height y [m]", title=note)
+    regime_legend(figure, basin.outcome.regime, *patches, ncols=1)
     return figure
 
 
@@ -349,37 +153,84 @@ def describe(attractor: Attractor) -> str:
     return f"{hops}{turns}, apex {attractor.apex_height_m:.2f} m ({attractor.share:.1%})"
 
 
-def basin_tables(basin: HopperBasin) -> dict[str, dict[str, np.ndarray]]:
+def basin_tables(basin: HopperBasin) -> dict[str, Table]:
     """What the figure shows, release by release, and `cycles`."""
     across = (
-        ("phase_rad", basin.phase_rad)
-        if basin.phase_rad is not None
-        else ("velocity_m_per_s", basin.velocity_m_per_s)
+        ("velocity_m_per_s", basin.velocity_m_per_s)
+        if basin.phase_rad is None
+        else ("phase_rad", basin.phase_rad)
     )
-    releases = long_table(
-        ("height_m", basin.height_m),
-        across,
-        {
-            "regime": np.asarray(REGIMES)[basin.outcome.regime],
-            "limit_cycle": basin.attractor,
-            "limit_cycle_period_hops": basin.outcome.limit_cycle_period,
-            "winding_ratio": basin.outcome.winding_ratio,
-            "apex_height_m": basin.outcome.apex_height_m,
-            "cot_inverse_a_m_per_j": basin.outcome.cot_inverse,
-        },
-    )
-    found = basin.attractors
-    cycles = {
-        "limit_cycle": np.arange(len(found)),
-        "hops": np.array([a.hops for a in found]),
-        "turns": np.array([np.nan if a.turns is None else a.turns for a in found]),
-        "apex_height_m": np.array([a.apex_height_m for a in found]),
-        "cot_inverse_a_m_per_j": np.array([a.cot_inverse for a in found]),
-        "share": np.array([a.share for a in found]),
+    outcome = {
+        "regime": np.asarray(REGIMES)[basin.outcome.regime],
+        "limit_cycle": basin.attractor,
+        "limit_cycle_period_hops": basin.outcome.limit_cycle_period,
+        "winding_ratio": basin.outcome.winding_ratio,
+        "apex_height_m": basin.outcome.apex_height_m,
+        "cot_inverse_a_m_per_j": basin.outcome.cot_inverse,
     }
-    return {"": releases, "cycles": cycles}
+    names = ["hops", "turns", "apex_height_m", "cot_inverse_a_m_per_j", "share"]
+    rows = [(x.hops, x.turns, x.apex_height_m, x.cot_inverse, x.share) for x in basin.attractors]
+    cycles = pd.DataFrame(rows, columns=names).rename_axis("limit_cycle").reset_index()
+    return {"": long_table(("height_m", basin.height_m), across, outcome), "cycles": cycles}
 
 
+_RATIOS = tuple(Fraction(*ratio) for ratio in ((1, 1), (2, 1), (1, 2), (3, 2), (0, 1)))
+
+
+@styled()
+def phase_locking_figure(sweep: GainSweep, cut_sigma: float, note: str = "") -> Figure:
+    """Turns of the oscillator per hop over frequency and gain; below, both rates along a cut.
+
+    Args:
+        sweep: outcomes over gain and frequency.
+        cut_sigma: the gain of the cut [rad/(s N)]; the nearest of the sweep's is taken.
+        note: a title.
+    """
+    known = {None: -1, **{ratio: number for number, ratio in enumerate(_RATIOS)}}
+    category = np.vectorize(lambda ratio: known.get(ratio, len(_RATIOS)))(
+        locking_ratios(sweep.outcome)
+    )
+    labels = [*(f"{_words(ratio)} turns : hops" for ratio in _RATIOS), "another ratio"]
+    cut = int(np.argmin(np.abs(sweep.sigma - cut_sigma)))
+    sigma, omega = sweep.sigma[cut], sweep.omega
+    figure = new_figure(COLUMN_IN, 4.6)
+    top, below = figure.subplots(2, 1, height_ratios=(1.5, 1.0), sharex=True)
+    draw_regimes(top, omega, sweep.sigma, sweep.outcome.regime)
+    patches = draw_categories(top, omega, sweep.sigma, category, labels)
+    top.axhline(sigma, color="white", lw=2.2)
+    top.axhline(sigma, color="black", lw=1.0, ls="--")
+    top.set(ylabel="gain σ [rad/(s N)]", title=note)
+
+    below.plot(omega, omega, color="0.6", lw=0.8, ls=":", label="ω")
+    open_, filled = {"ms": 3.2, "mfc": "none", "mew": 0.5}, {"ms": 2.6, "mew": 0.5}
+    phase_rate, hop_rate = sweep.outcome.phase_rate[cut], sweep.outcome.hop_rate[cut]
+    below.plot(omega, phase_rate, "o", color=COLOURS[2], label="mean phase rate", **open_)
+    below.plot(omega, hop_rate, ".", color=COLOURS[4], label="hopping frequency", **filled)
+    below.set(xlabel="frequency ω [rad/s]", ylabel=f"rate [rad/s] at σ = {sigma:.3g}")
+    below.legend(loc="lower center", bbox_to_anchor=(0.5, 0.98), ncols=3, handletextpad=0.3)
+    regime_legend(figure, sweep.outcome.regime, *patches)
+    return figure
+
+
+def _words(ratio: Fraction | None) -> str:
+    return "" if ratio is None else f"{ratio.numerator}:{ratio.denominator}"
+
+
+def phase_locking_table(sweep: GainSweep) -> pd.DataFrame:
+    """What the figure shows, pair by pair of gain and frequency."""
+    outcome = {
+        "regime": np.asarray(REGIMES)[sweep.outcome.regime],
+        "turns_to_hops": list(map(_words, locking_ratios(sweep.outcome).flat)),
+        "limit_cycle_period_hops": sweep.outcome.limit_cycle_period,
+        "mean_phase_rate_rad_per_s": sweep.outcome.phase_rate,
+        "hopping_frequency_rad_per_s": sweep.outcome.hop_rate,
+        "winding_ratio": sweep.outcome.winding_ratio,
+    }
+    axes = ("sigma_rad_per_s_n", sweep.sigma), ("omega_rad_per_s", sweep.omega)
+    return long_table(*axes, outcome)
+
+
+@styled()
 def vanilla_sweep_figure(sweep: VanillaSweep, *, fitness: str = "fitness") -> Figure:
     """Fitness over ω and σ; dots mark the best gain of each frequency, black what failed.
 
@@ -388,31 +239,27 @@ def vanilla_sweep_figure(sweep: VanillaSweep, *, fitness: str = "fitness") -> Fi
         fitness: what the colours are called.
     """
     rows, columns = np.arange(len(sweep.sigma)), np.arange(len(sweep.omega))
+    figure = new_figure(COLUMN_IN, 3.0)
+    axes = figure.add_subplot(facecolor="black")
     sound = np.ma.masked_where(sweep.failed, sweep.fitness)
-    with styled():
-        figure = new_figure(3.5, 3.0)
-        axes = figure.add_subplot()
-        failed = np.ma.masked_where(~sweep.failed, np.ones(sweep.failed.shape))
-        axes.pcolormesh(columns, rows, failed, cmap=ListedColormap(["black"]), rasterized=True)
-        mesh = axes.pcolormesh(columns, rows, sound, cmap=quantities(), rasterized=True)
-        figure.colorbar(mesh, ax=axes).set_label(fitness)
-        best = np.argmax(sweep.fitness, axis=0)
-        axes.plot(columns, best, "o", ms=3, mfc="white", mec="black", mew=0.6)
-        shown = rows[:: max(1, len(rows) // 8)]
-        axes.set_yticks(shown, [f"{sweep.sigma[i]:.2g}" for i in shown])
-        axes.set_xticks(columns, [f"{omega:.3g}" for omega in sweep.omega])
-        axes.set(xlabel="frequency ω [rad/s]", ylabel="gain σ [rad/(s N)]")
+    mesh = axes.pcolormesh(columns, rows, sound, cmap=quantities(), rasterized=True)
+    figure.colorbar(mesh, ax=axes).set_label(fitness)
+    axes.plot(
+        columns, np.argmax(sweep.fitness, axis=0), "o", ms=3, mfc="white", mec="black", mew=0.6
+    )
+    shown = rows[:: max(1, len(rows) // 8)]
+    axes.set_yticks(shown, [f"{sweep.sigma[i]:.2g}" for i in shown])
+    axes.set_xticks(columns, [f"{omega:.3g}" for omega in sweep.omega])
+    axes.set(xlabel="frequency ω [rad/s]", ylabel="gain σ [rad/(s N)]")
     return figure
 
 
-def vanilla_sweep_table(sweep: VanillaSweep) -> dict[str, np.ndarray]:
+def vanilla_sweep_table(sweep: VanillaSweep) -> pd.DataFrame:
     """What the figure shows, a row a cell."""
-    return long_table(
-        ("sigma_rad_per_s_n", sweep.sigma),
-        ("omega_rad_per_s", sweep.omega),
-        {
-            "fitness": sweep.fitness,
-            "cot_inverse_m_per_j": sweep.cot_inverse,
-            "failed": sweep.failed.astype(int),
-        },
-    )
+    outcome = {
+        "fitness": sweep.fitness,
+        "cot_inverse_m_per_j": sweep.cot_inverse,
+        "failed": sweep.failed.astype(int),
+    }
+    axes = ("sigma_rad_per_s_n", sweep.sigma), ("omega_rad_per_s", sweep.omega)
+    return long_table(*axes, outcome)

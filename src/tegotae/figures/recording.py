@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tegotae.figures.maps import phase_ticks
+from tegotae.figures.cycles import phase_ticks
 from tegotae.figures.style import COLOURS, PAGE_IN, Table, new_figure, styled
 from tegotae.measures.hopping.measured import Measured
 from tegotae.measures.hopping.signals import FORCE_PERIOD_S, Spectrum, spectrum

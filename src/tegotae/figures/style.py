@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import io
-import shutil
 import warnings
-from collections.abc import Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from cycler import cycler
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
@@ -59,9 +59,11 @@ def new_figure(width_in: float = COLUMN_IN, height_in: float = 2.4, **layout: An
     return Figure(figsize=(width_in, height_in), layout="constrained", **layout)
 
 
-def styled() -> AbstractContextManager[None]:
-    """Context in which figures are to be made and saved."""
-    return matplotlib.rc_context(STYLE)
+@contextmanager
+def styled() -> Iterator[None]:
+    """Context, or decorator, in which figures are to be made and saved."""
+    with matplotlib.rc_context(STYLE):
+        yield
 
 
 def literal(name: str) -> str:
@@ -79,16 +81,11 @@ def figure_file(path: Path | str) -> Path:
     """The path of a figure to be written, its ending known and its folder tried.
 
     Raises:
-        TegotaeError: if the format is unknown or needs a program that is not there, or the folder
-            cannot be written to.
+        TegotaeError: if the format is unknown, or the folder cannot be written to.
     """
     path = Path(path)
     ending = path.suffix.lstrip(".").lower()
-    if ending == "pgf" and shutil.which(matplotlib.rcParams["pgf.texsystem"]) is None:
-        raise TegotaeError(
-            f"writing .pgf needs the program {matplotlib.rcParams['pgf.texsystem']}; use .pdf"
-        )
-    if ending not in FigureCanvasBase.get_supported_filetypes():
+    if ending not in FigureCanvasBase.get_supported_filetypes().keys() - {"pgf"}:  # needs TeX
         raise TegotaeError(
             f"cannot write a figure as {path.name!r}; use an ending such as .png, .pdf or .svg"
         )
@@ -111,15 +108,13 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     return path
 
 
-_DIGITS = 9
-
-Table = Mapping[str, ArrayLike]
-"""Columns by name; each an array of one shape, or a single value for all rows."""
+Table = pd.DataFrame | Mapping[str, ArrayLike]
+"""Columns by name."""
 
 
 def long_table(
     rows: tuple[str, np.ndarray], columns: tuple[str, np.ndarray], maps: Mapping[str, AnyArray]
-) -> dict[str, np.ndarray]:
+) -> pd.DataFrame:
     """Maps over two axes as a table with one row per cell.
 
     Args:
@@ -127,20 +122,9 @@ def long_table(
         columns: name and values of the second.
         maps: arrays of shape [rows, columns].
     """
-    row, column = np.meshgrid(rows[1], columns[1], indexing="ij")
-    cells = {rows[0]: row, columns[0]: column, **maps}
-    return {name: np.asarray(cell).ravel() for name, cell in cells.items()}
-
-
-def joined(tables: Mapping[str, Table], by: str) -> dict[str, np.ndarray]:
-    """Tables of the same columns below each other, with their names as the first column."""
-    whole = {name: _broadcast(table) for name, table in tables.items()}
-    lengths = [len(next(iter(table.values()))) for table in whole.values()]
-    names = next(iter(whole.values()))
-    return {
-        by: np.repeat(list(whole), lengths),
-        **{name: np.concatenate([table[name] for table in whole.values()]) for name in names},
-    }
+    (first, along), (second, across) = rows, columns
+    cells = pd.MultiIndex.from_product([along, across], names=[first, second])
+    return pd.DataFrame({name: np.ravel(x) for name, x in maps.items()}, cells).reset_index()
 
 
 def write_tables(figure: Path, tables: Mapping[str, Table]) -> list[Path]:
@@ -156,11 +140,6 @@ def write_tables(figure: Path, tables: Mapping[str, Table]) -> list[Path]:
     written = []
     for name, table in tables.items():
         path = figure.with_suffix(f".{name}.csv" if name else ".csv")
-        write_csv(path, _broadcast(table), digits=_DIGITS)
+        write_csv(path, dict(pd.DataFrame(dict(table))), digits=9)
         written.append(path)
     return written
-
-
-def _broadcast(table: Table) -> dict[str, np.ndarray]:
-    columns = np.broadcast_arrays(*(np.atleast_1d(column) for column in table.values()))
-    return dict(zip(table, columns, strict=True))

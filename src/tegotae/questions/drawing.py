@@ -232,7 +232,7 @@ def figure_surface(subject: HoppingTask | PolicyFile, options: SurfaceOptions) -
         'spring_force_n'
     """
     from tegotae.analysis.surface import actuation_surface, sees_velocity
-    from tegotae.figures.maps import surface_figure, surface_tables
+    from tegotae.figures.cycles import surface_figure, surface_tables
 
     require_count("resolution", options.resolution, least=2, most=MOST_POINTS)
     require_within("velocity", options.velocity_m_per_s, MOST_M)
@@ -458,7 +458,8 @@ class PhaseLockingOptions:
 def figure_phase_locking(task: HoppingTask, options: PhaseLockingOptions) -> Picture:
     """Turns of the oscillator per hop over gain σ and frequency ω, and both rates along a cut."""
     from tegotae.analysis.maps import axis, sweep_gain
-    from tegotae.figures.cycles import phase_locking_figure, phase_locking_table
+    from tegotae.figures.maps import phase_locking_figure, phase_locking_table
+    from tegotae.figures.style import literal
 
     require_within("cut", options.cut, MOST_GAIN)
     sweep = sweep_gain(
@@ -469,9 +470,10 @@ def figure_phase_locking(task: HoppingTask, options: PhaseLockingOptions) -> Pic
         timing=Timing(duration_s=options.duration_s),
         height_m=task.runs.system.release.height_m,
     )
+    note = f"{literal(task.name)} ({type(task.runs.controller.actuation).__name__})"
     return Picture(
         sweep,
-        lambda: phase_locking_figure(sweep, options.cut, task.name),
+        lambda: phase_locking_figure(sweep, options.cut, note),
         {"": phase_locking_table(sweep)},
         options,
     )
