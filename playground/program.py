@@ -19,8 +19,8 @@ from tegotae.parts._shapes import ArrayTree, Weights
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import changed
-from tegotae.simulation.integrators import PredictorCorrector
-from tegotae.simulation.integrators.base import (
+from tegotae.simulation.integrators import (
+    PredictorCorrector,
     drive,
     largest_force,
     push,

@@ -40,8 +40,6 @@ from tegotae.simulation.integrators import (
     Integrator,
     Moment,
     PredictorCorrector,
-)
-from tegotae.simulation.integrators.base import (
     drive,
     held,
     moved,

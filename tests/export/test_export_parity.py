@@ -44,7 +44,7 @@ from tegotae.parts.terms import (
     VanillaAction,
     VanillaReaction,
 )
-from tegotae.simulation.integrators.base import (
+from tegotae.simulation.integrators import (
     decide,
     held,
     phase_of,

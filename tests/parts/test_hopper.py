@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build
 from tegotae.parts.bodies import Contact, Push
 from tegotae.parts.terms import Sector
-from tegotae.simulation.integrators.base import push
+from tegotae.simulation.integrators import push
 
 TICK_S = 0.001
 

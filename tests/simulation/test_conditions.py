@@ -12,13 +12,13 @@ import tiny
 from tegotae import Hopper, TegotaeError
 from tegotae.cli.options import ExperimentOptions, conditions_named
 from tegotae.parts.bodies import Bar
+from tegotae.simulation.draws import Randomization, applied, draw
 from tegotae.simulation.world import (
     OneOf,
     Scenario,
     Step,
     Uniform,
 )
-from tegotae.simulation.world.draws import Randomization, applied, draw
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import Experiment
 from tegotae.training.evaluator import Generation, evaluator_of

@@ -15,8 +15,8 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import EpisodeSummary
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.simulation import xla
-from tegotae.simulation.lanes import as_lanes
 from tegotae.simulation.loop import ClosedLoop
+from tegotae.simulation.rollout import as_lanes
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
 from tegotae.parts.bodies import Bar, Plate, Sensors, Walker
+from tegotae.simulation.draws import check_changes
 from tegotae.simulation.world import Staircase, Step, with_changes
-from tegotae.simulation.world.draws import check_changes
 
 ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
 MASSES = [0.08, 0.1, 0.12]

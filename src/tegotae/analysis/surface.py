@@ -13,7 +13,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.maps import lanes
 from tegotae.analysis.orbit import require_hopper
 from tegotae.parts.maths import TWO_PI
-from tegotae.simulation.integrators.base import drive, push, signals
+from tegotae.simulation.integrators import drive, push, signals
 from tegotae.simulation.rollout import Scenario
 from tegotae.systems.controller_file import SavedController
 

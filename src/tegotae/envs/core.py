@@ -18,8 +18,7 @@ from tegotae.measures.hopping.hopping import dies_out, hop_height_m, left_out
 from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
-from tegotae.simulation.integrators import Hold
-from tegotae.simulation.integrators.base import phase_of, signals
+from tegotae.simulation.integrators import Hold, phase_of, signals
 from tegotae.simulation.loop import ClosedLoop, Lane, keep
 from tegotae.simulation.world import Scenario, ground_m
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
-from tegotae.simulation.integrators.hold import sample
+from tegotae.simulation.integrators import sample
 
 _sample = partial(jax.jit, static_argnums=0)(sample)
 

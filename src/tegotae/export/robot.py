@@ -18,7 +18,7 @@ from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.channels import FORCE
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Signals
-from tegotae.simulation.integrators.base import (
+from tegotae.simulation.integrators import (
     decide,
     held,
     largest_force,

@@ -14,8 +14,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Index, MaskPerLane, PerLane, PerLimb, Scalar, Weights
 from tegotae.parts.bodies import Body, Contact, Interface
 from tegotae.parts.controller import Controller
-from tegotae.simulation.integrators import Integrator, Moment
-from tegotae.simulation.integrators.base import drive, phase_of, settled
+from tegotae.simulation.integrators import Integrator, Moment, drive, phase_of, settled
 from tegotae.simulation.world import Scenario, apply_changes, ground_m
 
 

@@ -22,7 +22,7 @@ from tegotae.parts.channels import (
     Total,
 )
 from tegotae.parts.controller import Controller
-from tegotae.simulation.integrators.base import phase_of, to_units
+from tegotae.simulation.integrators import phase_of, to_units
 from tegotae.simulation.loop import (
     Lane,
     Tick,

@@ -17,10 +17,9 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
+from tegotae.simulation.draws import check_conditions, check_releases
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import Condition, Scenario
-from tegotae.simulation.world.draws import check_conditions, check_releases
-from tegotae.simulation.world.scenario import OMEGA
+from tegotae.simulation.world import OMEGA, Condition, Scenario
 from tegotae.systems.descriptions import (
     UsersPartError,
     check_kept,

@@ -18,6 +18,7 @@ from tegotae.parts.bodies import Body, Hopper, Interface, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.oscillators import Oscillator
+from tegotae.simulation.draws import check_initial_pose, check_oscillator_state
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import (
@@ -27,7 +28,6 @@ from tegotae.simulation.rollout import (
     whole_trajectory,
 )
 from tegotae.simulation.world import Scenario
-from tegotae.simulation.world.draws import check_initial_pose, check_oscillator_state
 
 RELEASE_M = 1.2
 """Height of the paper's release [m]."""

@@ -13,12 +13,12 @@ import numpy as np
 
 from tegotae._support.engines import XLA
 from tegotae.measures.objectives.objective import EpisodeOutcome, EpisodeSummary, Objective, scores
+from tegotae.simulation.draws import Randomization
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
 from tegotae.simulation.timing import by_blocks
 from tegotae.simulation.world import Scenario
-from tegotae.simulation.world.draws import Randomization
 from tegotae.systems.experiment import Experiment
 from tegotae.training.learner import Trainable
 

@@ -17,8 +17,7 @@ from tegotae.parts._shapes import AnyArray, LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import whole_run
-from tegotae.simulation.world.scenario import with_changes
+from tegotae.simulation.world import whole_run, with_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 MEASURES = {

@@ -17,8 +17,7 @@ from tegotae.parts.fields import with_fields
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.rollout import Scenario, check_senses
 from tegotae.simulation.timing import filled
-from tegotae.simulation.world import Staircase, Step, with_changes
-from tegotae.simulation.world.scenario import ENTRIES, GROUND, OMEGA
+from tegotae.simulation.world import ENTRIES, GROUND, OMEGA, Staircase, Step, with_changes
 
 if TYPE_CHECKING:  # which needs Gymnasium and MuJoCo
     from tegotae.analysis.generalisation.on_environment import ModelUnderTest

@@ -17,8 +17,7 @@ from tegotae.export.c.plan import Export, member
 from tegotae.export.c.text import filled_c, floating, wrapped
 from tegotae.parts._shapes import Number, PerLimb, StateTree
 from tegotae.parts.bodies import Body
-from tegotae.simulation.integrators import Hold
-from tegotae.simulation.integrators.base import held, settled
+from tegotae.simulation.integrators import Hold, held, settled
 from tegotae.simulation.loop import ClosedLoop, Lane
 from tegotae.simulation.world import Scenario, ground_m
 

@@ -20,7 +20,7 @@ from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName, spelled
-from tegotae.simulation.integrators.base import held, push, settled
+from tegotae.simulation.integrators import held, push, settled
 
 _Texts = str | Sequence[str] | Mapping[str, str | Sequence[str]]
 """What C calls the numbers of an argument."""

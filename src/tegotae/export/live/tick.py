@@ -11,7 +11,7 @@ from tegotae.export.robot import RobotController
 from tegotae.lowering.function import compile_function
 from tegotae.parts._shapes import StateTree
 from tegotae.parts.oscillators import PhaseOscillator
-from tegotae.simulation.integrators.base import held, settled
+from tegotae.simulation.integrators import held, settled
 from tegotae.systems.controller_file import SavedController
 
 

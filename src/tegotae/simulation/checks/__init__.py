@@ -22,7 +22,7 @@ from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.simulation.checks.body import check_body
 from tegotae.simulation.checks.probing import DTYPES, LANES, PartTrial, listed
-from tegotae.simulation.integrators.base import held
+from tegotae.simulation.integrators import held
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine, Timing
 from tegotae.simulation.world import Scenario

@@ -1,23 +1,19 @@
-"""What an integrator is: one control tick of controller and body together."""
+"""Integrators: how controller and body advance by one control tick."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import Number, PerCommand, PerLane, PerLimb, Scalar, StateTree, Weights
-from tegotae.parts.bodies import (
-    Body,
-    Contact,
-    Push,
-    for_limbs,
-)
+from tegotae.parts.bodies import Body, Contact, Push, for_limbs
 from tegotae.parts.controller import Controller
-from tegotae.parts.terms.base import Signals
+from tegotae.parts.terms import Signals
 
 
 class Drive(NamedTuple):
@@ -73,6 +69,128 @@ class Integrator(ABC):
         Returns:
             The next moment, the body's `Contact`, and the `Push` of the units on its limbs.
         """
+
+
+@dataclass(frozen=True)
+class Hold(Integrator):
+    """Feedback and command evaluated at the tick's start and held; the body advances exactly.
+
+    With t_n the tick's start and T its length, for t in [t_n, t_n + T):
+
+        f(t) = f(t_n),   F_a(t) = F_a(t_n),   φ(t_n + T) = φ(t_n) + T φ̇(t_n).
+
+    It is how a microcontroller runs a controller. A foot that is commanded to a place is on its way
+    there during the tick (`Push`).
+
+    Reference: K. J. Åström, B. Wittenmark, Computer-Controlled Systems (1997), on zero-order hold.
+    """
+
+    def tick(
+        self,
+        controller: Controller,
+        body: Body,
+        weights: Weights,
+        omega: PerLimb,
+        moment: Moment,
+        ground_m: PerLane,
+        tick_s: Scalar,
+    ) -> tuple[Moment, Contact, Push]:
+        """One tick; see `Integrator.tick`."""
+        now = drive(controller, body, weights, omega, moment.body, moment.oscillator, ground_m)
+        oscillator = held(moment.oscillator, now.rate, tick_s)
+        phase = phase_of(controller, moment.oscillator, now.feedback)
+        force = push(controller, largest_force(body), now.command, phase, phase, omega)
+        force = to_limbs(controller, force)
+        state, contact = body.advance(moment.body, force, ground_m, tick_s)
+        return Moment(state, oscillator, now, moment.drive), contact, force
+
+
+@dataclass(frozen=True)
+class PredictorCorrector(Integrator):
+    """Adams predictor-corrector around the exact motion of the body, in PEC form.
+
+    The oscillator is predicted with Adams-Bashforth 2 and the body with its present acceleration;
+    the controller is evaluated there, once; feedback and force over the tick follow from
+    Adams-Moulton 3, and the body advances exactly under that force, with its contact events and the
+    edges of a sector inside the tick. The evaluation at the predicted point serves the next ticks,
+    so a tick costs one evaluation and not the two of Heun's method. At 1 ms it has half of that
+    method's typical error and a quarter of its largest (convergence study, documentation).
+
+        predicted   φ* = φ + T (3/2 φ̇_n - 1/2 φ̇_{n-1}),
+        corrected   φ_{n+1} = φ + T (5/12 φ̇* + 8/12 φ̇_n - 1/12 φ̇_{n-1}).
+
+    Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I,
+    section III.1.
+    """
+
+    def tick(
+        self,
+        controller: Controller,
+        body: Body,
+        weights: Weights,
+        omega: PerLimb,
+        moment: Moment,
+        ground_m: PerLane,
+        tick_s: Scalar,
+    ) -> tuple[Moment, Contact, Push]:
+        """One tick; see `Integrator.tick`."""
+        now, earlier = moment.drive, moment.earlier
+        phase = phase_of(controller, moment.oscillator, now.feedback)
+
+        def adams_bashforth(rate: jax.Array, rate_earlier: jax.Array) -> jax.Array:
+            return tick_s * (1.5 * rate - 0.5 * rate_earlier)
+
+        guess = moved(moment.oscillator, adams_bashforth, now.rate, earlier.rate)
+        phase_guess = phase_of(controller, guess, now.feedback)
+        command = _predicted(controller, earlier, now)
+        force = push(controller, largest_force(body), command, phase, phase_guess, omega)
+        body_guess, *stance = body.predict(
+            moment.body, to_limbs(controller, force).mean_n, ground_m, tick_s
+        )
+        stance_from, stance_to = (to_units(controller, share) for share in stance)
+        then = drive(controller, body, weights, omega, body_guess, guess, ground_m)
+
+        oscillator = moved(
+            moment.oscillator,
+            lambda *rates: tick_s * _adams_moulton(*rates),
+            earlier.rate,
+            now.rate,
+            then.rate,
+        )
+        phase_travel = phase_of(controller, oscillator, now.feedback) - phase
+        force = push(
+            controller,
+            largest_force(body),
+            _corrected(controller, largest_force(body), earlier, now, then),
+            phase + stance_from * phase_travel,
+            phase + stance_to * phase_travel,
+            omega,
+        )
+        force = to_limbs(controller, force)
+        state, contact = body.advance(moment.body, force, ground_m, tick_s)
+        return Moment(state, oscillator, then, now), contact, force
+
+
+def _predicted(controller: Controller, earlier: Drive, now: Drive) -> PerCommand:
+    """The command over a tick from the commands before it."""
+    if controller.actuation.commands_force:
+        return now.command
+    return 2.0 * now.command - earlier.command
+
+
+def _corrected(
+    controller: Controller, max_force_n: Number, earlier: Drive, now: Drive, then: Drive
+) -> PerCommand:
+    """The command over a tick: a force on average, a place of the foot at the tick's end."""
+    if not controller.actuation.commands_force:
+        return then.command
+    mean = _adams_moulton(earlier.command, now.command, then.command)
+    return jnp.clip(mean, 0.0, max_force_n)
+
+
+def _adams_moulton(earlier: jax.Array, now: jax.Array, then: jax.Array) -> jax.Array:
+    """Mean over the tick from now to then of the parabola through three evaluations."""
+    return (5.0 * then + 8.0 * now - earlier) * (1.0 / 12.0)
 
 
 def signals(
@@ -217,3 +335,40 @@ def to_limbs(controller: Controller, of_units: Push) -> Push:
     rise = jnp.broadcast_to(jnp.asarray(of_units.rise_n), of_units.mean_n.shape)
     # A command of several numbers has their axis before that of the limbs.
     return Push(*(x[..., jnp.asarray(order), :] for x in (of_units.mean_n, rise)))
+
+
+def sample(
+    controller: Controller,
+    weights: jax.Array,
+    oscillator: StateTree,
+    sensed: dict[str, PerLimb],
+    added: PerLimb,
+    numbers: Mapping[str, Any],
+) -> tuple[StateTree, jax.Array, jax.Array, jax.Array]:
+    """One sample of limbs on an environment, held over its step.
+
+    Args:
+        controller: of all limbs.
+        weights: [n_weights, lanes].
+        oscillator: the oscillators' state.
+        sensed: what the limbs sense by signal, [(limbs,) lanes] each.
+        added: feedback from elsewhere [rad/s].
+        numbers: `omega`, `scales`, `max_force` and `step_s`.
+
+    Returns:
+        The oscillators a step on; the mean force over the step as a share of α, or places; the
+        feedback; the phase a step on.
+    """
+    rows = controller.spread(tuple(weights[i] for i in range(weights.shape[0])))
+    omega, max_force, step_s = (numbers[name] for name in ("omega", "max_force", "step_s"))
+    signals = with_oscillator(controller, Signals(sensed, numbers["scales"]), oscillator)
+    drive = decide(controller, rows, omega, signals, oscillator, max_force, added=added)
+    ahead = held(oscillator, drive.rate, step_s)
+    if controller.actuation.commands_force:
+        begins, ends = (phase_of(controller, each, drive.feedback) for each in (oscillator, ahead))
+        force = push(controller, max_force, drive.command, begins, ends, omega)
+        command = force.mean_n / max_force
+    else:
+        command = drive.command
+    ahead = settled(controller, ahead)
+    return ahead, command, drive.feedback, phase_of(controller, ahead, drive.feedback)

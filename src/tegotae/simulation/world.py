@@ -1,4 +1,4 @@
-"""The world of a rollout as data: release, frequency, ground, and changes on the way."""
+"""What a lane meets: release, frequency, ground, and what changes on the way. All of it is data."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Scenario(NamedTuple):
 
     By name, such as {"mass_kg": [0.08, 0.1, 0.12]} for a mass a lane, or {"mass_kg": Step(0.13,
     from_s=10.0)}; "omega" names the frequency, and "ground_m" the height of the ground
-    (`tegotae.simulation.world.scenario`)."""
+    (`tegotae.simulation.world`)."""
 
     @classmethod
     def of(cls, omega: float | None, **entries: LaneNumbers | ByName) -> Scenario:

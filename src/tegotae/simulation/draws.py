@@ -21,7 +21,7 @@ from tegotae.parts.fields import (
     with_fields,
 )
 from tegotae.parts.oscillators import Oscillator
-from tegotae.simulation.world.scenario import (
+from tegotae.simulation.world import (
     DROP,
     ENTRIES,
     GROUND,
