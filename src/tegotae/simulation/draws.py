@@ -30,6 +30,7 @@ from tegotae.simulation.world import (
     Scenario,
     Staircase,
     Step,
+    map_change,
     with_changes,
 )
 
@@ -123,19 +124,12 @@ def fastest(scenario: Scenario, duration_s: float) -> float:
         duration_s: simulated time [s].
     """
     omega = np.asarray(scenario.omega, float)
-    omegas = [omega]
-    change = dict(scenario.changes).get(OMEGA) if scenario.changes else None
+    change = dict(scenario.changes).get(OMEGA)
     if isinstance(change, Step):
-        omegas.append(np.asarray(change.value, float))
-    if isinstance(change, Staircase):
-        omegas.append(omega + np.asarray(change.step, float) * _levels(change, duration_s))
-    return max(float(np.max(np.abs(x), initial=0.0)) for x in omegas)
-
-
-def _levels(stairs: Staircase, duration_s: float) -> np.ndarray:
-    """How many steps a staircase takes within a run."""
-    reached = np.floor(duration_s / np.asarray(stairs.dwell_s, float))
-    return np.minimum(reached, np.asarray(stairs.levels, float) - 1.0)
+        met = (omega, np.asarray(change.value, float))
+    else:
+        met = (omega, _values_at(change, omega, duration_s) if change else omega)
+    return max(float(np.max(np.abs(x), initial=0.0)) for x in met)
 
 
 def _entries(change: LaneNumbers) -> dict[str, LaneNumbers]:
@@ -146,58 +140,59 @@ def _check_bodies(
     body: Body, fields: Mapping[str, LaneNumbers], tick_s: float, duration_s: float
 ) -> None:
     """Make every body that is met: for every lane, whenever something changes."""
-    columns = {
-        (name, entry): np.atleast_1d(np.asarray(value, float))
-        for name, change in fields.items()
-        for entry, value in _entries(change).items()
-    }
-    lanes = max(x.shape[-1] for x in columns.values())
-    if any(x.shape[-1] not in (1, lanes) for x in columns.values()):
-        shapes = ", ".join(str(x.shape) for x in columns.values())
+    rows = {name: map_change(_row, change) for name, change in fields.items()}
+    shapes = [x.shape for change in rows.values() for x in _entries(change).values()]
+    lanes = max(shape[-1] for shape in shapes)
+    if any(shape[-1] not in (1, lanes) for shape in shapes):
         raise TegotaeError(
-            f"changes have shapes {shapes}; each must be a number or have one entry per lane"
+            f"changes have shapes {', '.join(map(str, shapes))}; each must be a number or have one "
+            "entry per lane"
         )
-    rows = [np.broadcast_to(x, (*x.shape[:-1], lanes)).reshape(-1, lanes) for x in columns.values()]
+    times = [np.zeros(1)]
+    for change in rows.values():
+        if isinstance(change, Step):
+            times += [change.from_s, change.until_s]
+        if isinstance(change, Staircase):
+            last = np.minimum(np.floor(duration_s / change.dwell_s), change.levels - 1.0)
+            times.append(change.dwell_s * last)
+    numbers = {name: number_of(body, name) for name in rows}
+    usual = {
+        name: _row(x)[:, None] if isinstance(x, tuple) else _row(x) for name, x in numbers.items()
+    }
     made: set[tuple[FieldNumber, ...]] = set()
-    for lane in np.unique(np.concatenate(rows), axis=1).T:
-        parts = np.split(lane, np.cumsum([len(row) for row in rows])[:-1])
-        own = {
-            key: part if len(part) > 1 else part[0]
-            for key, part in zip(columns, parts, strict=True)
+    for time in times:
+        time = np.where((time >= 0.0) & (time <= duration_s), time, 0.0)
+        met = {
+            name: np.broadcast_to(
+                _values_at(change, usual[name], time), (*usual[name].shape[:-1], lanes)
+            )
+            for name, change in rows.items()
         }
-        times = {0.0}
-        for (name, entry), value in own.items():
-            if entry in ("from_s", "until_s"):
-                times.add(float(value))
-            if entry == "dwell_s":
-                stairs = Staircase(0.0, value, own[name, "levels"])
-                times.add(float(value * _levels(stairs, duration_s)))
-        for time in sorted(t for t in times if 0.0 <= t <= duration_s):
-            applied = {
-                name: _value_at(body, name, change, own, time) for name, change in fields.items()
-            }
-            if (key := tuple(applied.values())) not in made:
+        for lane in range(lanes):
+            of_lane = {name: _field(x[..., lane]) for name, x in met.items()}
+            if (key := tuple(of_lane.values())) not in made:
                 made.add(key)
-                with_fields(body, applied).check_tick(tick_s)
+                with_fields(body, of_lane).check_tick(tick_s)
 
 
-def _value_at(
-    body: Body,
-    name: str,
-    change: LaneNumbers,
-    own: Mapping[tuple[str, str], LaneNumbers],
-    time: float,
-) -> FieldNumber:
-    """What a field is at a time: a number, or a tuple of the legs' numbers."""
-    usual = np.asarray(number_of(body, name), float)
-    value = own.get((name, "value"), usual)
-    if isinstance(change, Step) and not own[name, "from_s"] <= time < own[name, "until_s"]:
-        value = usual
+def _row(values: LaneNumbers) -> np.ndarray:
+    return np.atleast_1d(np.asarray(values, float))
+
+
+def _field(value: np.ndarray) -> FieldNumber:
+    """A number, or a tuple of the legs' numbers."""
+    return tuple(value.tolist()) if value.ndim else float(value)
+
+
+def _values_at(change: LaneNumbers, usual: np.ndarray, time_s: LaneNumbers) -> np.ndarray:
+    """What a number is at a time, given what it usually is."""
+    if isinstance(change, Step):
+        meanwhile = np.less_equal(change.from_s, time_s) & np.less(time_s, change.until_s)
+        return np.where(meanwhile, change.value, usual)
     if isinstance(change, Staircase):
-        steps = min(np.floor(time / own[name, "dwell_s"] + 1e-6), own[name, "levels"] - 1.0)
-        value = usual + steps * own[name, "step"]
-    value = np.broadcast_to(value, np.broadcast_shapes(np.shape(value), usual.shape))
-    return tuple(map(float, value)) if value.ndim else float(value)
+        level = np.floor(time_s / np.asarray(change.dwell_s, float) + 1e-6)
+        return usual + np.minimum(level, np.asarray(change.levels, float) - 1.0) * change.step
+    return change
 
 
 def _check_numbers(name: str, entry: str, value: LaneNumbers, tick_s: float) -> None:

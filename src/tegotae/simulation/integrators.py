@@ -15,6 +15,8 @@ from tegotae.parts.bodies import Body, Contact, Push, for_limbs
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Signals
 
+__all__ = ["Drive", "Hold", "Integrator", "Moment", "PredictorCorrector", "sample"]
+
 
 class Drive(NamedTuple):
     """The output of the controller at one instant; arrays [(limbs,) lanes]."""
