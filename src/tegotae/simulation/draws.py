@@ -190,8 +190,8 @@ def _values_at(change: LaneNumbers, usual: np.ndarray, time_s: LaneNumbers) -> n
         meanwhile = np.less_equal(change.from_s, time_s) & np.less(time_s, change.until_s)
         return np.where(meanwhile, change.value, usual)
     if isinstance(change, Staircase):
-        level = np.floor(time_s / np.asarray(change.dwell_s, float) + 1e-6)
-        return usual + np.minimum(level, np.asarray(change.levels, float) - 1.0) * change.step
+        step, dwell_s, levels = (np.asarray(x, float) for x in change)
+        return usual + np.minimum(np.floor(time_s / dwell_s + 1e-6), levels - 1.0) * step
     return change
 
 
