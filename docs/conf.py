@@ -8,7 +8,7 @@ from sphinx.ext import napoleon
 from sphinx.util import logging
 
 import tegotae
-from tegotae.cli.cite import SOFTWARE
+from tegotae.questions.about import SOFTWARE
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))

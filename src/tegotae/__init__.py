@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         figure_surface,
     )
     from tegotae.questions.exporting import export_c, export_cost, export_native
+    from tegotae.questions.listing import models
     from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
     from tegotae.questions.wiring import wiring_baseline, wiring_suggest
     from tegotae.simulation.checks import (
@@ -61,6 +62,7 @@ _HOMES = {
         "figure_surface",
     ),
     "questions.exporting": ("export_c", "export_cost", "export_native"),
+    "questions.listing": ("models",),
     "questions.verbs": ("compare", "evaluate", "generalise", "measure", "simulate"),
     "questions.wiring": ("wiring_baseline", "wiring_suggest"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
@@ -119,6 +121,7 @@ __all__ = [
     "generalise",
     "load",
     "measure",
+    "models",
     "register",
     "save",
     "simulate",

@@ -12,8 +12,8 @@ import pytest
 from tegotae import __version__, figure_surface
 from tegotae._support.progress import QUIET, note, reporting
 from tegotae.cli import main, parsed
-from tegotae.cli.asking import PictureOutput
-from tegotae.cli.doctor import extras, installed
+from tegotae.cli.asking import AnswerOutput
+from tegotae.questions.about import Citation, CiteOptions, cite, extras, installed
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def test_a_bug_report_has_versions_machine_and_engine(diagnosis):
 
 def test_a_bug_report_names_the_extra_that_is_missing_and_how_to_install_it(capsys, monkeypatch):
     monkeypatch.setattr(
-        "tegotae.cli.doctor.installed", lambda name: None if name == "optuna" else "1.0"
+        "tegotae.questions.about.installed", lambda name: None if name == "optuna" else "1.0"
     )
     assert main(["doctor"]) == 0
     assert "not installed: optuna; pip install 'tegotae[tune]'" in capsys.readouterr().out
@@ -109,17 +109,17 @@ def test_zsh_is_given_the_same_script_in_its_own_way(capsys):
 
 @pytest.mark.parametrize(("switch", "shown"), [([], True), (["--quiet"], False)])
 def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch, switch, shown):
-    def work(_):
+    def work(_: None, options: CiteOptions) -> Citation:
         with reporting("work", 1) as report:
             report.update(1)
         note("a note")
-        print("a result")
+        return Citation(bibtex=True)
 
     monkeypatch.setenv(QUIET, "0")  # which the switch sets, until the test is over
-    monkeypatch.setattr("tegotae.cli.models.Models.run", work)
-    assert main(["models", *switch]) == 0
+    monkeypatch.setattr(cite, "ask", work)
+    assert main(["cite", *switch]) == 0
     out, err = capsys.readouterr()
-    assert out == "a result\n"
+    assert out.startswith("@software")
     assert ("1/1" in err, "a note" in err) == (shown, shown)
 
 
@@ -134,8 +134,8 @@ def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch,
     ],
 )
 def test_a_figure_without_a_file_is_called_after_what_it_shows(name, file):
-    assert PictureOutput().usual(figure_surface, name).out == Path(file)
-    given = PictureOutput(out=Path("mine.pdf"))
+    assert AnswerOutput().usual(figure_surface, name).out == Path(file)
+    given = AnswerOutput(out=Path("mine.pdf"))
     assert given.usual(figure_surface, name) is given
 
 

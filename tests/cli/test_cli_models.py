@@ -15,7 +15,7 @@ def listed(capsys):
     """A function that runs `tegotae models --json` and returns the list."""
 
     def run(*options: str) -> list[dict]:
-        assert main(["models", "--json", *options]) == 0
+        assert main(["models", *options, "--json"]) == 0
         out, err = capsys.readouterr()
         assert err == ""
         return json.loads(out)
@@ -127,4 +127,4 @@ def test_the_budget_is_an_option(listed):
 )
 def test_what_names_no_model_is_refused_in_one_line(one_line_error, words, said):
     assert said in one_line_error("models", *words)
-    assert said in one_line_error("models", "--json", *words)
+    assert said in one_line_error("models", *words, "--json")

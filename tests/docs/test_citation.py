@@ -4,7 +4,7 @@ import pytest
 
 from places import ROOT
 from tegotae.cli import main
-from tegotae.cli.cite import PAPER, SOFTWARE
+from tegotae.questions.about import PAPER, SOFTWARE
 
 
 def words(name: str) -> str:

@@ -175,7 +175,9 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
     finer = study("finer_optimum")
     assert (KEPT / "figures" / "optimum.finer.md").read_text() == finer.text()
     ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
-    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in prose("reproduction/optimum.md")
+    assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in prose(
+        "reproduction/optimum.md"
+    )
     assert ratio.max() < 1.0015  # shares of up to 1.001, as the page says
 
 

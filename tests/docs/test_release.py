@@ -15,7 +15,7 @@ import pytest
 
 from places import ROOT
 from tegotae import __version__
-from tegotae.cli.cite import SOFTWARE
+from tegotae.questions.about import SOFTWARE
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 BUILD = "from hatchling.build import *; build_sdist({0!r}); build_wheel({0!r})"

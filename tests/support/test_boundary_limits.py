@@ -23,7 +23,7 @@ from tegotae._support.files import write_atomically
 from tegotae._support.limits import available_memory, require_memory
 from tegotae.analysis.maps import axis, lanes
 from tegotae.figures.animation import animation_file, write_animation
-from tegotae.figures.style import figure_file, literal, new_figure, save_figure, styled
+from tegotae.figures.style import literal, new_figure, save_figure, styled
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.training.run import Run
 from tegotae.training.run import train as train_run

@@ -164,7 +164,7 @@ def test_a_damaged_file_is_refused_in_one_line(file, tmp_path, one_line_error, c
     damaged = tmp_path / "damaged.npz"
     data = file.read_bytes()
     damaged.write_bytes(data[: len(data) // cut] or b"no archive")
-    for words in (["simulate", f"zoo:{damaged}:ART"], ["models", "--zoo", f"{damaged}:*"]):
+    for words in (["simulate", f"zoo:{damaged}:ART"], ["models", f"{damaged}:*", "--zoo"]):
         assert f"{damaged} is damaged, or no file of" in one_line_error(*words)
 
 
@@ -216,7 +216,7 @@ def test_a_header_with_other_contents_than_the_file_is_refused_in_one_line(
     del index["checksum"]
     path = tmp_path / "other.npz"
     write_arrays(path, with_checksum(header, {**index, **of_arrays}) | weights)
-    for words in (["models", "--zoo", f"{path}:*"], ["evaluate", f"zoo:{path}:ART"]):
+    for words in (["models", f"{path}:*", "--zoo"], ["evaluate", f"zoo:{path}:ART"]):
         assert said in one_line_error(*words)
 
 
@@ -228,7 +228,7 @@ def test_a_study_written_twice_gives_the_same_bytes(file, smoke_study, tmp_path)
 
 def test_the_list_shows_best_runs_or_all(file, records, capsys):
     def listed(pattern):
-        assert main(["models", "--zoo", f"{file}:{pattern}", "--json"]) == 0
+        assert main(["models", f"{file}:{pattern}", "--zoo", "--json"]) == 0
         return json.loads(capsys.readouterr().out)
 
     best = int(np.argmax(records[MODEL].best_fitness))
@@ -236,7 +236,7 @@ def test_the_list_shows_best_runs_or_all(file, records, capsys):
     assert len(listed("*/all")) == sum(len(record.weights) for record in records.values())
     (one,) = listed(f"{MODEL}/1")
     assert one["fitness"] == records[MODEL].best_fitness[1].item()
-    assert main(["models", "--zoo", f"{file}:*"]) == 0
+    assert main(["models", f"{file}:*", "--zoo"]) == 0
     assert "3 controllers; studies: smoke by tegotae" in capsys.readouterr().out
     assert load(one["name"]).training["run"] == 1
 
@@ -272,16 +272,16 @@ def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
     assert found.legs().system.body == experiment.system.body
     assert found.controller().training["ended"] == "cap"
     np.testing.assert_array_equal(found.controller().weights, weights[1].astype("float32"))
-    assert main(["models", "--zoo", f"{name}/all"]) == 0
+    assert main(["models", f"{name}/all", "--zoo"]) == 0
     assert "cost_of_transport" in capsys.readouterr().out
     with pytest.raises(TegotaeError, match=f"known: {experiment.name}$"):
         load(f"zoo:{tmp_path / 'legs.npz'}:zz")
 
 
 def test_a_pattern_without_controllers_is_refused_with_the_nearest_names(file, one_line_error):
-    assert "did you mean T-Fv" in one_line_error("models", "--zoo", f"{file}:T-Fw*")
-    assert "no trained controller is called" in one_line_error("models", "--zoo", f"{file}:ART/7")
-    assert "no study of the zoo" in one_line_error("models", "--zoo", "papr:ART")
+    assert "did you mean T-Fv" in one_line_error("models", f"{file}:T-Fw*", "--zoo")
+    assert "no trained controller is called" in one_line_error("models", f"{file}:ART/7", "--zoo")
+    assert "no study of the zoo" in one_line_error("models", "papr:ART", "--zoo")
 
 
 packaged = pytest.mark.skipif(not studies(), reason="no file of trained controllers yet")

@@ -81,8 +81,8 @@ def parsed(
         SystemExit: of status 0 after `--help`.
 
     Example:
-        >>> parsed(["models", "ART", "--json"]).json
-        True
+        >>> parsed(["completion", "zsh"]).shell
+        'zsh'
     """
     if max(map(len, words), default=0) > _LONGEST_WORD:
         raise TegotaeError(

@@ -34,63 +34,29 @@ class AnswerOutput:
     """Write the numbers (.csv, .parquet) or all of the answer (.json)."""
     plot: Path | None = None
     """Write a figure (.png, .pdf, .svg); if there are several, the others go beside it."""
-
-    def check(self) -> None:
-        """Raise `TegotaeError` before long work for what cannot be written."""
-        from tegotae.figures.style import figure_file
-
-        check_output(self.csv, ".csv", ".parquet", ".json")
-        if self.plot is not None:
-            figure_file(self.plot)
-
-    def show(self, answer: AnswerBase) -> None:
-        """Print the answer, and then write what was asked for: a picture may fail."""
-        if self.json:
-            print(json.dumps(answer.document(), allow_nan=False), flush=True)
-        else:
-            self._print(answer)
-        written = self.write(answer)
-        if written and not self.json:
-            print("wrote " + ", ".join(map(str, written)))
-
-    def write(self, answer: AnswerBase) -> list[Path]:
-        """Write the files that were asked for."""
-        written = [] if self.csv is None else [answer.write(self.csv)]
-        if self.plot is not None:
-            answer.plot(self.plot)
-            written.append(self.plot)
-        return written
-
-    def _print(self, answer: AnswerBase) -> None:
-        if answer.title:
-            print(answer.title)
-        for table in answer.texts():
-            keys, cells = table.index.nlevels, table.reset_index()
-            print_rows(map(str, cells.columns), cells.to_numpy(str), key=keys, turned=True)
-        for note in answer.notes:
-            print_text(note)
-        sys.stdout.flush()
-
-
-@dataclass(frozen=True, kw_only=True)
-class FolderOutput(AnswerOutput):
-    """The same with a folder for all of it."""
-
     out: Path | None = None
     """Folder for all figures, the numbers and the document."""
     format: Literal["png", "svg", "pdf"] = "png"
     """Format of the pictures in the folder."""
+    animate: Path | None = None
+    """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
 
-    def check(self) -> None:
-        super().check()
+    def check(self, question: Question) -> None:
+        """Raise `TegotaeError` before long work for what cannot be written."""
+        check_output(self.csv, ".csv", ".parquet", ".json")
+        ending = question.answer.ENDING
+        for picture in filter(None, [self.plot, self.out if ending == ".png" else None]):
+            from tegotae.figures.style import figure_file
+
+            figure_file(picture)
         if self.out is not None:
-            check_folder(self.out)
+            (output_file if ending else check_folder)(self.out)
+        if self.animate is not None:
+            from tegotae.figures.animation import animation_file
 
-    def write(self, answer: AnswerBase) -> list[Path]:
-        written = super().write(answer)
-        return written if self.out is None else [*written, *answer.save(self.out, self.format)]
+            animation_file(self.animate)
 
-    def usual(self, question: Question, name: str) -> FolderOutput:
+    def usual(self, question: Question, name: str) -> AnswerOutput:
         """The same, with what a question writes if nothing else is asked for."""
         if self.json or self.csv or self.plot or self.out:
             return self
@@ -100,55 +66,33 @@ class FolderOutput(AnswerOutput):
         stem = "-".join(filter(None, [kind, file_stem(name)]))
         return dataclasses.replace(self, out=Path(stem + question.answer.ENDING))
 
-
-@dataclass(frozen=True, kw_only=True)
-class FileOutput(FolderOutput):
-    """The same with one file for all of it."""
-
-    out: Path | None = None
-    """File for all of it."""
-
-    def check(self) -> None:
-        AnswerOutput.check(self)
+    def show(self, answer: AnswerBase) -> None:
+        """Print the answer, and then write what was asked for: a picture may fail."""
+        if self.json:
+            print(json.dumps(answer.document(), allow_nan=False), flush=True)
+        else:
+            _print(answer)
+        written = [] if self.csv is None else [answer.write(self.csv)]
+        if self.plot is not None:
+            answer.plot(self.plot)
+            written.append(self.plot)
         if self.out is not None:
-            output_file(self.out)
-
-
-@dataclass(frozen=True, kw_only=True)
-class PictureOutput(FileOutput):
-    """The same with a picture."""
-
-    out: Path | None = None
-    """File of the picture (.png, .pdf, .svg); its numbers go beside it. By default the name is made
-    of figure and controller, in the current folder."""
-
-    def check(self) -> None:
-        from tegotae.figures.style import figure_file
-
-        super().check()
-        if self.out is not None:
-            figure_file(self.out)
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunOutput(FolderOutput):
-    """The same of a recorded run."""
-
-    animate: Path | None = None
-    """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
-
-    def check(self) -> None:
-        super().check()
-        if self.animate is not None:
-            from tegotae.figures.animation import animation_file
-
-            animation_file(self.animate)
-
-    def write(self, answer: AnswerBase) -> list[Path]:
-        written = super().write(answer)
+            written += answer.save(self.out, self.format)
         if self.animate is not None and isinstance(answer, RecordedRun):
             written.append(answer.animate(self.animate))
-        return written
+        if written and not self.json:
+            print("wrote " + ", ".join(map(str, written)))
+
+
+def _print(answer: AnswerBase) -> None:
+    if answer.title:
+        print(answer.title)
+    for table in answer.texts():
+        keys, cells = table.index.nlevels, table.reset_index()
+        print_rows(map(str, cells.columns), cells.to_numpy(str), key=keys, turned=True)
+    for note in answer.notes:
+        print_text(note)
+    sys.stdout.flush()
 
 
 @dataclass(frozen=True)
@@ -187,7 +131,7 @@ class Asked:
         """Print the help: of what is named, or else of what may be."""
         question, about = self.question, about_of(self.question)
         if question.has_own and not self.names and {*self.words} <= {"-h", "--help"}:
-            known = options_of(question.subjects()) | options_of(output_of(question))
+            known = options_of(question.subjects()) | outputs_of(question)
             more = f"{question.subjects.NAMED} {self.prog} NAME --help lists them."
             text = f"{about}\n\n{more}"
             parse(_class_of(known), ["--help"], f"{self.prog} NAME", text, self.examples)
@@ -197,31 +141,31 @@ class Asked:
     def run(self) -> None:
         """Ask, and show the answer."""
         subjects, given, output = self.parsed()
-        output.check()
+        output.check(self.question)
         output.show(self.question(*subjects, **given))
 
-    def parsed(self) -> tuple[Sequence[Any], dict[str, Any], FolderOutput]:
+    def parsed(self) -> tuple[Sequence[Any], dict[str, Any], AnswerOutput]:
         """What is named, the options that are given, and the output.
 
         Raises:
             TegotaeError: for a name or an option that there is not.
         """
         question, words = self.question, list(self.words)
-        choices, shown = options_of(question.subjects()), output_of(question)
+        choices, outputs = options_of(question.subjects()), outputs_of(question)
         chosen, words = parse_known(_class_of(choices), words, self.prog)
         subjects = question.subjects(**_values(chosen, choices)).named(
             *(self.names or question.usual)
         )
         own = question.options(subjects[0] if subjects else None)
-        known, outputs = options_of(own), options_of(shown)
+        known = options_of(own)
         words = [_plain(word, known) for word in words]
         about = "\n\n".join(filter(None, [about_of(question), inspect.getdoc(type(own))]))
         prog = " ".join([self.prog, *self.names])
         parsed = parse(_class_of(outputs | known), words, prog, about, self.examples)
         said = {word[2:].partition("=")[0].replace("-", "_") for word in words if word[:2] == "--"}
         given = _values(parsed, {name: known[name] for name in known if name in said})
-        output = dataclasses.replace(shown, **_values(parsed, outputs))
-        output = output.usual(question, self.names[0] if self.names else _only(subjects))
+        shown = AnswerOutput(**_values(parsed, outputs))
+        output = shown.usual(question, self.names[0] if self.names else _only(subjects))
         if "out" in known:  # it works in the folder that is written
             given["out"] = output.out
         return subjects, given, output
@@ -229,7 +173,7 @@ class Asked:
 
 def options_by_subject(question: Question) -> dict[str, dict[str, OptionValue]]:
     """What may be given by name: of every subject, and of each kind of subjects."""
-    shared = options_of(question.subjects()) | options_of(output_of(question))
+    shared = options_of(question.subjects()) | outputs_of(question)
     kinds = {kind: options_of(own) for kind, own in question.examples().items()}
     return {"option": shared | kinds.pop("option", {}), **kinds}
 
@@ -239,11 +183,20 @@ def about_of(question: Question) -> str:
     return (inspect.getdoc(question) or "").partition("\n\nExample:")[0]
 
 
-def output_of(question: Question) -> FolderOutput:
-    """How the answer is shown, and which files are written; nothing else than on the screen yet."""
-    if question.answer.ENDING:
-        return PictureOutput() if question.answer.ENDING == ".png" else FileOutput()
-    return RunOutput() if hasattr(question.answer, "animate") else FolderOutput()
+def outputs_of(question: Question) -> dict[str, OptionValue]:
+    """The options of `AnswerOutput` that the answer to a question has."""
+    known, answer = options_of(AnswerOutput()), question.answer
+    if answer.figures is AnswerBase.figures and answer is not AnswerBase:
+        known = {name: known[name] for name in known if name not in ("plot", "format")}
+    if not hasattr(answer, "animate"):
+        known.pop("animate")
+    if answer.ENDING:
+        known.pop("format", None)
+        what = "the picture (.png, .pdf, .svg); its numbers go beside it"
+        what = what if answer.ENDING == ".png" else f"all of it ({answer.ENDING})"
+        more = "By default it is called after the question and what is named, in this folder."
+        known["out"] = dataclasses.replace(known["out"], about=f"File of {what}. {more}")
+    return known
 
 
 def file_stem(name: str) -> str:

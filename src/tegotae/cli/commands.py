@@ -8,8 +8,8 @@ from tegotae.cli.program import Command, CommandGroup
 
 COMMANDS: Mapping[str, Command | CommandGroup] = {
     "models": Command(
-        "tegotae.cli.models",
-        "Models",
+        "tegotae.questions.listing",
+        "models",
         ("tegotae models '*@quadruped-c'", "tegotae models 'ART*' --zoo"),
     ),
     "train": Command(
@@ -210,13 +210,15 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
             ),
         },
     ),
-    "doctor": Command("tegotae.cli.doctor", "Doctor", ("tegotae doctor", "tegotae doctor --json")),
+    "doctor": Command(
+        "tegotae.questions.about", "doctor", ("tegotae doctor", "tegotae doctor --json")
+    ),
     "completion": Command(
         "tegotae.cli.completion",
         "Completion",
         ("tegotae completion bash > tegotae-completion.bash", "tegotae completion zsh > _tegotae"),
     ),
-    "cite": Command("tegotae.cli.cite", "Cite", ("tegotae cite", "tegotae cite --bibtex")),
+    "cite": Command("tegotae.questions.about", "cite", ("tegotae cite", "tegotae cite --bibtex")),
 }
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {

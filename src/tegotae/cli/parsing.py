@@ -85,9 +85,9 @@ def flags_of(kind: Any) -> Iterator[tuple[str, str, object]]:
     """The options of a class: their flags, or names in capitals; what they are; and defaults.
 
     Example:
-        >>> from tegotae.cli.models import Models
-        >>> [flag for flag, *_ in flags_of(Models)][:2]
-        ['PATTERN', '--zoo']
+        >>> from tegotae.cli.completion import Completion
+        >>> [flag for flag, *_ in flags_of(Completion)]
+        ['SHELL']
     """
     hints = get_type_hints(kind, include_extras=True)
     for field in dataclasses.fields(kind):
@@ -122,6 +122,8 @@ def _said(box: str, prog: str) -> str:
     first = " ".join(text.partition("\n\n")[0].split()).rstrip(".")
     if first.startswith("Missing from"):
         return f"{prog} needs {', '.join(named)}"
+    if re.match(r"Unrecognized options: [^-]", first):
+        return f"{first}; names come before options"
     if wrong := re.match(r"Error parsing (\S+): (.*)", first):
         given = " ".join(re.findall(r"'([^']*)'", wrong[2]))
         return f"{wrong[1]} is {given!r}; write {named[0]}"

@@ -19,7 +19,7 @@ class Command:
     """A command: a question, or a dataclass of its options with a method `run`."""
 
     module: str
-    """Its module, such as `tegotae.cli.models`."""
+    """Its module, such as `tegotae.questions.verbs`."""
     name: str
     """Of its question or class."""
     examples: tuple[str, ...]

@@ -22,7 +22,7 @@ from tegotae.export.c.plan import usual_tick_s
 from tegotae.export.live.file import NativeController, write_native
 from tegotae.export.live.tick import compiled
 from tegotae.questions.answer import AnswerBase
-from tegotae.questions.question import Names, Tasks, question
+from tegotae.questions.question import Names, NoOptions, Tasks, question
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve
 from tegotae.training.collection import controller_of
@@ -164,11 +164,6 @@ def export_native(saved: SavedController, options: ExportNativeOptions) -> Expor
     return ExportedNative(compiled(saved, options.max_force_n))
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportCostOptions:
-    """Weights, which hardly affect the cost, are drawn."""
-
-
 @dataclass(frozen=True, repr=False)
 class ExportCosts(AnswerBase):
     """What models cost on every core."""
@@ -201,11 +196,11 @@ class ExportCosts(AnswerBase):
 
 
 @question(subjects=Names, several=True, usual=("V-sector-w8", "AR", "ART", "ARGT", "T"))
-def export_cost(models: Sequence[str], options: Sequence[ExportCostOptions]) -> ExportCosts:
+def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> ExportCosts:
     """Measure size and instructions per tick of exported models on emulated Cortex-M cores.
 
-    This needs the Arm compiler and QEMU: apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi
-    qemu-system-arm.
+    Weights, which hardly affect the cost, are drawn. This needs the Arm compiler and QEMU:
+    apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm.
     """
     require_tools()
     exports = systems(models)

@@ -48,6 +48,26 @@ class Names:
         return names
 
 
+@dataclass(frozen=True, kw_only=True)
+class Nothing(Names):
+    """Of a question about the program itself."""
+
+    def named(self, *names: Any) -> Sequence[Any]:
+        """No subjects.
+
+        Raises:
+            TegotaeError: for any name.
+        """
+        if names:
+            raise TegotaeError(f"{names[0]!r} is one word too many; no name is asked for")
+        return ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoOptions:
+    """It has no options of its own."""
+
+
 @dataclass(eq=False)
 class Question(Generic[A]):
     """A question; called with names and options, it gives the answer.
@@ -100,10 +120,10 @@ class Question(Generic[A]):
             raise TegotaeError(f"{self.__name__} needs a name, at least one")
         if self.several:
             return self.ask(subjects, asked)
-        if len(subjects) != 1:
+        if len(asked) != 1:
             named = ", ".join(map(called, subjects)) or "nothing"
             raise TegotaeError(f"{self.__name__} takes one name; {named} are {len(subjects)}")
-        return self.ask(subjects[0], asked[0])
+        return self.ask(subjects[0] if subjects else None, asked[0])
 
     @property
     def answer(self) -> type[A]:

@@ -1,0 +1,219 @@
+"""About the program: what is installed and what the machine offers, and how to cite."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, metadata, version
+
+import pandas as pd
+
+from tegotae import __version__
+from tegotae._support.documents import JsonObject, as_json
+from tegotae._support.errors import how_to_install
+from tegotae.questions.answer import AnswerBase
+from tegotae.questions.question import NoOptions, Nothing, question
+
+_CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
+"""Required packages whose versions decide about results."""
+_FOR_DEVELOPERS = ("all", "dev", "docs", "test")
+"""Extras that no command needs."""
+_COMPILERS = ("cc", "gcc", "clang")
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis(AnswerBase):
+    """The installation and this machine, by subject."""
+
+    subjects: Mapping[str, Mapping[str, str | int]]
+
+    def frame(self) -> pd.DataFrame:
+        """A row a fact."""
+        rows = [(s, name, x) for s, known in self.subjects.items() for name, x in known.items()]
+        return pd.DataFrame(rows, columns=["subject", "name", "value"])
+
+    def texts(self) -> list[pd.DataFrame]:
+        return [self.frame().set_index(["subject", "name"])]
+
+    def document(self) -> JsonObject:
+        return as_json(self.subjects)
+
+
+@question(subjects=Nothing, nameless=True)
+def doctor(_: None, options: NoOptions) -> Diagnosis:
+    """Print versions, extras, cores, engine and compiler for a bug report."""
+    import jax
+
+    from tegotae._support.engines import available_cores, selected, why_not_native
+
+    compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
+    return Diagnosis(
+        {
+            "versions": {
+                "tegotae": __version__,
+                "python": platform.python_version(),
+                **{name: installed(name) or "missing" for name in _CORE},
+            },
+            "extras": dict(_extras()),
+            "machine": {
+                "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
+                "cores": available_cores(),
+                "compiler": "none" if compiler is None else _first_line(compiler, "--version"),
+                "ffmpeg": shutil.which("ffmpeg") or "none",
+            },
+            "engine": {
+                "engine": selected(),
+                "native code": why_not_native() or "can be had",
+                "XLA's devices": ", ".join(map(str, jax.local_devices())),
+            },
+            "settings": {
+                name: value
+                for name, value in sorted(os.environ.items())
+                if name.startswith(("TEGOTAE_", "JAX_", "OMP_"))
+            }
+            | {"executable": sys.executable},
+        }
+    )
+
+
+def installed(package: str) -> str | None:
+    """The version of an installed package; None if it is not installed.
+
+    Example:
+        >>> installed("no-such-package") is None
+        True
+    """
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def extras() -> Mapping[str, tuple[str, ...]]:
+    """The packages of each extra that a command may need, from the metadata of tegotae."""
+    known: dict[str, tuple[str, ...]] = {}
+    for line in metadata("tegotae").get_all("Requires-Dist") or ():
+        extra = re.search(r"extra == ['\"]([\w-]+)['\"]", line)
+        name = re.match(r"[\w.-]+(?:\[([\w-]+)\])?", line)  # gymnasium[mujoco] brings mujoco
+        if extra and name and extra[1] not in _FOR_DEVELOPERS:
+            known[extra[1]] = (*known.get(extra[1], ()), name[1] or name[0])
+    return known
+
+
+def _extras() -> Iterator[tuple[str, str]]:
+    for extra, packages in extras().items():
+        versions = {package: installed(package) for package in packages}
+        if missing := [package for package in packages if versions[package] is None]:
+            yield extra, f"not installed: {', '.join(missing)}; {how_to_install(extra)}"
+        else:
+            yield extra, ", ".join(f"{package} {x}" for package, x in versions.items())
+
+
+def _first_line(*command: str) -> str:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"{command[0]} does not run: {error}"
+    return (done.stdout.splitlines() or [f"{command[0]} prints no version"])[0]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A work to cite."""
+
+    key: str
+    """Of its BibTeX entry."""
+    kind: str
+    """Of its BibTeX entry, such as inproceedings."""
+    authors: tuple[str, ...]
+    """Each as initials and family name, or a group."""
+    title: str
+    venue: str = ""
+    year: str = ""
+    version: str = ""
+
+    def text(self) -> str:
+        """The reference as one sentence of a bibliography."""
+        *others, last = self.authors
+        authors = f"{', '.join(others)} and {last}" if others else last
+        version = f"version {self.version}" if self.version else ""
+        where = [self.venue or "Software", version, self.year]
+        return f"{authors}: {self.title}. {', '.join(filter(None, where))}."
+
+    def bibtex(self) -> str:
+        """The reference as a BibTeX entry."""
+        group = len(self.authors) == 1
+        authors = " and ".join(self.authors)
+        fields = {
+            "author": f"{{{authors}}}" if group else authors,
+            "title": f"{{{self.title}}}",
+            "booktitle": self.venue,
+            "version": self.version,
+            "year": self.year,
+        }
+        lines = [f"  {name} = {{{value}}}," for name, value in fields.items() if value]
+        return "\n".join([f"@{self.kind}{{{self.key},", *lines, "}"])
+
+
+PAPER = Reference(
+    key="herneth2023learnable",
+    kind="inproceedings",
+    authors=("C. Herneth", "M. Hayashibe", "D. Owaki"),
+    title="Learnable Tegotae-based Feedback in CPGs with Sparse Observation Produces Efficient and "
+    "Adaptive Locomotion",
+    venue="IEEE International Conference on Robotics and Automation (ICRA)",
+    year="2023",
+)
+"""The paper. Its DOI and page numbers are left out: no source at hand confirms them."""
+SOFTWARE = Reference(
+    key="tegotae",
+    kind="software",
+    authors=("The tegotae developers",),
+    title="tegotae: learned Tegotae feedback in central pattern generators",
+    version=__version__,
+    year="2026",
+)
+"""This package."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CiteOptions:
+    """Please cite the software and the paper."""
+
+    bibtex: bool = False
+    """Print the BibTeX entries alone."""
+
+
+@dataclass(frozen=True, repr=False)
+class Citation(AnswerBase):
+    """The references, as sentences unless BibTeX alone is asked for, and as BibTeX."""
+
+    bibtex: bool
+    references = (SOFTWARE, PAPER)
+
+    @property
+    def title(self) -> str:
+        said = ["Please cite the software and the paper:", *(x.text() for x in self.references)]
+        return "\n\n".join([*(said * (not self.bibtex)), *(x.bibtex() for x in self.references)])
+
+    def frame(self) -> pd.DataFrame:
+        """A row a reference."""
+        return pd.DataFrame([asdict(reference) for reference in self.references])
+
+    def texts(self) -> list[pd.DataFrame]:
+        return []
+
+    def document(self) -> JsonObject:
+        return as_json({reference.key: asdict(reference) for reference in self.references})
+
+
+@question(subjects=Nothing, nameless=True)
+def cite(_: None, options: CiteOptions) -> Citation:
+    """Print how to cite this software and the paper that it implements, with BibTeX entries."""
+    return Citation(options.bibtex)

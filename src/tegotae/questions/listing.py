@@ -1,0 +1,181 @@
+"""What there is by name: the models of the study, designs for legs, and trained controllers."""
+
+from __future__ import annotations
+
+import fnmatch
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from tegotae._support.documents import JsonObject, as_json
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.measures.hopping.registry import metrics
+from tegotae.questions.answer import UNDEFINED, AnswerBase, short
+from tegotae.questions.question import Names, question
+from tegotae.systems.designs import all_designs
+from tegotae.systems.grammar import BUDGET
+from tegotae.systems.models import all_models
+from tegotae.systems.zoo import ALL, Zoo, ZooName, studies, study_of
+
+SHOWN = ("cot_inverse", "t0_s", "t1_s")
+"""The metrics of a trained controller on the screen, where there are any of these; else the first
+ones. JSON has all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListingOptions:
+    """A pattern is a name with * and ? as in a shell, or an architecture such as ART. A pattern
+    with @ selects designs, such as '*@quadruped-c' or 'ART*@*'."""
+
+    zoo: bool = False
+    """List the trained controllers that come with the package, with their metrics: the best run of
+    each model. MODEL/all lists every run, STUDY:MODEL those of one study."""
+    budget: int = BUDGET
+    """Maximum number of trained parameters of a controller."""
+
+
+@dataclass(frozen=True, repr=False)
+class Listing(AnswerBase):
+    """Models, designs or trained controllers."""
+
+    rows: list[JsonObject]
+    headings: dict[str, str]
+    """Of the columns on the screen, by their names."""
+    remark: str
+
+    @property
+    def notes(self) -> list[str]:
+        return [self.remark]
+
+    def frame(self) -> pd.DataFrame:
+        """A row a name."""
+        return pd.DataFrame(self.rows)
+
+    def texts(self) -> list[pd.DataFrame]:
+        shown = self.frame()[[*self.headings]].map(_cell)
+        shown.columns = [*self.headings.values()]
+        return [shown.set_index(shown.columns[0])]
+
+    def document(self) -> Any:
+        return as_json(self.rows)
+
+
+@question(subjects=Names, usual=("*",))
+def models(pattern: str, options: ListingOptions) -> Listing:
+    """List the models of the study, designs for bodies with legs, or trained controllers.
+
+    Example:
+        >>> models("V-sector-*").frame()["name"].tolist()
+        ['V-sector-w4', 'V-sector-w8']
+    """
+    if options.zoo:
+        if options.budget != BUDGET:
+            raise TegotaeError(
+                "--budget sizes controllers that are not trained; those of --zoo are"
+            )
+        return _trained(pattern)
+    if "@" in pattern:
+        kind, known, headings, described = "design", all_designs(), _OF_DESIGNS, _of_design
+    else:
+        kind, known, headings, described = "model", all_models(), _OF_MODELS, _of_model
+    chosen = [x for name, x in known.items() if fnmatch.fnmatchcase(name, pattern)]
+    chosen = chosen or [x for x in known.values() if getattr(x, "architecture", "") == pattern]
+    if not chosen:
+        raise unknown(kind, pattern, known)
+    rows = [described(x, options) for x in chosen]
+    return Listing(rows, headings, f"{len(rows)} {kind}s")
+
+
+_OF_MODELS = {
+    "name": "model",
+    "learned_terms": "learned",
+    "observation": "senses",
+    "actuation": "actuation",
+    "omega_t_rad_per_s": "ω_t",
+    "parameters": "weights",
+}
+_OF_DESIGNS = {
+    "name": "design",
+    "about": "about",
+    "omega_rad_per_s": "ω",
+    "parameters": "weights",
+}
+
+
+def _of_model(model: Any, options: ListingOptions) -> JsonObject:
+    return {
+        "name": model.name,
+        "architecture": model.architecture,
+        "learned_terms": [*model.learned_terms],
+        "observation": [*model.observation],
+        "reaction_observation": model.reaction,
+        "gain_observation": model.gain,
+        "actuation": model.actuation_name,
+        "omega_t_rad_per_s": model.omega_t,
+        "parameters": model.controller(options.budget).n_weights,
+    }
+
+
+def _of_design(design: Any, options: ListingOptions) -> JsonObject:
+    return {
+        "name": design.name,
+        "about": design.family.about,
+        "omega_rad_per_s": design.frequency if design.family.has_rhythm else None,
+        "parameters": design.controller(options.budget).n_weights,
+    }
+
+
+def _trained(pattern: str) -> Listing:
+    """The trained controllers of `[STUDY:]MODEL[/RUN]`."""
+    wanted = ZooName.of(pattern)
+    zoos = (study_of(wanted.study),) if wanted.study else studies()
+    first = {model: zoo.study for zoo in reversed(zoos) for model in zoo.models}
+    rows = [
+        row
+        for zoo in zoos
+        for model in zoo.models
+        if fnmatch.fnmatchcase(model, wanted.model) or model.partition("-")[0] == wanted.model
+        # Without a study's name, a model is looked for in the first that has it.
+        for study in [wanted.study or ("" if first[model] == zoo.study else zoo.study)]
+        for row in _runs(zoo, ZooName(study, model, wanted.run))
+    ]
+    if not rows:
+        raise unknown("trained controller", f"{wanted.model}/{wanted.run}".rstrip("/"), first)
+    held = dict.fromkeys(name for zoo in zoos for name in zoo.metrics)
+    shown = [name for name in SHOWN if name in held] or [*held][: len(SHOWN)]
+    known = {metric.name: metric.heading for metric in metrics()}
+    made = ", ".join(
+        f"{zoo.study} by tegotae {zoo.software.get('tegotae')}, {zoo.software.get('engine')} engine"
+        for zoo in zoos
+    )
+    headings = {name: known.get(name, name) for name in shown}
+    return Listing(
+        rows,
+        {"name": "controller", "fitness": "fitness", **headings},
+        f"{len(rows)} controllers; studies: {made}",
+    )
+
+
+def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
+    """The best run of a model, or those that are asked for."""
+    columns = zoo.runs(name.model)
+    asked = {"": str(zoo.best(name.model)), ALL: "*"}.get(name.run, name.run)
+    for run in range(zoo.models[name.model]):
+        if fnmatch.fnmatchcase(str(run), asked):
+            yield {
+                "name": str(ZooName(name.study, name.model, str(run))),
+                "study": zoo.study,
+                "software": zoo.software,
+                **{column: values[run].item() for column, values in columns.items()},
+            }
+
+
+def _cell(value: Any) -> str:
+    """A cell on the screen, such as a list of learned terms."""
+    if value is None:
+        return UNDEFINED
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return ", ".join(value) or "-"
+    return short(value)
