@@ -53,6 +53,12 @@ class Tegotae:
         if self.limit_rad_per_s is not None:
             require_finite("limit_rad_per_s", self.limit_rad_per_s, above=0.0)
 
+    def feedback(self, action: PerLimb, reaction: PerLimb, gain: PerLimb) -> PerLimb:
+        """f [rad/s], of the values of the terms."""
+        feedback = gain * action * reaction
+        limit = self.limit_rad_per_s
+        return feedback if limit is None else limit * jnp.tanh(feedback / limit)
+
 
 @dataclass(frozen=True)
 class Controller:
@@ -233,16 +239,18 @@ class Controller:
         action = self.tegotae.action(weights[at["action"]], signals)
         reaction = self.tegotae.reaction(weights[at["reaction"]], signals)
         gain = self.tegotae.gain(weights[at["gain"]], signals)
-        feedback = gain * action * reaction
-        limit = self.tegotae.limit_rad_per_s
-        return feedback if limit is None else limit * jnp.tanh(feedback / limit)
+        return self.tegotae.feedback(action, reaction, gain)
 
     def command(self, weights: Weights, signals: Signals, max_force_n: Number) -> PerCommand:
         """What the actuation commands: a force [N] is clipped to [0, α], its phase sector apart."""
         command = self.actuation(weights[self.layout["actuation"]], signals)
-        if not self.actuation.commands_force:
-            return command
-        return jnp.clip(command, 0.0, max_force_n)
+        return self.bounded(command, max_force_n)
+
+    def bounded(self, command: PerCommand, max_force_n: Number) -> PerCommand:
+        """A command as the actuator takes it: a force [N] is clipped to [0, α]."""
+        if self.actuation.commands_force:
+            command = jnp.clip(command, 0.0, max_force_n)
+        return command
 
     def rate(
         self,

@@ -14,13 +14,13 @@ from tegotae.export.c.text import commented
 from tegotae.export.robot import RobotController
 from tegotae.lowering.nodes import Node, array_of, given, keeping_calls, scalars
 from tegotae.parts._shapes import ArrayTree, StateTree, Weights
-from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.controller import Tegotae
 from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName, spelled
-from tegotae.simulation.integrators import held, push, settled
+from tegotae.simulation.integrators import held, push
 
 _Texts = str | Sequence[str] | Mapping[str, str | Sequence[str]]
 """What C calls the numbers of an argument."""
@@ -37,43 +37,6 @@ class Piece:
     """What its results are called."""
     about: str
     """What it is, for a comment."""
-
-
-@dataclass(frozen=True)
-class _Known(Term):
-    """A term whose value is known already: a signal of that name."""
-
-    name: str
-
-    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        return signals[self.name]
-
-
-@dataclass(frozen=True)
-class _Commanded(Actuation):
-    """An actuation whose smooth part is known already."""
-
-    own: Actuation
-
-    @property
-    def COMMANDS(self) -> tuple[str, ...]:  # type: ignore[override]  # noqa: N802
-        return self.own.COMMANDS
-
-    def full_force(
-        self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
-    ) -> tuple[jax.Array, jax.Array] | None:
-        return self.own.full_force(phase_start, phase_end, omega)
-
-    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        return signals["command"]
-
-
-@dataclass(frozen=True)
-class _KnownCoupling(Coupling):
-    """A coupling whose input to the oscillator is known already."""
-
-    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        return signals["coupling"]
 
 
 class TracedTick:
@@ -113,19 +76,21 @@ class TracedTick:
             yield self._coupling(controller.coupling)
         for role, term in controller.terms.items():
             yield self._term(role, term, unit[role])
-        yield self._feedback()
+        yield self._feedback(controller.tegotae)
         if self._averages and oscillator is not None:
             yield self._ahead(
+                oscillator,
                 "phase_after",
-                lambda _, at: oscillator.phase(at),
+                oscillator.phase,
                 ["reached"],
                 "The phase at the end of the tick [rad], whole turns not taken off.",
             )
-        yield self._command()
+        yield self._command(controller.actuation)
         if oscillator is not None:
             yield self._ahead(
+                oscillator,
                 "advanced",
-                lambda own, at: jax.tree.leaves(settled(own, at)),
+                lambda state: jax.tree.leaves(oscillator.settle(state)),
                 self.state_names,
                 f"The oscillator a tick later, its rate held: {described(oscillator)}",
             )
@@ -212,28 +177,28 @@ class TracedTick:
             scales=self._scales,
         )
 
-    def _feedback(self) -> Piece:
-        """The law that makes the terms one feedback: `Controller.feedback`."""
-        law = self._controller.tegotae
-        names = [] if law is None else ["action", "reaction", "gain"]
-        action, reaction, gain = map(_Known, ("action", "reaction", "gain"))
-        known = Tegotae(action, reaction, gain, law.limit_rad_per_s) if law else None
-        controller = Controller(_Commanded(self._controller.actuation), tegotae=known)
-
-        def evaluate(values: _Arrays) -> jax.Array:
-            return controller.feedback((), Signals(values))
-
+    def _feedback(self, law: Tegotae | None) -> Piece:
+        """The law that makes the terms one feedback: `Tegotae.feedback`."""
+        names = ["nothing"] if law is None else ["action", "reaction", "gain"]
         about = (
             "The Tegotae feedback f = G A' R [rad/s]." if law else "There is no Tegotae feedback."
         )
-        values = {name: name for name in (names or ["nothing"])}
+
+        def evaluate(values: _Arrays) -> jax.Array:
+            return law.feedback(**values) if law else jnp.zeros_like(values["nothing"])
+
+        values = {name: name for name in names}
         return self._trace("feedback_law", evaluate, ("feedback",), about, values=values)
 
-    def _command(self) -> Piece:
-        """The command over a tick: `Controller.command` and the sector."""
-        actuation = self._controller.actuation
-        names = actuation.COMMANDS
-        controller = Controller(_Commanded(actuation), self._controller.oscillator)
+    def _command(self, actuation: Actuation) -> Piece:
+        """The command over a tick: `Controller.bounded` and the sector."""
+        controller, names = self._controller, actuation.COMMANDS
+        about = "Where the foot shall be [m]."
+        if actuation.commands_force:
+            about = (
+                "The actuator's force [N]: the term's, clipped to [0, alpha]; full force in the "
+                f"sector, if there is one{'; its mean over the tick' if self._averages else ''}."
+            )
 
         def evaluate(
             smooth: _Arrays,
@@ -243,15 +208,9 @@ class TracedTick:
             most: jax.Array,
         ) -> jax.Array:
             whole = smooth[names[0]] if len(names) == 1 else jnp.stack([smooth[n] for n in names])
-            command = controller.command((), Signals({"command": whole}), most)
+            command = controller.bounded(whole, most)
             return push(controller, most, command, phase, reached, omega).mean_n
 
-        about = "Where the foot shall be [m]."
-        if actuation.commands_force:
-            about = (
-                "The actuator's force [N]: the term's, clipped to [0, alpha]; full force in the "
-                f"sector, if there is one{'; its mean over the tick' if self._averages else ''}."
-            )
         return self._trace(
             "command_law",
             evaluate,
@@ -266,43 +225,37 @@ class TracedTick:
 
     def _ahead(
         self,
+        oscillator: Oscillator,
         name: str,
-        read_off: Callable[[Controller, StateTree], ArrayTree],
+        read_off: Callable[[StateTree], ArrayTree],
         results: Sequence[str],
         about: str,
     ) -> Piece:
         """What is read off the oscillator's state at the end of a tick, its rate held."""
-        own = self._controller
-        coupling = None if own.coupling is None else _KnownCoupling()
-        controller = Controller(
-            _Commanded(own.actuation),
-            own.oscillator,
-            limbs=1 if coupling is None else 2,
-            coupling=coupling,
-        )
 
         def evaluate(
             weights: Weights,
             state: Sequence[jax.Array],
             omega: jax.Array,
             feedback: jax.Array,
-            pull: _Arrays,
+            pulls: Sequence[jax.Array],
             tick: jax.Array,
         ) -> ArrayTree:
-            at = self._of_leaves(state)
-            rate = controller.rate(weights, at, omega, feedback, Signals(pull))
-            return read_off(controller, held(at, rate, tick))
+            for pull in pulls:
+                feedback = feedback + pull
+            at, own = self._of_leaves(state), (weights,) if weights else ()
+            return read_off(held(at, oscillator.rate(at, omega, feedback, *own), tick))
 
         return self._trace(
             name,
             evaluate,
             results,
             about,
-            weights=_weights(own.unit_weight_names.get("oscillator", ())),
+            weights=_weights(self._controller.unit_weight_names.get("oscillator", ())),
             state=self._state,
             omega="omega",
             feedback="feedback",
-            pull={} if coupling is None else {"coupling": "pull"},
+            pulls=[] if self._controller.coupling is None else ["pull"],
             tick="TICK_S",
         )
 
