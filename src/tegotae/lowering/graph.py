@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from abc import ABC, abstractmethod
@@ -25,7 +24,6 @@ from tegotae.lowering.nodes import (
     literal,
     place_of,
 )
-from tegotae.lowering.rewriting import MOVES, moved
 
 _LONGEST_SCAN = 256
 """Rounds of a loop of known length that are written out one after the other."""
@@ -132,9 +130,9 @@ class Reader(ABC):
             return self._loop(parameters, arguments, origin)
         if name == "scan" and parameters["length"] <= _LONGEST_SCAN:
             return self._rounds(parameters, arguments, origin)
-        if name in MOVES:
+        if name in _MOVES:
             try:
-                return moved(equation, arguments)
+                return _moved(equation, arguments)
             except CannotLower as error:
                 raise self._refused(name, origin, error.why) from None
         if name in _SUMS:
@@ -143,7 +141,7 @@ class Reader(ABC):
             return [self._running(_RUNNING[name], arguments[0], parameters, origin)]
         kind = self._kind(equation.outvars[0].aval, name, origin)
         if name == "dot_general":
-            return [self._product(arguments, parameters, kind, origin)]
+            return [self._product(arguments, parameters, origin)]
         return [self._between_entries(name, kind, arguments, equation, origin)]
 
     def _branches(
@@ -185,49 +183,40 @@ class Reader(ABC):
         stacked = zip(*(columns[i] for i in numbers), strict=True)
         return [*carry, *(np.stack(column) for column in stacked)]
 
+    def _pairwise(self, operation: str, origin: Traced) -> np.ufunc:
+        """An operation between two nodes, for arrays of them."""
+
+        def both(a: Node, b: Node) -> Node:
+            return self._node(operation, b.kind, (a, b), None, origin)
+
+        return np.frompyfunc(both, 2, 1)
+
     def _reduced(
         self, operation: str, array: np.ndarray, axes: Sequence[int], origin: Traced
     ) -> np.ndarray:
         ahead = np.moveaxis(array, tuple(axes), tuple(range(len(axes))))
-        rows = _rows(ahead.reshape(-1, *ahead.shape[len(axes) :]))
-        return functools.reduce(self._pairwise(operation, origin), rows)
+        rows = ahead.reshape(-1, *ahead.shape[len(axes) :])
+        return np.asarray(self._pairwise(operation, origin).reduce(rows), object)
 
     def _running(
         self, operation: str, array: np.ndarray, parameters: Parameters, origin: Traced
     ) -> np.ndarray:
         axis, step = parameters["axis"], -1 if parameters["reverse"] else 1
-        rows = _rows(np.moveaxis(array, axis, 0))[::step]
-        sums = list(itertools.accumulate(rows, self._pairwise(operation, origin)))
-        return np.moveaxis(np.stack(sums[::step]), 0, axis)
+        rows = np.moveaxis(array, axis, 0)[::step]
+        sums = self._pairwise(operation, origin).accumulate(rows, dtype=object)
+        return np.moveaxis(sums[::step], 0, axis)
 
-    def _pairwise(
-        self, operation: str, origin: Traced
-    ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-        def both(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-            return self._entrywise(operation, "", [a, b], origin)
-
-        return both
-
-    def _product(
-        self, arrays: Arrays, parameters: Parameters, kind: str, origin: Traced
-    ) -> np.ndarray:
+    def _product(self, arrays: Arrays, parameters: Parameters, origin: Traced) -> np.ndarray:
         ((left_sums, right_sums), (left_batch, right_batch)) = parameters["dimension_numbers"]
         if left_batch or right_batch:
             raise self._refused("dot_general", origin, "of batches of matrices")
         left = np.moveaxis(arrays[0], left_sums, range(len(left_sums)))
         right = np.moveaxis(arrays[1], right_sums, range(len(right_sums)))
-        inner = int(np.prod(left.shape[: len(left_sums)]))
+        inner = math.prod(left.shape[: len(left_sums)])
         free = (*left.shape[len(left_sums) :], *right.shape[len(right_sums) :])
-        rows, columns = left.reshape(inner, -1), right.reshape(inner, -1)
-        entries = []
-        for i, j in itertools.product(range(rows.shape[1]), range(columns.shape[1])):
-            terms = [
-                self._node("mul", kind, (rows[n, i], columns[n, j]), None, origin)
-                for n in range(inner)
-            ]
-            entries.append(
-                functools.reduce(lambda a, b: self._node("add", kind, (a, b), None, origin), terms)
-            )
+        rows, columns = left.reshape(inner, -1).T, right.reshape(inner, -1).T
+        times, plus = (self._pairwise(name, origin) for name in ("mul", "add"))
+        entries = [plus.reduce(times(row, column)) for row in rows for column in columns]
         return array_of(entries, free)
 
     def _entrywise(
@@ -243,11 +232,7 @@ class Reader(ABC):
 
 def elementwise(node: Callable[..., Node], arrays: Arrays) -> np.ndarray:
     """What a function of nodes gives for entry after entry of arrays."""
-    alike = arrays
-    if any(array.shape != arrays[0].shape for array in arrays):
-        alike = np.broadcast_arrays(*arrays)
-    entries = [node(*nodes) for nodes in zip(*(a.reshape(-1) for a in alike), strict=True)]
-    return array_of(entries, alike[0].shape)
+    return np.asarray(np.frompyfunc(node, len(arrays), 1)(*arrays), object)
 
 
 def called(parameters: Parameters) -> tuple[Traced, Sequence[ArrayLike], str]:
@@ -268,8 +253,76 @@ def in_shapes(nodes: Sequence[Node], shapes: Sequence[tuple[int, ...]]) -> list[
     ]
 
 
-def _rows(array: np.ndarray) -> list[np.ndarray]:
-    return [np.asarray(row, object) for row in array]
+def _in_dimensions(array: np.ndarray, parameters: Parameters) -> np.ndarray:
+    shape = parameters["shape"]
+    whole = [1] * len(shape)
+    for axis, dimension in enumerate(parameters["broadcast_dimensions"]):
+        whole[dimension] = array.shape[axis]
+    return np.broadcast_to(array.reshape(whole), shape)
+
+
+def _slice(array: np.ndarray, parameters: Parameters) -> np.ndarray:
+    strides = parameters["strides"] or (1,) * array.ndim
+    bounds = zip(parameters["start_indices"], parameters["limit_indices"], strides, strict=True)
+    return array[tuple(itertools.starmap(slice, bounds))]
+
+
+_QUICK: dict[str, Callable[[Arrays, Parameters], np.ndarray]] = {
+    "broadcast_in_dim": lambda a, p: _in_dimensions(a[0], p),
+    "reshape": lambda a, p: a[0].reshape(p["new_sizes"]),
+    "squeeze": lambda a, p: np.squeeze(a[0], tuple(p["dimensions"])),
+    "transpose": lambda a, p: np.transpose(a[0], p["permutation"]),
+    "concatenate": lambda a, p: np.concatenate(a, axis=p["dimension"]),
+    "stack": lambda a, p: np.stack(a, axis=p["axis"]),
+    "slice": lambda a, p: _slice(a[0], p),
+}
+"""In NumPy what traces are full of, by their names there."""
+_PLACED = {
+    **{"dynamic_slice": (0,), "gather": (0,)},
+    **{"scatter": (0, 2), "dynamic_update_slice": (0, 1)},
+}
+"""Moves to or from places that other operands say, by which of the operands hold entries."""
+_MOVES = frozenset(
+    (*_QUICK, *_PLACED, "copy", "copy_p", "expand_dims", "iota", "pad", "rev", "split", "unstack")
+)
+"""Operations that only move entries."""
+
+
+def _moved(equation: Traced, arguments: Arrays) -> list[np.ndarray]:
+    """What an operation of `_MOVES` gives: in general, it moves the numbers of the entries itself.
+
+    Raises:
+        CannotLower: for places that are computed.
+    """
+    name, primitive = equation.primitive.name, equation.primitive
+    if name in _QUICK:
+        return [_QUICK[name](arguments, equation.params)]
+    if name == "iota":
+        return [constant(np.asarray(primitive.bind(**equation.params)))]
+    entries, numbered = [], []
+    for position, array in enumerate(arguments):
+        if position in _PLACED.get(name, (position,)):
+            numbers = np.arange(array.size, dtype=np.int32) + np.int32(len(entries))
+            entries += list(array.reshape(-1))
+        else:
+            dtype = equation.invars[position].aval.dtype
+            numbers = np.asarray([_known(node, name) for node in array.reshape(-1)], dtype)
+        numbered.append(numbers.reshape(array.shape))
+    parameters = dict(equation.params)
+    if "fill_value" in parameters:
+        parameters["fill_value"] = len(entries)
+    dtype = equation.outvars[0].aval.dtype
+    filling = np.nan if np.issubdtype(dtype, np.floating) else 0
+    nodes = array_of([*entries, constant(np.asarray(filling, dtype)).item()], (-1,))
+    results = primitive.bind(*numbered, **parameters)
+    return [nodes[np.asarray(x)] for x in (results if primitive.multiple_results else [results])]
+
+
+def _known(node: Node, name: str) -> int:
+    if node.operation != "literal":
+        why = "it picks an entry by a number that is computed; pick it by jnp.where"
+        raise CannotLower(name, why=why)
+    return int(node.detail)
 
 
 _ALIASES = {"add_any": "add"}

@@ -27,8 +27,7 @@ from tegotae.lowering.nodes import (
     is_of_jax,
     scalars,
 )
-from tegotae.lowering.operations import OPERATIONS
-from tegotae.lowering.rewriting import folded
+from tegotae.lowering.operations import OPERATIONS, folded
 
 
 class NativeReader(Reader):

@@ -1,4 +1,5 @@
-"""The one table of operations: what each of a trace is in NumPy, in C, and in LLVM."""
+"""The one table of operations: what each of a trace is in NumPy, in C, and in LLVM; and which need
+no arithmetic, since their value is known."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae.lowering.nodes import DTYPES, FLOATS, Detail, Node, Parameters
+from tegotae.lowering.nodes import DTYPES, FLOATS, Detail, Node, Parameters, literal
 from tegotae.lowering.writer import FunctionWriter
 
 ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, BITS, CHOICE = 9, 8, 7, 6, 5, 4, 3, 1
@@ -91,21 +92,19 @@ def _intrinsic(name: str) -> Emission:
 
 def _divided(w: FunctionWriter, node: Node, a: str, b: str) -> str:
     """A ratio; of whole numbers one that no processor stops at: by zero it has all bits set."""
-    kind, mask = w.type(node.kind), w.type("bool")
+    kind = w.type(node.kind)
     if node.kind in FLOATS:
         return w.do(f"fdiv {kind} {a}, {b}")
-    one = w.number(1, node.kind)
+    one, all_set = w.number(1, node.kind), w.number(-1, node.kind)
     zero = w.do(f"icmp eq {kind} {b}, zeroinitializer")
-    over = w.do(f"select {mask} {zero}, {kind} {one}, {kind} {b}")
+    over = w.select(zero, node.kind, one, b)
     if node.kind[0] == "u":
         ratio = w.do(f"udiv {kind} {a}, {over}")
-    else:
-        back = w.do(f"icmp eq {kind} {b}, {w.number(-1, node.kind)}")
-        over = w.do(f"select {mask} {back}, {kind} {one}, {kind} {over}")
-        ratio = w.do(f"sdiv {kind} {a}, {over}")
-        negated = w.do(f"sub {kind} zeroinitializer, {a}")
-        ratio = w.do(f"select {mask} {back}, {kind} {negated}, {kind} {ratio}")
-    return w.do(f"select {mask} {zero}, {kind} {w.number(-1, node.kind)}, {kind} {ratio}")
+    else:  # the lowest number by minus one is beyond the range
+        back = w.do(f"icmp eq {kind} {b}, {all_set}")
+        ratio = w.do(f"sdiv {kind} {a}, {w.select(back, node.kind, one, over)}")
+        ratio = w.select(back, node.kind, _negated(w, node, a), ratio)
+    return w.select(zero, node.kind, all_set, ratio)
 
 
 def _negated(w: FunctionWriter, node: Node, x: str) -> str:
@@ -116,34 +115,29 @@ def _negated(w: FunctionWriter, node: Node, x: str) -> str:
 def _magnitude(w: FunctionWriter, node: Node, x: str) -> str:
     if node.kind in FLOATS:
         return w.call("fabs", (node.kind,), x)
-    kind = w.type(node.kind)
-    below = w.do(f"icmp slt {kind} {x}, zeroinitializer")
-    negated = w.do(f"sub {kind} zeroinitializer, {x}")
-    return w.do(f"select {w.type('bool')} {below}, {kind} {negated}, {kind} {x}")
+    return w.call("smax", (node.kind,), x, _negated(w, node, x))
 
 
-def _extreme(of_floats: str, of_whole: str) -> Emission:
+def _extreme(test: str, intrinsic: str) -> Emission:
     """The larger or smaller of two: no number if one of them is none.
 
     `x > y ? x : y` is one instruction of many processors, and gives y where x is no number.
     """
 
     def emit(w: FunctionWriter, node: Node, a: str, b: str) -> str:
-        kind, mask, (first, second) = w.type(node.kind), w.type("bool"), node.inputs
+        kind, (first, second) = w.type(node.kind), node.inputs
+        if node.kind not in FLOATS:
+            return w.call(f"{'u' if node.kind[0] == 'u' else 's'}{intrinsic}", (node.kind,), a, b)
 
         def either(x: str, y: str) -> str:
-            if node.kind in FLOATS:
-                test = f"fcmp {of_floats}"
-            else:
-                test = f"icmp {of_whole.replace('s', 'u') if node.kind[0] == 'u' else of_whole}"
-            return w.do(f"select {mask} {w.do(f'{test} {kind} {x}, {y}')}, {kind} {x}, {kind} {y}")
+            return w.select(w.do(f"fcmp {test} {kind} {x}, {y}"), node.kind, x, y)
 
-        if node.kind not in FLOATS or _is_number(first):
+        if _is_number(first):
             return either(a, b)
         if _is_number(second):
             return either(b, a)
         none = w.do(f"fcmp uno {kind} {a}, {a}")
-        return w.do(f"select {mask} {none}, {kind} {a}, {kind} {either(a, b)}")
+        return w.select(none, node.kind, a, either(a, b))
 
     return emit
 
@@ -158,14 +152,14 @@ def _inverted(w: FunctionWriter, node: Node, x: str) -> str:
 
 
 def _selected(w: FunctionWriter, node: Node, which: str, *cases: str) -> str:
-    kind, of = w.type(node.kind), node.inputs[0].kind
+    of = node.inputs[0].kind
     if of == "bool":
         no, yes = cases
-        return w.do(f"select {w.type('bool')} {which}, {kind} {yes}, {kind} {no}")
+        return w.select(which, node.kind, yes, no)
     taken = cases[0]
     for number, case in enumerate(cases[1:], 1):
         here = w.do(f"icmp sge {w.type(of)} {which}, {w.number(number, of)}")
-        taken = w.do(f"select {w.type('bool')} {here}, {kind} {case}, {kind} {taken}")
+        taken = w.select(here, node.kind, case, taken)
     return taken
 
 
@@ -174,18 +168,15 @@ def _cut_off(w: FunctionWriter, of: str, to: str, x: str) -> str:
 
     LLVM's own saturating conversion takes a vector apart into its numbers.
     """
-    before, after, mask = w.type(of), w.type(to), w.type("bool")
+    before, after = w.type(of), w.type(to)
     bits = _bits(to) - (to[0] != "u")
-    lowest = 0.0 if to[0] == "u" else -(2.0**bits)
-    most = 2**bits - 1
+    lowest, zero = w.number(0.0 if to[0] == "u" else -(2.0**bits), of), "zeroinitializer"
     above = w.do(f"fcmp oge {before} {x}, {w.number(2.0**bits, of)}")
-    within = w.do(f"fcmp oge {before} {x}, {w.number(lowest, of)}")
-    bound = w.do(f"select {mask} {within}, {before} {x}, {before} {w.number(lowest, of)}")
-    safe = w.do(f"select {mask} {above}, {before} zeroinitializer, {before} {bound}")
+    within = w.do(f"fcmp oge {before} {x}, {lowest}")
+    safe = w.select(above, of, zero, w.select(within, of, x, lowest))
     whole = w.do(f"{'fptoui' if to[0] == 'u' else 'fptosi'} {before} {safe} to {after}")
-    whole = w.do(f"select {mask} {above}, {after} {w.number(most, to)}, {after} {whole}")
-    none = w.do(f"fcmp uno {before} {x}, {x}")
-    return w.do(f"select {mask} {none}, {after} zeroinitializer, {after} {whole}")
+    whole = w.select(above, to, w.number(2**bits - 1, to), whole)
+    return w.select(w.do(f"fcmp uno {before} {x}, {x}"), to, zero, whole)
 
 
 def _bits(kind: str) -> int:
@@ -227,22 +218,15 @@ def _shift(instruction: str) -> Emission:
         amount = node.inputs[1]
         if amount.operation == "literal" and 0 <= int(amount.detail) <= last:
             return w.do(f"{instruction} {kind} {x}, {by}")
-        within = w.do(f"icmp ule {kind} {by}, {w.number(last, node.kind)}")
         most = w.number(last, node.kind)
-        safe = w.do(f"select {w.type('bool')} {within}, {kind} {by}, {kind} {most}")
-        shifted = w.do(f"{instruction} {kind} {x}, {safe}")
+        within = w.do(f"icmp ule {kind} {by}, {most}")
+        shifted = w.do(f"{instruction} {kind} {x}, {w.select(within, node.kind, by, most)}")
         if instruction == "ashr":
             return shifted
-        mask = w.type("bool")
-        return w.do(f"select {mask} {within}, {kind} {shifted}, {kind} zeroinitializer")
+        return w.select(within, node.kind, shifted, "zeroinitializer")
 
     return emit
 
-
-CALLS = frozenset(
-    ("jit", "pjit", "closed_call", "core_call", "custom_jvp_call", "custom_vjp_call", "remote")
-)
-"""Operations that call a trace within."""
 
 OPERATIONS: dict[str, Operation] = {
     "add": _infix("+", SUM, np.add, _instruction("fadd", "add")),
@@ -250,8 +234,8 @@ OPERATIONS: dict[str, Operation] = {
     "mul": _infix("*", PRODUCT, np.multiply, _instruction("fmul", "mul")),
     "div": _infix("/", PRODUCT, np.divide, _divided),
     "neg": Operation("-{0}", UNARY, (ATOM,), np.negative, llvm=_negated),
-    "max": _function("larger", 2, "larger", np.maximum, _extreme("ogt", "sgt")),
-    "min": _function("smaller", 2, "smaller", np.minimum, _extreme("olt", "slt")),
+    "max": _function("larger", 2, "larger", np.maximum, _extreme("ogt", "max")),
+    "min": _function("smaller", 2, "smaller", np.minimum, _extreme("olt", "min")),
     "clamp": Operation("smaller(larger({1}, {0}), {2})", needs="smaller larger"),
     "abs": _function("fabsf", fold=np.abs, llvm=_magnitude),
     "sign": _function("sign_of", needs="sign_of"),
@@ -315,3 +299,77 @@ WHOLE: dict[str, Operation] = {
     **{name: OPERATIONS[name] for name in ("eq", "ne", "lt", "le", "gt", "ge")},
 }
 """In C, operations on int32_t, which wrap around as the traced ones do."""
+
+
+def exact(node: Node) -> Node | None:
+    """What an operation comes to for all numbers, to the bit, if that is simpler."""
+    kind = node.kind
+    match node.operation, node.inputs:
+        case "select_n", (_, first, *others) if all(x is first for x in others):
+            return first
+        case "mul", (a, b) if _is(a, 1) or _is(b, 1):
+            return b if _is(a, 1) else a
+        case "div", (a, b) if _is_power_of_two(b):
+            inverse = _literal(1.0 / b.detail, kind)
+            return folded(Node("mul", kind, (a, inverse), None, node.origin))
+        case "convert_element_type", (a,) if a.kind == kind:
+            return a
+        case "neg" | "not", (a,) if a.operation == node.operation:
+            return a.inputs[0]
+        case ("and" | "or") as operation, (a, b) if kind == "bool":
+            for one, other in ((a, b), (b, a)):
+                if one.operation == "literal":
+                    return other if bool(one.detail) == (operation == "and") else one
+        case "add", (a, b) if kind not in FLOATS and (_is(a, 0) or _is(b, 0)):
+            return b if _is(a, 0) else a
+    return None
+
+
+def of_finite(node: Node) -> Node | None:
+    """What an operation with nothing comes to, where no sign of zero matters."""
+    match node.operation, node.inputs:
+        case "sub", (a, b) if a is b:
+            return _literal(0, node.kind)
+        case "mul", (a, b) if _is(a, 0) or _is(b, 0):
+            return _literal(0, node.kind)
+        case "add", (a, b) if _is(a, 0) or _is(b, 0):
+            return b if _is(a, 0) else a
+    return None
+
+
+def folded(node: Node, simpler: Callable[[Node], Node | None] = exact) -> Node:
+    """The node, or what it comes to: its value where all that it is made of is known, less work.
+
+    Args:
+        node: an operation.
+        simpler: which numbers matter, `exact` or `of_finite`.
+    """
+    match node.operation, node.inputs:
+        case "max" | "min", (a, b) if a is b:
+            return a
+        case "select_n", (which, no, yes) if which.operation == "literal":
+            return yes if which.detail else no
+    plain = simpler(node)
+    if plain is not None:
+        return plain
+    fold = OPERATIONS[node.operation].fold
+    if fold is None or any(x.operation != "literal" for x in node.inputs):
+        return node
+    with np.errstate(all="ignore"):
+        return _literal(fold(*(x.detail for x in node.inputs)), node.kind)
+
+
+def _is(node: Node, value: float) -> bool:
+    return node.operation == "literal" and node.detail == value
+
+
+def _is_power_of_two(node: Node) -> bool:
+    """Whether it is one whose inverse is exact, too."""
+    if node.operation != "literal" or node.kind not in FLOATS:
+        return False
+    size = abs(float(node.detail))
+    return 1e-30 < size < 1e30 and np.frexp(size)[0] == 0.5
+
+
+def _literal(value: ArrayLike, kind: str) -> Node:
+    return literal(np.asarray(value).astype(DTYPES[kind])[()], kind)

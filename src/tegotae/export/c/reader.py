@@ -22,8 +22,7 @@ from tegotae.lowering.nodes import (
     place_of,
     scalars,
 )
-from tegotae.lowering.operations import OPERATIONS
-from tegotae.lowering.rewriting import folded, of_finite
+from tegotae.lowering.operations import OPERATIONS, folded, of_finite
 
 _SMALLEST_PROCEDURE = 4
 """Operations from which a function of the package is worth one in C."""
