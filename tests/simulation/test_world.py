@@ -8,7 +8,7 @@ import pytest
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
 from tegotae.parts.bodies import Bar, Plate, Sensors, Walker
-from tegotae.simulation.draws import check_changes
+from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.world import Staircase, Step, with_changes
 
 ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
@@ -90,25 +90,29 @@ def test_changes_that_go_together_are_judged_together():
         f"inertia_{axis}_kg_m2": Step(3.0 * getattr(body, f"inertia_{axis}_kg_m2"), from_s=1.0)
         for axis in "xyz"
     }
-    check_changes(body, Scenario(1.0, changes=together), 0.01, 10.0)
+    check_scenario(Scenario(1.0, changes=together), body, None, Timing(tick_s=0.01))
     alone = {"inertia_z_kg_m2": together["inertia_z_kg_m2"]}
     with pytest.raises(TegotaeError, match="which no body has"):
-        check_changes(body, Scenario(1.0, changes=alone), 0.01, 10.0)
+        check_scenario(Scenario(1.0, changes=alone), body, None, Timing(tick_s=0.01))
     # One leg of soft springs does not bear what four bear, nor twice the weight.
     soft = {
         "present": Step([[1.0], [0.0], [0.0], [0.0]], from_s=1.0),
         "mass_kg": Step(6.5, from_s=2.0),
     }
     with pytest.raises(TegotaeError, match="1 legs give way"):
-        check_changes(body, Scenario(1.0, changes=soft), 0.01, 10.0)
+        check_scenario(Scenario(1.0, changes=soft), body, None, Timing(tick_s=0.01))
 
 
 def test_what_belongs_to_the_legs_has_a_row_for_each():
     for legs in ([1.0, 1.0, 0.0, 1.0], [[1.0], [1.0]]):
         with pytest.raises(TegotaeError, match=r"write a row for each of them, \[4, lanes\]"):
-            check_changes(Walker(), Scenario(1.0, changes={"present": legs}), 0.01, 10.0)
+            check_scenario(
+                Scenario(1.0, changes={"present": legs}), Walker(), None, Timing(tick_s=0.01)
+            )
     with pytest.raises(TegotaeError, match="twist_inertia_ratio of this Plate is None"):
-        check_changes(Plate(), Scenario(1.0, changes={"twist_inertia_ratio": 0.6}), 0.001, 10.0)
+        check_scenario(
+            Scenario(1.0, changes={"twist_inertia_ratio": 0.6}), Plate(), None, Timing(tick_s=0.001)
+        )
 
 
 def test_late_times_are_whole_ticks_in_single_precision_too():

@@ -14,19 +14,6 @@ if TYPE_CHECKING:  # of the room above, which records: no import where the progr
 else:
     RecordedFrame = Tick = object
 
-__all__ = [
-    "FOOT",
-    "FORCE",
-    "Channel",
-    "Combined",
-    "Latest",
-    "RecordedFrame",
-    "State",
-    "Tick",
-    "Total",
-]
-
-
 FORCE = ("force",)
 """The force of the leg's actuator [N]."""
 FOOT = ("foot_x", "foot_z")

@@ -21,6 +21,7 @@ from tegotae.parts.fields import (
     with_fields,
 )
 from tegotae.parts.oscillators import Oscillator
+from tegotae.simulation.timing import Timing
 from tegotae.simulation.world import (
     DROP,
     ENTRIES,
@@ -41,58 +42,51 @@ _NO_FIELDS = {
 """Changes that are none of the body, and what is said of one that is no change."""
 
 
-def check_initial_pose(body: Body, scenario: Scenario) -> None:
-    """Raise `TegotaeError` if the initial pose names what the body's release does not take.
+_EXAMPLES = {
+    "initial_pose": '{"pitch_rad": 0.1}',
+    "oscillator_state": '{"radius": 0.5}',
+    "changes": '{"mass_kg": [0.1, 0.12]}',
+}
+"""Numbers by name of a scenario, such as these."""
+
+
+def check_scenario(
+    scenario: Scenario, body: Body, oscillator: Oscillator | None, timing: Timing
+) -> None:
+    """Raise `TegotaeError` for what body or oscillator have not, or changes to an impossible body.
+
+    Every body that some lane meets is made once, so that the body itself says what it refuses.
 
     Args:
-        body: that the lanes have.
         scenario: of all lanes.
+        body: that the lanes have.
+        oscillator: of the controller; None without.
+        timing: duration and control period.
     """
+    for entry, example in _EXAMPLES.items():
+        given: object = getattr(scenario, entry)
+        if not isinstance(given, Mapping) and given != ():
+            raise TegotaeError(
+                f"{entry} is {reprlib.repr(given)}; it must be numbers by name, such as {example}"
+            )
     takes = body.pose_names
-    _require_names("initial_pose", scenario.initial_pose, '{"pitch_rad": 0.1}')
     for name in dict(scenario.initial_pose):
         if name not in takes:
             hint = f"it takes {', '.join(takes)}" if takes else "it takes none"
             raise TegotaeError(f"{type(body).__name__} has no initial_pose {name!r}; {hint}")
-
-
-def check_oscillator_state(
-    oscillator: Oscillator | None, scenario: Scenario, tick_s: float, duration_s: float
-) -> None:
-    """Raise `TegotaeError` if the oscillator has no such state, or is too stiff for the tick.
-
-    Args:
-        oscillator: of the controller.
-        scenario: of all lanes.
-        tick_s: control period [s].
-        duration_s: simulated time [s].
-    """
-    _require_names("oscillator_state", scenario.oscillator_state, '{"radius": 0.5}')
+    _check_changes(body, scenario, timing)
     known = () if oscillator is None else oscillator.STATE
     for name in dict(scenario.oscillator_state):
         if name not in known:
             what = "no oscillator" if oscillator is None else type(oscillator).__name__
             hint = f"beside a phase it has {', '.join(known)}" if known else "it has a phase alone"
             raise TegotaeError(f"{what} starts with no {name!r}; {hint}")
-    if oscillator is None:
-        return
-    most = fastest(scenario, duration_s)
-    if np.isfinite(most):
-        oscillator.check_tick(most, tick_s)
+    fastest = _fastest(scenario, timing.duration_s)
+    if oscillator is not None and np.isfinite(fastest):
+        oscillator.check_tick(fastest, timing.tick_s)
 
 
-def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: float) -> None:
-    """Raise `TegotaeError` if a change names no field of the body, or makes it an impossible one.
-
-    Every body that some lane meets is made once, so that the body itself says what it refuses.
-
-    Args:
-        body: that the lanes have.
-        scenario: of all lanes.
-        tick_s: control period [s].
-        duration_s: simulated time [s].
-    """
-    _require_names("changes", scenario.changes, '{"mass_kg": [0.1, 0.12]}')
+def _check_changes(body: Body, scenario: Scenario, timing: Timing) -> None:
     changes = dict(scenario.changes)
     for name, change in changes.items():
         if name in _NO_FIELDS and not isinstance(change, (Step, Staircase)):
@@ -102,7 +96,7 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
             )
         usual = None if name in _NO_FIELDS else number_of(body, name)
         for entry, value in _entries(change).items():
-            _check_numbers(name, entry, value, tick_s)
+            _check_numbers(name, entry, value, timing.tick_s)
             _check_shape(name, entry, value, usual)
         if isinstance(change, Step) and not np.all(
             np.less(change.from_s, change.until_s) | np.isinf(change.from_s)  # inf: never
@@ -113,16 +107,11 @@ def check_changes(body: Body, scenario: Scenario, tick_s: float, duration_s: flo
             )
     fields = {name: change for name, change in changes.items() if name not in _NO_FIELDS}
     if fields:
-        _check_bodies(body, fields, tick_s, duration_s)
+        _check_bodies(body, fields, timing)
 
 
-def fastest(scenario: Scenario, duration_s: float) -> float:
-    """The largest frequency that a lane meets, either way [rad/s].
-
-    Args:
-        scenario: of all lanes.
-        duration_s: simulated time [s].
-    """
+def _fastest(scenario: Scenario, duration_s: float) -> float:
+    """The largest frequency that a lane meets, either way [rad/s]."""
     omega = np.asarray(scenario.omega, float)
     change = dict(scenario.changes).get(OMEGA)
     if isinstance(change, Step):
@@ -136,9 +125,7 @@ def _entries(change: LaneNumbers) -> dict[str, LaneNumbers]:
     return change._asdict() if isinstance(change, (Step, Staircase)) else {"value": change}
 
 
-def _check_bodies(
-    body: Body, fields: Mapping[str, LaneNumbers], tick_s: float, duration_s: float
-) -> None:
+def _check_bodies(body: Body, fields: Mapping[str, LaneNumbers], timing: Timing) -> None:
     """Make every body that is met: for every lane, whenever something changes."""
     rows = {name: map_change(_row, change) for name, change in fields.items()}
     shapes = [x.shape for change in rows.values() for x in _entries(change).values()]
@@ -153,7 +140,7 @@ def _check_bodies(
         if isinstance(change, Step):
             times += [change.from_s, change.until_s]
         if isinstance(change, Staircase):
-            last = np.minimum(np.floor(duration_s / change.dwell_s), change.levels - 1.0)
+            last = np.minimum(np.floor(timing.duration_s / change.dwell_s), change.levels - 1.0)
             times.append(change.dwell_s * last)
     numbers = {name: number_of(body, name) for name in rows}
     usual = {
@@ -161,7 +148,7 @@ def _check_bodies(
     }
     made: set[tuple[FieldNumber, ...]] = set()
     for time in times:
-        time = np.where((time >= 0.0) & (time <= duration_s), time, 0.0)
+        time = np.where((time >= 0.0) & (time <= timing.duration_s), time, 0.0)
         met = {
             name: np.broadcast_to(
                 _values_at(change, usual[name], time), (*usual[name].shape[:-1], lanes)
@@ -172,7 +159,7 @@ def _check_bodies(
             of_lane = {name: _field(x[..., lane]) for name, x in met.items()}
             if (key := tuple(of_lane.values())) not in made:
                 made.add(key)
-                with_fields(body, of_lane).check_tick(tick_s)
+                with_fields(body, of_lane).check_tick(timing.tick_s)
 
 
 def _row(values: LaneNumbers) -> np.ndarray:
@@ -215,13 +202,6 @@ def _check_shape(name: str, entry: str, value: LaneNumbers, usual: FieldNumber |
     elif len(shape) > 1 and not (name == OMEGA and entry in ("value", "step")):
         raise TegotaeError(
             f"the change of {name} has {entry} of shape {shape}; it must be a number or [lanes]"
-        )
-
-
-def _require_names(what: str, given: object, example: str) -> None:
-    if not isinstance(given, Mapping) and given != ():
-        raise TegotaeError(
-            f"{what} is {reprlib.repr(given)}; it must be numbers by name, such as {example}"
         )
 
 
@@ -295,8 +275,7 @@ def check_conditions(
     scenario: Scenario,
     body: Body,
     oscillator: Oscillator | None,
-    tick_s: float,
-    duration_s: float,
+    timing: Timing,
 ) -> None:
     """Raise `TegotaeError` for an unknown condition, or extremes that make no body.
 
@@ -307,17 +286,13 @@ def check_conditions(
         scenario: the world otherwise.
         body: the body.
         oscillator: whose state may be drawn; None without.
-        tick_s: control period [s].
-        duration_s: length of an episode [s].
+        timing: length of an episode, and control period.
     """
     names = [condition.name for condition in conditions]
     for condition in conditions:
         _check_name(condition, names, body, oscillator)
     if conditions:
-        corners = _corners(conditions, scenario, body)
-        check_initial_pose(body, corners)
-        check_changes(body, corners, tick_s, duration_s)
-        check_oscillator_state(oscillator, corners, tick_s, duration_s)
+        check_scenario(_corners(conditions, scenario, body), body, oscillator, timing)
 
 
 def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> None:

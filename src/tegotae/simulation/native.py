@@ -54,11 +54,12 @@ def roll_out(
     """
     dtype, count = lanes.weights.dtype, lanes.weights.shape[-1]
     shared = Shared(body, np.asarray(timing.tick_s, dtype))
-    shapes = _Shapes.of(lanes, shared)
-    kernel = _kernel(program, shapes)
+    kernel = _kernel(program, _Like.of((_lanes(lanes, 1), shared)))
     if isinstance(kernel, CannotLower):
         raise kernel
-    summarised = _summarised(timing, summary, _Block.of(kernel, timing, shapes))
+    frames = _lanes(kernel.channels, LANES_SUMMARISED, timing.n_frames)
+    block = frames, _lanes(lanes.scenario, LANES_SUMMARISED), shared.body
+    summarised = _summarised(timing, summary, _Like.of(block))
 
     def whole(like: jax.ShapeDtypeStruct) -> np.ndarray:
         return np.empty((*like.shape[:-1], count), like.dtype)
@@ -98,8 +99,8 @@ def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
         body: a body.
     """
     dtype = lanes.weights.dtype
-    body = numbers_of(body, dtype)
-    kernel = _kernel(program, _Shapes.of(lanes, Shared(body, np.asarray(0.0, dtype))))
+    shared = Shared(numbers_of(body, dtype), np.asarray(0.0, dtype))
+    kernel = _kernel(program, _Like.of((_lanes(lanes, 1), shared)))
     return kernel.operation if isinstance(kernel, CannotLower) else ""
 
 
@@ -117,44 +118,42 @@ def numbers_of(body: Body, dtype: DTypeLike) -> Body:
     return jax.tree.map(number, body)
 
 
-class _Shapes(NamedTuple):
-    """Of what a kernel is given: hashable."""
+class _Like(NamedTuple):
+    """Arrays by their shapes and types alone: hashable."""
 
     structure: Any
-    lanes: tuple[tuple[int, ...], ...]
-    """Shapes of arrays that each lane has of its own, without the axis of the lanes."""
-    shared: tuple[tuple[int, ...], ...]
-    """Shapes of arrays that all lanes share."""
-    dtype: str
+    leaves: tuple[jax.ShapeDtypeStruct, ...]
 
     @classmethod
-    def of(cls, lanes: LaneInputs, shared: Shared) -> _Shapes:
-        own, ours = jax.tree.leaves(lanes), jax.tree.leaves(shared)
-        return cls(
-            jax.tree.structure((lanes, shared)),
-            tuple(x.shape[:-1] for x in own),
-            tuple(np.shape(x) for x in ours),
-            str(lanes.weights.dtype),
-        )
+    def of(cls, tree: Any) -> _Like:
+        leaves, structure = jax.tree.flatten(tree)
+        return cls(structure, tuple(jax.ShapeDtypeStruct(x.shape, x.dtype) for x in leaves))
 
-    def arrays(self, lanes: int) -> tuple[LaneInputs, Shared]:
-        """Arrays of so many lanes, by their shapes alone."""
-        shapes = *((*shape, lanes) for shape in self.lanes), *self.shared
-        each = [jax.ShapeDtypeStruct(shape, self.dtype) for shape in shapes]
-        own, shared = jax.tree.unflatten(self.structure, each)
-        return own, shared
+    @property
+    def tree(self) -> Any:
+        return jax.tree.unflatten(self.structure, self.leaves)
+
+
+def _lanes(tree: Any, count: int, *before: int) -> Any:
+    """The shapes of arrays, with so many lanes and other axes before their own."""
+
+    def like(x: np.ndarray) -> jax.ShapeDtypeStruct:
+        return jax.ShapeDtypeStruct((*before, *x.shape[:-1], count), x.dtype)
+
+    return jax.tree.map(like, tree)
 
 
 @lru_cache(_PROGRAMS)
-def _kernel(program: EpisodeProgram, shapes: _Shapes) -> Kernel | CannotLower:
+def _kernel(program: EpisodeProgram, given: _Like) -> Kernel | CannotLower:
     """A program's code, or why there is none."""
     from tegotae.lowering.episode import TracedEpisode, compile_episode  # llvmlite may be missing
 
     episode = TracedEpisode(program.start, program.tick, program.frame)
-    lanes, shared = shapes.arrays(1)
-    with jax.enable_x64(shapes.dtype == "float64"):
+    lanes, shared = given.tree
+    dtype = lanes.weights.dtype.name
+    with jax.enable_x64(dtype == "float64"):
         try:
-            return compile_episode(episode, lanes, shared, shapes.dtype)
+            return compile_episode(episode, lanes, shared, dtype)
         except CannotLower as error:
             warnings.warn(
                 f"{error}; XLA runs the rollouts of this controller, more slowly",
@@ -164,34 +163,16 @@ def _kernel(program: EpisodeProgram, shapes: _Shapes) -> Kernel | CannotLower:
             return error
 
 
-class _Block(NamedTuple):
-    """What a summary is given of a block, by shapes alone: hashable."""
-
-    structure: Any
-    leaves: tuple[jax.ShapeDtypeStruct, ...]
-    dtype: str
-
-    @classmethod
-    def of(cls, kernel: Kernel, timing: Timing, shapes: _Shapes) -> _Block:
-        lanes, shared = shapes.arrays(LANES_SUMMARISED)
-
-        def of_frames(x: jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
-            return jax.ShapeDtypeStruct((timing.n_frames, *x.shape[:-1], LANES_SUMMARISED), x.dtype)
-
-        frames = jax.tree.map(of_frames, kernel.channels)
-        leaves, structure = jax.tree.flatten((frames, lanes.scenario, shared.body))
-        return cls(structure, tuple(leaves), shapes.dtype)
-
-
 @lru_cache(_PROGRAMS)
-def _summarised(timing: Timing, summary: Callable[..., Any], block: _Block) -> jax.stages.Compiled:
+def _summarised(timing: Timing, summary: Callable[..., Any], block: _Like) -> jax.stages.Compiled:
     """The summary of a block, compiled: one for all controllers whose recordings are alike."""
 
     def of_block(trajectory: Trajectory, scenario: Scenario, body: Body) -> Any:
         return summary(trajectory, scenario, body, timing)
 
-    with jax.enable_x64(block.dtype == "float64"):
-        return compiled_for(of_block, *jax.tree.unflatten(block.structure, block.leaves))
+    frames, scenario, body = block.tree
+    with jax.enable_x64(scenario.omega.dtype == "float64"):
+        return compiled_for(of_block, frames, scenario, body)
 
 
 def forget_programs() -> None:

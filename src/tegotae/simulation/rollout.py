@@ -20,11 +20,7 @@ from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import path_of
 from tegotae.simulation import native, xla
-from tegotae.simulation.draws import (
-    check_changes,
-    check_initial_pose,
-    check_oscillator_state,
-)
+from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import check_senses
@@ -120,11 +116,7 @@ class Engine:
         require_kind("body", body, Body, "a Body, such as Hopper()")
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
-        check_initial_pose(body, scenario)
-        check_changes(body, scenario, self.timing.tick_s, self.timing.duration_s)
-        check_oscillator_state(
-            self.controller.oscillator, scenario, self.timing.tick_s, self.timing.duration_s
-        )
+        check_scenario(scenario, body, self.controller.oscillator, self.timing)
         self.recorder(body)
         lanes = as_lanes(self.controller, body, weights, scenario, dtype)
         _require_room(self, body, lanes.weights)

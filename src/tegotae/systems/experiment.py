@@ -93,8 +93,7 @@ class Experiment:
             self.scenario,
             self.body,
             self.controller.oscillator,
-            self.timing.tick_s,
-            self.timing.duration_s,
+            self.timing,
         )
         self.measure.check(self.timing)
         if self.omega is not None:

@@ -18,7 +18,7 @@ from tegotae.parts.bodies import Body, Hopper, Interface, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.oscillators import Oscillator
-from tegotae.simulation.draws import check_initial_pose, check_oscillator_state
+from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import (
@@ -87,9 +87,7 @@ class Release:
                 f"the release has {len(self.phase_rad)} phases, one a limb; the body has "
                 f"{body.limbs} limb{'s' if body.limbs > 1 else ''}"
             )
-        scenario = self.scenario(omega)
-        check_initial_pose(body, scenario)
-        check_oscillator_state(oscillator, scenario, episode.tick_s, episode.duration_s)
+        check_scenario(self.scenario(omega), body, oscillator, episode)
 
     def scenario(self, omega: float | None, **entries: LaneNumbers) -> Scenario:
         """The scenario of a lane that is released so.

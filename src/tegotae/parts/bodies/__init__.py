@@ -12,24 +12,13 @@ from tegotae.parts.bodies.base import (
 )
 from tegotae.parts.bodies.hopper import Hopper, HopperState
 from tegotae.parts.bodies.plate import Plate
-from tegotae.parts.bodies.upright import UprightState
-from tegotae.parts.bodies.walker import Walker, WalkerState
-from tegotae.parts.bodies.wrappers import (
-    Actuators,
-    ActuatorsState,
-    Blows,
-    BlowsState,
-    BodyWrapper,
-    Sensors,
-    SensorsState,
-)
+from tegotae.parts.bodies.walker import Walker
+from tegotae.parts.bodies.wrappers import Actuators, Blows, BodyWrapper, Sensors
 
 __all__ = [
     "Actuators",
-    "ActuatorsState",
     "Bar",
     "Blows",
-    "BlowsState",
     "Body",
     "BodyWrapper",
     "Contact",
@@ -40,10 +29,7 @@ __all__ = [
     "Push",
     "Sensation",
     "Sensors",
-    "SensorsState",
-    "UprightState",
     "Walker",
-    "WalkerState",
     "for_limbs",
     "require_one_limb",
 ]
