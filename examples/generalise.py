@@ -27,8 +27,7 @@ save_figure(curves_figure(done, disturbances), "generalise.png")
 
 kept = {}
 for subject, outcome in done:
-    columns = outcome.columns
-    weak = (columns["condition"] == "strength") & np.isclose(columns["level"], 0.3)
-    kept[subject.name] = columns["keeps"][weak & columns["had"]].mean()
+    weak = outcome.table.query("condition == 'strength' and level == 0.3 and had")
+    kept[subject.name] = weak["keeps"].mean()
     print(f"{subject.name}: {kept[subject.name]:.0%} keep their gait with 30 % of the force")
 assert kept["reflex"] > kept["sector"]  # the reflex uses less than all of the force

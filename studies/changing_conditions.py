@@ -153,13 +153,11 @@ def write_overall(done: Sequence[Done], pairs) -> None:
 
 def _over_levels(outcome: Retention, seen: bool, measure: str) -> str:
     """Mean over runs, and its interval, of the share of a run's levels."""
-    columns = outcome.columns
-    kind = np.isin(columns["condition"], SEEN) == seen
+    table = outcome.table[outcome.table[MEASURES[measure]]]
+    table = table[table["condition"].isin(SEEN) == seen]
     if measure == "keeps":
-        kind &= columns["condition"] != "noise"  # under which no hop is like the last
-    kind &= columns[MEASURES[measure]]
-    runs = np.unique(columns["run"][kind])
-    shares = [columns[measure][kind & (columns["run"] == run)].mean() for run in runs]
+        table = table[table["condition"] != "noise"]  # under which no hop is like the last
+    shares = table.groupby("run")[measure].mean()
     found = interval(np.array(shares, float), within=(0.0, 1.0))
     ends = "" if np.isnan(found.low) else f" [{found.low:.2f}, {found.high:.2f}]"
     return f"{found.mean:.2f}{ends}"
@@ -167,7 +165,7 @@ def _over_levels(outcome: Retention, seen: bool, measure: str) -> str:
 
 def _margins(model: str, how: str, one: Done):
     _, outcome = one
-    columns = outcome.columns
+    table = outcome.table
     for each in CATALOGUE.values():
         if each.name in outcome.left_out:
             continue
@@ -175,10 +173,12 @@ def _margins(model: str, how: str, one: Done):
             if not each.side(below):
                 continue
             found = margin(each, below, levels_survived(outcome, each, below))
-            at = (columns["condition"] == each.name) & ((columns["level"] < each.neutral) == below)
+            there = table[
+                (table["condition"] == each.name) & ((table["level"] < each.neutral) == below)
+            ]
             share = {}
             for measure, before in MEASURES.items():
-                kept = columns[measure][at & columns[before]]
+                kept = there[measure][there[before]]
                 share[measure] = float(kept.mean()) if len(kept) else np.nan
             yield {
                 "model": model,

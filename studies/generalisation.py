@@ -251,12 +251,11 @@ def _kept(members: Sequence[Done], condition: str, level: float) -> dict[str, fl
     """What is kept at the first level, and the share that still hops at the last."""
     kept: dict[str, list[np.ndarray]] = {"keeps": [], "moves": [], "efficiency": []}
     for _, outcome in members:
-        columns = outcome.columns
-        at = (columns["condition"] == condition) & np.isclose(columns["level"], level)
-        kept["keeps"].append(columns["keeps"][at & columns["had"]])
-        kept["moves"].append(columns["moves"][at & columns["moved"]])
-        efficiency = columns["efficiency"][at]
-        kept["efficiency"].append(efficiency[np.isfinite(efficiency)])
+        table = outcome.table
+        there = table[(table["condition"] == condition) & np.isclose(table["level"], level)]
+        kept["keeps"].append(there["keeps"][there["had"]])
+        kept["moves"].append(there["moves"][there["moved"]])
+        kept["efficiency"].append(there["efficiency"][np.isfinite(there["efficiency"])])
     whole = {name: np.concatenate(parts).astype(float) for name, parts in kept.items()}
     found = {"first_level": level}
     for name in MEASURES:
@@ -270,7 +269,7 @@ def deploy_text(outcome: Retention) -> str:
     """What docs/deploy/index.md shows of one model, in Markdown."""
     head = ("condition", "level", "still hop", "keep their limit cycle", "efficiency kept")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
-    for row in curve(outcome):
+    for row in curve(outcome).to_dict("records"):
         if row["condition"] in ("delay", "noise", "lag", "strength"):
             unit = f" {CATALOGUE[row['condition']].unit}".rstrip()
             # Under noise no hop is like the last.

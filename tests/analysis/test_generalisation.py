@@ -6,6 +6,7 @@ import csv
 import dataclasses
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import tegotae
@@ -26,12 +27,12 @@ from tegotae.analysis.generalisation import (
     tried,
 )
 from tegotae.analysis.generalisation.retention import GaitRetention, Walked
-from tegotae.analysis.generalisation.run import Trial, curve, generalise, margin, write_tables
-from tegotae.analysis.generalisation.trial import check_levels
+from tegotae.analysis.generalisation.run import Trial, curve, generalise, margin
 from tegotae.cli import main
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
+from tegotae.questions.generalising import Generalisation
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
@@ -50,25 +51,27 @@ def hopper(weights=((2.0,), (0.0,)), **more) -> ControllersUnderTest:
     return ControllersUnderTest(ControllerSet("V", system, np.array(weights), labels), **given)
 
 
+def replaced(tested, **changes) -> ControllersUnderTest:
+    """The same runs in another system."""
+    return dataclasses.replace(tested, controllers=tested.controllers.replaced(**changes))
+
+
 @pytest.fixture(scope="module")
 def outcome() -> Retention:
     return tried(hopper(), CHOSEN)
 
 
 def of(outcome, condition, level, run=0):
-    columns = outcome.columns
-    rows = (columns["condition"] == condition) & np.isclose(columns["level"], level)
-    (row,) = np.flatnonzero(rows & (columns["run"] == run))
-    return {name: values[row] for name, values in columns.items()}
+    table = outcome.table
+    rows = (table["condition"] == condition) & np.isclose(table["level"], level)
+    return table[rows & (table["run"] == run)].iloc[0]
 
 
 # What is tried, and what comes of it.
 
 
 def test_every_run_meets_every_level_once(outcome):
-    rows = set(zip(outcome.columns["condition"], outcome.columns["level"], strict=True))
-    assert len(rows) == 5
-    assert len(outcome.columns["run"]) == 10
+    assert (outcome.table.groupby(["condition", "level"])["run"].apply(list) == [[0, 1]] * 5).all()
 
 
 def test_a_gait_is_kept_under_little_and_lost_where_the_actuator_cannot_lift_the_weight(outcome):
@@ -114,7 +117,7 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
     )
     got = tried(tested, chosen)
     assert got.left_out == {"strength": "its actuators take places, not forces"}
-    columns = got.columns
+    columns = got.table
     pushed = columns["condition"] == "push-aside"
     at = {level: pushed & (columns["level"] == level) for level in (0.001, 9.0)}
     np.testing.assert_allclose(columns["speed"][at[0.001]], 1.0, atol=0.02)
@@ -183,18 +186,18 @@ def test_what_a_release_meets_is_the_same_for_every_run_and_level():
 
 def test_senses_can_be_as_late_as_the_levels_that_are_asked_for():
     long = disturbances_named(["delay=0.004/0.064"])
-    assert not long[0].lacks(hopper())
-    check_levels(hopper(), long)
-    assert hopper().meeting(0.064).prepared.most_ticks == 32
+    assert not hopper().lacks(long[0])
+    hopper().check(long)
+    assert hopper().meeting(long).prepared.most_ticks == 32
     with pytest.raises(TegotaeError, match=r"delay=1 on V is 500 control ticks; 128 are the most"):
-        check_levels(hopper(), disturbances_named(["delay=1"]))
+        hopper().check(disturbances_named(["delay=1"]))
 
 
 def test_a_small_leg_is_looked_at_for_a_shorter_time():
     small = hopper(looked_at=None)
     assert small.timing.duration_s == 32.0
     body = Hopper(rest_length_m=0.25)
-    assert small.replaced(body=body).timing.duration_s == pytest.approx(16.0)
+    assert replaced(small, body=body).timing.duration_s == pytest.approx(16.0)
 
 
 # Tables.
@@ -219,7 +222,7 @@ def outcome_of(keeps: list[list[bool]], had=True) -> Retention:
         "efficiency": np.ones(runs * n),
         "speed": np.full(runs * n, np.nan),
     }
-    return Retention(columns, {})
+    return Retention(pd.DataFrame(columns), {})
 
 
 def test_a_margin_is_the_last_tested_level_that_is_survived_and_the_next():
@@ -260,18 +263,17 @@ def test_where_half_of_the_runs_fail_is_no_level_that_half_survive():
 
 
 def test_a_curve_has_the_share_of_those_that_had_a_gait():
-    first, *_ = curve(outcome_of([[True, False, True], [False, False, True]]))
+    first = curve(outcome_of([[True, False, True], [False, False, True]])).iloc[0]
     assert (first["level"], first["had"], first["keeps"]) == (0.005, 2, 0.5)
     assert 0.0 < first["keeps_low"] < 0.5 < first["keeps_high"] < 1.0
 
 
 def test_releases_of_one_run_do_not_make_the_interval_narrower():
     once = outcome_of([[True] * 3, [False] * 3])
-    often = Retention({name: np.repeat(x, 4) for name, x in once.columns.items()}, {})
-    (one, *_), (four, *_) = curve(once), curve(often)
-    assert four["lanes"] == 4 * one["lanes"]
-    for name in ("keeps", "keeps_low", "keeps_high"):
-        assert four[name] == one[name]
+    often = Retention(pd.concat([once.table] * 4), {})
+    one, four = curve(once), curve(often)
+    assert (four["lanes"] == 4 * one["lanes"]).all()
+    assert (four.filter(like="keeps") == one.filter(like="keeps")).all(axis=None)
 
 
 # The folder and the command.
@@ -279,15 +281,14 @@ def test_releases_of_one_run_do_not_make_the_interval_narrower():
 
 def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch):
     ((_, first),) = generalise([hopper()], CHOSEN, tmp_path)
-    np.testing.assert_array_equal(first.columns["keeps"], outcome.columns["keeps"])
+    np.testing.assert_array_equal(first.table["keeps"], outcome.table["keeps"])
 
     def again(*_):
         raise AssertionError("it was done again")
 
     monkeypatch.setattr("tegotae.analysis.generalisation.run.tried", again)
     ((_, second),) = generalise([hopper()], CHOSEN, tmp_path)
-    kept = second.columns["efficiency"]
-    np.testing.assert_array_equal(first.columns["efficiency"].astype("float32"), kept)
+    pd.testing.assert_frame_equal(first.table, second.table)
     (record,) = (tmp_path / "records").iterdir()
     record.write_bytes(record.read_bytes()[:100])  # cut short
     with pytest.raises(AssertionError, match="again"):
@@ -295,7 +296,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
 
 
 def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("tegotae.analysis.generalisation.controllers_under_test.HOPPING", TIMING)
+    monkeypatch.setattr("tegotae.analysis.generalisation.on_engine.HOPPING", TIMING)
     file = tmp_path / "mine.json"
     controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
@@ -364,18 +365,19 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     assert tried(other, two).left_out == reason
     (tmp_path / "left_out.csv").write_text("of another run")
     empty = tried(other, two)
-    assert list(curve(empty)) == []
-    paths = write_tables([(other, empty), (hopper(), outcome_of([[True] * 3]))], (LAG,), tmp_path)
-    assert {path.name for path in paths} == {"margins.csv", "curves.csv", "left_out.csv"}
-    write_tables([(hopper(), outcome_of([[True] * 3]))], (LAG,), tmp_path)
+    assert curve(empty).empty
+    held = (hopper(), outcome_of([[True] * 3]))
+    written = Generalisation([(other, empty), held], (LAG,)).save(tmp_path)
+    assert [path.name for path in written][:3] == ["margins.csv", "curves.csv", "left_out.csv"]
+    Generalisation([held], (LAG,)).save(tmp_path)
     assert not (tmp_path / "left_out.csv").exists()
 
 
 def test_a_body_of_another_simulator_is_refused_in_one_line():
     with pytest.raises(TegotaeError, match="V cannot be tested: "):
-        hopper().replaced(body=Interface())
+        replaced(hopper(), body=Interface())
     with pytest.raises(TegotaeError, match=r"C cannot be tested: .*its body is not here"):
-        quadruped().replaced(body=Interface(limbs=4, commands=FOOT))
+        replaced(quadruped(), body=Interface(limbs=4, commands=FOOT))
 
 
 def test_the_command_tries_those_whose_names_match(tmp_path):
@@ -392,8 +394,8 @@ def test_the_command_says_in_one_line_what_it_misses(capsys):
 
 
 def test_who_is_held_over_the_control_period_is_tried_so():
-    held = hopper(looked_at=None).replaced(
-        integrator=Hold(), timing=Timing(tick_s=0.004), phase_rad=1.0
+    held = replaced(
+        hopper(looked_at=None), integrator=Hold(), timing=Timing(tick_s=0.004), phase_rad=1.0
     )
     assert held.timing.tick_s == 0.004
     assert held.phase_rad.tolist() == [1.0]

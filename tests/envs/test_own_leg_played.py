@@ -145,7 +145,7 @@ def test_a_model_is_changed_by_what_a_disturbance_says(file):
     impulse = step.value * step.until_s
     assert impulse == pytest.approx(0.5 * tested.speed_scale * tested.body.mass_kg)
     with pytest.raises(TegotaeError, match="mass_kg would be 0"):
-        tested.check_level(heavy, 0.0)
+        tested.check([dataclasses.replace(heavy, levels=(0.0,))])
 
 
 def test_a_heavier_leg_presses_harder():

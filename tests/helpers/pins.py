@@ -93,8 +93,9 @@ def generalisation() -> Results:
         (hopper, ["mass=0.9/3.5", "delay=0.004"]),
         (walker, ["push-aside=0.001/9", "lost-leg=1"]),
     ):
-        columns = tried(tested, disturbances_named(conditions)).columns
-        results |= {f"{tested.controllers.name}.{name}": x for name, x in columns.items()}
+        table = tried(tested, disturbances_named(conditions)).table
+        table["condition"] = table["condition"].to_numpy(str)
+        results |= {f"{tested.name}.{name}": column.to_numpy() for name, column in table.items()}
     return results
 
 

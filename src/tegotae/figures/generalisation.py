@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -81,21 +81,16 @@ def _shares(
     members: Sequence[Done], disturbances: Sequence[Disturbance]
 ) -> dict[str, dict[float, Counts]]:
     """The counts of every disturbance and level."""
-    found: dict[str, dict[float, Counts]] = {}
+    counts: dict[str, dict[float, Counts]] = {}
     measures = {each.name: each.measure for each in disturbances}
     for _, outcome in members:
-        columns = outcome.columns
-        for name in dict.fromkeys(columns["condition"].tolist()):
-            levels = found.setdefault(name, {})
-            measure = measures[name]
-            before = MEASURES[measure]
-            mine = (columns["condition"] == name) & columns[before]
-            for level in np.unique(columns["level"][columns["condition"] == name]):
-                at = mine & (columns["level"] == level)
-                kept, of, runs = levels.get(float(level), (0, 0, 0))
-                kept, of = kept + int(columns[measure][at].sum()), of + int(at.sum())
-                levels[float(level)] = kept, of, runs + len(np.unique(columns["run"][at]))
-    return found
+        for (name, level), lanes in cast(Any, outcome.table).groupby(["condition", "level"]):
+            had = lanes[lanes[MEASURES[measures[name]]]]
+            more = int(had[measures[name]].sum()), len(had), had["run"].nunique()
+            levels = counts.setdefault(name, {})
+            kept, of, runs = levels.get(level, (0, 0, 0))
+            levels[level] = kept + more[0], of + more[1], runs + more[2]
+    return counts
 
 
 def _panel(ax: Axes, each: Disturbance, lines: Mapping[str, Line]) -> None:

@@ -18,7 +18,7 @@ from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import Replay, lasting, replay
 
 if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.trial import Tested
+    from tegotae.analysis.generalisation.disturbance import Tested
 
 
 @dataclass(frozen=True, kw_only=True)

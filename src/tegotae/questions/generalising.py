@@ -13,10 +13,18 @@ import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.tables import write_csv
 from tegotae._support.workplace import GENERALISATION, require_free_for
 from tegotae.analysis.generalisation.catalogue import disturbances_named
 from tegotae.analysis.generalisation.disturbance import Disturbance
-from tegotae.analysis.generalisation.run import Done, Margin, generalise, margins, write_tables
+from tegotae.analysis.generalisation.run import (
+    MEASURES,
+    Done,
+    Margin,
+    curve,
+    generalise,
+    margins,
+)
 from tegotae.questions.answer import AnswerBase, short
 from tegotae.questions.task import Task
 
@@ -90,12 +98,7 @@ class Generalisation(AnswerBase):
 
     def frame(self) -> pd.DataFrame:
         """A row a controller, condition and side."""
-        rows = [
-            {"controller": tested.name, **margin._asdict()}
-            for tested, outcome in self.done
-            for margin in margins(outcome, self.chosen)
-        ]
-        return pd.DataFrame(rows, columns=["controller", *Margin._fields])
+        return self._margins([""]).drop(columns="measure")
 
     def texts(self) -> list[pd.DataFrame]:
         frame = self.frame().rename(columns={"low": "from", "high": "to"})
@@ -120,12 +123,42 @@ class Generalisation(AnswerBase):
 
         return {"curves": curves_figure(self.done, self.chosen)}
 
+    def _margins(self, measures: Iterable[str]) -> pd.DataFrame:
+        rows = [
+            (tested.name, measure, *margin)
+            for tested, outcome in self.done
+            for measure in measures
+            for margin in margins(outcome, self.chosen, measure)
+        ]
+        return pd.DataFrame(rows, columns=["controller", "measure", *Margin._fields])
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Margins by each measure, curves, and what was left out."""
+        curves = {tested.name: curve(outcome) for tested, outcome in self.done}
+        left_out = [
+            (tested.name, condition, why)
+            for tested, outcome in self.done
+            for condition, why in outcome.left_out.items()
+        ]
+        return {
+            "margins": self._margins(MEASURES),
+            "curves": pd.concat(curves, names=["controller"]).reset_index("controller"),
+            "left_out": pd.DataFrame(left_out, columns=["controller", "condition", "why"]),
+        }
+
     def save(self, folder: Path | str, format: str = "png") -> list[Path]:
         """Write the tables and the picture into a folder."""
         from tegotae.figures.style import save_figure
 
-        picture = save_figure(self.figures()["curves"], Path(folder) / f"curves.{format}")
-        return [*write_tables(self.done, self.chosen, Path(folder)), picture]
+        written = []
+        for name, table in self.tables().items():
+            path = Path(folder) / f"{name}.csv"
+            path.unlink(missing_ok=True)  # of another run in this folder
+            if len(table):
+                write_csv(path, dict(table), digits=4)
+                written.append(path)
+        written.append(save_figure(self.figures()["curves"], Path(folder) / f"curves.{format}"))
+        return written
 
 
 def generalise_tasks(tasks: Sequence[Task], options: GeneralisationOptions) -> Generalisation:

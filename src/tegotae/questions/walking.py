@@ -23,7 +23,7 @@ from tegotae.questions.task import Task
 from tegotae.systems.legged import Legged, felt, terrain_of
 
 if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.trial import Tested
+    from tegotae.analysis.generalisation.disturbance import Tested
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,16 +1,16 @@
 """What trained controllers do, unchanged, in conditions that they were not trained in."""
 
 from tegotae.analysis.generalisation.catalogue import CATALOGUE, disturbances_named
-from tegotae.analysis.generalisation.controllers_under_test import ControllersUnderTest
-from tegotae.analysis.generalisation.disturbance import Disturbance
-from tegotae.analysis.generalisation.run import margins
-from tegotae.analysis.generalisation.trial import Retention, tried
+from tegotae.analysis.generalisation.disturbance import Disturbance, Tested
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
+from tegotae.analysis.generalisation.run import Retention, margins, tried
 
 __all__ = [
     "CATALOGUE",
     "ControllersUnderTest",
     "Disturbance",
     "Retention",
+    "Tested",
     "disturbances_named",
     "margins",
     "tried",

@@ -8,23 +8,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
+from tegotae.analysis.generalisation.disturbance import Disturbance, LackingError, Tested
 from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE, STANDING_SHARE
 from tegotae.envs.mujoco.sensing import scale_model
 from tegotae.envs.pilot import Pilot
-from tegotae.parts.controller import Controller
 from tegotae.simulation.world import Step
-from tegotae.systems.controller_file import ControllerSet
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import ModelLanes
-
-if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.disturbance import Disturbance
 
 _UNSEEN = 1000
 """Starts under test are as far from those of the training, by the seed of their noise."""
@@ -57,15 +53,8 @@ class MujocoModel:
         return self.rest_length_m
 
 
-_CHANGED = {
-    *("mass_kg", "gravity_m_per_s2", "friction", "push_x_n", "push_y_n", "impulse_ns", "at_s"),
-    *("delay_s", "noise", "seed", "omega"),
-}
-"""Changes that can be made here."""
-
-
 @dataclass(frozen=True)
-class ModelUnderTest:
+class ModelUnderTest(Tested):
     """A set of controllers on the MuJoCo model of its training, and how it is tried.
 
     Args:
@@ -77,10 +66,13 @@ class ModelUnderTest:
         TegotaeError: for runs that were trained on another kind of environment, or elsewhere.
     """
 
-    controllers: ControllerSet
-    starts: int = 4
-
-    takes_forces = True
+    CHANGED = frozenset(
+        (
+            *("mass_kg", "gravity_m_per_s2", "friction", "push_x_n", "push_y_n", "impulse_ns"),
+            *("at_s", "delay_s", "noise", "seed", "omega"),
+        )
+    )
+    kind = "MuJoCo model"  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if not self.experiment.spec.is_model:
@@ -89,11 +81,9 @@ class ModelUnderTest:
                 "changed; make it with other settings: tegotae evaluate --settings"
             )
 
-    @classmethod
-    def of(cls, runs: ControllerSet, starts: int = 4) -> ModelUnderTest:
-        """The runs of a set; from one start where the environment has a single one."""
-        one = cls(runs, 1)
-        return one if one.experiment.spec.model_settings.noise == 0.0 else cls(runs, starts)
+    @property
+    def starts_differ(self) -> bool:
+        return self.experiment.spec.model_settings.noise > 0.0
 
     @cached_property
     def experiment(self) -> EnvExperiment:
@@ -101,27 +91,12 @@ class ModelUnderTest:
         return EnvExperiment.of_set(self.controllers)
 
     @property
-    def name(self) -> str:
-        """Of the set."""
-        return self.controllers.name
-
-    @property
-    def weights(self) -> np.ndarray:
-        """Of the runs, [runs, n_weights]."""
-        return self.controllers.weights
-
-    @property
-    def controller(self) -> Controller:
-        """The structure that the runs share."""
-        return self.experiment.controller
-
-    @property
     def omega(self) -> float | None:
         """The frequency they are tried at [rad/s]: the training's, or the middle one of several."""
         return self.experiment.omega
 
     @cached_property
-    def body(self) -> MujocoModel:
+    def body(self) -> MujocoModel:  # type: ignore[override]
         """What disturbances ask of it."""
         sensing = self.experiment.spec.model_settings.sensed
         gravity = float(np.linalg.norm(sensing.model.opt.gravity)) or 9.81
@@ -138,94 +113,62 @@ class ModelUnderTest:
         )
 
     @property
-    def unwrapped(self) -> MujocoModel:
-        """The same: nothing is around it."""
-        return self.body
-
-    @property
     def height_m(self) -> float:
-        """From which height it is released [m]."""
         return self.body.rest_length_m
 
     @property
     def time_scale(self) -> float:
-        """√(l / g) over that of a leg of a metre on Earth."""
         return math.sqrt(self.body.rest_length_m / self.body.gravity_m_per_s2 * 9.81)
 
-    @property
-    def speed_scale(self) -> float:
-        """√(g l) over that of a leg of a metre on Earth."""
-        return self.body.rest_length_m / self.time_scale
-
     def has_field(self, name: str) -> bool:
-        """Whether the model has a number of this name."""
         return hasattr(self.body, name)
 
     def usual(self, name: str) -> float:
-        """A number as it usually is."""
-        return float(getattr(self.body, name, 0.0))
-
-    def lacks(self, disturbance: Disturbance) -> str:
-        """Why a disturbance does not apply; empty if it does."""
-        if why := disturbance.lacks(self):  # type: ignore[arg-type]
-            return why
-        at_s = np.zeros(1)
-        found = disturbance.changes(self, np.array([disturbance.neutral]), at_s)  # type: ignore[arg-type]
-        beyond = sorted(set(found) - _CHANGED)
-        return f"{', '.join(beyond)} cannot be changed on a MuJoCo model" if beyond else ""
+        if not self.has_field(name):
+            raise LackingError(f"a {self.kind} has no {name}")
+        return float(getattr(self.body, name))
 
     @property
     def document(self) -> JsonObject:
-        """What decides what is found, beside the disturbances, as JSON values."""
         return {"experiment": self.experiment.document, "starts": self.starts}
 
-    def check_level(self, disturbance: Disturbance, level: float) -> None:
-        """Raise `TegotaeError` for a level that makes no model."""
-        found = disturbance.changes(self, np.array([level]), np.zeros(1))  # type: ignore[arg-type]
-        for name in ("mass_kg", "gravity_m_per_s2", "friction", "delay_s", "noise"):
-            value = float(np.ravel(found.get(name, 1.0))[0])  # type: ignore[arg-type]
-            if value < 0.0 or (name == "mass_kg" and value == 0.0):
-                raise TegotaeError(
-                    f"{disturbance.name}={level:g} on {self.name}: {name} would be {value:g}"
-                )
+    def check(self, disturbances: Sequence[Disturbance]) -> None:
+        for disturbance in disturbances:
+            for level in disturbance.levels:
+                changes = disturbance.changes(self, np.array([level]), np.zeros(1))
+                for name in ("mass_kg", "gravity_m_per_s2", "friction", "delay_s", "noise"):
+                    value = float(np.ravel(changes.get(name, 1.0))[0])  # type: ignore[arg-type]
+                    if value < 0.0 or (name == "mass_kg" and value == 0.0):
+                        raise TegotaeError(
+                            f"{disturbance.name}={level:g} on {self.name}: {name} would be "
+                            f"{value:g}"
+                        )
 
     def _lanes(self, count: int, models: Sequence[Any] | None = None) -> ModelLanes:
         own = self.experiment
         settings = dataclasses.replace(own.spec.model_settings, duration_s=own.duration_s)
         return ModelLanes(settings, count, models=models)
 
-    def tried(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
-        """What came of it, the columns of `Retention`: every run, level and start at once."""
-        runs, size = len(self.weights), len(self.weights) * self.starts
-        plan = [(each, level) for each in disturbances
-                for level in (*each.side(True), *each.side(False))]  # fmt: skip
-        at_s = EVENT_SHARE * self.experiment.duration_s
+    def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
+        """See `Tested.kept`; every run, level and start is played at once."""
+        size, at_s = self.size, EVENT_SHARE * self.experiment.duration_s
+        plan = [(each, level) for each in disturbances for level in each.outwards]
         count = (len(plan) + 1) * size
         changes: dict[str, np.ndarray] = {}
         for number, (each, level) in enumerate(plan, 1):
             here = slice(number * size, (number + 1) * size)
-            levels, when = np.full(size, level), np.full(size, at_s)
-            given = each.changes(self, levels, when)  # type: ignore[arg-type]
+            given = each.changes(self, np.full(size, level), np.full(size, at_s))
             for name, change in given.items():
                 value, ends = change, np.inf
                 if isinstance(change, Step):
                     value, ends = change.value, float(np.ravel(change.until_s)[0]) - at_s
-                usual = self.usual(name) if name != "omega" else self.omega
+                usual = self.omega if name == "omega" else getattr(self.body, name, 0.0)
                 changes.setdefault(name, np.full(count, usual, float))[here] = value
                 if name.startswith("push"):
                     changes.setdefault("lasts_s", np.zeros(count))[here] = ends
-        found = _played(self, changes, at_s, count)
-        return self._columns(found, plan, runs, size)
-
-    def _columns(
-        self,
-        found: dict[str, np.ndarray],
-        plan: Sequence[tuple[Disturbance, float]],
-        runs: int,
-        size: int,
-    ) -> dict[str, np.ndarray]:
-        usual = {name: x[:size] for name, x in found.items()}
-        then = {name: x[size:].reshape(-1, size) for name, x in found.items()}
+        played = _played(self, changes, at_s, count)
+        usual = {name: x[:size] for name, x in played.items()}
+        then = {name: x[size:].reshape(-1, size) for name, x in played.items()}
         length = self.body.rest_length_m
         walks = usual["ahead_m_per_s"] > _WALKS * math.sqrt(self.body.gravity_m_per_s2 * length)
         hops = usual["bounce_m"] > _HOPS * length
@@ -236,23 +179,14 @@ class ModelUnderTest:
             efficiency = speed * then["weight"] / usual["weight"]
             efficiency *= usual["power_w"] / then["power_w"]
         moves = moved & then["lasted"] & (share > STANDING_SHARE)
-        keeps = moves & (share >= _KEEPS)
-        levels = len(plan)
-        whole = {
-            "condition": np.repeat([each.name for each, _ in plan], size),
-            "level": np.repeat([level for _, level in plan], size),
-            "run": np.tile(np.repeat(np.arange(runs), self.starts), levels),
-            "start": np.tile(np.arange(self.starts), levels * runs),
-        }
-        known = {
+        return {
             "had": np.broadcast_to(moved, moves.shape),
             "moved": np.broadcast_to(moved, moves.shape),
             "moves": moves,
-            "keeps": keeps,
+            "keeps": moves & (share >= _KEEPS),
             "efficiency": np.where(moves & walks, efficiency, np.nan),
             "speed": np.where(moves & walks, speed, np.nan),
         }
-        return whole | {name: np.ravel(x) for name, x in known.items()}
 
 
 def _played(

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.analysis.generalisation.controllers_under_test import ControllersUnderTest
 from tegotae.measures.gaits.lags import apart
 from tegotae.measures.gaits.names import HEADING, speed_ahead_m_per_s
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
@@ -21,8 +19,6 @@ from tegotae.measures.hopping.hopping import LimitCycle, dies_out, hops, settled
 from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import path_of
-from tegotae.simulation.recorder import declared
 from tegotae.simulation.rollout import (
     Scenario,
     Summary,
@@ -49,33 +45,6 @@ Outcomes: TypeAlias = Mapping[str, np.ndarray]
 """What counts of rollouts, by name, arrays [..., lanes]."""
 
 
-class RetentionCriterion(ABC):
-    """The summary of a rollout, and the retained part of a gait."""
-
-    summary: Summary
-    """What an engine makes of a rollout."""
-
-    @abstractmethod
-    def of(self, recorded: Any, scenario: Scenario) -> dict[str, AnyArray]:
-        """What counts of what was recorded, arrays [..., lanes]."""
-
-    @abstractmethod
-    def at_s(self, usual: Outcomes) -> np.ndarray:
-        """When a disturbance comes [s], [lanes], given what is done without it."""
-
-    @abstractmethod
-    def kept(
-        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
-    ) -> dict[str, np.ndarray]:
-        """The retained part under a disturbance (`Retention`), [levels, lanes] each.
-
-        Args:
-            usual: without it, [1, lanes].
-            found: with it, [levels, lanes].
-            weight_ratio: weight of the body over the usual one.
-        """
-
-
 @dataclass(frozen=True)
 class _HopChannels:
     """The channels that hops are read from, as an engine's summary."""
@@ -89,7 +58,7 @@ class _HopChannels:
 
 
 @dataclass(frozen=True)
-class HopRetention(RetentionCriterion):
+class HopRetention:
     """One leg: it hops while it has not failed and its last hops are not long ago; its gait is a
     limit cycle that lasts until the end, and is the same if it has as many hops.
 
@@ -108,7 +77,7 @@ class HopRetention(RetentionCriterion):
     summary = _HopChannels()
 
     def of(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
-        """See `RetentionCriterion.of`."""
+        """What counts of what was recorded, arrays [..., lanes]."""
         length = dict(scenario.changes).get(self.rest_length_path, np.float32(self.rest_length_m))
         usual = LimitCycle()
         near = dataclasses.replace(
@@ -126,7 +95,15 @@ class HopRetention(RetentionCriterion):
     def kept(
         self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """See `RetentionCriterion.kept`; efficiency is the dimensionless CoT⁻¹, m g Σh / E."""
+        """The retained part under a disturbance (`Retention`), [levels, lanes] each.
+
+        Efficiency is the dimensionless CoT⁻¹, m g Σh / E.
+
+        Args:
+            usual: without it, [1, lanes].
+            found: with it, [levels, lanes].
+            weight_ratio: weight of the body over the usual one.
+        """
         had = np.isfinite(usual["period"])
         keeps = found["hops"] & (found["period"] == usual["period"])
         moves = found["hops"] & usual["hops"]
@@ -205,7 +182,7 @@ class Walked:
 
 
 @dataclass(frozen=True)
-class GaitRetention(RetentionCriterion):
+class GaitRetention:
     """Several legs: they walk while they have not fallen, some leg steps, and they come ahead at a
     quarter of their speed at least, the way they usually go; their gait is lags that are locked,
     and is the same if those are.
@@ -221,19 +198,19 @@ class GaitRetention(RetentionCriterion):
     def of(
         self, recorded: tuple[Coordination, AnyArray], scenario: Scenario
     ) -> dict[str, AnyArray]:
-        """See `RetentionCriterion.of`."""
+        """What counts of what was recorded, arrays [..., lanes]."""
         legs, ahead = recorded
         names = ("lag", "lock_time_s", "fall_time_s", "cost_of_transport", "step_frequency_hz")
         return {name: getattr(legs, name) for name in names} | {"ahead_m_per_s": ahead}
 
     def at_s(self, usual: Outcomes) -> np.ndarray:
-        """See `RetentionCriterion.at_s`."""
+        """When a disturbance comes [s], [lanes], given what is done without it."""
         return np.full(usual["fall_time_s"].shape, self.event_s)
 
     def kept(
         self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """See `RetentionCriterion.kept`; efficiency is the inverse cost of transport."""
+        """The same of a gait; efficiency is the inverse cost of transport."""
         with np.errstate(invalid="ignore", divide="ignore"):
             locked = np.isfinite(usual["lock_time_s"])
             gap = np.asarray(apart(found["lag"], usual["lag"]))
@@ -255,14 +232,3 @@ class GaitRetention(RetentionCriterion):
 def _steps(of: Outcomes) -> np.ndarray:
     """Who stands, and does not stand still: whichever leg steps, for any of them may be lost."""
     return np.isnan(of["fall_time_s"]) & (of["step_frequency_hz"] > 0.0).any(axis=0)
-
-
-def criterion_of(tested: ControllersUnderTest) -> RetentionCriterion:
-    """The criterion that decides how much of their gait controllers retain."""
-    event_s = EVENT_SHARE * tested.timing.duration_s
-    if tested.hops:
-        path = path_of(tested.prepared, "rest_length_m")
-        return HopRetention(path, float(tested.body.rest_length_m), event_s)
-    pair = tested.controller, tested.prepared
-    legs = CoordinationSummary.on(*pair, reference=tested.reference)
-    return GaitRetention(Walked(legs, set(HEADING) <= set(declared(*pair))), event_s)

@@ -1,4 +1,4 @@
-"""All controllers under all disturbances, in a folder, and the tables that come of it."""
+"""All controllers under all disturbances, in a folder, and the margins that come of it."""
 
 from __future__ import annotations
 
@@ -7,27 +7,74 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
+import pandas as pd
 
 from tegotae._support.documents import CODE, Document
 from tegotae._support.engines import available_cores
 from tegotae._support.errors import TegotaeError
 from tegotae._support.part_code import code_of
-from tegotae._support.tables import write_csv
 from tegotae._support.workplace import GENERALISATION, alone
-from tegotae.analysis.generalisation.disturbance import Disturbance
-from tegotae.analysis.generalisation.trial import Retention, Tested, check_levels, tried
+from tegotae.analysis.generalisation.disturbance import Disturbance, Tested
 from tegotae.measures.hopping.statistics import wilson
 from tegotae.study import CellResult, Study, bundles, here, on_cores
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import parts_in, register
 
-Done = tuple[Tested, Retention]
-
 FORMAT = 3
 """Changed whenever the same configuration would give other numbers."""
+COLUMNS = {
+    **{"condition": str, "level": float, "run": int, "start": int},
+    **{"had": bool, "moved": bool, "moves": bool, "keeps": bool},
+    **{"efficiency": float, "speed": float},
+}
+"""Columns of a `Retention`, and what they hold."""
+
+
+@dataclass(frozen=True)
+class Retention:
+    """What came of it: a row for each disturbance, level, run and release.
+
+    Args:
+        table: `condition`, `level`, `run` and `start`; `moved`, whether it hopped or walked
+            without the disturbance, and `moves`, whether it still does; `had`, whether it had a
+            gait, and `keeps`, whether it has the same; and what of `efficiency` and `speed` it
+            keeps, as shares, NaN where that is not defined.
+        left_out: why a disturbance was not tried, by its name.
+    """
+
+    table: pd.DataFrame
+    left_out: dict[str, str]
+
+
+Done = tuple[Tested, Retention]
+
+
+def tried(tested: Tested, disturbances: Sequence[Disturbance]) -> Retention:
+    """Test controllers under every disturbance that applies to them, at every level.
+
+    Raises:
+        TegotaeError: if a level makes no body, or too quick an oscillator.
+    """
+    left_out = {each.name: why for each in disturbances if (why := tested.lacks(each))}
+    meets = [each for each in disturbances if each.name not in left_out]
+    if not meets:
+        nothing = {name: pd.Series(dtype=kind) for name, kind in COLUMNS.items()}
+        return Retention(pd.DataFrame(nothing), left_out)
+    tested.check(meets)
+    kept = tested.kept(meets)
+    levels = [(each.name, level) for each in meets for level in each.outwards]
+    lane = np.arange(len(levels) * tested.size)
+    level, run = lane // tested.size, lane % tested.size // tested.starts
+    rows = {
+        "condition": np.array([name for name, _ in levels])[level],
+        "level": np.array([x for _, x in levels])[level],
+        "run": run,
+        "start": lane % tested.starts,
+    }
+    return Retention(pd.DataFrame(rows | {n: np.ravel(x) for n, x in kept.items()}), left_out)
 
 
 @dataclass(frozen=True)
@@ -77,10 +124,8 @@ class Trial:
     def measure(self) -> CellResult:
         """What the controllers retain."""
         outcome = tried(self.tested, self.disturbances)
-        arrays = {
-            name: values.astype("float32") if name in ("efficiency", "speed") else values
-            for name, values in outcome.columns.items()
-        }
+        kinds = COLUMNS | {"efficiency": "float32", "speed": "float32"}
+        arrays = {name: outcome.table[name].to_numpy(kind) for name, kind in kinds.items()}
         left_out = {"left_out": np.array(json.dumps(outcome.left_out))}
         return CellResult(self.document, {}, arrays | left_out)
 
@@ -123,7 +168,8 @@ def generalise(
 
 def _retention(result: CellResult) -> Retention:
     columns = dict(result.arrays)
-    return Retention(columns, json.loads(str(columns.pop("left_out"))))
+    left_out = json.loads(str(columns.pop("left_out")))
+    return Retention(pd.DataFrame(columns), left_out)
 
 
 def _described(disturbance: Disturbance) -> Document:
@@ -141,13 +187,11 @@ def _check(controllers: Sequence[Tested], disturbances: Sequence[Disturbance]) -
             raise TegotaeError(
                 f"{names.count(name)} sets of controllers are called {name}; try them one by one"
             )
-    able = 0
+    met = {each.name: [x for x in disturbances if not each.lacks(x)] for each in controllers}
     for tested in controllers:
-        meets = [each for each in disturbances if not tested.lacks(each)]
-        if meets:
-            able += 1
-            check_levels(tested, meets)
-    if not able:
+        if met[tested.name]:
+            tested.check(met[tested.name])
+    if not any(met.values()):
         first = controllers[0]
         why = "; ".join(f"{each.name}: {first.lacks(each)}" for each in disturbances)
         raise TegotaeError(f"{first.name} can meet none of these conditions: {why}")
@@ -194,17 +238,14 @@ def levels_survived(
         measure: "keeps" or "moves"; the disturbance's own if empty.
     """
     measure = measure or disturbance.measure
-    columns = outcome.columns
-    levels = disturbance.side(below)
-    mine = columns["condition"] == disturbance.name
-    runs = int(columns["run"].max()) + 1 if len(columns["run"]) else 0
-    alive, count = np.full(runs, True), np.zeros(runs)
-    first = mine & (columns["level"] == (levels or [np.nan])[0])
-    had = _per_run(outcome, first, MEASURES[measure], runs)
-    for level in levels:
-        alive &= _per_run(outcome, mine & (columns["level"] == level), measure, runs) > 0.5
-        count += alive
-    return np.where(had > 0.5, count, np.nan)
+    levels, table = disturbance.side(below), cast(Any, outcome.table)
+    mine = table[table["condition"] == disturbance.name]
+    if mine.empty:
+        return np.zeros(0)
+    shares = mine.groupby(["run", "level"])[[measure, MEASURES[measure]]].mean().unstack()
+    survived = (shares[measure][levels] > 0.5).cumprod(axis=1).sum(axis=1)
+    had = shares[MEASURES[measure]][levels[0]] > 0.5
+    return survived.where(had).to_numpy(float)
 
 
 def margin(disturbance: Disturbance, below: bool, survived: np.ndarray) -> Margin:
@@ -218,13 +259,6 @@ def margin(disturbance: Disturbance, below: bool, survived: np.ndarray) -> Margi
     half, nearest, farthest = median_interval(survived)
     ends = sorted((levels[nearest], levels[farthest + 1])) if runs > 1 else [np.nan] * 2
     return Margin(disturbance.name, side, runs, levels[half], levels[half + 1], *ends)
-
-
-def _per_run(outcome: Retention, rows: np.ndarray, name: str, runs: int) -> np.ndarray:
-    """Share of a run's releases for which a column holds, [runs]."""
-    run, holds = outcome.columns["run"][rows], outcome.columns[name][rows]
-    count = np.bincount(run, minlength=runs)
-    return np.bincount(run, weights=holds, minlength=runs) / np.maximum(count, 1)
 
 
 def median_interval(counts: np.ndarray, seed: int = 0) -> tuple[int, int, int]:
@@ -255,36 +289,6 @@ def margins(
                 yield margin(each, below, levels_survived(outcome, each, below, measure))
 
 
-def write_tables(
-    done: Sequence[tuple[Tested, Retention]],
-    disturbances: Sequence[Disturbance],
-    out: Path,
-) -> list[Path]:
-    """Write `margins.csv`, `curves.csv` and `left_out.csv` into a folder; return their paths."""
-    rows: dict[str, list[dict[str, object]]] = {"margins": [], "curves": [], "left_out": []}
-    for tested, outcome in done:
-        for measure in MEASURES:
-            for found in margins(outcome, disturbances, measure):
-                rows["margins"].append(
-                    {"controller": tested.name, "measure": measure, **found._asdict()}
-                )
-        rows["curves"] += [{"controller": tested.name, **row} for row in curve(outcome)]
-        for name, why in outcome.left_out.items():
-            rows["left_out"].append({"controller": tested.name, "condition": name, "why": why})
-    paths = []
-    for name, table in rows.items():
-        if table:
-            write_csv(
-                out / f"{name}.csv",
-                {key: [row[key] for row in table] for key in table[0]},
-                digits=4,
-            )
-            paths.append(out / f"{name}.csv")
-        else:
-            (out / f"{name}.csv").unlink(missing_ok=True)  # of another run in this folder
-    return paths
-
-
 def share_interval(kept: int, of: int, runs: int) -> tuple[float, float]:
     """95 % interval of the share of lanes of so many runs (Wilson's score); NaN of none.
 
@@ -297,37 +301,32 @@ def share_interval(kept: int, of: int, runs: int) -> tuple[float, float]:
     return wilson(round(kept / of * runs), runs) if of else (np.nan, np.nan)
 
 
-def curve(outcome: Retention) -> Iterator[dict[str, object]]:
+def curve(outcome: Retention) -> pd.DataFrame:
     """Shares of the lanes of one set that keep what they had, level by level; the interval is
     over runs."""
-    columns = outcome.columns
-    for name in dict.fromkeys(columns["condition"].tolist()):
-        mine = columns["condition"] == name
-        for level in np.unique(columns["level"][mine]):
-            at = mine & (columns["level"] == level)
-            had = at & columns["had"]
-            kept = columns["keeps"][had]
-            runs = len(np.unique(columns["run"][had]))
-            low, high = share_interval(int(kept.sum()), len(kept), runs)
-            yield {
-                "condition": name,
-                "level": float(level),
-                "lanes": int(at.sum()),
-                "had": len(kept),
-                "moved": int(columns["moved"][at].sum()),
-                "moves": _mean(columns["moves"][at & columns["moved"]]),
-                "keeps": _mean(kept),
-                "keeps_low": low,
-                "keeps_high": high,
-                "efficiency": _median(columns["efficiency"][at]),
-                "speed": _median(columns["speed"][at]),
-            }
+    rows = []
+    for name, mine in cast(Any, outcome.table).groupby("condition", sort=False):
+        for level, lanes in mine.groupby("level"):
+            had, moved = lanes[lanes["had"]], lanes[lanes["moved"]]
+            low, high = share_interval(int(had["keeps"].sum()), len(had), had["run"].nunique())
+            rows.append(
+                {
+                    "condition": name,
+                    "level": level,
+                    "lanes": len(lanes),
+                    "had": len(had),
+                    "moved": len(moved),
+                    "moves": moved["moves"].mean(),
+                    "keeps": had["keeps"].mean(),
+                    "keeps_low": low,
+                    "keeps_high": high,
+                    "efficiency": _median(lanes["efficiency"]),
+                    "speed": _median(lanes["speed"]),
+                }
+            )
+    return pd.DataFrame(rows)
 
 
-def _mean(values: np.ndarray) -> float:
-    return float(np.mean(values)) if len(values) else np.nan
-
-
-def _median(values: np.ndarray) -> float:
+def _median(values: Any) -> float:
     values = values[np.isfinite(values)]
     return float(np.median(values)) if len(values) else np.nan

@@ -1,0 +1,396 @@
+"""Controllers on bodies of this package under disturbances: lanes of one compiled program."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import jax
+import numpy as np
+
+from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError
+from tegotae.analysis.generalisation.disturbance import Disturbance, LackingError, Tested
+from tegotae.analysis.generalisation.retention import (
+    EVENT_SHARE,
+    GaitRetention,
+    HopRetention,
+    Walked,
+)
+from tegotae.measures.gaits.names import HEADING, leg_names, reference_leg
+from tegotae.measures.gaits.summary import CoordinationSummary, has_mass
+from tegotae.parts._shapes import LaneNumbers
+from tegotae.parts.bodies import Actuators, Blows, Body, BodyWrapper, Sensors
+from tegotae.parts.channels import FORCE
+from tegotae.parts.fields import path_of, paths_of, unwrapped, value_of, with_fields
+from tegotae.parts.terrains import Rough, Slope, Sum
+from tegotae.simulation.episode import LaneInputs
+from tegotae.simulation.integrators import PredictorCorrector
+from tegotae.simulation.recorder import declared
+from tegotae.simulation.rollout import Scenario, Timing, check_senses
+from tegotae.simulation.timing import filled
+from tegotae.simulation.world import ENTRIES, GROUND, OMEGA, Staircase, Step, with_changes
+from tegotae.systems.descriptions import describe
+from tegotae.systems.legged import settling_s
+from tegotae.systems.system import Release, System
+
+HOPPING = Timing(duration_s=32.0, tick_s=0.002)
+"""How long a leg of a metre on Earth that hops is looked at: at 4 rad/s a cycle of two hops is seen
+five times in the 20 s after a blow."""
+USUAL_DELAY_S = 0.032
+"""So much of what was felt is kept in any case, for a leg of a metre on Earth [s]."""
+MOST_TICKS = 128
+"""The longest delay of the senses that is tried, in control ticks: all of it is kept."""
+LANES = 512
+"""Lanes that are measured together; the last ones are filled up."""
+
+_EARTH_S = math.sqrt(1.0 / 9.81)
+
+
+@dataclass(frozen=True)
+class ControllersUnderTest(Tested):
+    """A set of controllers on the body of their training, and how it is tried.
+
+    Args:
+        controllers: the runs of one training, and the system that they share.
+        starts: from how many releases each is tried; those of several legs differ in the phases of
+            their oscillators.
+        looked_at: for how long, and how closely; as is usual for its body if None.
+        longest_delay_s: so much of what was felt is kept, for a leg of a metre on Earth [s].
+
+    Raises:
+        TegotaeError: for no runs, a body that cannot be released here, or a delay of too many
+            ticks.
+    """
+
+    looked_at: Timing | None = None
+    longest_delay_s: float = USUAL_DELAY_S
+
+    def __post_init__(self) -> None:
+        if not len(self.weights):
+            raise TegotaeError(f"{self.name} has no runs to test")
+        self._check_body()
+        longest = MOST_TICKS * self.timing.tick_s / self.time_scale
+        if self.longest_delay_s > longest * (1.0 + 1e-6):
+            ticks = self.longest_delay_s * self.time_scale / self.timing.tick_s
+            raise TegotaeError(
+                f"delay={self.longest_delay_s:g} on {self.name} is {ticks:g} control ticks; "
+                f"{MOST_TICKS} are the most that are kept: try delays up to {longest:.3g}"
+            )
+
+    def _check_body(self) -> None:
+        try:
+            self.body.check_release(self.height_m)
+        except TegotaeError as error:
+            raise TegotaeError(f"{self.name} cannot be tested: {error}") from None
+        own = {"rest_length_m": hasattr(self.unwrapped, "rest_length_m")}
+        if not self.hops:  # whose cost of transport is measured
+            own["mass_kg"] = has_mass(self.unwrapped)
+            own["gravity_m_per_s2"] = hasattr(self.unwrapped, "gravity_m_per_s2")
+        for field, there in own.items():
+            if not there:
+                kind = type(self.unwrapped).__name__
+                raise TegotaeError(f"{self.name} cannot be tested: a {kind} has no {field}")
+
+    @property
+    def document(self) -> JsonObject:
+        """What decides what is found, beside the disturbances, as JSON values."""
+        document: JsonObject = {
+            "controller": describe(self.controller),
+            "starts": self.starts,
+            "omega": self.omega,
+            "body": describe(self.body),
+            "timing": describe(self.timing),
+        }
+        # Older records have neither, for they were all of the usual ones.
+        integrator, release = self.system.integrator, self.system.release
+        if integrator != PredictorCorrector():
+            document["integrator"] = describe(integrator)
+        if release != Release():
+            document["release"] = describe(release)
+        return document
+
+    @property
+    def starts_differ(self) -> bool:
+        return not self.hops
+
+    @property
+    def system(self) -> System:
+        """The closed loop that the runs share, as they were trained."""
+        return self.controllers.system
+
+    @property
+    def omega(self) -> float | None:
+        return self.system.omega
+
+    @property
+    def body(self) -> Body:
+        return self.system.mechanics
+
+    @property
+    def unwrapped(self) -> Any:
+        return unwrapped(self.body)
+
+    @property
+    def hops(self) -> bool:
+        """Whether it is one leg, of which hops are counted; several have a gait."""
+        return self.body.limbs == 1
+
+    @property
+    def takes_forces(self) -> bool:
+        return self.body.COMMANDS == FORCE
+
+    @cached_property
+    def timing(self) -> Timing:
+        """How long it is looked at, and how closely."""
+        if self.looked_at is not None:
+            return self.looked_at
+        own = self.system.timing
+        if not self.hops:
+            return dataclasses.replace(own, duration_s=settling_s(self.body))
+        frames = round(HOPPING.n_frames * self.time_scale)
+        return dataclasses.replace(
+            HOPPING,
+            duration_s=frames * HOPPING.frame_s,
+            tick_s=self.system.period_s(HOPPING.tick_s),
+        )
+
+    @property
+    def criterion(self) -> HopRetention | GaitRetention:
+        """What decides how much of their gait controllers retain."""
+        event_s = EVENT_SHARE * self.timing.duration_s
+        if self.hops:
+            path = path_of(self.prepared, "rest_length_m")
+            return HopRetention(path, float(self.body.rest_length_m), event_s)
+        pair = self.controller, self.prepared
+        legs = CoordinationSummary.on(*pair, reference=reference_leg(leg_names(self.body)))
+        return GaitRetention(Walked(legs, set(HEADING) <= set(declared(*pair))), event_s)
+
+    @property
+    def height_m(self) -> float:
+        return self.system.release.height_m
+
+    @cached_property
+    def phase_rad(self) -> np.ndarray:
+        """Phases of the oscillators at each release [rad], [(limbs,) starts]."""
+        shape = (*self.body.limb_shape, self.starts)
+        if self.hops:
+            return np.full(shape, self.system.release.phase_rad)
+        return np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, shape[::-1]).T
+
+    @property
+    def time_scale(self) -> float:
+        own = self.unwrapped
+        gravity = float(getattr(own, "gravity_m_per_s2", 9.81))
+        return math.sqrt(float(own.rest_length_m) / gravity) / _EARTH_S
+
+    @cached_property
+    def prepared(self) -> Body:
+        """The body with senses, actuators and blows around it, and a slope and rough ground under
+        it if it knows of terrain, which all change nothing as they are."""
+        body = self.body
+        ticks = math.ceil(self.longest_delay_s * self.time_scale / self.timing.tick_s - 1e-6)
+        for kind, given in ((Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": ticks})):
+            if not _around(kind, body):
+                body = kind(body=body, **given)
+        if (own := getattr(self.unwrapped, "terrain", None)) is not None:
+            ground = Sum(first=own, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
+            body = with_fields(body, {"terrain": ground})
+        return body
+
+    def has_field(self, name: str) -> bool:
+        """Whether the prepared body has a field of this name.
+
+        Example:
+            >>> from tegotae.systems.models import build
+            >>> system = System(controller=build("V-reflex-w8"), omega=8.0)
+            >>> leg = ControllersUnderTest(ControllerSet("V", system, np.ones((1, 1)), ("0",)))
+            >>> leg.has_field("delay_s"), leg.has_field("mass_kg"), leg.has_field("present")
+            (True, True, False)
+        """
+        return name in paths_of(self.prepared)
+
+    def usual(self, name: str) -> LaneNumbers:
+        if not self.has_field(name.partition(".")[0]):
+            raise LackingError(f"a {self.kind} has no {name}")
+        return value_of(self.prepared, name)  # type: ignore[return-value]
+
+    def meeting(self, disturbances: Sequence[Disturbance]) -> ControllersUnderTest:
+        """The same, whose senses can be as late as disturbances make them."""
+        longest = max(each.longest_delay_s for each in disturbances)
+        if longest <= self.longest_delay_s:
+            return self
+        return dataclasses.replace(self, longest_delay_s=longest)
+
+    def check(self, disturbances: Sequence[Disturbance]) -> None:
+        tested = self.meeting(disturbances)
+        tick_s, oscillator = tested.timing.tick_s, tested.controller.oscillator
+        for disturbance in disturbances:
+            for level in disturbance.levels:
+                changes = disturbance.changes(tested, np.array([level]), np.zeros(1))
+                fields = {
+                    name: _number(change, tested.usual(name))
+                    for name, change in changes.items()
+                    if name not in (GROUND, *ENTRIES)
+                }
+                try:
+                    with_fields(tested.prepared, fields).check_tick(tick_s)
+                    if OMEGA in changes and oscillator is not None:
+                        oscillator.check_tick(float(np.max(changes[OMEGA])), tick_s)
+                except TegotaeError as error:
+                    raise TegotaeError(
+                        f"{disturbance.name}={level:g} on {tested.name}: {error}"
+                    ) from None
+
+    def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
+        """See `Tested.kept`.
+
+        Every run is first tried as it is. What it does then says when a disturbance comes, and what
+        there is to be kept.
+        """
+        check_senses(self.controller, self.body)
+        lanes = _Lanes(self.meeting(disturbances), disturbances)
+        first = disturbances[0]
+        nothing = [(first, np.array([first.neutral]))]
+        usual = lanes.measured(nothing, np.full((1, self.size), np.inf))
+        at_s = np.atleast_2d(lanes.criterion.at_s(usual))
+        plan = [(each, np.array(each.outwards)) for each in disturbances]
+        then = lanes.measured(plan, at_s)
+        return lanes.criterion.kept(usual, then, lanes.weight_ratio(plan, at_s))
+
+
+def _around(kind: type, body: Body) -> bool:
+    """Whether a body has a wrapper of this kind around it."""
+    while isinstance(body, BodyWrapper):
+        if isinstance(body, kind):
+            return True
+        body = body.body
+    return False
+
+
+def _number(change: Any, usual: Any) -> Any:
+    value = np.asarray(change.value if isinstance(change, Step) else change, float)
+    if isinstance(usual, tuple):
+        return tuple(map(float, np.broadcast_to(value[..., 0], len(usual))))
+    return float(np.ravel(value)[0])
+
+
+class _Lanes:
+    """The lanes of a set: run by run, release by release."""
+
+    def __init__(self, tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> None:
+        self.tested, self.disturbances = tested, disturbances
+        self.criterion = tested.criterion
+        self.size = tested.size
+        self.engine = tested.system.engine(self.criterion.summary, tested.timing)
+
+    def measured(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
+        """What the criterion measures at every level, arrays [..., levels, lanes of the set].
+
+        Args:
+            plan: disturbances, and the levels of each.
+            at_s: when what happens at a time happens [s], [1, lanes of the set].
+        """
+        levels = sum(len(each) for _, each in plan)
+        count = levels * self.size
+        scenario = self._scenario(plan, at_s)
+        weights = np.repeat(self.tested.weights, self.tested.starts, axis=0).T
+        weights = np.tile(np.asarray(weights, "float32"), levels)
+        parts = []
+        for begin in range(0, count, LANES):
+            here = slice(begin, begin + LANES)
+            own = LaneInputs(
+                weights[..., here], jax.tree.map(lambda x, at=here: x[..., at], scenario)
+            )
+            recorded = self.engine.run_lanes(own, self.tested.prepared)
+            whole = filled((recorded, own.scenario), slice(None), LANES)
+            found = self.criterion.of(*whole)
+            parts.append(jax.tree.map(np.asarray, found))
+        joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
+        return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
+
+    def _scenario(
+        self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
+    ) -> Scenario:
+        """What the lanes meet, level by level; all that some disturbance changes is in it."""
+        tested = self.tested
+        whole = [self._changes(each, levels, at_s) for each, levels in plan]
+        counts = [len(levels) * self.size for _, levels in plan]
+
+        def joined(name: str, usual: Any) -> Any:
+            """Of one name: what each disturbance gives, or what is usual."""
+            given = [changes.get(name) for changes in whole]
+            parts = [
+                _lanes(usual if x is None else x, n) for x, n in zip(given, counts, strict=True)
+            ]
+            return jax.tree.map(_concatenated, *parts)
+
+        phases = np.tile(tested.phase_rad, len(tested.weights))
+        release = tested.system.scenario(phase_rad=phases)
+        usual = jax.tree.map(lambda x: _lanes(x, sum(counts)), release)
+        changes = {name: joined(name, x) for name, x in self._neutral(release).items()}
+        return with_changes(usual, tested.prepared, changes)
+
+    def _neutral(self, release: Scenario) -> dict[str, Any]:
+        """Of every name that some disturbance changes: the change that changes nothing."""
+        found = {}
+        for each in self.disturbances:
+            level = np.array([each.neutral])
+            for name, change in each.changes(self.tested, level, np.full(1, np.inf)).items():
+                if name in ENTRIES:
+                    usual = getattr(release, name)
+                else:
+                    usual = None if name == GROUND else self.tested.usual(name)
+                found[name] = _without(change, usual)
+        return found
+
+    def _changes(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> dict[str, Any]:
+        at = np.broadcast_to(at_s, (len(levels), self.size)).ravel()
+        return each.changes(self.tested, np.repeat(levels, self.size), at)
+
+    def weight_ratio(
+        self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
+    ) -> np.ndarray:
+        """Weight of the body over the usual one, [levels, lanes of the set]."""
+        parts = []
+        for each, levels in plan:
+            changes = self._changes(each, levels, at_s)
+            ratio = np.ones(len(levels) * self.size)
+            for name in ("mass_kg", "gravity_m_per_s2"):
+                if name in changes:
+                    ratio = ratio * changes[name] / self.tested.usual(name)
+            parts.append(ratio)
+        return np.concatenate(parts).reshape(-1, self.size)
+
+
+def _without(change: Any, usual: Any) -> Any:
+    """The same kind of change that changes nothing."""
+    if isinstance(change, Staircase):
+        return change._replace(step=0.0)
+    return change._replace(value=_column(usual)) if isinstance(change, Step) else _column(usual)
+
+
+def _column(usual: Any) -> Any:
+    return np.asarray(usual, float)[:, None] if isinstance(usual, tuple) else usual
+
+
+def _lanes(x: Any, count: int) -> Any:
+    """An entry of a scenario with a value for each of so many lanes."""
+
+    def each(value: Any) -> np.ndarray:
+        value = np.asarray(value, "float32")
+        value = value[None] if value.ndim == 0 else value
+        if value.shape[-1] not in (1, count):  # releases, which repeat level by level
+            value = np.tile(value, count // value.shape[-1])
+        return np.broadcast_to(value, (*value.shape[:-1], count))
+
+    return jax.tree.map(each, x)
+
+
+def _concatenated(*parts: np.ndarray) -> np.ndarray:
+    rows = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+    return np.concatenate([np.broadcast_to(x, (*rows, x.shape[-1])) for x in parts], axis=-1)
