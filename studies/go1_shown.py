@@ -14,6 +14,7 @@ from PIL import Image, ImageSequence
 from go1_plan import FEET, JUDGED_S, LAWS, OUT, ROOT, RUNS, STARTS, learned
 from go1_report import of_seeds
 from kept import write_rows
+from reproduction.zoo import ZooEntry, write
 from tegotae._support.documents import JsonObject
 from tegotae.envs.pilot import Pilot
 from tegotae.export.c import Export
@@ -21,7 +22,6 @@ from tegotae.export.c.plan import usual_tick_s
 from tegotae.figures.animation import film, write_film
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.zoo import ZooEntry, write
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import replay
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from learned_legs_evaluate import OMEGAS
 from learned_legs_plan import TABLES, ZOO, Cell, baseline_cost
+from reproduction.zoo import ZooEntry, write
 from tegotae._support.documents import JsonObject
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.zoo import ZooEntry, write
 
 STUDY = "legs"
 """What the study is called in names of the zoo."""

@@ -23,6 +23,7 @@ from kept import write_rows, write_text
 from lost_leg import FOLDER, TABLES, lost
 from lost_leg_film import draw_courses, draw_frames, loses, write_film
 from lost_leg_laws import UNSEEN, Law, loss_of, scores
+from reproduction.zoo import ZooEntry, write
 from tegotae._support.engines import NATIVE
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
@@ -33,7 +34,6 @@ from tegotae.parts.terms import EllipticFoot
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.legged import Legged, settling, walking
-from tegotae.systems.zoo import ZooEntry, write
 from tegotae.training.learner import versions_of
 
 ZOO = Path(__file__).resolve().parents[1] / "src/tegotae/systems/zoo/data/lost-leg.npz"

@@ -205,8 +205,8 @@ class StudyZoo:
 
     def run(self) -> None:
         """Write it, and say how to use it."""
-        from reproduction.zoo import entries
-        from tegotae.systems.zoo import SUFFIX, ZooName, open_zoo, write
+        from reproduction.zoo import entries, write
+        from tegotae.systems.zoo import SUFFIX, ZooName, open_zoo
 
         if self.out.suffix != SUFFIX:
             raise TegotaeError(f"cannot write controllers as {self.out.name!r}; use {SUFFIX}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import tomllib
 
@@ -13,6 +14,7 @@ from pages import blocks
 from places import ROOT
 from programs import main
 from reproduction.folder import Folder
+from reproduction.zoo import ZooEntry, core, write
 from tegotae import TegotaeError, load
 from tegotae._support.files import read_arrays, with_checksum, write_arrays
 from tegotae.measures.evaluation import evaluate
@@ -21,7 +23,7 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import all_models
 from tegotae.systems.resolve import resolve
-from tegotae.systems.zoo import MOST_BYTES, ZooEntry, names, open_zoo, studies, write
+from tegotae.systems.zoo import FOLDER, MOST_BYTES, names, open_zoo, studies
 from tegotae.training import collection
 
 MODEL = "ART-rF-tphif-w8"
@@ -313,15 +315,30 @@ def test_every_name_of_the_package_means_one_controller():
 
 
 @packaged
-def test_a_wheel_has_the_file_of_trained_controllers():
-    """All of the package is in it, but for what git ignores."""
+def test_a_wheel_has_some_of_the_trained_controllers(tmp_path):
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert settings["tool"]["hatch"]["build"]["targets"]["wheel"] == {"packages": ["src/tegotae"]}
-    for zoo in studies():
-        assert zoo.path.is_relative_to(ROOT / "src" / "tegotae")
-        assert zoo.path.stat().st_size < 2e6
-        words = ["git", "check-ignore", "--quiet", str(zoo.path)]
+    wheel = settings["tool"]["hatch"]["build"]["targets"]["wheel"]
+    beside = [f"src/tegotae/systems/zoo/data/{name}.npz" for name in ("calibrated", "paper")]
+    assert wheel == {"packages": ["src/tegotae"], "exclude": beside}
+    for place in [*FOLDER.glob("*.npz")]:
+        assert place.stat().st_size < 2e6
+        words = ["git", "check-ignore", "--quiet", str(place)]
         assert subprocess.run(words, cwd=ROOT).returncode != 0
+    write(tmp_path / "core.npz", "paper", core(open_zoo(FOLDER / "paper.npz")))
+    assert (tmp_path / "core.npz").read_bytes() == (FOLDER / "core.npz").read_bytes()
+
+
+def test_an_installed_package_says_where_the_whole_zoo_is(tmp_path, monkeypatch, one_line_error):
+    for name in ("core", "legs"):
+        shutil.copy(FOLDER / f"{name}.npz", tmp_path)
+    whole = load("zoo:ART")
+    monkeypatch.setattr("tegotae.systems.zoo.FOLDER", tmp_path)
+    assert len(studies()[0].models) == 38
+    assert load("zoo:ART").weights.tobytes() == whole.weights.tobytes()
+    assert load("zoo:paper:ART/3").training["run"] == 3
+    for name in ("ART-rFv-tphif-w8", "calibrated:ART"):
+        said = one_line_error("simulate", f"zoo:{name}")
+        assert "all are in paper.npz and calibrated.npz of its sources" in said
 
 
 @packaged

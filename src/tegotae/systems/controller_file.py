@@ -213,7 +213,7 @@ def load(path: Path | str) -> SavedController:
     """Read a controller file, or a controller of the zoo.
 
     Args:
-        path: the file, or a name of the zoo (`tegotae.systems.zoo.file`).
+        path: the file, or a name of the zoo (`tegotae.systems.zoo`).
 
     Raises:
         TegotaeError: if there is none, or it is truncated, of another version, or not ours; or
