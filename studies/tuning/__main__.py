@@ -4,12 +4,9 @@ from tegotae.cli import entry
 from tegotae.cli.program import Command
 
 TUNE = Command(
-    "studies.tuning.command",
-    "Tune",
-    (
-        "python -m studies.tuning ART --storage tuning.log --trials 20",
-        "python -m studies.tuning ART --storage tuning.log --confirm 8 --keep best.json",
-    ),
+    "studies.tuning.command:Tune",
+    "python -m studies.tuning ART --storage tuning.log --trials 20",
+    "python -m studies.tuning ART --storage tuning.log --confirm 8 --keep best.json",
 )
 
 if __name__ == "__main__":

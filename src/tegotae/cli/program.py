@@ -14,16 +14,17 @@ from importlib.util import find_spec
 from typing import Any, cast
 
 
-@dataclass(frozen=True)
 class Command:
-    """A command: a question, or a dataclass of its options with a method `run`."""
+    """A command: a question, or a dataclass of its options with a method `run`.
 
-    module: str
-    """Its module, such as `tegotae.questions.verbs`."""
-    name: str
-    """Of its question or class."""
-    examples: tuple[str, ...]
-    """Lines that a user can type, for the end of its help."""
+    Args:
+        place: its module and name, such as `tegotae.questions.verbs:simulate`.
+        examples: lines that a user can type, for the end of its help.
+    """
+
+    def __init__(self, place: str, *examples: str) -> None:
+        self.module, _, self.name = place.partition(":")
+        self.examples = examples
 
     @property
     def summary(self) -> str:
