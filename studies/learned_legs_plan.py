@@ -17,8 +17,8 @@ from tegotae.parts.bodies import Sensors
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Uniform
 from tegotae.systems.designs import Design, design
-from tegotae.systems.designs.tegotae import nominal_speed_m_per_s
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.families import nominal_speed_m_per_s
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned

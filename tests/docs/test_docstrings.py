@@ -50,7 +50,8 @@ FOUND = examples()
 SLOW = (
     "tegotae.analysis.",
     "tegotae.simulation.checks.",
-    "tegotae.systems.designs.",
+    "tegotae.systems.designs",
+    "tegotae.systems.families",
     "reproduction.",
 )
 """Where examples roll out and so compile much; other tests do the same."""

@@ -1,4 +1,4 @@
-"""A design on a body, and the names of designs."""
+"""Designs: what of a legged system's controller is learned, by names such as `ART@quadruped-c`."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from tegotae.parts.bodies import Body, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.designs.base import Family
-from tegotae.systems.designs.tegotae import (
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.families import (
     COSINE,
     CosineLaw,
+    Family,
     NetworkOfBody,
     NetworkPerLeg,
     TegotaeFamily,
     nominal_speed_m_per_s,
 )
-from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET, learned_terms
 from tegotae.systems.legged import SYSTEMS, Legged, random_phases, system
 
