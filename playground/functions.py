@@ -9,8 +9,8 @@ import jax
 import numpy as np
 
 from playground.layout import LayoutEntry, texts
+from playground.loops import LoopReader
 from playground.program import Program
-from tegotae.export.c.reader import CReader
 from tegotae.lowering.nodes import Node, given, keeping_calls
 from tegotae.parts._shapes import ArrayTree
 
@@ -59,7 +59,7 @@ class _Trace:
     """Traces functions of what a page gives, and of more."""
 
     def __init__(self, given: dict[str, np.ndarray]) -> None:
-        self._reader, self._given = CReader(loops=True), given
+        self._reader, self._given = LoopReader(), given
 
     def __call__(self, function: Callable[..., ArrayTree], *more: ArrayTree) -> list[np.ndarray]:
         """The results' scalars, leaf by leaf."""

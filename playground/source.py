@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from playground.functions import EngineFunction, functions
 from playground.layout import LayoutEntry
+from playground.loops import LoopLibrary
 from playground.program import Program
 from tegotae.export.c.statements import (
     Library,
@@ -89,7 +90,7 @@ def source(program: Program) -> str:
         >>> "static void ticked(lane_block *l)" in source(Program(build("V-reflex-w8"), Hopper()))
         True
     """
-    library = Library()
+    library = LoopLibrary()
     library.taken |= {*_OWN, *MATHS, *MATHS_OF_TWO}
     written = [_function(library, each) for each in functions(program)]
     whole = [*library.texts(), *written, _EXPORTS]

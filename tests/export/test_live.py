@@ -22,7 +22,7 @@ from tegotae.export.c.golden import golden
 from tegotae.export.c.plan import Export, member
 from tegotae.export.live import LiveController, drive_hardware
 from tegotae.export.live.file import read_native, write_native
-from tegotae.export.live.tick import compiled
+from tegotae.export.robot import compiled
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import AdaptiveHopf, Matsuoka

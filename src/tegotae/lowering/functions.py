@@ -31,6 +31,8 @@ class _Format(NamedTuple):
     fraction: int
     """Bits of the fraction."""
     bias: int
+    exp_range: tuple[float, float]
+    """Beyond it the exponential is zero or infinite."""
     exp_terms: int
     log_terms: int
     angle_terms: int
@@ -39,34 +41,20 @@ class _Format(NamedTuple):
     """ln 2 in two parts, of which the first has few digits."""
     half_pi: tuple[float, float, float]
     """π/2 in three parts, of which the first two have few digits."""
-    exp_range: tuple[float, float]
-    """Beyond it the exponential is zero or infinite."""
 
 
 _FORMATS = {
     "float32": _Format(
-        np.int32,
-        23,
-        127,
-        8,
-        5,
-        5,
-        10,
+        *(np.int32, 23, 127, (-104.0, 89.0)),
+        *(8, 5, 5, 10),
         (0.693359375, -2.12194440054690583e-4),
         (1.5703125, 4.837512969970703125e-4, 7.54978995489188e-8),
-        (-104.0, 89.0),
     ),
     "float64": _Format(
-        np.int64,
-        52,
-        1023,
-        14,
-        12,
-        9,
-        22,
+        *(np.int64, 52, 1023, (-746.0, 710.0)),
+        *(14, 12, 9, 22),
         (6.93147180369123816490e-01, 1.90821492927058770002e-10),
         (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21),
-        (-746.0, 710.0),
     ),
 }
 _TAN_EIGHTH = math.tan(math.pi / 8)
@@ -419,32 +407,16 @@ def _within(x: jax.Array, low: float, high: float) -> jax.Array:
     return lax.min(lax.max(x, jnp.full_like(x, low)), jnp.full_like(x, high))
 
 
+_NAMED = (
+    *(exp, exp2, expm1, log, log1p, tanh, logistic, sinh, cosh, asinh, acosh, atanh),
+    *(sin, cos, tan, atan2, atan, asin, acos, cbrt, sign),
+)
 _FUNCTIONS: dict[str, Callable[..., jax.Array]] = {
-    "exp": exp,
-    "exp2": exp2,
-    "expm1": expm1,
-    "log": log,
-    "log1p": log1p,
-    "tanh": tanh,
-    "logistic": logistic,
-    "sinh": sinh,
-    "cosh": cosh,
-    "asinh": asinh,
-    "acosh": acosh,
-    "atanh": atanh,
-    "sin": sin,
-    "cos": cos,
-    "tan": tan,
-    "atan2": atan2,
-    "atan": atan,
-    "asin": asin,
-    "acos": acos,
-    "cbrt": cbrt,
+    **{function.__name__: function for function in _NAMED},
     "pow": power,
     "integer_pow": integer_power,
     "rem": remainder,
     "round": rounded_away,
-    "sign": sign,
     "rsqrt": lambda x: 1.0 / jnp.sqrt(x),
     "square": lambda x: x * x,
     "clamp": lambda low, x, high: lax.min(lax.max(x, low), high),

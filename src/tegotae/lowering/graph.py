@@ -77,9 +77,9 @@ class Reader(ABC):
     ) -> list[np.ndarray]:
         """The results of one of two branches."""
 
-    @abstractmethod
     def _loop(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
         """A loop of unknown length."""
+        raise self._refused("while", origin)
 
     def _refused(self, operation: str, origin: Traced, why: str = "") -> CannotLower:
         return CannotLower(operation, place_of(origin), why or self.advice, self.target)

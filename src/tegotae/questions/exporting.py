@@ -16,11 +16,10 @@ from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
 from tegotae.export.c import LAYOUTS, Export, texts
 from tegotae.export.c.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
-from tegotae.export.c.facts import facts
 from tegotae.export.c.package import LayoutName
-from tegotae.export.c.plan import usual_tick_s
+from tegotae.export.c.plan import facts, usual_tick_s
 from tegotae.export.live.file import NativeController, write_native
-from tegotae.export.live.tick import compiled
+from tegotae.export.robot import compiled
 from tegotae.questions.answer import AnswerBase
 from tegotae.questions.question import Names, NoOptions, Tasks, question
 from tegotae.systems.controller_file import SavedController

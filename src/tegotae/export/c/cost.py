@@ -13,10 +13,9 @@ import jax
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.facts import facts
 from tegotae.export.c.golden import golden, initialiser, put
 from tegotae.export.c.package import header
-from tegotae.export.c.plan import Export
+from tegotae.export.c.plan import Export, facts
 from tegotae.export.c.source import source
 from tegotae.export.c.text import filled_c, template
 from tegotae.systems.controller_file import SavedController

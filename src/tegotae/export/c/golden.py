@@ -12,8 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.facts import facts
-from tegotae.export.c.plan import Export, member
+from tegotae.export.c.plan import Export, facts, member
 from tegotae.export.c.text import filled_c, floating, wrapped
 from tegotae.parts._shapes import Number, PerLimb, StateTree
 from tegotae.parts.bodies import Body

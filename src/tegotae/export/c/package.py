@@ -12,9 +12,16 @@ import numpy as np
 
 from tegotae import __version__
 from tegotae._support.documents import JsonObject
-from tegotae.export.c.facts import constants, facts, meaning, wired_limbs
 from tegotae.export.c.golden import TOLERANCE, Golden, check_program, golden
-from tegotae.export.c.plan import Export, member, unit_of
+from tegotae.export.c.plan import (
+    Export,
+    constants,
+    facts,
+    meaning,
+    member,
+    unit_of,
+    wired_limbs,
+)
 from tegotae.export.c.source import source
 from tegotae.export.c.text import filled, filled_c, plain, template
 from tegotae.parts.weight_names import nested
@@ -117,9 +124,6 @@ def _for_authors(export: Export, layout: ExportLayout) -> dict[str, object]:
     sent = " ".join(f"(void)out.{member(name)}{leg};" for name in export.commands)
     if not one:
         measured, sent = (f"{legs}{{ {line} }}" for line in (measured, sent))
-    pushes = export.controller.actuation.commands_force
-    drawn = "of drawn senses, as it drives the environment of the training"
-    simulated = "in closed loop with the controller held at this period"
     sentence = plain(f"{export.saved.name or 'A Tegotae controller'} for a robot with legs")
     phases = "phase_rad" if one else "phases_rad"
     return {
@@ -132,17 +136,12 @@ def _for_authors(export: Export, layout: ExportLayout) -> dict[str, object]:
         "sent_to": sent,
         "setup_phases": "" if not oscillates else ", 0.0f" if one else ", phases",
         "phases_given": f", {phases}" if oscillates else "",
-        "for_every_leg": "" if one else ", for every leg",
         "sent": f"{leg} and out.".join(map(member, export.commands)) + leg,
-        "limb_comma": "" if one else "limb, ",
-        "bounds": "the force is in [0, α]" if pushes else "commands are finite",
         "library": bool(layout.program),
         "library_of": layout.program,
         "libraries": layout.libraries,
         "check": layout.check(export.prefix),
-        "ticks_run": "ticks" if one else "ticks of all legs",
         "golden": layout.place("golden.csv"),
-        "made": drawn if wired_limbs(export) else simulated,
     }
 
 

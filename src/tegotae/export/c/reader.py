@@ -46,16 +46,6 @@ class Procedure:
 
 
 @dataclass(eq=False)
-class LoopProcedure(Procedure):
-    """A procedure that goes round: while a condition holds, new values for some parameters."""
-
-    goes_on: Node | None = None
-    """The condition."""
-    onwards: tuple[Node, ...] = ()
-    """The new values of the last parameters, which are its results."""
-
-
-@dataclass(eq=False)
 class Call:
     """One call of a procedure."""
 
@@ -80,16 +70,14 @@ class Call:
 class CReader(Reader):
     """Reads traces; procedures that it meets again are the same ones.
 
-    Args:
-        loops: whether there may be loops of unknown length, which a robot's tick must not have.
+    It refuses loops of unknown length, which a robot's tick must not have.
     """
 
     target = "C"
     advice = "write it with elementary functions and jnp.where"
     kinds: ClassVar[Mapping[str, str]] = {"float32": "float", "int32": "int32_t", "bool": "bool"}
 
-    def __init__(self, loops: bool = False) -> None:
-        self._loops = loops
+    def __init__(self) -> None:
         self._procedures: dict[str, Procedure] = {}
 
     def _node(
@@ -125,32 +113,6 @@ class CReader(Reader):
             self._entrywise("select_n", "", [condition, *cases], None)
             for cases in zip(no, yes, strict=True)
         ]
-
-    def _loop(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
-        """A procedure of scalars that goes round while its condition holds."""
-        if not self._loops:
-            raise self._refused("while", origin)
-        n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
-        taken: set[str] = set()
-        inputs = [given(c_name("x", taken), node.kind) for node in scalars(arguments)]
-        inside = in_shapes(inputs, [array.shape for array in arguments])
-        carry = inside[n_test + n_step :]
-
-        def run(trace: Traced, fixed: Arrays) -> list[Node]:
-            return scalars(self._run_closed(trace, [*fixed, *carry], origin))
-
-        goes_on = run(parameters["cond_jaxpr"], inside[:n_test])[0]
-        onwards = run(parameters["body_jaxpr"], inside[n_test : n_test + n_step])
-        loop = LoopProcedure(
-            "going_on",
-            tuple(inputs),
-            tuple(scalars(carry)),
-            "Goes round while something is left to do.",
-            goes_on,
-            tuple(onwards),
-        )
-        call = Call(loop, tuple(scalars(arguments)), origin)
-        return in_shapes(call.results(), [array.shape for array in carry])
 
     def _procedure(self, name: str, jaxpr: Traced, constants: Sequence[np.ndarray]) -> Procedure:
         text = f"{name}{jaxpr}"

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tegotae.export.c.facts import facts
-from tegotae.export.c.plan import Export, member, unit_of
+from tegotae.export.c.plan import Export, facts, member, unit_of
 from tegotae.export.c.statements import Library, Statements, function, initialiser, struct
 from tegotae.export.c.text import filled_c, floating
 from tegotae.export.c.trace import Piece, scale_name
@@ -56,7 +55,7 @@ def source(export: Export) -> str:
             ],
             "functions": "\n".join([*library.texts(), *(x.text for x in functions.values())]),
             "checks": bool(export.senses or export.state_names),
-            **_calls(export, functions, known["of_unit"], known["limb"]),
+            **_calls(export, functions, known["limb"]),
         },
     )
 
@@ -158,12 +157,11 @@ def _numbers(about: str, name: str, values: Sequence[int] | None) -> str:
     return f"/* {about} */\nstatic const int {name}[{len(numbers)}] = {{{listed}}};\n"
 
 
-def _calls(
-    export: Export, functions: dict[str, _Function], unit: str, limb: str
-) -> dict[str, object]:
+def _calls(export: Export, functions: dict[str, _Function], limb: str) -> dict[str, object]:
     """The calls of the pieces in a step, and what is made of their results."""
     controller, names = export.controller, export.commands
     weights = "&WEIGHTS" if controller.sets == 1 else "&WEIGHTS[SET[unit]]"
+    unit = "[unit]" if export.limbs > 1 else ""
 
     def called(name: str) -> str:
         if name not in functions:
@@ -171,9 +169,7 @@ def _calls(
         own = {"w": f"{weights}.{_role(name)}", "s": f"&heard{unit}", "pull": f"pulled{unit}"}
         if len(names) > 1:
             own |= {f"smooth_{x}": f"smooth.{x}" for x in names}
-        return (
-            functions[name].call(o=f"&state->oscillator{unit}", **own) if name in functions else ""
-        )
+        return functions[name].call(o=f"&state->oscillator{unit}", **own)
 
     phase = f"turned(checked(phase_rad{unit}, &sound))"
     felt = []

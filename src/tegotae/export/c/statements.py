@@ -10,7 +10,7 @@ from typing import cast
 
 from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError
-from tegotae.export.c.reader import Call, LoopProcedure, Procedure
+from tegotae.export.c.reader import Call, Procedure
 from tegotae.export.c.text import c_name, comment_of, floating, number, template, wrapped
 from tegotae.lowering.nodes import Node, place_of, reachable
 from tegotae.lowering.operations import ATOM, OPERATIONS, PRODUCT, UNARY, WHOLE, Operation
@@ -47,13 +47,7 @@ class Library:
     def name_of(self, procedure: Procedure) -> str:
         """The name of a procedure in C, which is written on its first call."""
         if id(procedure) not in self.names:
-            if isinstance(procedure, LoopProcedure):
-                name = c_name(procedure.name, self.taken)
-                lines, results = self._loop(procedure)
-            else:
-                body = Statements(self, procedure.parameters)
-                results = body.all(procedure.results)
-                name, lines = c_name(procedure.name, self.taken), body.lines
+            name, lines, results = self._body(procedure)
             parameters = ", ".join(f"{node.kind} {node.detail}" for node in procedure.inputs)
             kinds = [node.kind for node in procedure.results]
             text = function(name, parameters, lines, results, kinds, comment=procedure.about)
@@ -61,20 +55,11 @@ class Library:
             self.procedures.append(text)
         return self.names[id(procedure)]
 
-    def _loop(self, loop: LoopProcedure) -> tuple[list[str], list[str]]:
-        """A loop changes its own copies of what is carried, and returns them."""
-        carried = loop.results
-        names = [str(node.detail) for node in carried]
-        test = Statements(self, (*loop.parameters, *(f"next_{name}" for name in names)))
-        goes_on = test.all([loop.goes_on])[0] if loop.goes_on else "false"
-        step = Statements(self, test.taken)
-        onwards = step.all(loop.onwards)
-        lines = [*test.lines, f"if (!({goes_on})) {{", "    break;", "}", *step.lines]
-        lines += [
-            f"const {n.kind} next_{n.detail} = {x};" for n, x in zip(carried, onwards, strict=True)
-        ]
-        lines += [f"{name} = next_{name};" for name in names]
-        return ["for (;;) {", *(f"    {line}" for line in lines), "}"], names
+    def _body(self, procedure: Procedure) -> tuple[str, list[str], list[str]]:
+        """A procedure's name, its statements, and the texts of its results."""
+        body = Statements(self, procedure.parameters)
+        results = body.all(procedure.results)
+        return c_name(procedure.name, self.taken), body.lines, results
 
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")

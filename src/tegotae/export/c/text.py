@@ -17,7 +17,10 @@ from tegotae.lowering.operations import ATOM, UNARY
 from tegotae.parts._shapes import Number
 
 WIDTH = 96
-_PART = re.compile(r"^% (no )?(\w+)\n(.*?)^% end \2\n|@(\w+)@", re.MULTILINE | re.DOTALL)
+_PART = re.compile(
+    r"^% (no )?(\w+)\n(.*?)^% end \2\n|@(\w+)(?:\?([^@|]*)(?:\|([^@]*))?)?@",
+    re.MULTILINE | re.DOTALL,
+)
 _LONG_COMMENT = re.compile(r"^/\*\* (.*?) \*/$", re.MULTILINE | re.DOTALL)
 
 
@@ -33,7 +36,8 @@ def filled(text: str, facts: Mapping[str, Any]) -> str:
 
     `@name@` is the fact of that name. Lines from `% name` to `% end name` are there if the fact is
     true; of a list once an entry, with the entry's own facts; of a function what it makes of them.
-    `% no name` begins lines that are there if it is not.
+    `% no name` begins lines that are there if it is not. Within a line, `@name?yes|no@` is one of
+    two texts.
 
     Example:
         >>> filled("@a@\\n% legs\\n@b@ of @a@\\n% end legs\\n", {"a": 2, "legs": [{"b": 1}]})
@@ -41,7 +45,9 @@ def filled(text: str, facts: Mapping[str, Any]) -> str:
     """
 
     def part(match: re.Match[str]) -> str:
-        no, section, inside, name = match.groups()
+        no, section, inside, name, if_true, if_not = match.groups()
+        if name and if_true is not None:
+            return if_true if facts[name] else if_not or ""
         if name:
             return str(facts[name])
         value: Any = facts[section]

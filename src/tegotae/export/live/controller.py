@@ -89,7 +89,7 @@ class LiveController:
                     f"{name} is compiled with its force; give it to `tegotae export native` instead"
                 )
             return cls(read_native(Path(name)), clock=clock)
-        from tegotae.export.live.tick import compiled
+        from tegotae.export.robot import compiled
         from tegotae.systems.resolve import resolve
         from tegotae.training.collection import controller_of
 
@@ -103,7 +103,7 @@ class LiveController:
         Raises:
             TegotaeError: for a largest force that is missing, known already or out of range.
         """
-        from tegotae.export.live.tick import compiled
+        from tegotae.export.robot import compiled
 
         return cls(compiled(saved, max_force_n))
 

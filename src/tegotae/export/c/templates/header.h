@@ -74,7 +74,7 @@ void @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
 % has_action
 /** The action of a limb at a force, as the wiring of the training has it: rest + (push - rest)
     force / alpha. */
-float @prefix@_action(@of_limb@float force_n);
+float @prefix@_action(@several?int limb, @float force_n);
 
 % end has_action
 % has_spring

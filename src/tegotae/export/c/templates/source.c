@@ -76,7 +76,7 @@ void @prefix@_init(@prefix@_state *state@at_phase@)
 % oscillates
     bool sound = true;
 % units
-    state->oscillator@of_unit@ = @started@;
+    state->oscillator@several?[unit]@ = @started@;
 % end units
     state->omega_rad_per_s = @PREFIX@_OMEGA_RAD_PER_S;
     state->faults = sound ? 0u : 1u;
@@ -97,7 +97,7 @@ void @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
 % end senses
 % units
 % senses
-    heard@of_unit@.@name@ = checked(in->@member@@limb@, &sound);
+    heard@several?[unit]@.@name@ = checked(in->@member@@limb@, &sound);
 % end senses
 % felt
     @statement@
@@ -131,7 +131,7 @@ void @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_ou
 % oscillates
     const @prefix@_oscillator next = @advanced@;
     if (@next_is_finite@) {
-        state->oscillator@of_unit@ = next;
+        state->oscillator@several?[unit]@ = next;
     } else {
         sound = false;
     }
@@ -162,8 +162,8 @@ float @prefix@_spring_force_of_length(float length_m)
 static const float REST@number_of_limbs@ = @rests@;
 static const float PUSH@number_of_limbs@ = @full_pushes@;
 
-float @prefix@_action(@of_limb@float force_n)
+float @prefix@_action(@several?int limb, @float force_n)
 {
-    return REST@index@ + ((PUSH@index@ - REST@index@) * (force_n / MAX_FORCE_N));
+    return REST@several?[limb]@ + ((PUSH@several?[limb]@ - REST@several?[limb]@) * (force_n / MAX_FORCE_N));
 }
 % end has_action

@@ -83,13 +83,13 @@ static bool bounded(void)
         for (int n = 0; n < BADS; ++n) {
 % senses
             for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
-                in.@member@@i@ = BAD[(i + n) % BADS];
+                in.@member@@several?[i]@ = BAD[(i + n) % BADS];
             }
 % end senses
             @prefix@_step(&state, &in, &out);
 % commands
             for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
-                held = held && (out.@member@@i@ >= @low@) && (out.@member@@i@ <= @high@);
+                held = held && (out.@member@@several?[i]@ >= @low@) && (out.@member@@several?[i]@ <= @high@);
             }
 % end commands
         }
