@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import Any
 
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -35,6 +36,7 @@ def curves_figure(done: Sequence[Done], disturbances: Sequence[Disturbance]) -> 
     return groups_figure(groups, disturbances)
 
 
+@styled()
 def groups_figure(
     groups: Mapping[str, Sequence[Done]], disturbances: Sequence[Disturbance]
 ) -> Figure:
@@ -50,74 +52,61 @@ def groups_figure(
     moving = all(each.measure == "moves" for each in shown)
     columns = min(_COLUMNS, len(shown))
     rows = math.ceil(len(shown) / columns)
-    with styled():
-        figure = new_figure(PAGE_IN, 0.5 + 1.35 * rows)
-        axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
-        for ax, each in zip(axes.ravel(), shown, strict=False):
-            _panel(ax, each, lines)
-            unit = f" [{each.unit}]" if each.unit else ""
-            counts = ", still moving" if each.measure == "moves" and not moving else ""
-            ax.set_xlabel(literal(each.label + unit + counts))
-        for ax in axes.ravel()[len(shown) :]:
-            ax.set_axis_off()
-        for ax in axes[:, 0]:
-            ax.set_ylabel("share that\nstill moves" if moving else "share that keeps\nits gait")
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(
-            handles,
-            list(map(literal, labels)),
-            loc="outside lower center",
-            ncols=min(len(labels), 5),
-        )
+    figure = new_figure(PAGE_IN, 0.5 + 1.35 * rows)
+    axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    for ax, each in zip(axes.ravel(), shown, strict=False):
+        _panel(ax, each, lines)
+        unit = f" [{each.unit}]" if each.unit else ""
+        counts = ", still moving" if each.measure == "moves" and not moving else ""
+        ax.set_xlabel(literal(each.label + unit + counts))
+    for ax in axes.ravel()[len(shown) :]:
+        ax.set_axis_off()
+    for ax in axes[:, 0]:
+        ax.set_ylabel("share that\nstill moves" if moving else "share that keeps\nits gait")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    labels, ncols = list(map(literal, labels)), min(len(labels), 5)
+    figure.legend(handles, labels, loc="outside lower center", ncols=ncols)
     return figure
 
 
-Counts = tuple[int, int, int]
-"""How many lanes keep their gait, of how many that had one, and of how many runs these are."""
-Line = Mapping[str, Mapping[float, Counts]]
+Line = Mapping[str, pd.DataFrame]
+"""Of every disturbance that was met, by level: how many lanes keep their gait (`kept`), of how many
+that had one (`had`), and of how many runs these are (`runs`)."""
 
 
-def _shares(
-    members: Sequence[Done], disturbances: Sequence[Disturbance]
-) -> dict[str, dict[float, Counts]]:
-    """The counts of every disturbance and level."""
-    counts: dict[str, dict[float, Counts]] = {}
-    measures = {each.name: each.measure for each in disturbances}
-    for _, outcome in members:
-        for (name, level), lanes in cast(Any, outcome.table).groupby(["condition", "level"]):
-            had = lanes[lanes[MEASURES[measures[name]]]]
-            more = int(had[measures[name]].sum()), len(had), had["run"].nunique()
-            levels = counts.setdefault(name, {})
-            kept, of, runs = levels.get(level, (0, 0, 0))
-            levels[level] = kept + more[0], of + more[1], runs + more[2]
-    return counts
+def _shares(members: Sequence[Done], disturbances: Sequence[Disturbance]) -> Line:
+    frames = [outcome.table for _, outcome in members]
+    whole = pd.concat(frames, keys=range(len(frames)), names=["member", None])
+    whole["whose"] = whole["run"].astype(str) + " of " + whole.index.get_level_values(0).astype(str)
+    met, line = set(whole["condition"]), {}
+    for each in disturbances:
+        if each.name in met:
+            rows = whole[(whole["condition"] == each.name) & whole[MEASURES[each.measure]]]
+            counts = {"kept": (each.measure, "sum"), "had": (each.measure, "size")}
+            line[each.name] = rows.groupby("level").agg(**counts, runs=("whose", "nunique"))
+    return line
 
 
 def _panel(ax: Axes, each: Disturbance, lines: Mapping[str, Line]) -> None:
     for number, (label, line) in enumerate(lines.items()):
-        colour, dashes = COLOURS[number], _DASHES[number % len(_DASHES)]
-        counts = dict(line.get(each.name, {}))
-        if not counts:
-            ax.plot([], [], dashes, color=colour, label=label)
+        look: Any = {"color": COLOURS[number], "ls": _DASHES[number % len(_DASHES)], "label": label}
+        if each.name not in line:
+            ax.plot([], [], **look)
             continue
-        found = {x: (n[0] / n[1], *share_interval(*n)) for x, n in counts.items() if n[1]}
-        found[each.neutral] = (1.0, 1.0, 1.0)  # by definition
-        level = sorted(found)
-        share, low, high = zip(*(found[x] for x in level), strict=True)
-        ax.plot(
-            level,
-            share,
-            dashes,
-            marker=_MARKERS[number],
-            markersize=2.5,
-            color=colour,
-            label=label,
-        )
-        if max(runs for *_, runs in counts.values()) >= FEW:
-            ax.fill_between(level, low, high, color=colour, alpha=0.15, linewidth=0)
+        levels = line[each.name]
+        shares = {
+            x: (kept / had, *share_interval(kept, had, runs))
+            for x, kept, had, runs in levels.itertuples()
+        }
+        shares[each.neutral] = (1.0, 1.0, 1.0)  # by definition
+        level = sorted(shares)
+        share, low, high = zip(*(shares[x] for x in level), strict=True)
+        ax.plot(level, share, marker=_MARKERS[number], markersize=2.5, **look)
+        if max(levels["runs"].tolist(), default=0) >= FEW:
+            ax.fill_between(level, low, high, color=look["color"], alpha=0.15, linewidth=0)
     ax.axvline(each.neutral, color="0.6", linewidth=0.6, linestyle=":")
     ax.axhline(0.5, color="0.85", linewidth=0.6, zorder=0)
-    if _is_ratio(each) and min(each.levels) > 0.0:
+    if each.neutral == 1.0 and min(each.levels) > 0.0:
         ax.set_xscale("log")
         ticks = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
         lowest, highest = min(*each.levels, each.neutral), max(*each.levels, each.neutral)
@@ -127,7 +116,3 @@ def _panel(ax: Axes, each: Disturbance, lines: Mapping[str, Line]) -> None:
     else:
         ax.xaxis.set_major_locator(MaxNLocator(4))
     ax.set_ylim(-0.03, 1.03)
-
-
-def _is_ratio(each: Disturbance) -> bool:
-    return each.neutral == 1.0

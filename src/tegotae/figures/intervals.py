@@ -14,6 +14,7 @@ from tegotae.measures.hopping.statistics import Interval
 _ACROSS = 3
 
 
+@styled()
 def intervals_figure(names: Sequence[str], cells: Mapping[str, Iterable[Interval]]) -> Figure:
     """A dot a controller at its mean, with a line over its 95 % interval.
 
@@ -23,18 +24,17 @@ def intervals_figure(names: Sequence[str], cells: Mapping[str, Iterable[Interval
     """
     rows = math.ceil(len(cells) / _ACROSS)
     place = np.arange(len(names))
-    with styled():
-        figure = new_figure(PAGE_IN, rows * (0.8 + 0.2 * len(names)))
-        panels = figure.subplots(rows, _ACROSS, sharey=True, squeeze=False).ravel()
-        for panel, (label, values) in zip(panels, cells.items(), strict=False):
-            means = list(values)
-            mean = np.array([cell.mean for cell in means])
-            ends = np.array([(cell.mean - cell.low, cell.high - cell.mean) for cell in means])
-            panel.errorbar(mean, place, xerr=np.nan_to_num(ends.T), fmt="o", color=COLOURS[0])
-            panel.set_xlabel(literal(label))
-            panel.set_yticks(place, [literal(name) for name in names])
-            panel.margins(y=0.3)
-        panels[0].invert_yaxis()
-        for panel in panels[len(cells) :]:
-            panel.set_visible(False)
+    figure = new_figure(PAGE_IN, rows * (0.8 + 0.2 * len(names)))
+    panels = figure.subplots(rows, _ACROSS, sharey=True, squeeze=False).ravel()
+    for panel, (label, values) in zip(panels, cells.items(), strict=False):
+        means = list(values)
+        mean = np.array([cell.mean for cell in means])
+        ends = np.array([(cell.mean - cell.low, cell.high - cell.mean) for cell in means])
+        panel.errorbar(mean, place, xerr=np.nan_to_num(ends.T), fmt="o", color=COLOURS[0])
+        panel.set_xlabel(literal(label))
+        panel.set_yticks(place, [literal(name) for name in names])
+        panel.margins(y=0.3)
+    panels[0].invert_yaxis()
+    for panel in panels[len(cells) :]:
+        panel.set_visible(False)
     return figure

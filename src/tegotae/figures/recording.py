@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tegotae.figures.cycles import phase_ticks
+from tegotae.figures.rollout import phase_up
 from tegotae.figures.style import COLOURS, PAGE_IN, Table, new_figure, styled
 from tegotae.measures.hopping.measured import Measured
 from tegotae.measures.hopping.signals import FORCE_PERIOD_S, Spectrum, spectrum
@@ -19,6 +20,7 @@ _SHOWN = 0.01
 """The spectrum is drawn as far as it has this share of its highest peak."""
 
 
+@styled()
 def recording_figure(measured: Measured, *, rest_length_m: float, note: str = "") -> Figure:
     """Height and phase over time; below, the portrait (y, ẏ), the apexes, and the spectrum.
 
@@ -30,25 +32,38 @@ def recording_figure(measured: Measured, *, rest_length_m: float, note: str = ""
         rest_length_m: rest length of the leg l0 [m].
         note: a title.
     """
-    with_phase = bool(np.any(measured.frames.phase_rad))
-    with styled():
-        figure = new_figure(PAGE_IN, 4.6 if with_phase else 3.8)
-        figure.suptitle(note, fontsize=8)
-        whole, thirds = ["height"] * 3, ["portrait", "section", "spectrum"]
-        mosaic: Any = [whole, ["phase"] * 3, thirds] if with_phase else [whole, thirds]
-        axes = figure.subplot_mosaic(
-            mosaic, height_ratios=[1.2, 0.8, 1.5] if with_phase else [1.2, 1.5]
-        )
-        _draw_height(axes["height"], measured, rest_length_m)
-        if with_phase:
-            _draw_phase(axes["phase"], measured)
-            axes["height"].sharex(axes["phase"])
-        last = axes["phase" if with_phase else "height"]
-        last.set_xlabel("time [s]")
-        last.set_xlim(0.0, float(measured.frames.time_s[-1, 0]))
-        _draw_portrait(axes["portrait"], measured)
-        _draw_section(axes["section"], measured, with_phase)
-        _draw_spectrum(axes["spectrum"], measured)
+    frames, apexes = measured.frames, measured.hops
+    time, height, ground = frames.time_s[:, 0], frames.height_m[:, 0], frames.ground_m[:, 0]
+    with_phase = bool(np.any(frames.phase_rad))
+    figure = new_figure(PAGE_IN, 4.6 if with_phase else 3.8)
+    figure.suptitle(note, fontsize=8)
+    rows: Any = [["height"] * 3, ["phase"] * 3, ["portrait", "section", "spectrum"]]
+    heights = [1.2, 0.8, 1.5]
+    if not with_phase:
+        del rows[1], heights[1]
+    axes = figure.subplot_mosaic(rows, height_ratios=heights)
+    over_time, portrait = axes["height"], axes["portrait"]
+
+    settled = np.where(_settled(measured, time), height, np.nan)
+    over_time.fill_between(time, ground, ground.min() - 0.05, color="0.85", lw=0)
+    over_time.plot(time, ground + rest_length_m, ":", color="0.4", lw=0.8)
+    over_time.plot(time, height, color="0.6", lw=0.8)
+    over_time.plot(time, settled, color=COLOURS[0], lw=0.8)
+    over_time.plot(apexes.time_s, apexes.height_m, ".", color=COLOURS[2], ms=3)
+    over_time.set_ylabel("height y [m]")
+    last = over_time
+    if with_phase:
+        last = axes["phase"]
+        last.plot(apexes.time_s, apexes.phase_rad, ".", color=COLOURS[2], ms=4)
+        phase_up(last, "apex phase\nφ [rad]")
+        over_time.sharex(last)
+    last.set(xlabel="time [s]", xlim=(0.0, float(time[-1])))
+
+    portrait.plot(height, frames.velocity_m_per_s[:, 0], color="0.75", lw=0.5)
+    portrait.plot(settled, frames.velocity_m_per_s[:, 0], color=COLOURS[0])
+    portrait.set(xlabel="height y [m]", ylabel="velocity ẏ [m/s]")
+    _draw_section(axes["section"], measured, with_phase)
+    _draw_spectrum(axes["spectrum"], measured)
     return figure
 
 
@@ -81,38 +96,6 @@ def _settled(measured: Measured, time_s: AnyArray) -> np.ndarray:
     if not np.isfinite(start) or efficiency is None:
         return np.zeros(len(time_s), bool)
     return np.asarray((time_s >= start) & (time_s <= efficiency.end_s + FORCE_PERIOD_S))
-
-
-def _draw_height(axes: Axes, measured: Measured, rest_length_m: float) -> None:
-    frames, table = measured.frames, measured.hops
-    time, height = frames.time_s[:, 0], frames.height_m[:, 0]
-    ground = frames.ground_m[:, 0]
-    inside = _settled(measured, time)
-    axes.fill_between(time, ground, ground.min() - 0.05, color="0.85", lw=0)
-    axes.plot(time, ground + rest_length_m, ":", color="0.4", lw=0.8)
-    axes.plot(time, height, color="0.6", lw=0.8)
-    axes.plot(time, np.where(inside, height, np.nan), color=COLOURS[0], lw=0.8)
-    axes.plot(table.time_s, table.height_m, ".", color=COLOURS[2], ms=3)
-    axes.set_ylabel("height y [m]")
-
-
-def _draw_phase(axes: Axes, measured: Measured) -> None:
-    table = measured.hops
-    axes.plot(table.time_s, table.phase_rad, ".", color=COLOURS[2], ms=4)
-    axes.set_ylabel("apex phase\nφ [rad]")
-    axes.set_ylim(0.0, 2.0 * np.pi)
-    axes.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
-
-
-def _draw_portrait(axes: Axes, measured: Measured) -> None:
-    frames = measured.frames
-    height, velocity = frames.height_m[:, 0], frames.velocity_m_per_s[:, 0]
-    inside = _settled(measured, frames.time_s[:, 0])
-    axes.plot(height, velocity, color="0.75", lw=0.5)
-    axes.plot(
-        np.where(inside, height, np.nan), np.where(inside, velocity, np.nan), color=COLOURS[0]
-    )
-    axes.set(xlabel="height y [m]", ylabel="velocity ẏ [m/s]")
 
 
 def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
