@@ -14,6 +14,7 @@ import pytest
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build, check_oscillator
 from tegotae.parts.oscillators import (
     OSCILLATORS,
+    PLANAR,
     AdaptiveHopf,
     Hopf,
     Learned,
@@ -234,8 +235,7 @@ def test_matsuokas_frequency_holds_to_8_percent_and_his_amplitude_to_13_in_the_r
 
 
 def test_feedback_turns_the_state_of_any_of_them_alike():
-    for name in ("hopf", "adaptive-hopf", "van-der-pol", "matsuoka"):
-        oscillator = oscillator_named(name)
+    for oscillator in PLANAR.values():
         rates_at = jax.jit(
             lambda phase, f, o=oscillator: o.rate(o.start(phase), OMEGA + 0.0 * f, f)
         )
@@ -256,7 +256,7 @@ def test_a_state_that_went_through_the_origin_is_on_its_other_side():
 
 
 def test_weights_of_zero_are_the_oscillator_itself_and_others_keep_it_in_its_ranges():
-    for oscillator in (Hopf(), AdaptiveHopf(), VanDerPol(), Matsuoka()):
+    for oscillator in PLANAR.values():
         learned = Learned(oscillator)
         same = learned.with_weights([0.0] * learned.n_weights)
         for name, bounds in oscillator.RANGES.items():

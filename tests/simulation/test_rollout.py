@@ -368,54 +368,48 @@ def test_a_lane_does_not_depend_on_how_many_go_with_it():
 
 # Misuse.
 
+PERIODS = ("duration_s", "tick_s", "frame_s")
+MULTIPLE = r"^frame_s is .*whole multiple of tick_s"
+LONG_TICK = Timing(tick_s=0.05, frame_s=0.05)
 
-def assert_one_line(raised: pytest.ExceptionInfo) -> None:
+
+def timed(**periods):
+    return lambda: Timing(**periods)
+
+
+def run(weights, engine=VANILLA, omega=5.0, **options):
+    return lambda: engine.run(weights, Scenario(omega=omega), **options)
+
+
+@pytest.mark.parametrize(
+    ("misuse", "says"),
+    [
+        *(
+            (timed(**{name: value}), f"^{name} is .*; it must be")
+            for name in PERIODS
+            for value in (0.0, -0.001, math.nan, math.inf, -math.inf, "long")
+        ),
+        *(
+            (timed(tick_s=tick_s, frame_s=frame_s), MULTIPLE)
+            for tick_s, frame_s in [(0.003, 0.02), (0.02, 0.01), (0.0007, 0.001)]
+        ),
+        (timed(duration_s=0.005), r"^duration_s is 0.005; .*at least one frame"),
+        *(
+            (run(np.zeros(shape), ART), r"^weights have shape .* needs \[lanes, 96\]")
+            for shape in [(), (3,), (4, 3), (96, 4), (2, 4, 96)]
+        ),
+        (run(np.ones((3, 1)), omega=np.full(4, 5.0)), r"^weights for 3 lanes do not go with"),
+        *(
+            (run([[1.0]], dtype=dtype), f"^dtype is '{dtype}'; it must be")
+            for dtype in ("float16", "int32", "double")
+        ),
+        (
+            run([[1.0]], Engine(controller=VANILLA.controller, timing=LONG_TICK)),
+            r"tick of 0.05 s is too long",
+        ),
+    ],
+)
+def test_what_cannot_be_rolled_out_is_refused_in_one_line(misuse, says):
+    with pytest.raises(TegotaeError, match=says) as raised:
+        misuse()
     assert "\n" not in str(raised.value)
-
-
-@pytest.mark.parametrize("value", [0.0, -0.001, math.nan, math.inf, -math.inf, "long"])
-@pytest.mark.parametrize("name", ["duration_s", "tick_s", "frame_s"])
-def test_a_period_that_is_not_positive_and_finite_is_refused(name, value):
-    with pytest.raises(TegotaeError, match=f"^{name} is .*; it must be") as raised:
-        Timing(**{name: value})
-    assert_one_line(raised)
-
-
-@pytest.mark.parametrize(("tick_s", "frame_s"), [(0.003, 0.02), (0.02, 0.01), (0.0007, 0.001)])
-def test_a_frame_that_is_no_multiple_of_the_tick_is_refused(tick_s, frame_s):
-    with pytest.raises(TegotaeError, match=r"^frame_s is .*whole multiple of tick_s") as raised:
-        Timing(tick_s=tick_s, frame_s=frame_s)
-    assert_one_line(raised)
-
-
-def test_an_episode_shorter_than_a_frame_is_refused():
-    with pytest.raises(TegotaeError, match=r"^duration_s is 0.005; .*at least one frame") as raised:
-        Timing(duration_s=0.005)
-    assert_one_line(raised)
-
-
-@pytest.mark.parametrize("shape", [(), (3,), (4, 3), (96, 4), (2, 4, 96)])
-def test_weights_of_a_wrong_shape_are_refused(shape):
-    with pytest.raises(TegotaeError, match=r"^weights have shape .* needs \[lanes, 96\]") as raised:
-        ART.run(np.zeros(shape), Scenario(omega=5.0))
-    assert_one_line(raised)
-
-
-def test_a_scenario_of_another_number_of_lanes_is_refused():
-    with pytest.raises(TegotaeError, match=r"^weights for 3 lanes do not go with") as raised:
-        VANILLA.run(np.ones((3, 1)), Scenario(omega=np.full(4, 5.0)))
-    assert_one_line(raised)
-
-
-@pytest.mark.parametrize("dtype", ["float16", "int32", "double"])
-def test_an_unknown_precision_is_refused(dtype):
-    with pytest.raises(TegotaeError, match=f"^dtype is '{dtype}'; it must be") as raised:
-        VANILLA.run([[1.0]], Scenario(omega=5.0), dtype=dtype)
-    assert_one_line(raised)
-
-
-def test_a_tick_too_long_for_the_body_is_refused():
-    engine = Engine(controller=VANILLA.controller, timing=Timing(tick_s=0.05, frame_s=0.05))
-    with pytest.raises(TegotaeError, match=r"tick of 0.05 s is too long") as raised:
-        engine.run([[1.0]], Scenario(omega=5.0))
-    assert_one_line(raised)

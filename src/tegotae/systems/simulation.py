@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass, field
 
@@ -17,6 +16,7 @@ from tegotae.measures.hopping.signals import check_work, cot_inverse, work_total
 from tegotae.parts._shapes import AnyArray, LaneNumbers, Numeric
 from tegotae.parts.bodies import Hopper, require_one_limb
 from tegotae.parts.controller import Controller
+from tegotae.parts.fields import numbers_of
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.rollout import (
     Engine,
@@ -100,13 +100,14 @@ class Simulation:
 
     def _require_in_range(self) -> None:
         largest = float(np.finfo(self.dtype).max)
-        numbers = {**_numbers(self.scenario), **dataclasses.asdict(self.hopper)}
+        numbers = {**_numbers(self.scenario), **numbers_of(self.hopper)}
         numbers |= {f"weight {i}": weight for i, weight in enumerate(self.weights)}
-        for name, value in numbers.items():
-            if value != math.inf and abs(value) > largest:
-                raise TegotaeError(
-                    f"{name} is {value:g}; the largest {self.dtype} number is {largest:.2g}"
-                )
+        for name, values in numbers.items():
+            for value in np.ravel(values):
+                if value != math.inf and abs(value) > largest:
+                    raise TegotaeError(
+                        f"{name} is {value:g}; the largest {self.dtype} number is {largest:.2g}"
+                    )
 
     @property
     def measured_from_s(self) -> float:

@@ -5,11 +5,13 @@ from tegotae.parts.oscillators.base import Oscillator
 from tegotae.parts.oscillators.hopf import AdaptiveHopf, Hopf
 from tegotae.parts.oscillators.matsuoka import Matsuoka
 from tegotae.parts.oscillators.phase import PhaseOscillator, PhaseState
+from tegotae.parts.oscillators.planar import Planar
 from tegotae.parts.oscillators.van_der_pol import VanDerPol
 from tegotae.parts.oscillators.wrappers import Clamped, Learned
 
 __all__ = [
     "OSCILLATORS",
+    "PLANAR",
     "AdaptiveHopf",
     "Clamped",
     "Hopf",
@@ -25,17 +27,18 @@ __all__ = [
 PHASE = "phase"
 """The paper's oscillator."""
 
-_GIVEN: dict[str, Oscillator] = {
+PLANAR: dict[str, Planar] = {
     "hopf": Hopf(),
     "adaptive-hopf": AdaptiveHopf(),
     "van-der-pol": VanDerPol(),
     "matsuoka": Matsuoka(),
 }
+"""Those that turn in a plane, with parameters as given."""
 
 OSCILLATORS: dict[str, Oscillator] = {
     PHASE: PhaseOscillator(),
-    **_GIVEN,
-    **{f"learned-{name}": Learned(oscillator) for name, oscillator in _GIVEN.items()},
+    **PLANAR,
+    **{f"learned-{name}": Learned(oscillator) for name, oscillator in PLANAR.items()},
 }
 """Each with parameters as given, and, but for the paper's, with trained ones."""
 
