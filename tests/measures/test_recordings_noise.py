@@ -16,7 +16,7 @@ from synthetic import Hopping, seconds
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.measures.hopping import LimitCycle, measure
-from tegotae.measures.hopping.noise import cleaned, denoised, noise_std, work_under_noise
+from tegotae.measures.hopping.recording import cleaned, denoised, noise_std, work_under_noise
 
 GUIDES = ROOT / "docs" / "guides"
 TIME = seconds(20.0, 0.01)
@@ -93,7 +93,7 @@ def test_a_recording_without_noise_is_left_as_it_is():
     columns = {"time_s": TIME, "height_m": HEIGHT, "force_n": FORCE, "phase_rad": 6.0 * TIME}
     found = denoised(columns, rest_length_m=1.0, limit_cycle=LimitCycle(), work="absolute")
     for name, column in columns.items():
-        np.testing.assert_array_equal(found.columns[name], column)
+        np.testing.assert_array_equal(found.samples[name], column)
     assert found.notes == ()
     assert found.prominence_m == 0.0
     assert found.limit_cycle == LimitCycle()

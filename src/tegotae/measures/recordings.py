@@ -3,38 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae._support.files import read_arrays
 from tegotae._support.tables import number, read_csv
-from tegotae.measures.hopping.recording import Samples
 
 _LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _FORCE = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "MN": 1e6}
+_ENERGY = {"J": 1.0, "kJ": 1e3, "mJ": 1e-3, "MJ": 1e6}
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """Something that may be recorded.
-
-    Args:
-        names: by which its column is known, without the unit.
-        units: how much each unit is of the SI's, the SI's first.
-        about: its meaning.
-    """
+class Quantity(NamedTuple):
+    """Something that may be recorded."""
 
     names: tuple[str, ...]
+    """Names of its column, without the unit."""
     units: Mapping[str, float]
-    about: str
+    """Its units in those of the SI, whose own is the first."""
 
     def of(self, unit: str) -> float | None:
-        """How much a unit is of the SI's; None if it is no unit of this.
+        """A unit in that of the SI; None if it is no unit of this.
 
         Capitals count only where they distinguish two units, as those of mN and MN do.
         """
@@ -43,22 +37,23 @@ class Quantity:
             alike = [known for known in alike if known[0] == unit[0]]
         return self.units[alike[0]] if alike else None
 
+    @property
+    def si(self) -> str:
+        """Its unit of the SI."""
+        return next(iter(self.units))
+
 
 QUANTITIES = {
-    "time": Quantity(("time", "t"), {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}, "when"),
-    "height": Quantity(("height", "y"), _LENGTH, "height of the centre of mass"),
-    "ground": Quantity(("ground",), _LENGTH, "height of the ground"),
-    "phase": Quantity(("phase",), {"rad": 1.0, "deg": np.pi / 180.0}, "phase of the oscillator"),
-    "force": Quantity(("actuator_force", "force"), _FORCE, "actuator force"),
-    "work": Quantity(
-        ("work",), {"J": 1.0, "kJ": 1e3, "mJ": 1e-3, "MJ": 1e6}, "running total of the work"
-    ),
-    "climb_flight": Quantity(
-        ("climb_flight",), _LENGTH, "running total of the heights climbed in flight"
-    ),
-    "climb": Quantity(("climb",), _LENGTH, "running total of all heights climbed"),
+    "time": Quantity(("time", "t"), {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}),
+    "height": Quantity(("height", "y"), _LENGTH),
+    "ground": Quantity(("ground",), _LENGTH),
+    "phase": Quantity(("phase",), {"rad": 1.0, "deg": np.pi / 180.0}),
+    "force": Quantity(("actuator_force", "force"), _FORCE),
+    "work": Quantity(("work",), _ENERGY),
+    "climb_flight": Quantity(("climb_flight",), _LENGTH),
+    "climb": Quantity(("climb",), _LENGTH),
 }
-"""What can be measured, by the name that it has on the command line."""
+"""The quantities that `tegotae.measures.hopping.measure` takes, by their names in commands."""
 
 
 def split(column: str) -> tuple[str, str]:
@@ -77,7 +72,7 @@ def split(column: str) -> tuple[str, str]:
 
 
 def in_brackets(text: str) -> tuple[str, str]:
-    """What stands before brackets at the end of a text, and in them."""
+    """The text before brackets at the end, and that in them."""
     match = re.fullmatch(r"(.*?)\s*[\[(](\w*)[\])]\s*", text)
     return (match.group(1), match.group(2)) if match else (text, "")
 
@@ -115,25 +110,6 @@ def read_columns(path: Path | str) -> dict[str, np.ndarray]:
     return read(path)
 
 
-def _numbers_of(name: str, column: Iterable) -> np.ndarray:
-    """A column as float64, NaN where a cell is empty.
-
-    Raises:
-        TegotaeError: for a cell that is no number.
-    """
-    cells = np.asarray(column)
-    if cells.dtype.kind in "fiub":
-        return cells.astype(float)
-    found = np.full(len(cells), np.nan)
-    for row, cell in enumerate(cells.tolist()):
-        text = str(cell).strip()
-        try:
-            found[row] = number(text) if text and cell is not None else np.nan
-        except ValueError:
-            raise TegotaeError(f"{name} is {text!r} in row {row}, which is no number") from None
-    return found
-
-
 def _csv(path: Path) -> dict[str, np.ndarray]:
     return read_csv(path, kind="recording")
 
@@ -147,13 +123,13 @@ def _npz(path: Path) -> dict[str, np.ndarray]:
         raise TegotaeError(f"{path} is no recording: no .npz of plain arrays ({error})") from None
     # One number, such as a rate, is no column; and one column more in a matrix is still one.
     columns = {name: np.squeeze(column) for name, column in columns.items()}
-    kept = {name: column for name, column in columns.items() if column.ndim == 1}
     for name, column in columns.items():
         if column.ndim > 1 and split(name)[0] in _NEEDED:
             raise TegotaeError(
                 f"{path} is no recording: {name} has the shape {column.shape}; it must be one "
                 "number a sample"
             )
+    kept = {name: column for name, column in columns.items() if column.ndim == 1}
     if not kept:
         raise TegotaeError(f"{path} is no recording: it holds no array of one dimension")
     return kept
@@ -177,63 +153,7 @@ FORMATS: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
     ".npz": _npz,
     ".parquet": _parquet,
 }
-"""Who reads which ending."""
-
-
-_LEAST_SAMPLES = 3
-
-
-@dataclass(frozen=True)
-class Recording:
-    """One recorded gait, in SI units: arrays of shape [samples], None for what was not recorded."""
-
-    time_s: np.ndarray
-    height_m: np.ndarray
-    ground_m: np.ndarray | float = 0.0
-    phase_rad: np.ndarray | None = None
-    force_n: np.ndarray | None = None
-    work_j: np.ndarray | None = None
-    climb_flight_m: np.ndarray | None = None
-    climb_m: np.ndarray | None = None
-
-    def arguments(self) -> Samples:
-        """The arguments of `tegotae.measures.hopping.measure`, by name."""
-        return Samples(
-            time_s=self.time_s,
-            height_m=self.height_m,
-            ground_m=self.ground_m,
-            phase_rad=self.phase_rad,
-            force_n=self.force_n,
-            work_j=self.work_j,
-            climb_flight_m=self.climb_flight_m,
-            climb_m=self.climb_m,
-        )
-
-    def resampled(self, rate_hz: float) -> Recording:
-        """The same at uniform times, by linear interpolation, which needs increasing ones.
-
-        Raises:
-            TegotaeError: for a rate that is not positive, times that do not increase, or values
-                that are not finite.
-        """
-        require_finite("resample", rate_hz, above=0.0, most=1e6)
-        if not np.isfinite(self.time_s).all() or not (np.diff(self.time_s) > 0.0).all():
-            raise TegotaeError("the times do not increase; sort the recording before --resample")
-        count = int((self.time_s[-1] - self.time_s[0]) * rate_hz + 1e-9) + 1
-        time_s = self.time_s[0] + np.arange(count) / rate_hz
-
-        def at_times(name: str, column: ArrayLike | None) -> ArrayLike | None:
-            if column is None or np.ndim(column) == 0:
-                return column
-            values = np.asarray(column)
-            if not np.isfinite(values).all():
-                row = int(np.argmin(np.isfinite(values)))
-                raise TegotaeError(f"{name} is {values[row]} at sample {row}; fill the gap or cut")
-            values = np.unwrap(values) if name == "phase_rad" else values
-            return np.interp(time_s, self.time_s, values)
-
-        columns = {name: at_times(name, column) for name, column in vars(self).items()}
-        return replace(self, **{**columns, "time_s": time_s})
+"""The reader of each ending."""
 
 
 def recording(
@@ -241,8 +161,8 @@ def recording(
     named: Sequence[str] = (),
     *,
     rate_hz: float | None = None,
-) -> Recording:
-    """The recording in some columns.
+) -> pd.DataFrame:
+    """The recorded gait in some columns, in SI units, for `tegotae.measures.hopping.measure`.
 
     A column is known by its name with its unit, as `height_m`, `height_mm`, `height [mm]` or
     `Height (mm)`. Columns of other names are left alone, unless they are named.
@@ -252,6 +172,10 @@ def recording(
         named: which column is what, `QUANTITY=COLUMN` or `QUANTITY=COLUMN[UNIT]`.
         rate_hz: samples a second, where there is no column of times.
 
+    Returns:
+        A row a sample: `time_s` and `height_m`, and what there is of `ground_m`, `phase_rad`,
+        `force_n`, `work_j`, `climb_flight_m` and `climb_m`.
+
     Raises:
         TegotaeError: if there is no height, no time, two columns for one quantity or one for two, a
             unit that is not known, a cell that is no number, columns of several lengths, or too few
@@ -259,33 +183,72 @@ def recording(
 
     Example:
         >>> table = {"t [ms]": [0, 10, 20], "com": [990.0, 1000.0, 1010.0]}
-        >>> found = recording(table, ["height=com[mm]"])
-        >>> found.time_s.tolist(), found.height_m.tolist()
-        ([0.0, 0.01, 0.02], [0.99, 1.0, 1.01])
+        >>> recording(table, ["height=com[mm]"]).height_m.tolist()
+        [0.99, 1.0, 1.01]
     """
     chosen = _chosen(columns, named)
     if "height" not in chosen:
         raise _lacking("height", columns)
-    if rate_hz is not None:
-        if "time" in chosen:
-            raise TegotaeError(
-                f"column {chosen['time'][0]!r} holds the times; --rate is for columns without any"
-            )
-        require_finite("rate", rate_hz, above=0.0, most=1e6)
-        samples = len(columns[chosen["height"][0]])
-        times = {"time_s": np.arange(samples) / rate_hz}
-    elif "time" not in chosen:
+    if "time" not in chosen and rate_hz is None:
         raise _lacking("time", columns, ", or give the rate of the samples: --rate HZ")
-    else:
-        times = {}
-    values = {
-        f"{quantity}_{next(iter(QUANTITIES[quantity].units)).lower()}": unit * _numbers_of(
-            name, columns[name]
+    if "time" in chosen and rate_hz is not None:
+        raise TegotaeError(
+            f"column {chosen['time'][0]!r} holds the times; --rate is for columns without any"
         )
+    values = {
+        f"{quantity}_{QUANTITIES[quantity].si.lower()}": unit * _numbers_of(name, columns[name])
         for quantity, (name, unit) in chosen.items()
-    }  # fmt: skip
-    _check_lengths({chosen[name.rpartition("_")[0]][0]: len(x) for name, x in values.items()})
-    return Recording(**times, **values)
+    }
+    lengths = {name: len(columns[name]) for name, _ in chosen.values()}
+    (first, samples), *_ = lengths.items()
+    for name, other in lengths.items():
+        if other != samples:
+            raise TegotaeError(
+                f"column {first!r} holds {samples} samples and {name!r} {other}; all must be of "
+                "one length"
+            )
+    if samples < _LEAST_SAMPLES:
+        raise TegotaeError(
+            f"the recording holds {samples} samples; it must have at least {_LEAST_SAMPLES}"
+        )
+    if rate_hz is not None:
+        require_finite("rate", rate_hz, above=0.0, most=1e6)
+        values["time_s"] = np.arange(samples) / rate_hz
+    return pd.DataFrame(values)
+
+
+_LEAST_SAMPLES = 3
+
+
+def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
+    """A recording at uniform times, by linear interpolation, which needs increasing ones.
+
+    Args:
+        samples: from `recording`.
+        rate_hz: samples a second.
+
+    Raises:
+        TegotaeError: for a rate that is not positive, times that do not increase, or values that
+            are not finite.
+    """
+    require_finite("resample", rate_hz, above=0.0, most=1e6)
+    before = samples["time_s"].to_numpy()
+    if not np.isfinite(before).all() or not (np.diff(before) > 0.0).all():
+        raise TegotaeError("the times do not increase; sort the recording before --resample")
+    count = int((before[-1] - before[0]) * rate_hz + 1e-9) + 1
+    time_s = before[0] + np.arange(count) / rate_hz
+
+    def at_times(column: pd.Series) -> np.ndarray:
+        values, sound = column.to_numpy(), np.isfinite(column.to_numpy())
+        if not sound.all():
+            row = int(np.argmin(sound))
+            raise TegotaeError(
+                f"{column.name} is {values[row]} at sample {row}; fill the gap or cut"
+            )
+        values = np.unwrap(values) if column.name == "phase_rad" else values
+        return np.interp(time_s, before, values)
+
+    return pd.DataFrame({name: at_times(samples[name]) for name in samples} | {"time_s": time_s})
 
 
 def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] = ()) -> list[str]:
@@ -304,89 +267,47 @@ def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] =
     for column in columns:
         name, unit = split(column)
         whole = f"{name}_{unit}".lower().strip("_")
-        for quantity, what in QUANTITIES.items():
-            if quantity in chosen or not {name, whole} & {*what.names}:
+        for quantity, known in QUANTITIES.items():
+            if quantity in chosen or not {name, whole} & {*known.names}:
                 continue
-            given = f"in {unit!r}" if unit and whole not in what.names else "without a unit"
+            given = _given("" if whole in known.names else unit)
             lines.append(
                 f"column {column!r} is {given} and is left alone; say it: --columns "
-                f"{quantity}={column}[{next(iter(what.units))}]"
+                f"{quantity}={column}[{known.si}]"
             )
     return lines
 
 
-def _check_lengths(samples: Mapping[str, int]) -> None:
-    """Raise `TegotaeError` unless columns have one length, and samples enough."""
-    (first, count), *others = samples.items()
-    for name, other in others:
-        if other != count:
-            raise TegotaeError(
-                f"column {first!r} holds {count} samples and {name!r} {other}; all must be of one "
-                "length"
-            )
-    if count < _LEAST_SAMPLES:
-        raise TegotaeError(
-            f"the recording holds {count} samples; it must have at least {_LEAST_SAMPLES}"
-        )
+def _given(unit: str) -> str:
+    return f"in {unit!r}" if unit else "without a unit"
+
+
+def _numbers_of(name: str, column: Collection[object]) -> np.ndarray:
+    """A column as float64, NaN where a cell is empty.
+
+    Raises:
+        TegotaeError: for a cell that is no number.
+    """
+    cells = np.asarray(column)
+    if cells.dtype.kind in "fiub":
+        return cells.astype(float)
+    values = np.full(len(cells), np.nan)
+    for row, cell in enumerate(cells.tolist()):
+        text = str(cell).strip()
+        try:
+            values[row] = number(text) if text and cell is not None else np.nan
+        except ValueError:
+            raise TegotaeError(f"{name} is {text!r} in row {row}, which is no number") from None
+    return values
 
 
 def _chosen(
     columns: Mapping[str, Collection[object]], named: Sequence[str]
 ) -> dict[str, tuple[str, float]]:
     """Column and unit of every quantity: as named, or else by the columns' own names."""
-    chosen = _named(columns, named)
-    taken = {column for column, _ in chosen.values()}
-    free = [column for column in columns if column not in taken]
-    return {
-        **_found(free, [quantity for quantity in QUANTITIES if quantity not in chosen]),
-        **chosen,
-    }
-
-
-def _found(columns: Sequence[str], quantities: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """Column and unit of every quantity by a column's own name."""
-    found: dict[str, tuple[str, float]] = {}
-    for column in columns:
-        name, unit = split(column)
-        for quantity in quantities:
-            what = QUANTITIES[quantity]
-            scale = what.of(unit)
-            if name not in what.names or scale is None:
-                continue
-            if quantity in found:
-                raise TegotaeError(
-                    f"columns {found[quantity][0]!r} and {column!r} may both be the {quantity}; "
-                    f"say which, such as --columns {quantity}={column}"
-                )
-            found[quantity] = (column, scale)
-    return found
-
-
-def _named(
-    columns: Mapping[str, Collection[object]], named: Sequence[str]
-) -> dict[str, tuple[str, float]]:
-    """The same of every quantity whose column was named."""
     chosen: dict[str, tuple[str, float]] = {}
-    for each in named:
-        quantity, equals, column = each.partition("=")
-        if not equals or not column:
-            raise TegotaeError(f"{each!r} names no column; write QUANTITY=COLUMN[UNIT]")
-        if quantity not in QUANTITIES:
-            raise unknown("quantity", quantity, QUANTITIES)
-        if column not in columns:  # the unit may be said behind the name
-            column, unit = in_brackets(column)
-        else:
-            unit = split(column)[1]
-        if column not in columns:
-            raise unknown("column", column, columns)
-        units = QUANTITIES[quantity].units
-        scale = QUANTITIES[quantity].of(unit)
-        if scale is None:
-            given = f"in {unit!r}" if unit else "without a unit"
-            raise TegotaeError(
-                f"column {column!r} is {given}; say which of {', '.join(units)} it is, such as "
-                f"--columns {quantity}={column}[{next(iter(units))}]"
-            )
+    for words in named:
+        quantity, column, scale = _named(columns, words)
         if quantity in chosen:
             raise TegotaeError(
                 f"the {quantity} is named twice, {chosen[quantity][0]!r} and {column!r}; name one"
@@ -398,17 +319,50 @@ def _named(
                     "can be one of them"
                 )
         chosen[quantity] = (column, scale)
-    return chosen
+    taken = {column for column, _ in chosen.values()}
+    known: dict[str, tuple[str, float]] = {}
+    for column in (column for column in columns if column not in taken):
+        name, unit = split(column)
+        for quantity, what in QUANTITIES.items():
+            own_scale = what.of(unit)
+            if quantity in chosen or name not in what.names or own_scale is None:
+                continue
+            if quantity in known:
+                raise TegotaeError(
+                    f"columns {known[quantity][0]!r} and {column!r} may both be the {quantity}; "
+                    f"say which, such as --columns {quantity}={column}"
+                )
+            known[quantity] = (column, own_scale)
+    return known | chosen
+
+
+def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, str, float]:
+    """Quantity, column and unit of `QUANTITY=COLUMN[UNIT]`."""
+    quantity, _, column = words.partition("=")
+    if not column:
+        raise TegotaeError(f"{words!r} names no column; write QUANTITY=COLUMN[UNIT]")
+    if quantity not in QUANTITIES:
+        raise unknown("quantity", quantity, QUANTITIES)
+    # The unit is part of the column's name, or said behind it.
+    column, unit = (column, split(column)[1]) if column in columns else in_brackets(column)
+    if column not in columns:
+        raise unknown("column", column, columns)
+    scale = QUANTITIES[quantity].of(unit)
+    if scale is None:
+        raise TegotaeError(
+            f"column {column!r} is {_given(unit)}; say which of "
+            f"{', '.join(QUANTITIES[quantity].units)} it is, such as "
+            f"--columns {quantity}={column}[{QUANTITIES[quantity].si}]"
+        )
+    return quantity, column, scale
 
 
 def _lacking(
     quantity: str, columns: Mapping[str, Collection[object]], otherwise: str = ""
 ) -> TegotaeError:
-    what = QUANTITIES[quantity]
-    units = "/".join(what.units)
-    names = [*columns]
+    what, names = QUANTITIES[quantity], [*columns]
     listed = ", ".join(map(repr, names[:12])) + (", ..." if len(names) > 12 else "")
     return TegotaeError(
-        f"no column is the {quantity} ({what.names[0]}_{units}) among {listed}; name it: "
-        f"--columns {quantity}=COLUMN[UNIT]{otherwise}"
+        f"no column is the {quantity} ({what.names[0]}_{'/'.join(what.units)}) among {listed}; "
+        f"name it: --columns {quantity}=COLUMN[UNIT]{otherwise}"
     )

@@ -16,7 +16,7 @@ from tegotae.measures.hopping.episode import REGIMES
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.measured import Measured, measure
 from tegotae.measures.hopping.registry import metrics
-from tegotae.measures.recordings import left_alone, read_columns, recording
+from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.questions.answer import UNDEFINED, AnswerBase
 from tegotae.questions.task import Work
@@ -234,9 +234,9 @@ def measure_recording(file: Path, options: RecordingOptions) -> MeasuredRecordin
     read = recording(table, options.columns, rate_hz=options.rate)
     for line in left_alone(table, options.columns):
         note(f"tegotae: {line}")
-    read = read if options.resample is None else read.resampled(options.resample)
+    read = read if options.resample is None else resampled(read, options.resample)
     measured = measure(
-        **read.arguments(),
+        **read,
         rest_length_m=rest_length_m,
         omega=options.omega,
         max_force_n=options.of_body("max_force_n", "--max-force"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -11,18 +11,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.hopping import LimitCycle, hops, settled
 from tegotae.measures.hopping.metric import REGIME, GaitMetric
 from tegotae.measures.hopping.registry import built_in_gait, channels_of
-from tegotae.measures.hopping.signals import check_work
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
 
 @jax.tree_util.register_pytree_node_class
+@dataclass(frozen=True, eq=False, repr=False)
 class Gait:
     """The metrics of a gait, by name: `gait.t0_s`. Arrays of shape [lanes], NaN where undefined.
 
@@ -36,10 +35,7 @@ class Gait:
         3.5
     """
 
-    __slots__ = ("values",)
-
-    def __init__(self, values: Mapping[str, Numeric]) -> None:
-        self.values = values
+    values: Mapping[str, Any]
 
     def __getattr__(self, name: str) -> Any:
         # Before the values are there, as in a copy being made, nothing is.
@@ -67,6 +63,13 @@ class Gait:
         return cls(dict(zip(names, arrays, strict=True)))
 
 
+@partial(
+    jax.jit,
+    static_argnames=(
+        *("frame_s", "undisturbed_s", "limit_cycle"),
+        *("work", "has_oscillator", "metrics"),
+    ),
+)
 def gait(
     trajectory: Trajectory,
     *,
@@ -106,61 +109,15 @@ def gait(
         TegotaeError: for an unknown definition of work, or a recording period of which 20 ms is no
             multiple (`smoothness`).
     """
-    return _gait(
-        trajectory,
-        omega=omega,
-        rest_length_m=rest_length_m,
-        max_force_n=max_force_n,
-        frame_s=frame_s,
-        undisturbed_s=undisturbed_s,
-        disturbed_at_s=disturbed_at_s,
-        limit_cycle=limit_cycle,
-        work=work,
-        has_oscillator=has_oscillator,
-        metrics=built_in_gait() if metrics is None else metrics,
-    )
-
-
-@partial(
-    jax.jit,
-    static_argnames=(
-        "frame_s",
-        "undisturbed_s",
-        "limit_cycle",
-        "work",
-        "has_oscillator",
-        "metrics",
-    ),
-)
-def _gait(
-    whole: Trajectory,
-    *,
-    omega: Numeric,
-    rest_length_m: Numeric,
-    max_force_n: Numeric,
-    frame_s: float,
-    undisturbed_s: float | None,
-    disturbed_at_s: Numeric | None,
-    limit_cycle: LimitCycle,
-    work: str,
-    has_oscillator: bool,
-    metrics: tuple[GaitMetric, ...],
-) -> Gait:
-    table = hops(whole, rest_length_m)
-    trajectory = whole
+    table, undisturbed = hops(trajectory, rest_length_m), trajectory
     if undisturbed_s is not None:
         frames = int(undisturbed_s / frame_s + 1e-6)
-        if not 4 <= frames <= len(whole.time_s):
-            raise TegotaeError(
-                f"undisturbed_s is {undisturbed_s:g}; it must be at least four frames "
-                f"({4 * frame_s:g} s) and within the trajectory ({len(whole.time_s) * frame_s:g} s)"
-            )
-        trajectory = jax.tree.map(lambda recorded: recorded[:frames], whole)
+        undisturbed = jax.tree.map(lambda recorded: recorded[:frames], trajectory)
     episode = Episode(
-        trajectory=trajectory,
-        whole=whole,
+        trajectory=undisturbed,
+        whole=trajectory,
         hops=table,
-        cycle=settled(table, limit_cycle, -jnp.inf, trajectory.time_s[-1]),
+        cycle=settled(table, limit_cycle, -jnp.inf, undisturbed.time_s[-1]),
         omega=omega,
         has_oscillator=has_oscillator,
         rest_length_m=rest_length_m,
@@ -170,8 +127,8 @@ def _gait(
         limit_cycle=limit_cycle,
         work=work,
     )
-    found = {metric.name: metric.compute(episode) for metric in metrics}
-    return Gait({REGIME: episode.regime, **found})
+    chosen = built_in_gait() if metrics is None else metrics
+    return Gait({REGIME: episode.regime} | {m.name: m.compute(episode) for m in chosen})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,27 +136,18 @@ class GaitSummary:
     """The metrics of a rollout's gait, as an `Engine`'s summary: `Gait` of arrays [lanes].
 
     Args:
-        undisturbed_s: end of the undisturbed window [s]; the whole rollout if None.
-        limit_cycle: what counts as settled.
         work: definition of work, one of "absolute", "positive", "net".
 
     Example:
         >>> import numpy as np
         >>> from tegotae import Engine, Scenario, build
         >>> engine = Engine(controller=build("V-reflex-w8"), summary=GaitSummary())
-        >>> found = engine.run(np.array([[2.0]]), Scenario(omega=8.0))
-        >>> f"{found.limit_cycle_period[0]:.0f} {found.cot_inverse[0]:.2f} m/J"
+        >>> path = engine.run(np.array([[2.0]]), Scenario(omega=8.0))
+        >>> f"{path.limit_cycle_period[0]:.0f} {path.cot_inverse[0]:.2f} m/J"
         '1 0.43 m/J'
     """
 
-    undisturbed_s: float | None = None
-    limit_cycle: LimitCycle = field(default_factory=LimitCycle)
     work: str = "absolute"
-
-    def __post_init__(self) -> None:
-        check_work(self.work)
-        if self.undisturbed_s is not None:
-            require_finite("undisturbed_s", self.undisturbed_s, above=0.0)
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -216,8 +164,6 @@ class GaitSummary:
             rest_length_m=body.rest_length_m,
             max_force_n=body.max_force_n,
             frame_s=timing.frame_s,
-            undisturbed_s=self.undisturbed_s,
             disturbed_at_s=scenario.drop_time_s,
-            limit_cycle=self.limit_cycle,
             work=self.work,
         )

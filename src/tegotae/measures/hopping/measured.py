@@ -24,8 +24,7 @@ from tegotae.measures.hopping.metric import (
     GaitMetric,
     Metric,
 )
-from tegotae.measures.hopping.noise import denoised
-from tegotae.measures.hopping.recording import Samples, from_samples
+from tegotae.measures.hopping.recording import Samples, checked, denoised, frames_of, step_of
 from tegotae.measures.hopping.registry import derived, metrics
 from tegotae.measures.hopping.signals import FORCE_PERIOD_S, check_work, cot_inverse, work_total
 from tegotae.parts._shapes import AnyArray
@@ -86,128 +85,6 @@ def _swings(height_m: np.ndarray) -> float:
     return float(np.argmax(power)) / 8.0
 
 
-_FROM_FORCE = ("impulse_ns", "actuator_force_n")
-_FROM_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
-_NOT_RECORDED = ("spring_force_n", "feedback_rad_per_s", "energy_j")
-_NOT_GIVEN = {
-    "omega": "the prescribed frequency ω is not given",
-    "max_force_n": "the largest actuator force α is not given",
-}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Known:
-    """The known parameters of a recording."""
-
-    regime: int
-    """Index into `REGIMES`."""
-    hops: Hops
-    """Its hops, [hops] each."""
-    end_s: float
-    """Where its undisturbed part ends [s]."""
-    limit_cycle: LimitCycle
-    """What counts as settled."""
-    has_force: bool
-    """Whether the actuator force was recorded."""
-    has_work: bool
-    """Whether its work was recorded, or follows from the force."""
-    given: Mapping[str, bool]
-    """Whether ω and α were given."""
-    disturbed: bool
-    """Whether there was a disturbance."""
-    has_body: bool
-    """Whether the body was given."""
-
-
-def why_undefined(metric: Metric, values: Mapping[str, float], known: Known) -> str:
-    """Why a metric that is NaN in `values` is undefined."""
-    if isinstance(metric, ClampedMetric):
-        return "it takes simulations with the oscillator held still, which no recording is"
-    if isinstance(metric, DerivedMetric):
-        return _of_derived(metric, values, known)
-    assert isinstance(metric, GaitMetric)
-    if metric.disturbed and not known.disturbed:
-        return "there was no disturbance"
-    if known.regime != LIMIT_CYCLE:
-        return no_cycle(known)
-    return _not_recorded(metric, known) or (
-        "the gait does not settle again before the recording ends"
-        if metric.disturbed
-        else "the work is negative in sum"
-        if set(metric.channels) & set(_FROM_WORK)
-        else "it has no value for this gait"
-    )
-
-
-def _not_recorded(metric: GaitMetric, known: Known) -> str:
-    reads = set(metric.channels)
-    if reads & set(_FROM_WORK) and not known.has_work:
-        return "neither the actuator force nor its work was recorded"
-    if reads & set(_FROM_FORCE) and not known.has_force:
-        return "the actuator force was not recorded"
-    for channel in _NOT_RECORDED:
-        if channel in reads:
-            return f"a recording has no {channel}"
-    return next((words for name, words in _NOT_GIVEN.items() if name in metric.parameters
-                 and not known.given[name]), "")  # fmt: skip
-
-
-def _of_derived(metric: DerivedMetric, values: Mapping[str, float], known: Known) -> str:
-    for name in metric.of:
-        if np.isnan(values.get(name, 0.0)):
-            return f"{name} is undefined"
-    if metric.needs_body and not known.has_body:
-        return "it takes the body, which is not given"
-    return "it has no value for such a gait of this body"
-
-
-def no_cycle(known: Known) -> str:
-    """Why there is no limit cycle: how far the last hops are from repeating themselves."""
-    table, count = known.hops, int(np.sum(known.hops.time_s <= known.end_s))
-    if known.regime == FAILED:
-        return "the body failed"
-    needed = known.limit_cycle.min_repeats + 1
-    if known.regime == AT_REST:
-        return "no hop" if count == 0 else f"no hop after {table.time_s[count - 1]:.1f} s"
-    if count < needed:
-        return f"{count} hops; a limit cycle has to show at least {needed}"
-    height, phase, period = min(
-        (_spread(known, count, period) for period in range(1, known.limit_cycle.max_period + 1)
-         if count >= needed * period),
-        key=lambda spread: max(_over(known.limit_cycle, *spread[:2])),
-    )  # fmt: skip
-    over_height, over_phase = _over(known.limit_cycle, height, phase)
-    if max(over_height, over_phase) <= 1.0:
-        return f"the hops stop at {table.time_s[count - 1]:.1f} s, before the recording ends"
-    far = []
-    if over_height > 1.0:
-        allowed = known.limit_cycle.height_tolerance_m
-        far.append(f"{1e3 * height:.3g} mm in height ({1e3 * allowed:g} are allowed)")
-    if over_phase > 1.0:
-        allowed = known.limit_cycle.phase_tolerance_rad
-        far.append(f"{phase:.2g} rad in phase ({allowed:g} are allowed)")
-    every = "each other" if period == 1 else f"every {period} hops"
-    return f"the last {needed * period} hops differ from {every} by {' and '.join(far)}"
-
-
-def _spread(known: Known, count: int, period: int) -> tuple[float, float, int]:
-    """How far the last hops are from the last cycle of a period, in height [m] and phase [rad]."""
-    rows = np.arange(count - (known.limit_cycle.min_repeats + 1) * period, count)
-    last = count - 1 - (count - 1 - rows) % period
-    height = np.abs(known.hops.height_m[rows] - known.hops.height_m[last])
-    phase = known.hops.phase_rad[rows] - known.hops.phase_rad[last]
-    turned = np.abs((phase + math.pi) % (2.0 * math.pi) - math.pi)
-    return float(height.max()), float(turned.max()), period
-
-
-def _over(tolerance: LimitCycle, height_m: float, phase_rad: float) -> tuple[float, float]:
-    """Both over what is allowed."""
-    return (
-        height_m / tolerance.height_tolerance_m,
-        phase_rad / tolerance.phase_tolerance_rad,
-    )
-
-
 @dataclass(frozen=True, kw_only=True)
 class Efficiency:
     """Height climbed and work, from one apex to another."""
@@ -240,6 +117,7 @@ class Efficiency:
         return float(cot_inverse(climb_m, self.work_j)) if self.work_j > -1e-6 else np.nan
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Measured(Gait):
     """The metrics of one recording, floats by name, NaN where undefined: `measured.t0_s`.
 
@@ -247,8 +125,6 @@ class Measured(Gait):
         >>> Measured({"t1_s": np.nan}, {"t1_s": "there was no disturbance"}, *[None] * 4).reasons
         {'t1_s': 'there was no disturbance'}
     """
-
-    __slots__ = ("efficiency", "frames", "hops", "notes", "omega", "reasons")
 
     reasons: dict[str, str]
     """Why each metric that is NaN is undefined, by its name."""
@@ -261,24 +137,9 @@ class Measured(Gait):
     """Its hops, [hops] each."""
     omega: float
     """Prescribed frequency ω [rad/s]; NaN if it is not known."""
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     """What else is to be known of the numbers, a sentence each: which are the recorder's own, what
     noise there is and what was done about it, and what contradicts each other."""
-
-    def __init__(
-        self,
-        values: Mapping[str, float],
-        reasons: dict[str, str],
-        efficiency: Efficiency | None,
-        frames: Trajectory,
-        hops: Hops,
-        omega: float,
-        notes: tuple[str, ...] = (),
-    ) -> None:
-        super().__init__(values)
-        self.notes = notes
-        self.reasons, self.efficiency = reasons, efficiency
-        self.frames, self.hops, self.omega = frames, hops, omega
 
 
 _CLOCK_S = 1e6
@@ -331,7 +192,7 @@ def measure(
             far as noise hides smaller differences.
         lowpass_hz: cutoff of the zero-phase low-pass of the height [Hz]; infinite to filter
             nothing. By default a height with noise is filtered at the cutoff of least expected
-            error, and one without noise is not (`tegotae.measures.hopping.noise`).
+            error, and one without noise is not (`tegotae.measures.hopping.recording`).
         work: definition of work, one of "absolute", "positive", "net".
         body: the body, for metrics that take it, such as the share of its optimum.
 
@@ -356,35 +217,32 @@ def measure(
     if max_force_n is not None:
         require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
     check_work(work)
-    _check_rate(time_s)
-    time_s, of_clock = _from_the_first(time_s)
-    columns: Samples = {
-        "time_s": time_s,
-        "height_m": height_m,
-        "ground_m": ground_m,
-        "phase_rad": phase_rad,
-        "force_n": force_n,
-        "work_j": work_j,
-        "climb_flight_m": climb_flight_m,
-        "climb_m": climb_m,
-    }
-    as_frames = partial(from_samples, rest_length_m=rest_length_m, frame_s=FORCE_PERIOD_S)
-    as_frames(**columns)  # what cannot be used is refused before it is filtered
+    totals = {"work_j": work_j, "climb_flight_m": climb_flight_m, "climb_m": climb_m}
+    columns = {"ground_m": ground_m, "phase_rad": phase_rad, "force_n": force_n, **totals}
+    samples = checked({"time_s": time_s, "height_m": height_m, **columns}, rest_length_m)
+    if step_of(samples) > 1.01 * FORCE_PERIOD_S:
+        raise TegotaeError(
+            f"the samples are {step_of(samples):g} s apart; the metrics need at least "
+            f"{1 / FORCE_PERIOD_S:g} samples a second, or another unit of the times"
+        )
     clean = denoised(
-        columns,
+        samples,
         rest_length_m=rest_length_m,
         limit_cycle=limit_cycle or LimitCycle(),
         work=work,
         lowpass_hz=lowpass_hz,
     )
-    frames = as_frames(**clean.columns, prominence_m=clean.prominence_m)
-    limit_cycle = clean.limit_cycle
-    at_s = _since_release(disturbed_at_s, time_s, frames)
+    limit_cycle, rest_length_m = clean.limit_cycle, float(rest_length_m)
+    frames = frames_of(clean.samples, rest_length_m, FORCE_PERIOD_S, clean.prominence_m)
+    began_s, ended_s = float(samples["time_s"][0]), float(frames.time_s[-1, 0])
+    stamped = abs(began_s) > _CLOCK_S
+    at_s = _since_release(disturbed_at_s, 0.0 if stamped else began_s, ended_s)
+    end_s = ended_s if at_s is None else at_s
     with jax.enable_x64(True):
-        found = gait(
+        of_gait = gait(
             frames,
             omega=np.nan if omega is None else float(omega),
-            rest_length_m=float(rest_length_m),
+            rest_length_m=rest_length_m,
             max_force_n=np.nan if max_force_n is None else float(max_force_n),
             frame_s=FORCE_PERIOD_S,
             undisturbed_s=at_s,
@@ -393,48 +251,39 @@ def measure(
             work=work,
             metrics=tuple(m for m in metrics() if isinstance(m, GaitMetric)),
         ).lane()
-        end_s = float(frames.time_s[-1, 0]) if at_s is None else at_s
-        table, cycle = _cycle(frames, float(rest_length_m), limit_cycle, end_s)
-    table = _rows(table)
+        table, cycle = _cycle(frames, rest_length_m, limit_cycle, end_s)
     # How far the ground dropped, if that was the disturbance, no recording says.
-    drop_m = 0.0 if at_s is None else np.inf
-    conditions = Conditions(body, work, drop_m)
-    values = {name: np.asarray(value) for name, value in found.values.items()}
-    extra = derived(values, conditions)
-    values = {**found.values, **{name: float(value) for name, value in extra.items()}}
-    has_cycle = bool(np.isfinite(cycle.period[0]))
-    span = (int(cycle.from_hop[0]), int(cycle.to_hop[0])) if has_cycle else _late(table, end_s)
-    known = Known(
-        regime=int(values[REGIME]),
-        hops=table,
-        end_s=end_s,
-        limit_cycle=limit_cycle,
-        has_force=force_n is not None,
-        has_work=force_n is not None or work_j is not None,
-        given={"omega": omega is not None, "max_force_n": max_force_n is not None},
-        disturbed=at_s is not None,
-        has_body=body is not None,
-    )
-    reasons = {
-        metric.name: why_undefined(metric, values, known)
-        for metric in metrics()
-        if not isinstance(metric, GaitMetric | DerivedMetric) or np.isnan(values[metric.name])
-    }
-    efficiency = None if span is None else _efficiency(frames, table, span, work, has_cycle)
-    at_odds = () if span is None else contradictions(frames, table, span, float(rest_length_m))
-    counted = {"work_j": work_j, "climb_flight_m": climb_flight_m, "climb_m": climb_m}
+    conditions = Conditions(body, work, 0.0 if at_s is None else np.inf)
+    more = derived({name: np.asarray(x) for name, x in of_gait.values.items()}, conditions)
+    values = {**of_gait.values, **{name: float(value) for name, value in more.items()}}
+    table = _of_the_lane(table)
+    known = _missing(samples, omega, max_force_n)
+    if at_s is None:
+        known["disturbance"] = "there was no disturbance"
+    if values[REGIME] != LIMIT_CYCLE:
+        known["cycle"] = _no_cycle(int(values[REGIME]), table, end_s, limit_cycle)
+    if body is None:
+        known["body"] = "it takes the body, which is not given"
+    undefined = {name for name, value in values.items() if np.isnan(value)}
+    settles = bool(np.isfinite(cycle.period[0]))
+    span = (int(cycle.from_hop[0]), int(cycle.to_hop[0])) if settles else _late(table, end_s)
+    stamps = f"times count from the first sample, stamped {began_s:.12g} s"
     return Measured(
         values,
-        reasons,
-        efficiency,
+        {
+            metric.name: _why_undefined(metric, undefined, known)
+            for metric in metrics()
+            if isinstance(metric, ClampedMetric) or metric.name in undefined
+        },
+        None if span is None else _efficiency(frames, table, span, work, settles),
         frames,
         table,
         np.nan if omega is None else float(omega),
         (
-            *of_clock,
-            *_counted([n for n, x in counted.items() if x is not None]),
+            *([stamps] if stamped else []),
+            *_own_totals([name for name in totals if name in samples]),
             *clean.notes,
-            *at_odds,
+            *([] if span is None else contradictions(frames, table, span, rest_length_m)),
         ),
     )
 
@@ -447,65 +296,32 @@ def _cycle(
     return table, settled(table, limit_cycle, -jnp.inf, end_s)
 
 
-def _rows(table: Hops) -> Hops:
+def _of_the_lane(table: Hops) -> Hops:
     """The hops of the one lane, without the rows after its last."""
-    count = int(table.n_hops[0])
-    columns = {n: np.asarray(x)[:count, 0] for n, x in table._asdict().items() if n != "n_hops"}
-    return Hops(**columns, n_hops=np.asarray(count))
+    *columns, count = map(np.asarray, table)
+    return Hops(*(column[: count[0], 0] for column in columns), n_hops=count[0])
 
 
-def _counted(names: list[str]) -> tuple[str, ...]:
-    """A sentence on the running totals that stand in place of what follows from samples."""
-    if not names:
-        return ()
-    listed = ", ".join(names[:-1]) + (" and " if names[1:] else "") + names[-1]
-    return (f"{listed}: the recording's own running totals, not computed from its samples",)
-
-
-def _check_rate(time_s: ArrayLike) -> None:
-    """Raise `TegotaeError` for samples too far apart; other faults are `from_samples`' to name."""
-    try:
-        time = np.asarray(time_s, float)
-    except (TypeError, ValueError):
-        return
-    if time.ndim != 1 or len(time) < 3 or not np.isfinite(time).all():
-        return
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    if step > 1.01 * FORCE_PERIOD_S:
-        raise TegotaeError(
-            f"the samples are {step:g} s apart; the metrics need at least "
-            f"{1 / FORCE_PERIOD_S:g} samples a second, or another unit of the times"
-        )
-
-
-def _from_the_first(time_s: ArrayLike) -> tuple[ArrayLike, tuple[str, ...]]:
-    """The stamps of a clock as times from the first sample on, and a sentence that says so.
-
-    Other times stay as they are; faults are `from_samples`' to name.
-    """
-    try:
-        time = np.asarray(time_s, float)
-    except (TypeError, ValueError):
-        return time_s, ()
-    if time.ndim != 1 or not len(time) or not _CLOCK_S < abs(time[0]) < np.inf:
-        return time_s, ()
-    return time - time[0], (f"times count from the first sample, stamped {time[0]:.12g} s",)
-
-
-def _since_release(at_s: float | None, time_s: ArrayLike, frames: Trajectory) -> float | None:
+def _since_release(at_s: float | None, began_s: float, ended_s: float) -> float | None:
     """When the disturbance came, counted from the first sample [s]."""
     if at_s is None:
         return None
     require_finite("disturbed_at_s", at_s)
-    at_s -= float(np.asarray(time_s)[0])
-    duration_s = float(frames.time_s[-1, 0])
-    if not 4 * FORCE_PERIOD_S <= at_s <= duration_s:
+    at_s -= began_s
+    if not 4 * FORCE_PERIOD_S <= at_s <= ended_s:
         raise TegotaeError(
             f"disturbed_at_s lies {at_s:g} s after the first sample; it must lie "
-            f"inside the recording of {duration_s:g} s, and at least four frames "
+            f"inside the recording of {ended_s:g} s, and at least four frames "
             f"({4 * FORCE_PERIOD_S:g} s) after its start"
         )
     return at_s
+
+
+def _own_totals(names: list[str]) -> list[str]:
+    """A sentence on the running totals that stand in place of what follows from samples."""
+    listed = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+    own = "the recording's own running totals, not computed from its samples"
+    return [f"{listed}: {own}"] if names else []
 
 
 def _late(table: Hops, end_s: float) -> tuple[int, int] | None:
@@ -530,3 +346,84 @@ def _efficiency(
         work_j=grown(work_total(frames, work)),
         settled=is_cycle,
     )
+
+
+_OF_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
+
+
+def _missing(samples: Samples, omega: float | None, max_force_n: float | None) -> dict[str, str]:
+    """Why channels and parameters of metrics are not known, by their names."""
+    why: dict[str, str] = {}
+    if "force_n" not in samples:
+        unmoved = "neither the actuator force nor its work was recorded"
+        why |= {} if "work_j" in samples else dict.fromkeys(_OF_WORK, unmoved)
+        of_force = ("impulse_ns", "actuator_force_n")
+        why |= dict.fromkeys(of_force, "the actuator force was not recorded")
+    for channel in ("spring_force_n", "feedback_rad_per_s", "energy_j"):
+        why[channel] = f"a recording has no {channel}"
+    if omega is None:
+        why["omega"] = "the prescribed frequency ω is not given"
+    if max_force_n is None:
+        why["max_force_n"] = "the largest actuator force α is not given"
+    return why
+
+
+def _why_undefined(metric: Metric, undefined: set[str], missing: Mapping[str, str]) -> str:
+    """Why a metric has no value.
+
+    Args:
+        metric: the metric.
+        undefined: names of all metrics without a value.
+        missing: reasons by channel and parameter; and of `cycle`, `disturbance` and `body`.
+    """
+    if isinstance(metric, ClampedMetric):
+        return "it takes simulations with the oscillator held still, which no recording is"
+    if isinstance(metric, DerivedMetric):
+        lacking = [f"{name} is undefined" for name in metric.of if name in undefined]
+        lacking += [missing["body"]] if metric.needs_body and "body" in missing else []
+        return next(iter(lacking), "it has no value for such a gait of this body")
+    assert isinstance(metric, GaitMetric)
+    if metric.disturbed and "disturbance" in missing:
+        return missing["disturbance"]
+    if "cycle" in missing:
+        return missing["cycle"]
+    for name, why in missing.items():
+        if name in (*metric.channels, *metric.parameters):
+            return why
+    if metric.disturbed:
+        return "the gait does not settle again before the recording ends"
+    negative = set(metric.channels) & set(_OF_WORK)
+    return "the work is negative in sum" if negative else "it has no value for this gait"
+
+
+def _no_cycle(regime: int, table: Hops, end_s: float, limit_cycle: LimitCycle) -> str:
+    """Why there is no limit cycle: how far the last hops are from repeating themselves."""
+    count, needed = int(np.sum(table.time_s <= end_s)), limit_cycle.min_repeats + 1
+    if regime == FAILED:
+        return "the body failed"
+    if regime == AT_REST:
+        return "no hop" if count == 0 else f"no hop after {table.time_s[count - 1]:.1f} s"
+    if count < needed:
+        return f"{count} hops; a limit cycle has to show at least {needed}"
+    allowed = np.array([limit_cycle.height_tolerance_m, limit_cycle.phase_tolerance_rad])
+
+    def spread(period: int) -> np.ndarray:
+        """How far the last hops are from the last cycle, in height [m] and phase [rad]."""
+        rows = np.arange(count - needed * period, count)
+        last = count - 1 - (count - 1 - rows) % period
+        phase = table.phase_rad[rows] - table.phase_rad[last]
+        turned = np.abs((phase + math.pi) % (2.0 * math.pi) - math.pi)
+        return np.array([np.abs(table.height_m[rows] - table.height_m[last]).max(), turned.max()])
+
+    periods = [k for k in range(1, limit_cycle.max_period + 1) if count >= needed * k]
+    period = min(periods, key=lambda k: (spread(k) / allowed).max())
+    far, units = spread(period), ((1e3, 3, "mm in height"), (1.0, 2, "rad in phase"))
+    apart = [
+        f"{scale * x:.{digits}g} {unit} ({scale * most:g} are allowed)"
+        for x, most, (scale, digits, unit) in zip(far, allowed, units, strict=True)
+        if x > most
+    ]
+    if not apart:
+        return f"the hops stop at {table.time_s[count - 1]:.1f} s, before the recording ends"
+    every = "each other" if period == 1 else f"every {period} hops"
+    return f"the last {needed * period} hops differ from {every} by {' and '.join(apart)}"
