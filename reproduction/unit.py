@@ -17,9 +17,10 @@ from reproduction.record import Record
 from tegotae import study
 from tegotae._support.documents import CODE, Document
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae.measures.evaluation import drawn_releases, evaluate, require_evaluable
+from tegotae.measures.evaluation import evaluate, require_evaluable
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in, code_noted
+from tegotae.simulation.world import Scenario
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import parts_in, register
@@ -130,6 +131,23 @@ class _Learned(NamedTuple):
     """The weights at each of the unit's budgets, [runs, n_weights]."""
 
 
+def _drawn_start(standard: Scenario, runs: int, spread_m: float = 0.1) -> Scenario:
+    """The standard release at phase 0, and others drawn around it: entries of shape [runs].
+
+    A search has no randomness. What spreads are the conditions that its outcome starts from.
+
+    Args:
+        standard: the release.
+        runs: how many in all.
+        spread_m: how far the others are above or below it at most [m]; their phases are anywhere.
+    """
+    draw = np.random.default_rng(0)
+    height = standard.height_m + draw.uniform(-spread_m, spread_m, runs)
+    phase = draw.uniform(0.0, 2.0 * np.pi, runs)
+    height[0], phase[0] = standard.height_m, 0.0
+    return standard._replace(height_m=height, phase_rad=phase)
+
+
 def work(unit: Unit) -> Record:
     """Train a unit from random weights and evaluate what came out. Deterministic."""
     run, experiment = unit.run, unit.run.experiment
@@ -138,8 +156,6 @@ def work(unit: Unit) -> Record:
     protocol = system.evaluated_by(experiment.protocol)
     require_evaluable(experiment.controller, experiment.body, protocol)
     learned = _searched(run) if experiment.is_searched else _trained(unit)
-    # A search has no randomness. What spreads are the conditions that its outcome starts from.
-    releases = drawn_releases(n_runs, protocol.release_m) if experiment.is_searched else None
     drawn = [_drawn(learned, run.seeds)] if learned.deviation.any() else []
     sets = np.concatenate([learned.weights, *learned.at_budgets, *drawn])
     found = evaluate(
@@ -148,10 +164,11 @@ def work(unit: Unit) -> Record:
         experiment.omega,
         experiment.body,
         protocol,
-        releases,
         (*built_in(), *unit.metrics),
-        recorded=best_gait.CHANNELS,
-        start=system.scenario(),
+        best_gait.CHANNELS,
+        start=_drawn_start(system.scenario(), n_runs)
+        if experiment.is_searched
+        else system.scenario(),
         integrator=system.integrator,
     )
 

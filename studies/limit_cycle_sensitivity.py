@@ -25,7 +25,7 @@ import numpy as np
 
 from tegotae import Hopper, Scenario, build
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.evaluation import Protocol, disturbed_rollout
+from tegotae.measures.evaluation import Episodes, Protocol
 from tegotae.measures.hopping import LimitCycle, gait
 from tegotae.measures.hopping.episode import LIMIT_CYCLE
 from tegotae.measures.hopping.gait import Gait
@@ -65,9 +65,9 @@ def rollouts(window_s: float) -> list:
     protocol = dataclasses.replace(DEFAULT, undisturbed_s=window_s, disturbed_s=window_s)
     sigma, omega = (x.ravel() for x in np.meshgrid(SIGMAS, OMEGAS))
     return [
-        disturbed_rollout(
+        Episodes(
             build(f"V-{name}-w8"), sigma[:, None], Scenario(omega), Hopper(), protocol
-        )
+        ).disturbed()
         for name in ACTUATIONS
     ]
 

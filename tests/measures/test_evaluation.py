@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 
 import numpy as np
@@ -50,7 +49,6 @@ def test_transients_agree_with_an_adaptive_solver(reflex):
 
 def test_five_episodes_around_the_training_frequency(reflex):
     assert np.array_equal(reflex.omega, [6.0, 7.0, 8.0, 9.0, 10.0])
-    assert reflex.n_runs == 3
     assert set(reflex.episodes) == set(names())
     assert all(values.shape == (3, 5) for values in reflex.episodes.values())
 
@@ -80,18 +78,6 @@ def test_a_controller_that_needs_its_oscillator_hops_at_no_clamped_phase(reflex)
     assert np.all(reflex.episodes["cpgu"] == 1.0)
 
 
-def test_json_carries_every_metric_and_null_where_undefined(reflex):
-    written = json.loads(json.dumps(reflex.to_dict(), allow_nan=False))
-    for name in names():
-        assert name in written
-        assert len(written["runs"][name]) == 3
-    assert written["n_runs"] == 3
-    assert written["protocol"]["drop_m"] == 0.2
-    nulls = sum(value is None for run in written["episodes"]["t0_s"] for value in run)
-    assert nulls == np.isnan(reflex.episodes["t0_s"]).sum() > 0
-    assert written["cot_inverse"] == pytest.approx(reflex.runs()["cot_inverse"].mean())
-
-
 def test_without_an_oscillator_there_is_one_episode():
     model = find("T-Fv")
     still = np.zeros((2, model.controller().n_weights))
@@ -102,7 +88,6 @@ def test_without_an_oscillator_there_is_one_episode():
     assert np.all(found.episodes["limit_cycle_share"] == 0.0)
     for name in ("cpgu", "delta_w", "t0_s", "t1_s", "recovery_share"):
         assert np.isnan(found.episodes[name]).all(), name
-    assert found.to_dict()["t1_s"] is None
 
 
 def test_without_a_drop_there_is_nothing_to_recover_from(reflex):
@@ -147,8 +132,8 @@ def test_the_engine_and_its_recording_measure_the_same():
     ("weights", "omega_t", "says"),
     [
         ([[1.0, 2.0]], 8.0, r"weights have shape \(1, 2\)"),
-        (np.zeros((0, 1)), 8.0, r"weights have shape \(0, 1\)"),
-        ([[1.0], [math.nan]], 8.0, "weights of run 1 are not all finite"),
+        (np.zeros((0, 1)), 8.0, "weights must be finite, of one run or more; those of 0 of 0"),
+        ([[1.0], [math.nan]], 8.0, "those of 1 of 2 runs are not"),
         ("heavy", 8.0, "weights are no array of numbers"),
         ([[1.0]], None, "needs omega_t"),
         ([[1.0]], math.nan, "omega_t is nan"),

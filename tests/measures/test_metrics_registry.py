@@ -42,14 +42,14 @@ def rolled_out(monkeypatch) -> list[str]:
         pass
 
     def made_up(name):
-        def rollouts(*_):
+        def rollouts(*_, **__):
             made.append(name)
             raise StopHereError
 
         return rollouts
 
-    for name in ("disturbed_rollout", "_undisturbed", "clamped_rollouts"):
-        monkeypatch.setattr(evaluation, name, made_up(name))
+    for name in ("disturbed", "undisturbed", "clamped"):
+        monkeypatch.setattr(evaluation.Episodes, name, made_up(name))
     for asked in ("cot_inverse", "optimum_share", "t1_s", "recovery_share", "cpgu"):
         with pytest.raises(StopHereError):
             evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=[asked])
@@ -58,9 +58,9 @@ def rolled_out(monkeypatch) -> list[str]:
 
 def test_what_no_metric_asked_for_needs_is_not_rolled_out(monkeypatch):
     assert rolled_out(monkeypatch) == [
-        *("_undisturbed", "_undisturbed"),
-        *("disturbed_rollout", "disturbed_rollout"),
-        "clamped_rollouts",
+        *("undisturbed", "undisturbed"),
+        *("disturbed", "disturbed"),
+        "clamped",
     ]
 
 
@@ -72,7 +72,6 @@ def test_a_users_metric_is_evaluated_beside_the_packages_own(registered):
     assert 1.0 < force_n <= Hopper().max_force_n
     weights = found.summary()["peak_force_in_weights"].mean
     assert weights == pytest.approx(force_n / Hopper().weight_n)
-    assert found.to_dict()["peak_force_n"] == force_n
 
 
 def test_a_users_metric_is_in_tables_and_figures(registered):

@@ -6,21 +6,19 @@ import dataclasses
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.measures.hopping.episode import ClampedEpisodes
 from tegotae.measures.hopping.gait import gait
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, hops, settled
 from tegotae.measures.hopping.metric import (
-    REGIME,
     ClampedMetric,
     Conditions,
     DerivedMetric,
@@ -31,19 +29,21 @@ from tegotae.measures.hopping.registry import (
     built_in_gait,
     channels_of,
     chosen,
-    summarise,
+    range_of,
     with_needed,
 )
 from tegotae.measures.hopping.signals import check_work, require_measurable
-from tegotae.measures.hopping.statistics import Interval, mean_defined
+from tegotae.measures.hopping.statistics import Interval, interval, mean_defined
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import Clamped
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
+from tegotae.simulation.lanes import as_lanes
 from tegotae.simulation.rollout import (
     Engine,
     Scenario,
+    Summary,
     Timing,
     Trajectory,
     check_senses,
@@ -121,35 +121,6 @@ class Protocol:
         return omegas
 
 
-class Releases(NamedTuple):
-    """From where each run is released, at rest: arrays of shape [runs]."""
-
-    height_m: np.ndarray
-    """Height [m]."""
-    phase_rad: np.ndarray
-    """Phase of the oscillator [rad]."""
-
-
-def drawn_releases(runs: int, height_m: float, *, spread_m: float = 0.1, seed: int = 0) -> Releases:
-    """The standard release (phase 0), and others drawn around it.
-
-    Args:
-        runs: how many in all.
-        height_m: height of the standard release [m].
-        spread_m: how far the others are above or below it at most [m]; their phases are anywhere.
-        seed: of the draw.
-
-    Example:
-        >>> drawn_releases(3, 1.2).height_m.round(2).tolist()
-        [1.2, 1.15, 1.11]
-    """
-    draw = np.random.default_rng(seed)
-    height = height_m + draw.uniform(-spread_m, spread_m, runs)
-    phase = draw.uniform(0.0, 2.0 * np.pi, runs)
-    height[0], phase[0] = height_m, 0.0
-    return Releases(height, phase)
-
-
 @dataclass(frozen=True)
 class Evaluation:
     """What an evaluation found, episode by episode. NaN is undefined everywhere.
@@ -167,11 +138,6 @@ class Evaluation:
     episodes: dict[str, np.ndarray]
     recording: dict[str, np.ndarray] = field(default_factory=dict)
 
-    @property
-    def n_runs(self) -> int:
-        """How many runs (weight vectors) were evaluated."""
-        return len(next(iter(self.episodes.values())))
-
     def runs(self) -> dict[str, np.ndarray]:
         """The metrics of every run, shape [runs]: means over its episodes.
 
@@ -181,29 +147,9 @@ class Evaluation:
         """
         return {name: mean_defined(values) for name, values in self.episodes.items()}
 
-    def summary(self, *, seed: int = 0) -> dict[str, Interval]:
-        """Mean over runs of each metric, with its spread and 95 % interval."""
-        return summarise(self.runs(), seed=seed)
-
-    def to_dict(self) -> JsonObject:
-        """Everything, ready for JSON: numbers, lists and null where undefined.
-
-        Every metric by name holds its mean over runs; `spread`, `interval_95` and `defined_runs`
-        say how sure it is, `runs` and `episodes` what it is made of.
-        """
-        summary = self.summary()
-        document = {
-            **{name: found.mean for name, found in summary.items()},
-            "spread": {name: found.std for name, found in summary.items()},
-            "interval_95": {name: (found.low, found.high) for name, found in summary.items()},
-            "defined_runs": {name: found.count for name, found in summary.items()},
-            "n_runs": self.n_runs,
-            "omega_rad_per_s": self.omega,
-            "runs": self.runs(),
-            "episodes": self.episodes,
-            "protocol": dataclasses.asdict(self.protocol),
-        }
-        return {name: as_json(entry) for name, entry in document.items()}
+    def summary(self) -> dict[str, Interval]:
+        """Mean over runs of each metric, with its spread and 95 % interval within its range."""
+        return {name: interval(x, within=range_of(name)) for name, x in self.runs().items()}
 
 
 def evaluate(
@@ -212,7 +158,6 @@ def evaluate(
     omega_t: float | None,
     body: Body | None = None,
     protocol: Protocol | None = None,
-    releases: Releases | None = None,
     metrics: Iterable[str | Metric] | None = None,
     recorded: Sequence[str] = (),
     *,
@@ -235,75 +180,71 @@ def evaluate(
         omega_t: training frequency ω_t [rad/s]; None without an oscillator.
         body: the body; the paper's hopper by default.
         protocol: episodes, drop, tolerances.
-        releases: from where each run is released; the protocol's release for all by default.
         metrics: names of the metrics that are asked for; all that there are by default.
         recorded: names of channels whose undisturbed part is returned, too; none by default.
-        start: what else a release has than its height: velocity, phase, pose and oscillator state;
-            at rest and at phase 0 by default.
+        start: the release, of which height and phase may be of shape [runs]; at rest and at phase 0
+            from the protocol's height by default.
         integrator: how controller and body advance by a control period; in continuous time by
             default.
 
     Raises:
         TegotaeError: for weights of the wrong shape or not finite, a missing or non-positive
-            frequency, releases of another number, a metric or channel that is not there, or what
-            `require_evaluable` refuses.
+            frequency, a metric or channel that is not there, or what `require_evaluable` refuses.
 
     Example:
         >>> from tegotae.systems.models import find
         >>> model = find("V-reflex-w8")
-        >>> found = evaluate(
+        >>> result = evaluate(
         ...     model.controller(), [[2.0]], model.omega_t, metrics=["cot_inverse"]
         ... )
-        >>> f"{found.summary()['cot_inverse'].mean:.2f} m/J"
+        >>> f"{result.summary()['cot_inverse'].mean:.2f} m/J"
         '0.44 m/J'
     """
-    body = Hopper() if body is None else body
-    protocol = protocol or Protocol()
-    asked = chosen(metrics)
+    body, protocol, asked = body or Hopper(), protocol or Protocol(), chosen(metrics)
     require_evaluable(controller, body, protocol)
     omegas = np.array(protocol.omegas(controller, omega_t))
-    weights = _checked_weights(controller, weights)
-    runs, episodes = len(weights), len(omegas)
-    lanes = np.repeat(weights, episodes, axis=0)
-    start = Scenario(0.0) if start is None else start
-    integrator = CONTINUOUS if integrator is None else integrator
-    if releases is None:
-        phase_rad = np.full(runs, float(start.phase_rad))
-        releases = Releases(np.full(runs, protocol.release_m), phase_rad)
-    if any(np.shape(entry) != (runs,) for entry in releases):
+    rows = as_lanes(controller, body, weights, Scenario(0.0), "float64").weights.T
+    sound = np.isfinite(rows).all(axis=1)
+    if not len(rows) or not sound.all():
         raise TegotaeError(
-            f"releases have shapes {[np.shape(entry) for entry in releases]}; {runs} runs need "
-            f"one height and one phase each"
+            f"weights must be finite, of one run or more; those of {(~sound).sum()} of {len(rows)} "
+            "runs are not"
         )
-    scenario = start._replace(
-        omega=np.tile(omegas, runs),
-        height_m=np.repeat(releases.height_m, episodes),
-        phase_rad=np.repeat(releases.phase_rad, episodes),
-    )
+    runs, n_omegas = len(rows), len(omegas)
+    start = Scenario(0.0, height_m=protocol.release_m) if start is None else start
 
+    def of_lanes(of_runs: ArrayLike) -> np.ndarray:
+        return np.repeat(np.broadcast_to(of_runs, runs), n_omegas)
+
+    episodes = Episodes(
+        controller,
+        np.repeat(rows, n_omegas, axis=0),
+        start._replace(
+            omega=np.tile(omegas, runs),
+            height_m=of_lanes(start.height_m),
+            phase_rad=of_lanes(start.phase_rad),
+        ),
+        body,
+        protocol,
+        CONTINUOUS if integrator is None else integrator,
+    )
+    needed = with_needed(asked)
     values: dict[str, np.ndarray] = {}
     recording: dict[str, np.ndarray] = {}
-    needed = with_needed(asked)
-    of_gait = [metric for metric in needed if isinstance(metric, GaitMetric)]
-    derived = [metric for metric in needed if isinstance(metric, DerivedMetric)]
-    of_clamped = [metric for metric in needed if isinstance(metric, ClampedMetric)]
-    if of_gait or derived or recorded:
-        of_lanes, recording = _of_gait(
-            controller, lanes, scenario, body, protocol, integrator, of_gait, recorded
-        )
-        values |= of_lanes
-    if of_clamped:
-        rest = scenario, body, protocol, integrator
-        values |= _of_clamped(controller, lanes, *rest, of_clamped)
+    if recorded or not all(isinstance(metric, ClampedMetric) for metric in needed):
+        of_gait = [metric for metric in needed if isinstance(metric, GaitMetric)]
+        values, recording = episodes.measured(of_gait, recorded)
+    if of_clamped := [metric for metric in needed if isinstance(metric, ClampedMetric)]:
+        values |= episodes.clamped_metrics(of_clamped)
     conditions = Conditions(body, protocol.work, protocol.drop_m)
-    for metric in derived:
-        values[metric.name] = metric.values(values, conditions)
-    episodes_of = {m.name: _per_lane(m, values[m.name], len(lanes)) for m in asked}
+    for metric in needed:
+        if isinstance(metric, DerivedMetric):
+            values[metric.name] = metric.values(values, conditions)
     return Evaluation(
         protocol,
         omegas,
-        {name: value.reshape(runs, episodes) for name, value in episodes_of.items()},
-        {name: value.reshape(-1, runs, episodes) for name, value in recording.items()},
+        {m.name: _per_lane(m, values[m.name], runs * n_omegas).reshape(runs, -1) for m in asked},
+        {name: value.reshape(-1, runs, n_omegas) for name, value in recording.items()},
     )
 
 
@@ -327,54 +268,6 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
         raise TegotaeError(f"{error}; tegotae evaluate takes legs by their gaits") from None
 
 
-def _of_gait(
-    controller: Controller,
-    weights: np.ndarray,
-    scenario: Scenario,
-    body: Body,
-    protocol: Protocol,
-    integrator: Integrator,
-    metrics: Sequence[GaitMetric],
-    recorded: Sequence[str],
-) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Metrics of every lane's recording, [lanes] each by name, and the regime; some channels of it.
-
-    The channels are those of the undisturbed part, [frames, lanes]. Where a metric is about it, the
-    ground drops at the first apex after that.
-    """
-    own = built_in_gait()
-    channels = channels_of((*own, *metrics))
-    if channels is not None:
-        channels = tuple(dict.fromkeys((*channels, *recorded)))
-    given = controller, weights, scenario, body, protocol, channels
-    if any(metric.disturbed for metric in metrics):
-        trajectory, drop_time_s = disturbed_rollout(*given, integrator)
-    else:
-        trajectory, drop_time_s = _undisturbed(*given, integrator), None
-    # The package's own are always computed together, by one program, whatever else is asked for:
-    # their numbers do not depend on which others there are.
-    users = tuple(metric for metric in metrics if metric not in own)
-    found: dict[str, np.ndarray] = {}
-    for together in (own, users) if users else (own,):
-        measured = gait(
-            trajectory,
-            omega=jnp.asarray(scenario.omega, "float32"),
-            rest_length_m=body.rest_length_m,
-            max_force_n=body.max_force_n,
-            frame_s=Timing().frame_s,
-            undisturbed_s=protocol.undisturbed_s,
-            disturbed_at_s=drop_time_s,
-            limit_cycle=protocol.limit_cycle,
-            work=protocol.work,
-            has_oscillator=controller.oscillator is not None,
-            metrics=together,
-        )
-        found |= {name: np.asarray(value, float) for name, value in measured.values.items()}
-    values = {name: found[name] for name in (REGIME, *(metric.name for metric in metrics))}
-    undisturbed = slice(round(protocol.undisturbed_s / Timing().frame_s))
-    return values, {name: getattr(trajectory, name)[undisturbed] for name in recorded}
-
-
 def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:
     if np.shape(values) != (lanes,):
         raise TegotaeError(
@@ -382,6 +275,131 @@ def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:
             "lanes; it must give one number a lane (tegotae.check_metric tries it)"
         )
     return values
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """Episodes of an evaluation, a lane each.
+
+    Args:
+        controller: what drives the body.
+        weights: shape [lanes, n_weights].
+        scenario: frequencies ω [rad/s], NaN without an oscillator, and releases.
+        body: the body.
+        protocol: times, size of the drop, clamped phases, control period, what counts as settled.
+        integrator: how controller and body advance by a control period.
+    """
+
+    controller: Controller
+    weights: np.ndarray
+    scenario: Scenario
+    body: Body
+    protocol: Protocol
+    integrator: Integrator = CONTINUOUS
+
+    def rolled_out(self, duration_s: float, summary: Summary, **changed: ArrayLike) -> Any:
+        """Episodes of a duration [s], with entries of the scenario that are otherwise."""
+        timing = Timing(duration_s=duration_s, tick_s=self.protocol.tick_s)
+        engine = Engine(
+            controller=self.controller, timing=timing, summary=summary, integrator=self.integrator
+        )
+        # Without an oscillator the frequency has no effect, but must be a number.
+        omega = np.nan_to_num(self.scenario.omega)
+        scenario = self.scenario._replace(**{"omega": omega, **changed})
+        return engine.run(self.weights, scenario, self.body)
+
+    def undisturbed(self, channels: tuple[str, ...] | None = None) -> Trajectory:
+        """The undisturbed part alone, with some channels or all."""
+        return self.rolled_out(self.protocol.undisturbed_s, _Kept(channels))
+
+    def disturbed(
+        self, channels: tuple[str, ...] | None = None
+    ) -> tuple[Trajectory, np.ndarray | None]:
+        """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
+
+        Where that apex lies is known only from a rollout, so each episode is rolled out twice:
+        without the drop, and with it.
+
+        Args:
+            channels: which are recorded; all by default.
+
+        Returns:
+            The trajectory, arrays of shape [frames, lanes], and when the ground dropped [s],
+            [lanes]: infinite in lanes that hop no more, None if the protocol has no drop.
+        """
+        protocol, body = self.protocol, self.body
+        duration_s = protocol.undisturbed_s + protocol.disturbed_s
+        trajectory = self.rolled_out(duration_s, _Kept(channels))
+        if protocol.drop_m == 0.0:
+            return trajectory, None
+        apex_s = np.asarray(_next_apex_s(trajectory, body.rest_length_m, protocol.undisturbed_s))
+        dropped = {"drop_m": protocol.drop_m, "drop_time_s": apex_s}
+        return self.rolled_out(duration_s, _Kept(channels), **dropped), apex_s
+
+    def clamped(self) -> ClampedEpisodes:
+        """Undisturbed episodes with the oscillator clamped to each of the protocol's phases."""
+        assert self.controller.oscillator is not None
+        n = self.protocol.clamped_phases
+        phases, scenario = 2.0 * np.pi * np.arange(n) / n, self.scenario
+        still = dataclasses.replace(
+            self,
+            controller=dataclasses.replace(
+                self.controller, oscillator=Clamped(self.controller.oscillator)
+            ),
+            weights=np.repeat(self.weights, n, axis=0),
+            scenario=scenario._replace(
+                omega=np.repeat(scenario.omega, n),
+                height_m=np.repeat(scenario.height_m, n),
+                phase_rad=np.tile(phases, len(self.weights)),
+            ),
+        )
+        table, end_s, failed = still.rolled_out(self.protocol.undisturbed_s, _hops_and_end)
+        cycle = _settled(table, self.protocol.limit_cycle, -np.inf, end_s)
+        by_phase = (np.asarray(value).reshape(-1, n) for value in cycle)
+        return ClampedEpisodes(phases, Settled(*by_phase), np.asarray(failed).reshape(-1, n))
+
+    def measured(
+        self, metrics: Sequence[GaitMetric], recorded: Sequence[str]
+    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Metrics of every lane's recording, [lanes] each by name, and the regime; some channels.
+
+        The channels are those of the undisturbed part, [frames, lanes]. Where a metric is about it,
+        the ground drops at the first apex after that.
+        """
+        own, protocol = built_in_gait(), self.protocol
+        channels = tuple(dict.fromkeys((*channels_of((*own, *metrics)), *recorded)))
+        if any(metric.disturbed for metric in metrics):
+            trajectory, drop_time_s = self.disturbed(channels)
+        else:
+            trajectory, drop_time_s = self.undisturbed(channels), None
+        # The package's own are always computed together, by one program, whatever else is asked
+        # for: their numbers do not depend on which others there are.
+        users = tuple(metric for metric in metrics if metric not in own)
+        values: dict[str, np.ndarray] = {}
+        for together in (own, users) if users else (own,):
+            of_gait = gait(
+                trajectory,
+                omega=jnp.asarray(self.scenario.omega, "float32"),
+                rest_length_m=self.body.rest_length_m,
+                max_force_n=self.body.max_force_n,
+                frame_s=Timing().frame_s,
+                undisturbed_s=protocol.undisturbed_s,
+                disturbed_at_s=drop_time_s,
+                limit_cycle=protocol.limit_cycle,
+                work=protocol.work,
+                has_oscillator=self.controller.oscillator is not None,
+                metrics=together,
+            )
+            values |= {name: np.asarray(value, float) for name, value in of_gait.values.items()}
+        undisturbed = slice(round(protocol.undisturbed_s / Timing().frame_s))
+        return values, {name: getattr(trajectory, name)[undisturbed] for name in recorded}
+
+    def clamped_metrics(self, metrics: Sequence[ClampedMetric]) -> dict[str, np.ndarray]:
+        """Metrics of rollouts with a clamped phase, [lanes] each by name; undefined without one."""
+        if self.controller.oscillator is None:
+            return {metric.name: np.full(len(self.weights), np.nan) for metric in metrics}
+        episodes = self.clamped()
+        return {metric.name: np.asarray(metric.compute(episodes), float) for metric in metrics}
 
 
 @dataclass(frozen=True)
@@ -396,130 +414,11 @@ class _Kept:
         return trajectory
 
 
-def _undisturbed(
-    controller: Controller,
-    weights: ArrayLike,
-    scenario: Scenario,
-    body: Body,
-    protocol: Protocol,
-    channels: tuple[str, ...] | None = None,
-    integrator: Integrator = CONTINUOUS,
-) -> Trajectory:
-    """The undisturbed part of the episodes alone."""
-    timing = Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s)
-    # Without an oscillator the frequency has no effect, but must be a number.
-    driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
-    engine = Engine(
-        controller=controller, timing=timing, summary=_Kept(channels), integrator=integrator
-    )
-    return engine.run(weights, driven, body)
-
-
-def disturbed_rollout(
-    controller: Controller,
-    weights: ArrayLike,
-    scenario: Scenario,
-    body: Body,
-    protocol: Protocol,
-    channels: tuple[str, ...] | None = None,
-    integrator: Integrator = CONTINUOUS,
-) -> tuple[Trajectory, np.ndarray | None]:
-    """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
-
-    Where that apex lies is known only from a rollout, so each episode is rolled out twice: without
-    the drop, and with it.
-
-    Args:
-        controller: what drives the body.
-        weights: shape [lanes, n_weights].
-        scenario: frequencies ω [rad/s], NaN without an oscillator, and releases.
-        body: the body.
-        protocol: times, size of the drop, control period.
-        channels: which are recorded; all by default.
-        integrator: how controller and body advance by a control period.
-
-    Returns:
-        The trajectory, arrays of shape [frames, lanes], and when the ground dropped [s], [lanes]:
-        infinite in lanes that hop no more, None if the protocol has no drop.
-    """
-    timing = Timing(
-        duration_s=protocol.undisturbed_s + protocol.disturbed_s, tick_s=protocol.tick_s
-    )
-    engine = Engine(
-        controller=controller, timing=timing, summary=_Kept(channels), integrator=integrator
-    )
-    # Without an oscillator the frequency has no effect, but must be a number.
-    driven = scenario._replace(omega=np.nan_to_num(scenario.omega))
-    trajectory = engine.run(weights, driven, body)
-    if protocol.drop_m == 0.0:
-        return trajectory, None
-    drop_time_s = np.asarray(_next_apex_s(trajectory, body.rest_length_m, protocol.undisturbed_s))
-    driven = driven._replace(drop_m=protocol.drop_m, drop_time_s=drop_time_s)
-    return engine.run(weights, driven, body), drop_time_s
-
-
 @jax.jit
 def _next_apex_s(trajectory: Trajectory, rest_length_m: Numeric, after_s: Numeric) -> jax.Array:
     """Time of the apex of the first hop after a time [s], [lanes]; infinite if there is none."""
     time_s = hops(trajectory, rest_length_m).time_s
     return jnp.min(jnp.where(time_s >= after_s, time_s, jnp.inf), axis=0)
-
-
-def _of_clamped(
-    controller: Controller,
-    weights: np.ndarray,
-    scenario: Scenario,
-    body: Body,
-    protocol: Protocol,
-    integrator: Integrator,
-    metrics: Sequence[ClampedMetric],
-) -> dict[str, np.ndarray]:
-    """Metrics of every lane's rollouts with a clamped phase, [lanes] each by name.
-
-    Undefined without an oscillator to clamp.
-    """
-    if controller.oscillator is None:
-        return {metric.name: np.full(len(weights), np.nan) for metric in metrics}
-    episodes = clamped_rollouts(controller, weights, scenario, body, protocol, integrator)
-    return {metric.name: np.asarray(metric.compute(episodes), float) for metric in metrics}
-
-
-def clamped_rollouts(
-    controller: Controller,
-    weights: np.ndarray,
-    scenario: Scenario,
-    body: Body,
-    protocol: Protocol,
-    integrator: Integrator = CONTINUOUS,
-) -> ClampedEpisodes:
-    """Undisturbed episodes with the oscillator clamped to each of the protocol's phases.
-
-    Args:
-        controller: what drives the body; it has an oscillator.
-        weights: shape [lanes, n_weights].
-        scenario: frequencies ω [rad/s] and heights of the release, [lanes].
-        body: the body.
-        protocol: how many phases, time, control period, what counts as settled.
-        integrator: how controller and body advance by a control period.
-    """
-    assert controller.oscillator is not None
-    engine = Engine(
-        controller=dataclasses.replace(controller, oscillator=Clamped(controller.oscillator)),
-        timing=Timing(duration_s=protocol.undisturbed_s, tick_s=protocol.tick_s),
-        summary=_hops_and_end,
-        integrator=integrator,
-    )
-    n = protocol.clamped_phases
-    phases = 2.0 * np.pi * np.arange(n) / n
-    clamped = scenario._replace(
-        omega=np.repeat(scenario.omega, n),
-        height_m=np.repeat(scenario.height_m, n),
-        phase_rad=np.tile(phases, len(weights)),
-    )
-    table, end_s, failed = engine.run(np.repeat(weights, n, axis=0), clamped, body)
-    cycle = _settled(table, protocol.limit_cycle, -np.inf, end_s)
-    by_phase = (np.asarray(value).reshape(-1, n) for value in cycle)
-    return ClampedEpisodes(phases, Settled(*by_phase), np.asarray(failed).reshape(-1, n))
 
 
 def _hops_and_end(
@@ -531,19 +430,3 @@ def _hops_and_end(
 
 # Apart from the rollout, which is thus not compiled anew for other tolerances.
 _settled = jax.jit(settled, static_argnames="settings")
-
-
-def _checked_weights(controller: Controller, weights: ArrayLike) -> np.ndarray:
-    try:
-        rows = np.atleast_2d(np.asarray(weights, float))
-    except (TypeError, ValueError):
-        raise TegotaeError("weights are no array of numbers") from None
-    if rows.ndim != 2 or len(rows) == 0 or rows.shape[1] != controller.n_weights:
-        raise TegotaeError(
-            f"weights have shape {np.shape(weights)}; this controller needs "
-            f"[runs, {controller.n_weights}]"
-        )
-    if not np.isfinite(rows).all():
-        run = int(np.argmin(np.isfinite(rows).all(axis=1)))
-        raise TegotaeError(f"the weights of run {run} are not all finite; leave that run out")
-    return rows

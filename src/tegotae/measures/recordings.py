@@ -238,17 +238,16 @@ def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
     count = int((before[-1] - before[0]) * rate_hz + 1e-9) + 1
     time_s = before[0] + np.arange(count) / rate_hz
 
-    def at_times(column: pd.Series) -> np.ndarray:
-        values, sound = column.to_numpy(), np.isfinite(column.to_numpy())
+    def at_times(name: str) -> np.ndarray:
+        values = samples[name].to_numpy()
+        sound = np.isfinite(values)
         if not sound.all():
             row = int(np.argmin(sound))
-            raise TegotaeError(
-                f"{column.name} is {values[row]} at sample {row}; fill the gap or cut"
-            )
-        values = np.unwrap(values) if column.name == "phase_rad" else values
+            raise TegotaeError(f"{name} is {values[row]} at sample {row}; fill the gap or cut")
+        values = np.unwrap(values) if name == "phase_rad" else values
         return np.interp(time_s, before, values)
 
-    return pd.DataFrame({name: at_times(samples[name]) for name in samples} | {"time_s": time_s})
+    return pd.DataFrame({name: at_times(name) for name in samples} | {"time_s": time_s})
 
 
 def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] = ()) -> list[str]:

@@ -206,13 +206,13 @@ class HoppingTask(Task):
             runs.body,
             options.protocol,
             metrics=metrics,
-            start=runs.system.scenario(),
+            start=runs.system.scenario()._replace(height_m=options.protocol.release_m),
             integrator=runs.system.integrator,
         )
         omegas = result.omega
         rows: dict[str, Any] = {
             "run": np.repeat(runs.labels, len(omegas)),
-            "omega": np.tile(omegas, result.n_runs),
+            "omega": np.tile(omegas, len(runs.labels)),
         }
         rows |= {name: values.ravel() for name, values in result.episodes.items()}
         return self.answer(

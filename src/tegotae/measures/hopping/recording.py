@@ -412,9 +412,9 @@ def cleaned(
         return float(np.mean((samples - smooth) ** 2)) + 2.0 * noise**2 * float(np.mean(gain))
 
     best = min(((cutoff, *_low_passed(samples, step_s, cutoff)) for cutoff in cutoffs), key=risk)
-    cutoff_hz, smooth, frequency, gain = best
+    chosen_hz, smooth, frequency, gain = best
     left, rate_left = (math.sqrt(np.mean(by**2)) for by in (gain, gain * frequency))
-    return Cleaned(smooth, noise, noise * left, noise * rate_left, cutoff_hz)
+    return Cleaned(smooth, noise, noise * left, noise * rate_left, chosen_hz)
 
 
 def _check_cutoff(cutoff_hz: float, step_s: float, samples: int) -> None:
@@ -442,7 +442,7 @@ def _low_passed(
     padding = min(len(samples) - 1, round(2.0 / (cutoff_hz * step_s)))
     smooth = sosfiltfilt(sections, samples, padtype="even", padlen=padding)
     frequency, response = sosfreqz(sections, _BINS, fs=2.0 * np.pi / step_s)
-    return smooth, frequency, np.abs(response) ** 2
+    return np.asarray(smooth), np.asarray(frequency), np.abs(response) ** 2
 
 
 def work_under_noise(

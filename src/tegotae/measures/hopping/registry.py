@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.part_code import code_of_file
@@ -24,12 +23,7 @@ from tegotae.measures.hopping.metric import (
     GaitMetric,
     Metric,
 )
-from tegotae.measures.hopping.statistics import (
-    UNBOUNDED,
-    Interval,
-    Range,
-    interval,
-)
+from tegotae.measures.hopping.statistics import UNBOUNDED, Range
 
 ALL = "all"
 """Stands for every metric there is."""
@@ -150,40 +144,28 @@ def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
         asked: names, or metrics that are registered.
 
     Raises:
-        TegotaeError: for one that is not there, or none at all.
+        TegotaeError: for one that is not there.
     """
-    if asked is None:
-        return metrics()
-    if isinstance(asked, (str, Metric)):
-        asked = (asked,)
     wanted: set[str] = set()
-    for each in asked:
-        if each == ALL:
-            wanted |= set(names())
-            continue
-        found = find(each if isinstance(each, str) else each.name)
-        if isinstance(each, Metric) and each != found:
-            raise TegotaeError(f"{each.name} is not registered; tegotae.register it first")
-        wanted.add(found.name)
-    if not wanted:
-        raise TegotaeError(f"no metric is named; name at least one, or {ALL}")
+    for named in (ALL,) if asked is None else asked:
+        if named == ALL:
+            return metrics()
+        metric = find(named if isinstance(named, str) else named.name)
+        if isinstance(named, Metric) and named != metric:
+            raise TegotaeError(f"{named.name} is not registered; tegotae.register it first")
+        wanted.add(metric.name)
     return tuple(metric for metric in metrics() if metric.name in wanted)
 
 
 def with_needed(asked: Iterable[Metric]) -> tuple[Metric, ...]:
     """The same with the metrics that they are derived from, those first."""
-    found: dict[str, Metric] = {}
-
-    def add(metric: Metric) -> None:
-        if isinstance(metric, DerivedMetric):
-            for name in metric.of:
-                if name != REGIME:
-                    add(find(name))
-        found.setdefault(metric.name, metric)
-
+    needed: dict[str, Metric] = {}
     for metric in asked:
-        add(metric)
-    return tuple(found.values())
+        of = metric.of if isinstance(metric, DerivedMetric) else ()
+        for before in with_needed(find(name) for name in of if name != REGIME):
+            needed.setdefault(before.name, before)
+        needed.setdefault(metric.name, metric)
+    return tuple(needed.values())
 
 
 def derived(values: Mapping[str, np.ndarray], conditions: Conditions) -> dict[str, np.ndarray]:
@@ -201,34 +183,18 @@ def derived(values: Mapping[str, np.ndarray], conditions: Conditions) -> dict[st
         >>> sorted(found), f"{found['optimum_share'][0]:.2f}"
         (['optimum_share'], '0.50')
     """
-    found: dict[str, np.ndarray] = {}
+    known = dict(values)
     for metric in with_needed(m for m in metrics() if isinstance(m, DerivedMetric)):
-        known = {**values, **found}
         if not isinstance(metric, DerivedMetric) or metric.name in known:
             continue
         if known.keys() >= {*metric.of}:
-            found[metric.name] = metric.values(known, conditions)
-    return found
+            known[metric.name] = metric.values(known, conditions)
+    return {name: known[name] for name in known if name not in values}
 
 
 def range_of(name: str) -> Range:
     """Least and largest possible value of a metric; of one that is not registered here, any."""
     return next((metric.range for metric in metrics() if metric.name == name), UNBOUNDED)
-
-
-def summarise(values: Mapping[str, ArrayLike], *, seed: int = 0) -> dict[str, Interval]:
-    """Mean over runs of each metric, with its spread and 95 % interval within its range.
-
-    Args:
-        values: of metrics, by name; of runs, shape [runs] each.
-        seed: as for `interval`.
-
-    Example:
-        >>> found = summarise({"limit_cycle_share": [1.0, 1.0, 0.4]})["limit_cycle_share"]
-        >>> found.low, found.high
-        (0.0, 1.0)
-    """
-    return {name: interval(row, within=range_of(name), seed=seed) for name, row in values.items()}
 
 
 def _code(metric: Metric) -> str | None:
