@@ -352,7 +352,7 @@ REFUSED = {
     "--height 0": "height_m is 0; it must be greater than 0",
     "--height -1": "height_m is -1; it must be greater than 0",
     "--height 1e300": "height_m is 1e+300; it must be at most 1000",
-    "--mass 1e300": "mass_kg is 1e+300; the largest float32",
+    "--mass 1e300": "mass_kg is 1e+300; it must be at most 3.40282e+38",
     "--mass 1e-300": "the control tick of 0.001 s is too long",
     "--damping 1e6": "the control tick of 0.001 s is too long",
     "--sigma 1e300": "sigma is 1e+300; it must be at most 1e+06",

@@ -188,11 +188,18 @@ REFUSED = {
     "an infinite drop": ({"drop_m": math.inf}, {}, "drop_m is inf"),
     "a drop at no time": ({"drop_m": 0.1, "drop_time_s": math.nan}, {}, "drop_time_s is nan"),
     "a drop before all time": ({"drop_time_s": -math.inf}, {}, "drop_time_s is -inf"),
-    "a height beyond float32": ({"height_m": 1e39}, {}, "height_m is 1e\\+39; the largest float32"),
-    "a mass beyond float32": ({}, {"hopper": Hopper(mass_kg=1e300)}, "mass_kg is 1e\\+300; the l"),
+    "a height beyond float32": (
+        {"height_m": 1e39},
+        {},
+        "height_m is 1e\\+39; it must be at most 1000",
+    ),
+    "a mass beyond float32": (
+        {},
+        {"hopper": Hopper(mass_kg=1e300)},
+        "mass_kg is 1e\\+300; it must be at m",
+    ),
     "a weight beyond float32": ({}, {"weights": np.array([1e200])}, "weight 0 is 1e\\+200"),
     "an unknown energy": ({}, {"work": "kinetic"}, "work is 'kinetic'; it must be one of absol"),
-    "an unknown dtype": ({}, {"dtype": "float16"}, "dtype is 'float16'"),
     "a window after the end": ({}, {"measure_from_s": 4.0}, "window begins at 4 s, .* ends at 4 s"),
     "a window before the release": ({}, {"measure_from_s": -1.0}, "measure_from_s is -1"),
     "a window from NaN": ({}, {"measure_from_s": math.nan}, "measure_from_s is nan"),
@@ -209,7 +216,7 @@ def test_what_cannot_be_simulated_is_refused_at_once(name):
 
 def test_a_number_too_large_for_single_precision_may_fit_into_double():
     weights = np.array([1e39])
-    with pytest.raises(TegotaeError, match=r"weight 0 is 1e\+39; the largest float32"):
+    with pytest.raises(TegotaeError, match=r"weight 0 is 1e\+39; it must be at most 3.4"):
         simulation(weights=weights)
     assert simulation(weights=weights, dtype="float64").dtype == "float64"
 
