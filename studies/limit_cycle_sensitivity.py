@@ -27,8 +27,8 @@ from tegotae import Hopper, Scenario, build
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.evaluation import Episodes, Protocol
 from tegotae.measures.hopping import LimitCycle, gait
-from tegotae.measures.hopping.episode import LIMIT_CYCLE
 from tegotae.measures.hopping.gait import Gait
+from tegotae.measures.hopping.metric import LIMIT_CYCLE
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 

@@ -16,7 +16,7 @@ from reproduction.ridge import Ridge, find_losses, find_resonance
 from tegotae.analysis.maps import GainSweep
 from tegotae.figures.maps import draw_quantity, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, long_table, new_figure, styled
-from tegotae.measures.hopping.episode import REGIMES
+from tegotae.measures.hopping.metric import REGIMES
 from tegotae.measures.optimum import curve
 from tegotae.parts._shapes import AnyArray
 

@@ -134,7 +134,7 @@ def test_the_engine_and_its_recording_measure_the_same():
         ([[1.0, 2.0]], 8.0, r"weights have shape \(1, 2\)"),
         (np.zeros((0, 1)), 8.0, "weights must be finite, of one run or more; those of 0 of 0"),
         ([[1.0], [math.nan]], 8.0, "those of 1 of 2 runs are not"),
-        ("heavy", 8.0, "weights are no array of numbers"),
+        ("heavy", 8.0, "weights is 'heavy'; it must be a number"),
         ([[1.0]], None, "needs omega_t"),
         ([[1.0]], math.nan, "omega_t is nan"),
         ([[1.0]], 2.0, "omega_t is 2 and its lowest offset -2"),

@@ -49,8 +49,8 @@ from tegotae import (
     build,
 )
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.hopping.episode import LIMIT_CYCLE
 from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.measures.hopping.metric import LIMIT_CYCLE
 from tegotae.measures.optimum import curve, has_table, share
 from tegotae.systems import controller_file
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
-from tegotae.measures.hopping.episode import FAILED, LIMIT_CYCLE
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import hops, settled
+from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
@@ -28,7 +28,7 @@ class Outcome(NamedTuple):
     """What became of each rollout: arrays of one shape, NaN where undefined."""
 
     regime: AnyArray
-    """Index into `tegotae.measures.hopping.episode.REGIMES`."""
+    """Index into `tegotae.measures.hopping.metric.REGIMES`."""
     limit_cycle_period: AnyArray
     """Period k of the limit cycle [hops]."""
     cot_inverse: AnyArray

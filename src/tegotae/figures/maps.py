@@ -27,7 +27,7 @@ from tegotae.figures.style import (
     new_figure,
     styled,
 )
-from tegotae.measures.hopping.episode import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
+from tegotae.measures.hopping.metric import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.parts._shapes import AnyArray
 from tegotae.training.environments.baseline import VanillaSweep
 

@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
-from tegotae.measures.hopping.episode import ClampedEpisodes
 from tegotae.measures.hopping.gait import gait
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, hops, settled
 from tegotae.measures.hopping.metric import (
+    ClampedEpisodes,
     ClampedMetric,
     Conditions,
     DerivedMetric,

@@ -12,9 +12,9 @@ import pandas as pd
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.progress import note
-from tegotae.measures.hopping.episode import REGIMES
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.measured import Measured, measure
+from tegotae.measures.hopping.metric import REGIMES
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
 from tegotae.parts.bodies import Body, Hopper

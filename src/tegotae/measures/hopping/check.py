@@ -11,26 +11,28 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.episode import HOP_CHANNELS, ClampedEpisodes, Episode
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, hops, settled
 from tegotae.measures.hopping.metric import (
+    HOP_CHANNELS,
     PLACES,
     REGIME,
+    ClampedEpisodes,
     ClampedMetric,
     Conditions,
     DerivedMetric,
+    Episode,
     GaitMetric,
     Metric,
 )
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.hopping.registry import find
-from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.checks import probing
 from tegotae.simulation.recorder import Trajectory
 
 _FRAME_S = 0.02
 _FRAMES = 700
+_OMEGA = 4.0 + 0.7 * np.arange(probing.LANES)
 _ROUNDING = 1e-4
 
 
@@ -105,67 +107,42 @@ _FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
 """Of each field of a metric a test, and what would be right."""
 
 
-class _DeclaredChannels:
-    """A recording of which only what a metric declares may be read."""
-
-    def __init__(self, recorded: Trajectory, metric: GaitMetric) -> None:
-        self._recorded, self._metric = recorded, metric
-
-    def __getattr__(self, channel: str) -> AnyArray:
-        if channel not in (*HOP_CHANNELS, *self._metric.channels):
-            raise TegotaeError(
-                f"{self._metric.name} reads the channel {channel!r} but does not declare it; add "
-                f"{channel!r} to its channels"
-            )
-        # What only some bodies or oscillators record is made up.
-        found = self._recorded.channels
-        return found[channel] if channel in found else 1.0 + 0.1 * found["height_m"]
-
-
 @cache
-def _recordings() -> Trajectory:
-    """Recordings of six bodies that bounce, ever lower in some, [frames, lanes]."""
+def _recordings() -> dict[str, np.ndarray]:
+    """Recordings of six bodies that bounce, ever lower in some: channels [frames, lanes]."""
     time_s = np.arange(0.0, (_FRAMES + 2) * _FRAME_S, 0.005)
     lanes = []
-    for i in range(probing.LANES):
-        omega = 4.0 + 0.7 * i
+    for i, omega in enumerate(_OMEGA):
         # The lane that is spoiled settles; some others die out.
         height = 1.0 + (0.1 + 0.02 * i) * np.exp(-0.2 * (i > 3) * time_s) * np.sin(omega * time_s)
-        found = from_samples(
-            time_s,
-            height,
-            rest_length_m=1.0,
-            phase_rad=omega * time_s,
-            force_n=2.0 + np.cos(omega * time_s),
-            frame_s=_FRAME_S,
-        )
-        whole = {name: x[:_FRAMES] for name, x in found.channels.items()}
-        finite = {
-            name: x if name in HOP_CHANNELS else np.nan_to_num(x) for name, x in whole.items()
-        }
-        lanes.append(Trajectory(**finite))
-    return jax.tree.map(lambda *each: np.concatenate(each, axis=1), *lanes)
+        columns = {"phase_rad": omega * time_s, "force_n": 2.0 + np.cos(omega * time_s)}
+        frames = from_samples(time_s, height, rest_length_m=1.0, frame_s=_FRAME_S, **columns)
+        lanes.append(frames.channels)
+    whole = {n: np.concatenate([x[n][:_FRAMES] for x in lanes], axis=1) for n in lanes[0]}
+    return {n: x if n in HOP_CHANNELS else np.nan_to_num(x) for n, x in whole.items()}
 
 
-@jax.jit
-def _measured(whole: Trajectory) -> tuple[Hops, Settled]:
-    """Hops of the recordings, and the limit cycle of their first half: one program for all."""
-    table = hops(whole, 1.0)
-    return table, settled(table, LimitCycle(), -jnp.inf, whole.time_s[_FRAMES // 2 - 1])
+def _hops_of(whole: Trajectory) -> tuple[Hops, Settled]:
+    """Hops of the recordings, and the limit cycle of their first half."""
+    return _settled(Trajectory(**{name: whole.channels[name] for name in HOP_CHANNELS}))
+
+
+@jax.jit  # one program, whatever else a metric reads
+def _settled(recorded: Trajectory) -> tuple[Hops, Settled]:
+    table = hops(recorded, 1.0)
+    return table, settled(table, LimitCycle(), -jnp.inf, recorded.time_s[_FRAMES // 2 - 1])
 
 
 def _check_gait(metric: GaitMetric, dtype: str) -> None:
-    what = f"{metric.name}.compute"
-    recorded = jax.tree.map(
-        lambda x: jnp.asarray(x, None if x.dtype == bool else dtype), _recordings()
-    )
-    disturbed_at_s = 0.5 * _FRAMES * _FRAME_S
+    recorded = _recordings()
+    # What only some bodies or oscillators record is made up; what is not declared is not there.
+    channels = dict.fromkeys(metric.channels, 1.0 + 0.1 * recorded["height_m"])
+    channels |= {n: x for n, x in recorded.items() if n in (*HOP_CHANNELS, *metric.channels)}
 
-    def compute(whole: Trajectory, table: Hops, cycle: Settled, omega: jax.Array) -> jax.Array:
-        window = jax.tree.map(lambda x: x[: _FRAMES // 2], whole)
+    def compute(whole: Trajectory, table: Hops, cycle: Settled, omega: jax.Array) -> Any:
         episode = Episode(
-            trajectory=_DeclaredChannels(window, metric),  # type: ignore[arg-type]
-            whole=_DeclaredChannels(whole, metric),  # type: ignore[arg-type]
+            trajectory=jax.tree.map(lambda x: x[: _FRAMES // 2], whole),
+            whole=whole,
             hops=table,
             cycle=cycle,
             omega=omega,
@@ -173,25 +150,29 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
             rest_length_m=1.0,
             max_force_n=4.0,
             frame_s=_FRAME_S,
-            disturbed_at_s=disturbed_at_s,
+            disturbed_at_s=0.5 * _FRAMES * _FRAME_S,
             limit_cycle=LimitCycle(),
             work="absolute",
         )
         return metric.compute(episode)
 
-    omega = 4.0 + 0.7 * jnp.arange(probing.LANES, dtype=dtype)
-    program = jax.jit(compute)
-    value = probing.PartTrial(what).attempt("", program, recorded, *_measured(recorded), omega)
+    omega = jnp.asarray(_OMEGA, dtype)
+    whole = Trajectory(
+        **{n: jnp.asarray(x, None if x.dtype == bool else dtype) for n, x in channels.items()}
+    )
+    trial, program = probing.PartTrial(f"{metric.name}.compute"), jax.jit(compute)
+    what = " of the channels that it declares"
+    value = trial.attempt(what, program, whole, *_hops_of(whole), omega)
     _require_value(metric, value, dtype)
     spoiled = jax.tree.map(
-        lambda x: x if x.dtype == bool else x.at[:, probing.SPOILED].multiply(1.5), recorded
+        lambda x: x if x.dtype == bool else x.at[:, probing.SPOILED].multiply(1.5), whole
     )
-    after = np.asarray(program(spoiled, *_measured(spoiled), omega))
+    before, after = np.asarray(value), np.asarray(program(spoiled, *_hops_of(spoiled), omega))
     others = np.arange(probing.LANES) != probing.SPOILED
-    if not np.array_equal(np.asarray(value)[others], after[others], equal_nan=True):
-        raise TegotaeError(
-            f"{what} lets one lane change another; sum, mean and max go over frames (axis=0) only"
-        )
+    trial.require(
+        np.array_equal(before[others], after[others], equal_nan=True),
+        " lets one lane change another; sum, mean and max go over frames (axis=0) only",
+    )
 
 
 def _clamped_episodes() -> ClampedEpisodes:
@@ -217,21 +198,20 @@ def _attempt(metric: ClampedMetric | DerivedMetric, *arguments: Any) -> np.ndarr
     try:
         return np.asarray(metric.compute(*arguments), float)
     except Exception as error:
-        what = f"{metric.name}.compute"
-        raise TegotaeError(f"{what} raised {probing.first_line(error)}") from error
+        raise TegotaeError(f"{metric.name}.compute raised {probing.first_line(error)}") from error
 
 
 def _require_value(
-    metric: Metric, value: AnyArray, dtype: str = "float64", *, ranged: bool = True
+    metric: Metric, value: Any, dtype: str = "float64", *, ranged: bool = True
 ) -> None:
-    what = f"{metric.name}.compute"
-    if not hasattr(value, "shape"):
-        raise TegotaeError(f"{what} returns a {type(value).__name__}; it must return one array")
-    probing.PartTrial(what, dtype).arrays("", value, events=True)
+    trial = probing.PartTrial(f"{metric.name}.compute", dtype)
+    one = hasattr(value, "shape")
+    trial.require(one, f" returns a {type(value).__name__}; it must return one array")
+    trial.arrays("", value, events=True)
     values, (least, most) = np.asarray(value), metric.range
     outside = values[(values < least - _ROUNDING) | (values > most + _ROUNDING)]
     if ranged and len(outside):
         raise TegotaeError(
-            f"{what} returns {outside[0]:g}, outside of the range ({least:g}, {most:g}) that "
+            f"{trial.name} returns {outside[0]:g}, outside of the range ({least:g}, {most:g}) that "
             f"{metric.name} says it has"
         )

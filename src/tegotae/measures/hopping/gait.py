@@ -11,9 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.hopping.episode import Episode
 from tegotae.measures.hopping.hopping import LimitCycle, hops, settled
-from tegotae.measures.hopping.metric import REGIME, GaitMetric
+from tegotae.measures.hopping.metric import REGIME, Episode, GaitMetric
 from tegotae.measures.hopping.registry import built_in_gait, channels_of
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body

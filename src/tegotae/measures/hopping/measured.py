@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.episode import AT_REST, FAILED, LIMIT_CYCLE
 from tegotae.measures.hopping.gait import Gait, gait
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, hops, settled
 from tegotae.measures.hopping.metric import (
+    AT_REST,
+    FAILED,
+    LIMIT_CYCLE,
     REGIME,
     ClampedMetric,
     Conditions,

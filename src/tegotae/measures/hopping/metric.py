@@ -1,4 +1,4 @@
-"""What a metric is: its name and meaning, what it needs, and how it is computed."""
+"""What a metric is, and what it is computed from: a recorded gait, its hops and limit cycle."""
 
 from __future__ import annotations
 
@@ -6,14 +6,164 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import SupportsIndex
+from functools import cached_property
+from typing import NamedTuple, SupportsIndex
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.hopping.episode import ClampedEpisodes, Episode
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, dies_out, settled
+from tegotae.measures.hopping.signals import Spectrum, peak, spectrum, work_total
 from tegotae.measures.hopping.statistics import UNBOUNDED, Range
+from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
+from tegotae.simulation.rollout import Trajectory
+
+FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
+REGIMES = ("failed", "at rest", "no limit cycle", "limit cycle")
+"""What a gait can be; `Episode.regime` is an index into it."""
+
+HOP_CHANNELS = (
+    *("time_s", "ground_m", "failed", "touchdown_time_s"),
+    *("apex_time_s", "apex_height_m", "apex_phase_rad"),
+)
+"""The channels from which hops and limit cycle follow; every metric may read them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """One episode of every lane, as it was recorded. Arrays end in lanes.
+
+    All but what comes after a disturbance is measured in the undisturbed window, from the release
+    on, and there on the settled part: from the first settled apex to the window's end.
+
+    Args:
+        trajectory: the undisturbed window's frames, [frames, lanes] each.
+        whole: all frames, those after the disturbance among them.
+        hops: the table of all hops.
+        cycle: the limit cycle of the undisturbed window.
+        omega: prescribed frequency ω [rad/s], one or [lanes]; NaN if it is not known.
+        has_oscillator: False where no frequency is prescribed at all.
+        rest_length_m: rest length of the leg l0 [m].
+        max_force_n: largest actuator force α [N].
+        frame_s: recording period [s].
+        disturbed_at_s: time of the disturbance [s], one or [lanes]; None if there is none, infinite
+            in lanes without.
+        limit_cycle: what counts as settled.
+        work: definition of work, one of "absolute", "positive", "net".
+    """
+
+    trajectory: Trajectory
+    whole: Trajectory
+    hops: Hops
+    cycle: Settled
+    omega: Numeric
+    has_oscillator: bool
+    rest_length_m: Numeric
+    max_force_n: Numeric
+    frame_s: float
+    disturbed_at_s: Numeric | None
+    limit_cycle: LimitCycle
+    work: str
+
+    @cached_property
+    def regime(self) -> jax.Array:
+        """Index into `REGIMES`, [lanes]."""
+        failed = self.trajectory.failed[-1]
+        time_s, end_s = self.hops.time_s, self.trajectory.time_s[-1]
+        last_hop_s = jnp.max(jnp.where(time_s <= end_s[None], time_s, -jnp.inf), axis=0)
+        rests = dies_out(last_hop_s, end_s)
+        return jnp.where(
+            failed,
+            FAILED,
+            jnp.where(self.on_cycle, LIMIT_CYCLE, jnp.where(rests, AT_REST, UNSETTLED)),
+        )
+
+    @cached_property
+    def on_cycle(self) -> jax.Array:
+        """True in lanes with a limit cycle, [lanes]."""
+        return self.cycle.found & ~self.trajectory.failed[-1]
+
+    @cached_property
+    def start_s(self) -> jax.Array:
+        """Where the settled part begins [s], [lanes]; 0 without a limit cycle."""
+        return jnp.where(self.on_cycle, self.cycle.time_s, 0.0)
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """The height's, over the settled part."""
+        first = jnp.floor(self.start_s / self.frame_s).astype(jnp.int32)
+        return spectrum(self.trajectory.height_m, self.frame_s, first)
+
+    @cached_property
+    def peak(self) -> tuple[jax.Array, jax.Array]:
+        """Frequency [rad/s] and A_peak of that spectrum's highest peak, [lanes] each."""
+        return peak(self.spectrum)
+
+    @cached_property
+    def work_j(self) -> jax.Array:
+        """The actuator's work over the last whole cycles [J], [lanes]."""
+        return self.over_cycles(work_total(self.whole, self.work))
+
+    def where_settled(self, value: Numeric) -> jax.Array:
+        """The value [lanes], NaN in lanes without a limit cycle."""
+        return jnp.where(self.on_cycle, value, jnp.nan)
+
+    @cached_property
+    def is_settled(self) -> jax.Array:
+        """Which frames of the window belong to the settled part, [frames, lanes]."""
+        return jnp.asarray(self.trajectory.time_s) >= self.start_s[None]
+
+    def mean_where(self, values: AnyArray, holds: AnyArray | bool) -> jax.Array:
+        """Mean of values [frames, lanes] over the settled frames in which something holds, [lanes].
+
+        NaN where it holds in none.
+        """
+        counts = self.is_settled & holds
+        total = jnp.sum(jnp.where(counts, values, 0.0), axis=0)
+        number = jnp.sum(counts, axis=0).astype(total.dtype)
+        return jnp.where(number > 0.0, total / jnp.maximum(number, 1.0), jnp.nan)
+
+    def over_cycles(self, total: AnyArray) -> jax.Array:
+        """By how much a running total [frames, lanes] grows over the last whole cycles, [lanes].
+
+        They go from apex to apex, in whole frames.
+        """
+
+        def at(hop: AnyArray) -> jax.Array:
+            frame = jnp.take_along_axis(self.hops.frame, hop[None], axis=0)
+            return jnp.take_along_axis(total, frame, axis=0)[0]
+
+        return at(self.cycle.to_hop) - at(self.cycle.from_hop)
+
+    def apex_s(self, hop: AnyArray) -> jax.Array:
+        """Time of the apex of each lane's hop of that number [s], [lanes]."""
+        return jnp.take_along_axis(self.hops.time_s, hop[None], axis=0)[0]
+
+    def settles_again(self, after_s: Numeric) -> Settled:
+        """Where each lane settles between a time [s], [lanes], and the end of all frames."""
+        return settled(self.hops, self.limit_cycle, after_s, self.whole.time_s[-1])
+
+
+class ClampedEpisodes(NamedTuple):
+    """Undisturbed episodes with the oscillator clamped to each of some phases: NumPy arrays.
+
+    A lane is a run at a frequency, as in the episodes whose oscillator moves.
+    """
+
+    phases_rad: np.ndarray
+    """The phases [rad], [phases]."""
+    cycle: Settled
+    """The limit cycle at each phase: arrays of shape [lanes, phases]."""
+    failed: np.ndarray
+    """Who had failed by the end, [lanes, phases]."""
+
+    @property
+    def on_cycle(self) -> np.ndarray:
+        """Who hops on a limit cycle, [lanes, phases]."""
+        return np.isfinite(self.cycle.period) & ~self.failed
+
 
 TABLE, FIGURE, REPORT = "table", "figure", "report"
 PLACES = (TABLE, FIGURE, REPORT)

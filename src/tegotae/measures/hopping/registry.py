@@ -15,8 +15,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.part_code import code_of_file
-from tegotae.measures.hopping.episode import HOP_CHANNELS
 from tegotae.measures.hopping.metric import (
+    HOP_CHANNELS,
     REGIME,
     Conditions,
     DerivedMetric,

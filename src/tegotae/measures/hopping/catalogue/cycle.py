@@ -8,13 +8,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.hopping.episode import FAILED, LIMIT_CYCLE, Episode
 from tegotae.measures.hopping.metric import (
+    FAILED,
+    LIMIT_CYCLE,
     REGIME,
     REPORT,
     TABLE,
     Conditions,
     DerivedMetric,
+    Episode,
     GaitMetric,
 )
 from tegotae.measures.hopping.statistics import POSITIVE, SHARE

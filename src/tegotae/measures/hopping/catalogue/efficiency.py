@@ -8,8 +8,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.hopping.episode import AT_REST, Episode
-from tegotae.measures.hopping.metric import REPORT, TABLE, Conditions, DerivedMetric, GaitMetric
+from tegotae.measures.hopping.metric import (
+    AT_REST,
+    REPORT,
+    TABLE,
+    Conditions,
+    DerivedMetric,
+    Episode,
+    GaitMetric,
+)
 from tegotae.measures.hopping.signals import cot_inverse, smoothness
 from tegotae.measures.hopping.statistics import POSITIVE
 from tegotae.measures.optimum import has_table, share

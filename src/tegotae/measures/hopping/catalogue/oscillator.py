@@ -5,8 +5,7 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 
-from tegotae.measures.hopping.episode import Episode
-from tegotae.measures.hopping.metric import REPORT, ClampedMetric, GaitMetric
+from tegotae.measures.hopping.metric import REPORT, ClampedMetric, Episode, GaitMetric
 from tegotae.measures.hopping.statistics import SHARE
 
 # Source: paper IV-A.

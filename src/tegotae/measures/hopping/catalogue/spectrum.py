@@ -5,8 +5,7 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 
-from tegotae.measures.hopping.episode import Episode
-from tegotae.measures.hopping.metric import REPORT, TABLE, GaitMetric
+from tegotae.measures.hopping.metric import REPORT, TABLE, Episode, GaitMetric
 from tegotae.measures.hopping.signals import delta_omega, delta_w
 from tegotae.measures.hopping.statistics import POSITIVE, SHARE
 
