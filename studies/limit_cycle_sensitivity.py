@@ -25,7 +25,7 @@ import numpy as np
 
 from tegotae import Hopper, Scenario, build
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.evaluation import Episodes, Protocol
+from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
 from tegotae.measures.hopping import LimitCycle, gait
 from tegotae.measures.hopping.gait import Gait
 from tegotae.measures.hopping.metric import LIMIT_CYCLE
@@ -65,7 +65,7 @@ def rollouts(window_s: float) -> list:
     protocol = dataclasses.replace(DEFAULT, undisturbed_s=window_s, disturbed_s=window_s)
     sigma, omega = (x.ravel() for x in np.meshgrid(SIGMAS, OMEGAS))
     return [
-        Episodes(
+        EvaluatedEpisodes(
             build(f"V-{name}-w8"), sigma[:, None], Scenario(omega), Hopper(), protocol
         ).disturbed()
         for name in ACTUATIONS

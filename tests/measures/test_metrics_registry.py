@@ -49,7 +49,7 @@ def rolled_out(monkeypatch) -> list[str]:
         return rollouts
 
     for name in ("disturbed", "undisturbed", "clamped"):
-        monkeypatch.setattr(evaluation.Episodes, name, made_up(name))
+        monkeypatch.setattr(evaluation.EvaluatedEpisodes, name, made_up(name))
     for asked in ("cot_inverse", "optimum_share", "t1_s", "recovery_share", "cpgu"):
         with pytest.raises(StopHereError):
             evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=[asked])

@@ -20,11 +20,13 @@ from programs import main
 from reproduction.folder import Folder
 from reproduction.table import tabulate
 from tegotae import TegotaeError, find, register
+from tegotae._support.documents import later
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import registry as metrics
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.terms import Network, Term
 from tegotae.systems import controller_file, registry
+from tegotae.systems.descriptions import describe, restore
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import kinds
 from tegotae.systems.user_objects import imported, named
@@ -340,6 +342,18 @@ def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_im
         "register it\n"
     )
     assert call("--parts", str(FILE)).returncode == 0
+
+
+def test_a_field_that_came_later_renames_no_document_at_its_default():
+    @dataclass(frozen=True)
+    class Tolerance:
+        height_m: float = 0.005
+        slope: float = later(0.0)
+
+    assert describe(Tolerance()) == {"height_m": 0.005}
+    assert restore({"height_m": 0.005}, Tolerance, "tolerance") == Tolerance()
+    steep = Tolerance(slope=0.1)
+    assert restore(describe(steep), Tolerance, "tolerance") == steep
 
 
 def test_what_is_no_part_cannot_be_registered():

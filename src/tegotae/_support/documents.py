@@ -149,6 +149,32 @@ def checked(value: T, _level: int = 1) -> T:
     return value
 
 
+_LATER = "left out of documents at its default"
+
+
+def later(default: T) -> T:
+    """The default of a field that a dataclass got after it was first used.
+
+    Documents leave the field out where it has its default. So a new field of a body or of a fitness
+    gives no record another name, and files from before stay what they are.
+
+    Example:
+        >>> @dataclasses.dataclass(frozen=True)
+        ... class Spring:
+        ...     stiffness: float = 5.0
+        ...     hardening: float = later(0.0)
+        >>> described_fields(Spring()), described_fields(Spring(hardening=0.1))
+        ({'stiffness': 5.0}, {'stiffness': 5.0, 'hardening': 0.1})
+    """
+    return cast(T, dataclasses.field(default=default, metadata={_LATER: True}))
+
+
+def described_fields(value: Any) -> dict[str, Any]:
+    """The fields of a dataclass by name, but for those that came `later` and have their default."""
+    fields = {field: getattr(value, field.name) for field in dataclasses.fields(value)}
+    return {f.name: x for f, x in fields.items() if _LATER not in f.metadata or x != f.default}
+
+
 def as_json(value: object) -> Any:
     """A value in the types that JSON has: null for what is undefined or not finite.
 

@@ -13,7 +13,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.hopping import hops, settled
+from tegotae.measures.hopping.hopping import LimitCycle, hops, settled
 from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
@@ -83,7 +83,7 @@ class OutcomeSummary:
         table = hops(trajectory, body.rest_length_m)
         end_s = trajectory.time_s[-1]
         middle = (timing.n_frames - 1) // 2
-        cycle = settled(table, self.gait.limit_cycle, -jnp.inf, end_s)
+        cycle = settled(table, LimitCycle(), -jnp.inf, end_s)
         found = jnp.isfinite(gait.limit_cycle_period)
         final = jnp.maximum(table.n_hops - 1, 0)
         early = jnp.sum(table.time_s <= trajectory.time_s[middle][None], axis=0, dtype=final.dtype)

@@ -216,7 +216,7 @@ def evaluate(
     def of_lanes(of_runs: ArrayLike) -> np.ndarray:
         return np.repeat(np.broadcast_to(of_runs, runs), n_omegas)
 
-    episodes = Episodes(
+    episodes = EvaluatedEpisodes(
         controller,
         np.repeat(rows, n_omegas, axis=0),
         start._replace(
@@ -278,7 +278,7 @@ def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Episodes:
+class EvaluatedEpisodes:
     """Episodes of an evaluation, a lane each.
 
     Args:

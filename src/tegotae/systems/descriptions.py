@@ -16,7 +16,7 @@ from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hin
 
 import numpy as np
 
-from tegotae._support.documents import DamagedDocumentError, JsonObject, fitted
+from tegotae._support.documents import DamagedDocumentError, JsonObject, described_fields, fitted
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.systems import registry
 
@@ -42,7 +42,7 @@ def describe(value: object) -> Any:
         kind, code = registry.kind_of(value), registry.code_noted(type(value))
         named: JsonObject = {} if kind is None else {"kind": kind}
         named |= {} if code is None else {registry.CODE: code}
-        return named | {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return named | {name: describe(x) for name, x in described_fields(value).items()}
     if isinstance(value, Mapping):
         entries = cast(Mapping[object, object], value)
         return {str(name): describe(entry) for name, entry in entries.items()}

@@ -14,6 +14,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_RAD_PER_S, require_within
 from tegotae.measures.hopping.hopping import dies_out, whole_hops
 from tegotae.measures.hopping.signals import check_work, cot_inverse, work_total
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
@@ -113,7 +114,11 @@ class Simulation:
         # Wrapped here, in double precision: float32 holds few digits of a large phase.
         scenario = self.scenario._replace(phase_rad=self.scenario.phase_rad % math.tau)
         lanes = engine.run(self.weights, scenario, self.hopper, dtype=self.dtype)
-        return Result(self, jax.tree.map(lambda x: x[..., 0], lanes))
+        return Result(self, jax.tree.map(_first_lane, lanes))
+
+
+def _first_lane(recorded: AnyArray) -> AnyArray:
+    return recorded[..., 0]
 
 
 @dataclass(frozen=True)

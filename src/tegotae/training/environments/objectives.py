@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import reprlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -15,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.documents import JsonObject
+from tegotae._support.documents import JsonObject, described_fields
 from tegotae._support.errors import TegotaeError, formatted, unknown
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.recording import from_samples
@@ -128,8 +127,7 @@ class EnvObjective(ABC):
     @property
     def document(self) -> JsonObject:
         """Kind and settings as plain JSON values."""
-        settings = dataclasses.asdict(self)  # type: ignore[call-overload]
-        return {"kind": type(self).__name__, **settings}
+        return {"kind": type(self).__name__, **described_fields(self)}
 
     @abstractmethod
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
