@@ -17,9 +17,8 @@ from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
 from tegotae.analysis.surface import actuation_surface
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts.bodies import Hopper
-from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.simulation import Simulation
 
 _UNTIL_S = 30.0
 _ROWS, _COLUMNS = 36, 56
@@ -98,10 +97,10 @@ def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np
     except NoLimitCycleError:
         has_cycle = False
     timing = Timing(duration_s=_UNTIL_S)
-    scenario = Scenario.of(saved.omega)
-    result = Simulation(saved.controller, saved.weights, scenario, saved.body, timing).run()
+    engine = Engine(controller=saved.controller, timing=timing)
+    path = engine.run(saved.weights, Scenario.of(saved.omega), saved.body)
     last = slice(-round(LAST_S / timing.frame_s), None)
-    return has_cycle, {name: x[last] for name, x in result.trajectory.channels.items()}
+    return has_cycle, {name: x[last, 0] for name, x in path.channels.items()}
 
 
 def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObject:

@@ -19,14 +19,15 @@ import tiny
 from tegotae import (
     Engine,
     Hopper,
-    Scenario,
+    Release,
+    System,
     TegotaeError,
     Timing,
 )
 from tegotae.cli import main
 from tegotae.systems import controller_file
 from tegotae.systems.presets import preset
-from tegotae.systems.simulation import Simulation
+from tegotae.systems.simulation import simulate as rolled_out
 
 SHORT = ("--duration", "4")
 """One duration for all: another one compiles another program."""
@@ -110,11 +111,11 @@ def test_every_option_reaches_the_rollout(simulate):
     }
     words = (word for option in options.items() for word in option)
     found = simulate("pyTegotaeCPG-both", *words)
-    expected = Simulation(
-        preset("pyTegotaeCPG").controller("both"),
-        np.array([1.5]),
-        Scenario(6.0, 1.3, 0.1, 0.5, 0.2, 2.0),
-        Hopper(
+    system = System(
+        controller=preset("pyTegotaeCPG").controller("both"),
+        omega=6.0,
+        release=Release(height_m=1.3, velocity_m_per_s=0.1, phase_rad=0.5),
+        body=Hopper(
             mass_kg=0.12,
             stiffness_n_per_m=6.0,
             damping_ns_per_m=0.15,
@@ -123,13 +124,18 @@ def test_every_option_reaches_the_rollout(simulate):
             gravity_m_per_s2=9.8,
             max_force_n=3.5,
         ),
-        Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01),
-        "positive",
-        1.0,
     )
-    summary = json.loads(json.dumps(expected.run().summary()))
-    assert found == {**found, **summary}
-    assert found["settings"]["body"] == dataclasses.asdict(expected.hopper)
+    expected = rolled_out(
+        system,
+        [1.5],
+        Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01),
+        drop_m=0.2,
+        drop_time_s=2.0,
+        work="positive",
+        measure_from_s=1.0,
+    )
+    assert found == {**found, **json.loads(json.dumps(expected.summary()))}
+    assert found["settings"]["body"] == dataclasses.asdict(system.body)
 
 
 def test_a_vanilla_controller_may_have_another_oscillator(simulate):
@@ -203,15 +209,8 @@ def test_a_controller_file_is_simulated_as_it_was_trained(simulate, tiny_trainin
         saved = controller_file.load(path)
         assert isinstance(saved.body, Hopper)
         found = simulate(str(path))
-        expected = Simulation(
-            saved.controller,
-            saved.weights,
-            Scenario(omega=saved.omega),
-            saved.body,
-            Timing(duration_s=4.0, frame_s=0.01),
-        )
-        summary = json.loads(json.dumps(expected.run().summary()))
-        assert found == {**found, **summary}
+        expected = rolled_out(saved.system, saved.weights, Timing(duration_s=4.0, frame_s=0.01))
+        assert found == {**found, **json.loads(json.dumps(expected.summary()))}
         assert (found["settings"]["omega"], found["settings"]["sigma"]) == (saved.omega, None)
 
 

@@ -32,7 +32,7 @@ from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.parts.bodies import Bar
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.simulation import Simulation
+from tegotae.systems.simulation import simulate
 from tegotae.systems.user_objects import imported
 
 FILE = TESTS / "users" / "two_legs.py"
@@ -151,7 +151,7 @@ def test_the_optimum_says_it_too(kept, one_line_error):
         find_orbit,
         lambda saved: map_basin(saved, np.array([1.2]), np.array([0.0])),
         lambda saved: HopperSettings(body=saved.body),
-        lambda saved: Simulation(saved.controller, saved.weights, Scenario(8.0), saved.body),
+        lambda saved: simulate(saved.system, saved.weights),
     ],
     ids=["orbit", "basin", "environment", "simulation"],
 )

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import odeint
 
-from tegotae import Hopper, Scenario, TegotaeError, Timing
+from tegotae import Hopper, Release, System, TegotaeError, Timing
 from tegotae.systems.presets import PRESETS, preset
-from tegotae.systems.simulation import Simulation
+from tegotae.systems.simulation import simulate
 
 DURATION_S = 15.0
 
@@ -47,17 +47,14 @@ class Program:
 def apexes(name: str, omega: float = 5.0, sigma: float = 2.753) -> tuple[np.ndarray, np.ndarray]:
     """The same by this package."""
     chosen = preset(name)
-    times, heights, _ = (
-        Simulation(
-            chosen.controller("sector"),
-            np.array([sigma]),
-            Scenario(omega=omega, height_m=chosen.height_m),
-            chosen.hopper,
-            Timing(duration_s=DURATION_S, frame_s=0.01),
-        )
-        .run()
-        .apexes
+    system = System(
+        controller=chosen.controller("sector"),
+        omega=omega,
+        body=chosen.hopper,
+        release=Release(height_m=chosen.height_m),
     )
+    timing = Timing(duration_s=DURATION_S, frame_s=0.01)
+    times, heights, _ = simulate(system, [sigma], timing).apexes
     return times, heights
 
 

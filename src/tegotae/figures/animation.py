@@ -128,8 +128,8 @@ class GifWriter(PillowWriter):
 
 def animation(result: Result) -> FuncAnimation:
     """The animation of a simulation."""
-    t, hopper = result.trajectory, result.simulation.hopper
-    stride = max(1, round(1.0 / FRAMES_PER_S / result.simulation.timing.frame_s))
+    t, hopper = result.trajectory, result.body
+    stride = max(1, round(1.0 / FRAMES_PER_S / result.timing.frame_s))
     frames = np.arange(0, len(t.time_s), stride)
     figure = new_figure(4.4, 3.6)
     scene, dial = figure.subplots(1, 2, width_ratios=(1.4, 1.0))
@@ -147,7 +147,7 @@ def animation(result: Result) -> FuncAnimation:
     dial.set_aspect("equal")
     for spine in dial.spines.values():
         spine.set_visible(False)
-    with_oscillator = result.simulation.controller.oscillator is not None
+    with_oscillator = result.system.controller.oscillator is not None
     if with_oscillator:
         dial.add_patch(Circle((0, 0), 1.0, fill=False, color="0.6"))
         dial.set_title("phase φ")

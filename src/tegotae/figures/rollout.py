@@ -58,7 +58,7 @@ def episode_figure(replay: Replay, *, note: str = "") -> Figure:
 @styled()
 def rollout_figure(result: Result) -> Figure:
     """Height, leg forces, phase and feedback of a simulation over time."""
-    t, hopper = result.trajectory, result.simulation.hopper
+    t, hopper = result.trajectory, result.body
     figure = new_figure(PAGE_IN, 4.6)
     height, spring, actuator, phase = figure.subplots(4, 1, sharex=True)
     below = min(0.0, float(t.ground_m.min())) - 0.05
@@ -72,7 +72,7 @@ def rollout_figure(result: Result) -> Figure:
     spring.set_ylabel("spring $F_k$ [N]")
     actuator.fill_between(t.time_s, t.actuator_force_n, step="mid", color=COLOURS[1], lw=0)
     actuator.set(ylabel="actuator $F_a$ [N]", ylim=(0.0, 1.05 * hopper.max_force_n))
-    if result.simulation.controller.oscillator is None:
+    if result.system.controller.oscillator is None:
         phase.plot(t.time_s, t.velocity_m_per_s, color=COLOURS[0])
         phase.set_ylabel("velocity ẏ [m/s]")
     else:

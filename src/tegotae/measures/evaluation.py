@@ -39,13 +39,13 @@ from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import Clamped
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
-from tegotae.simulation.lanes import as_lanes
 from tegotae.simulation.rollout import (
     Engine,
     Scenario,
     Summary,
     Timing,
     Trajectory,
+    as_lanes,
     check_senses,
 )
 

@@ -23,7 +23,7 @@ from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.simulation import Simulation
+from tegotae.systems.simulation import Result, simulate
 from tegotae.systems.system import Release
 from tegotae.systems.user_objects import is_reference, named
 
@@ -127,7 +127,7 @@ class HoppingTask(Task):
 
     def simulate(self, options: HoppingSimulation) -> RecordedRun:
         """One rollout: apexes and efficiency."""
-        result = self._simulation(options).run()
+        result = self._rolled_out(options)
         summary, trajectory = result.summary(), result.trajectory
         heights = ", ".join(f"{height:.4f}" for height in result.apexes[1][-4:])
         remarks = [f"no CoT⁻¹: {summary['reason']}"] if summary["reason"] else []
@@ -153,33 +153,30 @@ class HoppingTask(Task):
             remarks=tuple(remarks),
         )
 
-    def _simulation(self, options: HoppingSimulation) -> Simulation:
-        tick_s = options.tick_s
+    def _rolled_out(self, options: HoppingSimulation) -> Result:
+        tick_s, sigma, drops = options.tick_s, options.sigma, options.drop_m != 0.0
         require_finite("tick", tick_s, above=0.0)
-        options.body.check_tick(tick_s)
-        require_finite("drop", options.drop_m)
         require_finite("drop_time", options.drop_time_s, least=0.0)
-        if options.drop_m and options.drop_time_s >= options.duration_s:
+        if sigma is not None:
+            require_within("sigma", sigma, MOST_GAIN)
+        if drops and options.drop_time_s >= options.duration_s:
             raise TegotaeError(
                 f"the ground is to drop at {options.drop_time_s:g} s, but the rollout ends at "
                 f"{options.duration_s:g} s; set --drop-time or --duration"
             )
-        saved = self.controller(options)
-        scenario = saved.system.scenario(
-            drop_m=options.drop_m,
-            drop_time_s=options.drop_time_s if options.drop_m else math.inf,
-        )
+        changed = {"omega": options.omega, "body": options.body, "release": options.release}
+        if options.hold:
+            changed["integrator"] = Hold()
         frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
-        return Simulation(
-            saved.controller,
-            saved.weights,
-            scenario,
-            options.body,  # type: ignore[arg-type]
+        return simulate(
+            self.runs.system.replaced(changed),
+            self.weights_at(sigma),
             Timing(duration_s=options.duration_s, tick_s=tick_s, frame_s=frame_s),
-            options.work,
-            options.measure_from_s,
-            "float64" if options.float64 else "float32",
-            Hold() if options.hold else saved.system.integrator,
+            drop_m=options.drop_m,
+            drop_time_s=options.drop_time_s if drops else math.inf,
+            work=options.work,
+            measure_from_s=options.measure_from_s,
+            dtype="float64" if options.float64 else "float32",
         )
 
     def evaluate_options(self) -> HoppingEvaluation:
