@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,6 +20,7 @@ from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.questions.answer import UNDEFINED, AnswerBase
+from tegotae.questions.options import without_unit
 from tegotae.questions.task import Work
 from tegotae.systems.presets import preset
 from tegotae.systems.user_objects import named
@@ -82,31 +84,36 @@ class RecordingOptions:
             return preset(self.preset).hopper
         return None if self.body is None else named(self.body, Body, "body")
 
-    def of_body(self, field: str, option: str) -> float | None:
-        """A number as it is given, or else the body's; not two that contradict each other."""
-        given, known = getattr(self, field), getattr(self.known_body(), field, None)
-        if given is None:
-            return None if known is None else float(known)
-        if known is not None and float(known) != given:
-            what = "body" if self.preset is None else f"preset {self.preset}"
-            raise TegotaeError(
-                f"{option} is {given:g}, and the {what} has {float(known):g}; leave one of them out"
-            )
-        return given
+    def of_the_leg(self, body: Body | None) -> dict[str, float | None]:
+        """Its numbers: as they are given, or else the body's.
 
-    @property
-    def weight_n(self) -> float | None:
-        """The weight of the body [N], if it is known."""
-        mass = self.of_body("mass_kg", "--mass")
-        gravity = self.of_body("gravity_m_per_s2", "--gravity")
-        if mass is None:
-            if self.gravity_m_per_s2 is not None and self.known_body() is None:
-                raise TegotaeError("--gravity belongs to a mass; set --mass [kg], too")
-            return None
-        require_finite("mass", mass, above=0.0, most=1e9)
-        gravity = Hopper.gravity_m_per_s2 if gravity is None else gravity
-        require_finite("gravity", gravity, above=0.0, most=1e9)
-        return mass * gravity
+        Raises:
+            TegotaeError: for two that contradict each other.
+        """
+        numbers: dict[str, float | None] = {}
+        for name in ("rest_length_m", "max_force_n", "mass_kg", "gravity_m_per_s2"):
+            given, known = getattr(self, name), getattr(body, name, None)
+            if None not in (given, known) and given != float(known):
+                what = "body" if self.preset is None else f"preset {self.preset}"
+                option = without_unit(name).replace("_", "-")
+                raise TegotaeError(
+                    f"--{option} is {given:g}, and the {what} has {known:g}; leave one of them out"
+                )
+            numbers[name] = given if known is None else float(known)
+        if self.gravity_m_per_s2 is not None and numbers["mass_kg"] is None:
+            raise TegotaeError("--gravity belongs to a mass; set --mass [kg], too")
+        return numbers
+
+
+def _weight_n(leg: Mapping[str, float | None]) -> float | None:
+    """The weight of the body [N], if its mass is known."""
+    mass, gravity = leg["mass_kg"], leg["gravity_m_per_s2"]
+    if mass is None:
+        return None
+    gravity = Hopper.gravity_m_per_s2 if gravity is None else gravity
+    require_finite("mass", mass, above=0.0, most=1e9)
+    require_finite("gravity", gravity, above=0.0, most=1e9)
+    return mass * gravity
 
 
 @dataclass(frozen=True, repr=False)
@@ -169,13 +176,8 @@ class MeasuredRecording(AnswerBase):
         values = dict(zip(frame["name"], frame["value"].astype(float), strict=True))
         efficiency = None
         if (of := found.efficiency) is not None:
-            weight_n = math.nan if self.weight_n is None else self.weight_n
-            efficiency = {
-                **asdict(of),
-                "cot_inverse": of.cot_inverse,
-                "cot_inverse_total": of.cot_inverse_total,
-                "cot_inverse_times_weight": weight_n * of.cot_inverse,
-            }
+            scaled = math.nan if self.weight_n is None else self.weight_n * of.cot_inverse
+            efficiency = {**asdict(of), "cot_inverse_times_weight": scaled}
         document = {
             "regime": REGIMES[found.regime],
             **values,
@@ -224,7 +226,9 @@ def measure_recording(file: Path, options: RecordingOptions) -> MeasuredRecordin
     Raises:
         TegotaeError: for a file that cannot be read or lacks a column, or numbers that cannot be.
     """
-    rest_length_m, weight_n = options.of_body("rest_length_m", "--rest-length"), options.weight_n
+    body = options.known_body()
+    leg = options.of_the_leg(body)
+    weight_n, rest_length_m = _weight_n(leg), leg["rest_length_m"]
     if rest_length_m is None:
         raise TegotaeError(
             "the rest length is not given, the height over ground at which the foot leaves it; "
@@ -239,11 +243,11 @@ def measure_recording(file: Path, options: RecordingOptions) -> MeasuredRecordin
         **read,
         rest_length_m=rest_length_m,
         omega=options.omega,
-        max_force_n=options.of_body("max_force_n", "--max-force"),
+        max_force_n=leg["max_force_n"],
         disturbed_at_s=options.disturbed_at,
         limit_cycle=options.limit_cycle,
         lowpass_hz=options.lowpass,
         work=options.work,
-        body=options.known_body(),
+        body=body,
     )
     return MeasuredRecording(str(file), measured, rest_length_m, weight_n)

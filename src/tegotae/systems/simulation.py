@@ -95,8 +95,9 @@ class Result:
         if self.trajectory.failed[-1]:
             return "the rollout failed"
         if hops < 0:
-            weak = f"; it pushes with {body.max_force_n:g} N and weighs {body.weight_n:g} N"
-            return f"no hop from {start_s:g} s on" + weak * bool(body.max_force_n <= body.weight_n)
+            weight_n = getattr(body, "weight_n", math.nan)
+            weak = f"; it pushes with {body.max_force_n:g} N and weighs {weight_n:g} N"
+            return f"no hop from {start_s:g} s on" + weak * bool(body.max_force_n <= weight_n)
         if dies_out(last_hop_s, self.timing.duration_s):
             return f"no hop after {last_hop_s:.1f} s"
         if hops == 0:

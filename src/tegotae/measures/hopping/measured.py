@@ -29,7 +29,6 @@ from tegotae.measures.hopping.metric import (
 from tegotae.measures.hopping.recording import Samples, checked, denoised, frames_of, step_of
 from tegotae.measures.hopping.registry import derived, metrics
 from tegotae.measures.hopping.signals import FORCE_PERIOD_S, check_work, cot_inverse, work_total
-from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Trajectory
 
@@ -54,12 +53,11 @@ def contradictions(
         rest_length_m: rest length of the leg l0 [m].
     """
     first, last = (int(table.frame[row]) for row in span)
-    hops = span[1] - span[0]
-    found = []
-    swings = _swings(frames.height_m[first : last + 1, 0])
+    hops, swings = span[1] - span[0], _swings(frames.height_m[first : last + 1, 0])
+    said = []
     times = max(1.0, np.round(hops / swings)) if swings else 1.0
     if abs(hops - times * swings) > max(1.0, _HOPS * times * swings):
-        found.append(
+        said.append(
             f"hops and spectrum contradict each other: {hops} hops, while the height swings "
             f"{swings:.3g} times"
         )
@@ -68,16 +66,15 @@ def contradictions(
     by_hops = float(np.sum(over_ground - rest_length_m))
     climbed = float(frames.climb_flight_m[last, 0] - frames.climb_flight_m[first, 0])
     if abs(climbed - by_hops) > _CLIMB * by_hops + _BOUNCE * rest_length_m * hops:
-        found.append(
+        said.append(
             f"hops and climb contradict each other: {climbed:.3g} m climbed in flight, while the "
             f"apexes of {hops} hops rise {by_hops:.3g} m over the rest length"
         )
-    if found:
-        found.append(
-            "noise, bounces too low to be hops, a wrong rest length or a wrong unit do that: look "
-            "at --plot, or set --lowpass"
-        )
-    return tuple(found)
+    cause = (
+        "noise, bounces too low to be hops, a wrong rest length or a wrong unit do that: look at "
+        "--plot, or set --lowpass"
+    )
+    return (*said, cause) if said else ()
 
 
 def _swings(height_m: np.ndarray) -> float:
@@ -87,7 +84,7 @@ def _swings(height_m: np.ndarray) -> float:
     return float(np.argmax(power)) / 8.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Efficiency:
     """Height climbed and work, from one apex to another."""
 
@@ -104,19 +101,10 @@ class Efficiency:
     settled: bool
     """Whether these are whole turns of a limit cycle. If not, the value may depend on which hops
     were recorded: it is no metric of a gait."""
-
-    @property
-    def cot_inverse(self) -> float:
-        """CoT⁻¹ of the heights climbed in flight [m/J]; NaN for unknown or negative work."""
-        return self._of(self.climb_flight_m)
-
-    @property
-    def cot_inverse_total(self) -> float:
-        """CoT⁻¹ of all heights climbed [m/J]."""
-        return self._of(self.climb_m)
-
-    def _of(self, climb_m: float) -> float:
-        return float(cot_inverse(climb_m, self.work_j)) if self.work_j > -1e-6 else np.nan
+    cot_inverse: float
+    """CoT⁻¹ of the heights climbed in flight [m/J]; NaN for unknown or negative work."""
+    cot_inverse_total: float
+    """CoT⁻¹ of all heights climbed [m/J]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -336,18 +324,11 @@ def _efficiency(
     frames: Trajectory, table: Hops, span: tuple[int, int], work: str, is_cycle: bool
 ) -> Efficiency:
     first, last = (int(table.frame[row]) for row in span)
-
-    def grown(total: AnyArray) -> float:
-        return float(total[last, 0] - total[first, 0])
-
-    return Efficiency(
-        start_s=float(table.time_s[span[0]]),
-        end_s=float(table.time_s[span[1]]),
-        climb_flight_m=grown(frames.climb_flight_m),
-        climb_m=grown(frames.climb_m),
-        work_j=grown(work_total(frames, work)),
-        settled=is_cycle,
-    )
+    totals = (frames.climb_flight_m, frames.climb_m, work_total(frames, work))
+    flight, climb, work_j = (float(total[last, 0] - total[first, 0]) for total in totals)
+    cot = [float(cot_inverse(x, work_j)) if work_j > -1e-6 else np.nan for x in (flight, climb)]
+    start_s, end_s = (float(table.time_s[row]) for row in span)
+    return Efficiency(start_s, end_s, flight, climb, work_j, is_cycle, *cot)
 
 
 _OF_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")

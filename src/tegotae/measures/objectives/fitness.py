@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -66,8 +66,27 @@ class FitnessData(NamedTuple):
     """What ΔΩ counts for [m/J per rad²/s²], 0 if it does not."""
 
 
+class _SettledHops(Objective):
+    """Part of a fitness of hopping: what follows the time to settle, with ΔΩ or without."""
+
+    settle_s: float
+    follow_omega: bool
+
+    def check(self, timing: Timing) -> None:
+        """Raise `TegotaeError` if an episode leaves too little after settling."""
+        if timing.duration_s - self.settle_s < 1.0:
+            raise TegotaeError(
+                f"an episode of {timing.duration_s:g} s leaves less than 1 s after settling for "
+                f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
+            )
+
+    def without_frequency(self) -> Self:
+        """The same without ΔΩ."""
+        return dataclasses.replace(self, follow_omega=False)  # type: ignore[type-var]
+
+
 @dataclass(frozen=True, kw_only=True)
-class Fitness(Objective):
+class Fitness(_SettledHops):
     """`fitness = CoT⁻¹ + w ΔΩ` over the settled part of an episode (paper equations 11-13).
 
     The paper adds m/J to a squared frequency without a unit. The weight w is 1 if that is in
@@ -108,18 +127,6 @@ class Fitness(Objective):
         check_work(self.work)
         require_finite("frequency_weight", self.frequency_weight, least=0.0)
 
-    def check(self, timing: Timing) -> None:
-        """Raise `TegotaeError` if an episode leaves too little after settling."""
-        if timing.duration_s - self.settle_s < 1.0:
-            raise TegotaeError(
-                f"an episode of {timing.duration_s:g} s leaves less than 1 s after settling for "
-                f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
-            )
-
-    def without_frequency(self) -> Fitness:
-        """The same without ΔΩ."""
-        return dataclasses.replace(self, follow_omega=False)
-
     @property
     def program(self) -> Fitness:
         """The settling time alone: everything else is data."""
@@ -154,12 +161,8 @@ class Fitness(Objective):
         work = [over_hops(work_total(trajectory, definition)) for definition in WORK]
 
         height = trajectory.height_m[first:]
-        w_peak, a_peak = peak(spectrum(height[::STRIDE], STRIDE * timing.frame_s))
-        gap = jnp.where(
-            height.max(axis=0) - height.min(axis=0) < REST_RANGE_M,
-            rest_delta_omega(scenario.omega),
-            delta_omega(scenario.omega, w_peak, a_peak),
-        )
+        moves_m = height.max(axis=0) - height.min(axis=0)
+        gap = _gap(height[::STRIDE], moves_m, scenario.omega, timing.frame_s)
         return HopOutcome(
             cot_inverse=jnp.stack([cot_inverse(climb, each) for each in work]),
             delta_omega=gap,
@@ -189,7 +192,7 @@ class HoppingLegsOutcome(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class HoppingLegs(Objective):
+class HoppingLegs(_SettledHops):
     """`fitness = CoT⁻¹ + ΔΩ` of hopper legs under a frame (paper equations 11-13), leg by leg.
 
     Each hip is a hopper's body. With y_i its height,
@@ -223,18 +226,6 @@ class HoppingLegs(Objective):
     def __post_init__(self) -> None:
         require_finite("settle_s", self.settle_s, least=0.0)
 
-    def check(self, timing: Timing) -> None:
-        """Raise `TegotaeError` if an episode leaves too little after settling."""
-        if timing.duration_s - self.settle_s < 1.0:
-            raise TegotaeError(
-                f"an episode of {timing.duration_s:g} s leaves less than 1 s after settling for "
-                f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
-            )
-
-    def without_frequency(self) -> HoppingLegs:
-        """The same without ΔΩ."""
-        return HoppingLegs(settle_s=self.settle_s, follow_omega=False)
-
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> HoppingLegsOutcome:
@@ -247,7 +238,12 @@ class HoppingLegs(Objective):
         cot = cot_inverse(climb_in_flight(hips - ground, rest), work)
         gap = jnp.zeros_like(cot)
         if self.follow_omega:
-            gap = _gap(hips, scenario.omega, timing.frame_s)
+            limbs, lanes = hips.shape[1:]
+            wanted = jnp.broadcast_to(scenario.omega, (limbs, lanes)).reshape(-1)
+            heights = hips[::STRIDE].reshape(-1, limbs * lanes)
+            moves_m = heights.max(axis=0) - heights.min(axis=0)
+            of_legs = _gap(heights, moves_m, wanted, timing.frame_s)
+            gap = of_legs.reshape(limbs, lanes).mean(axis=0)
         return HoppingLegsOutcome(cot, gap, t.climb_m[-1])
 
     def score(self, outcome: HoppingLegsOutcome, data: object) -> dict[str, jax.Array]:
@@ -275,12 +271,7 @@ def climb_in_flight(hips_m: jax.Array, rest_m: Numeric) -> jax.Array:
     return jnp.maximum(over[1:] - over[:-1], 0.0).sum(axis=(0, 1))
 
 
-def _gap(hips: jax.Array, omega: Numeric, frame_s: float) -> jax.Array:
-    """ΔΩ, the mean over the legs, [lanes]."""
-    limbs, lanes = hips.shape[1:]
-    heights = hips[::STRIDE].reshape(-1, limbs * lanes)
-    wanted = jnp.broadcast_to(omega, (limbs, lanes)).reshape(-1)
-    w_peak, a_peak = peak(spectrum(heights, STRIDE * frame_s))
-    rests = heights.max(axis=0) - heights.min(axis=0) < REST_RANGE_M
-    each = jnp.where(rests, rest_delta_omega(wanted), delta_omega(wanted, w_peak, a_peak))
-    return each.reshape(limbs, lanes).mean(axis=0)
+def _gap(height_m: AnyArray, moves_m: AnyArray, omega: Numeric, frame_s: float) -> jax.Array:
+    """ΔΩ of heights at every `STRIDE`-th frame [m], of which some hardly move, [lanes]."""
+    gap = delta_omega(omega, *peak(spectrum(height_m, STRIDE * frame_s)))
+    return jnp.where(moves_m < REST_RANGE_M, rest_delta_omega(omega), gap)
