@@ -8,7 +8,7 @@ from tegotae.analysis.orbit import SIGNALS, NoLimitCycleError, Orbit, Paths, che
 from tegotae.envs.core import TELEMETRY, Hoppers
 from tegotae.envs.policies import Policy
 from tegotae.measures.hopping import measure
-from tegotae.measures.hopping.measured import Measured
+from tegotae.measures.hopping.gait import Measured
 from tegotae.parts.maths import TWO_PI
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from tegotae.figures.cycles import phase_ticks
 from tegotae.figures.rollout import phase_up
 from tegotae.figures.style import COLOURS, PAGE_IN, Table, new_figure, styled
-from tegotae.measures.hopping.measured import Measured
+from tegotae.measures.hopping.gait import Measured
 from tegotae.measures.hopping.signals import FORCE_PERIOD_S, Spectrum, spectrum
 from tegotae.parts._shapes import AnyArray
 

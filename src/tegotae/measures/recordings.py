@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -110,10 +111,6 @@ def read_columns(path: Path | str) -> dict[str, np.ndarray]:
     return read(path)
 
 
-def _csv(path: Path) -> dict[str, np.ndarray]:
-    return read_csv(path, kind="recording")
-
-
 def _npz(path: Path) -> dict[str, np.ndarray]:
     try:
         columns = read_arrays(path, MOST_BYTES)
@@ -137,19 +134,16 @@ def _npz(path: Path) -> dict[str, np.ndarray]:
 
 def _parquet(path: Path) -> dict[str, np.ndarray]:
     arrow = require("pyarrow", "study")
-    parquet = require("pyarrow.parquet", "study")
     try:
-        table = parquet.read_table(path)
+        table = pd.read_parquet(path, engine="pyarrow")
     except (OSError, arrow.ArrowException) as error:
         first = str(error).splitlines()[0]
         raise TegotaeError(f"{path} is no recording: {first}") from None
-    return {
-        name: np.array(table.column(name).to_pylist(), dtype=object) for name in table.column_names
-    }
+    return {str(name): table[name].to_numpy() for name in table}
 
 
 FORMATS: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
-    ".csv": _csv,
+    ".csv": partial(read_csv, kind="recording"),
     ".npz": _npz,
     ".parquet": _parquet,
 }

@@ -6,15 +6,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.progress import note
+from tegotae.measures.hopping.gait import Measured, measure
 from tegotae.measures.hopping.hopping import LimitCycle
-from tegotae.measures.hopping.measured import Measured, measure
 from tegotae.measures.hopping.metric import REGIMES
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
@@ -92,8 +92,9 @@ class RecordingOptions:
         """
         numbers: dict[str, float | None] = {}
         for name in ("rest_length_m", "max_force_n", "mass_kg", "gravity_m_per_s2"):
-            given, known = getattr(self, name), getattr(body, name, None)
-            if None not in (given, known) and given != float(known):
+            given: float | None = getattr(self, name)
+            known: Any = getattr(body, name, None)
+            if given is not None and known is not None and given != float(known):
                 what = "body" if self.preset is None else f"preset {self.preset}"
                 option = without_unit(name).replace("_", "-")
                 raise TegotaeError(

@@ -1,8 +1,7 @@
 """Metrics, the paper's and users': pure functions on arrays that end in lanes, units in names."""
 
-from tegotae.measures.hopping.gait import gait
+from tegotae.measures.hopping.gait import gait, measure
 from tegotae.measures.hopping.hopping import LimitCycle
-from tegotae.measures.hopping.measured import measure
 from tegotae.measures.hopping.metric import (
     REGIMES,
     ClampedEpisodes,

@@ -1,7 +1,9 @@
-"""All metrics of a gait at once, lane by lane."""
+"""All metrics of a gait at once: of rollouts, lane by lane; or of one recording, with the reason of
+each that is undefined."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -10,10 +12,25 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
-from tegotae.measures.hopping.hopping import LimitCycle, hops, settled
-from tegotae.measures.hopping.metric import REGIME, Episode, GaitMetric
-from tegotae.measures.hopping.registry import built_in_gait, channels_of
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, hop_height_m, hops, settled
+from tegotae.measures.hopping.metric import (
+    AT_REST,
+    FAILED,
+    LIMIT_CYCLE,
+    REGIME,
+    ClampedMetric,
+    Conditions,
+    DerivedMetric,
+    Episode,
+    GaitMetric,
+    Metric,
+)
+from tegotae.measures.hopping.recording import Samples, checked, denoised, frames_of, step_of
+from tegotae.measures.hopping.registry import built_in_gait, channels_of, derived, metrics
+from tegotae.measures.hopping.signals import FORCE_PERIOD_S, check_work, cot_inverse, work_total
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
@@ -166,3 +183,382 @@ class GaitSummary:
             disturbed_at_s=scenario.drop_time_s,
             work=self.work,
         )
+
+
+_HOPS = 0.25  # of the swings; less is what hops of several heights make of a spectrum
+_CLIMB = 0.1  # of the climb; less is what samples far apart cost
+_BOUNCE = 0.01  # of the rest length a hop, which bounces that are no hops may climb
+
+
+def contradictions(
+    frames: Trajectory, table: Hops, span: tuple[int, int], rest_length_m: float
+) -> tuple[str, ...]:
+    """A sentence on every two measurements of the same that disagree, as noise makes them do.
+
+    From one apex to another, the height's spectrum shows how often the body swings, which is once
+    a hop, or once in a few hops of different heights; and the apexes show how much was climbed in
+    flight.
+
+    Args:
+        frames: the recording, [frames, 1].
+        table: its hops, [hops].
+        span: rows of the first and last of them.
+        rest_length_m: rest length of the leg l0 [m].
+    """
+    first, last = (int(table.frame[row]) for row in span)
+    hops, swings = span[1] - span[0], _swings(frames.height_m[first : last + 1, 0])
+    said = []
+    times = max(1.0, np.round(hops / swings)) if swings else 1.0
+    if abs(hops - times * swings) > max(1.0, _HOPS * times * swings):
+        said.append(
+            f"hops and spectrum contradict each other: {hops} hops, while the height swings "
+            f"{swings:.3g} times"
+        )
+    apexes = slice(span[0] + 1, span[1] + 1)
+    over_ground = table.height_m[apexes] - frames.ground_m[table.frame[apexes], 0]
+    by_hops = float(np.sum(over_ground - rest_length_m))
+    climbed = float(frames.climb_flight_m[last, 0] - frames.climb_flight_m[first, 0])
+    if abs(climbed - by_hops) > _CLIMB * by_hops + _BOUNCE * rest_length_m * hops:
+        said.append(
+            f"hops and climb contradict each other: {climbed:.3g} m climbed in flight, while the "
+            f"apexes of {hops} hops rise {by_hops:.3g} m over the rest length"
+        )
+    cause = (
+        "noise, bounces too low to be hops, a wrong rest length or a wrong unit do that: look at "
+        "--plot, or set --lowpass"
+    )
+    return (*said, cause) if said else ()
+
+
+def _swings(height_m: np.ndarray) -> float:
+    """How many periods of its strongest frequency a height holds."""
+    still = height_m - height_m.mean()
+    power = np.abs(np.fft.rfft(np.hanning(len(still)) * still, 8 * len(still))) ** 2
+    return float(np.argmax(power)) / 8.0
+
+
+@dataclass(frozen=True)
+class Efficiency:
+    """Height climbed and work, from one apex to another."""
+
+    start_s: float
+    """Time of the first apex since the first sample [s]."""
+    end_s: float
+    """Time of the last apex [s]."""
+    climb_flight_m: float
+    """Heights climbed in flight [m]."""
+    climb_m: float
+    """Heights climbed in flight and in stance [m]."""
+    work_j: float
+    """The actuator's work [J]; NaN if neither it nor the force was recorded."""
+    settled: bool
+    """Whether these are whole turns of a limit cycle. If not, the value may depend on which hops
+    were recorded: it is no metric of a gait."""
+    cot_inverse: float
+    """CoT⁻¹ of the heights climbed in flight [m/J]; NaN for unknown or negative work."""
+    cot_inverse_total: float
+    """CoT⁻¹ of all heights climbed [m/J]."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Measured(Gait):
+    """The metrics of one recording, floats by name, NaN where undefined: `measured.t0_s`.
+
+    Example:
+        >>> Measured({"t1_s": np.nan}, {"t1_s": "there was no disturbance"}, *[None] * 4).reasons
+        {'t1_s': 'there was no disturbance'}
+    """
+
+    reasons: dict[str, str]
+    """Why each metric that is NaN is undefined, by its name."""
+    efficiency: Efficiency | None
+    """Over the cycles of CoT⁻¹, or, of a gait that does not settle, over the hops of the second
+    half of the recording. None with fewer than two."""
+    frames: Trajectory
+    """The recording in frames of 20 ms, [frames, 1]."""
+    hops: Hops
+    """Its hops, [hops] each."""
+    omega: float
+    """Prescribed frequency ω [rad/s]; NaN if it is not known."""
+    notes: tuple[str, ...] = ()
+    """What else is to be known of the numbers, a sentence each: which are the recorder's own, what
+    noise there is and what was done about it, and what contradicts each other."""
+
+
+_CLOCK_S = 1e6
+"""A first time beyond this is the stamp of a clock, such as Unix's [s]."""
+
+
+def measure(
+    time_s: ArrayLike,
+    height_m: ArrayLike,
+    *,
+    rest_length_m: float,
+    ground_m: ArrayLike = 0.0,
+    phase_rad: ArrayLike | None = None,
+    omega: float | None = None,
+    force_n: ArrayLike | None = None,
+    work_j: ArrayLike | None = None,
+    climb_flight_m: ArrayLike | None = None,
+    climb_m: ArrayLike | None = None,
+    max_force_n: float | None = None,
+    disturbed_at_s: float | None = None,
+    limit_cycle: LimitCycle | None = None,
+    lowpass_hz: float | None = None,
+    work: str = "absolute",
+    body: Body | None = None,
+) -> Measured:
+    """The metrics of one recorded gait, from a robot or another simulator.
+
+    The first sample is the release. What is missing leaves undefined (NaN) what needs it, and
+    `reasons` says so: the force CoT⁻¹ and smoothness, the largest force smoothness, the prescribed
+    frequency ΔΩ and Δw, the disturbance T1. A recording without any hop is no error: `regime` says
+    so, CoT⁻¹ is zero and all else undefined. Work that is negative in sum leaves CoT⁻¹ undefined.
+
+    Args:
+        time_s: sampling times, uniform, at most 20 ms apart [s], shape [samples].
+        height_m: height of the centre of mass y [m], [samples].
+        rest_length_m: height over ground at which the foot leaves it, l0 [m].
+        ground_m: height of the ground h [m], a number or [samples].
+        phase_rad: oscillator phase φ [rad], [samples]; None without an oscillator.
+        omega: prescribed frequency ω [rad/s].
+        force_n: actuator force F_a [N], [samples].
+        work_j: running total of the actuator's work [J], [samples], which is then not computed
+            from the force: what a motor took from its battery, say.
+        climb_flight_m: running total of the heights climbed in flight [m], [samples], which are
+            then not taken from the samples of the height.
+        climb_m: running total of all heights climbed [m], [samples], likewise.
+        max_force_n: largest actuator force α [N].
+        disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s]; of time
+            stamps, such as Unix's, from the first sample on.
+        limit_cycle: what counts as settled; its tolerances are for a leg of 1 m, and are widened as
+            far as noise hides smaller differences.
+        lowpass_hz: cutoff of the zero-phase low-pass of the height [Hz]; infinite to filter
+            nothing. By default a height with noise is filtered at the cutoff of least expected
+            error, and one without noise is not (`tegotae.measures.hopping.recording`).
+        work: definition of work, one of "absolute", "positive", "net".
+        body: the body, for metrics that take it, such as the share of its optimum.
+
+    Returns:
+        The metrics as floats, with the reason of each that is undefined.
+
+    Raises:
+        TegotaeError: for a recording that `from_samples` refuses, samples more than 20 ms apart, a
+            frequency that is not positive, or a disturbance outside of it.
+
+    Example:
+        >>> from tegotae.measures.hopping import REGIMES
+        >>> time_s = np.arange(4000) * 0.005
+        >>> found = measure(time_s, 1 + 0.1 * np.sin(6 * time_s), rest_length_m=1.0, omega=6.0)
+        >>> REGIMES[found.regime], f"{found.w_peak:.2f} rad/s"
+        ('limit cycle', '6.00 rad/s')
+        >>> found.reasons["cot_inverse"]
+        'neither the actuator force nor its work was recorded'
+    """
+    if omega is not None:
+        require_finite("omega", omega, above=0.0, most=1e6)
+    if max_force_n is not None:
+        require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
+    check_work(work)
+    totals = {"work_j": work_j, "climb_flight_m": climb_flight_m, "climb_m": climb_m}
+    columns = {"ground_m": ground_m, "phase_rad": phase_rad, "force_n": force_n, **totals}
+    samples = checked({"time_s": time_s, "height_m": height_m, **columns}, rest_length_m)
+    if step_of(samples) > 1.01 * FORCE_PERIOD_S:
+        raise TegotaeError(
+            f"the samples are {step_of(samples):g} s apart; the metrics need at least "
+            f"{1 / FORCE_PERIOD_S:g} samples a second, or another unit of the times"
+        )
+    clean = denoised(
+        samples,
+        rest_length_m=rest_length_m,
+        limit_cycle=limit_cycle or LimitCycle(),
+        work=work,
+        lowpass_hz=lowpass_hz,
+    )
+    limit_cycle, rest_length_m = clean.limit_cycle, float(rest_length_m)
+    frames = frames_of(clean.samples, rest_length_m, FORCE_PERIOD_S, clean.prominence_m)
+    began_s, ended_s = float(samples["time_s"][0]), float(frames.time_s[-1, 0])
+    stamped = abs(began_s) > _CLOCK_S
+    at_s = _since_release(disturbed_at_s, 0.0 if stamped else began_s, ended_s)
+    end_s = ended_s if at_s is None else at_s
+    with jax.enable_x64(True):
+        of_gait = gait(
+            frames,
+            omega=np.nan if omega is None else float(omega),
+            rest_length_m=rest_length_m,
+            max_force_n=np.nan if max_force_n is None else float(max_force_n),
+            frame_s=FORCE_PERIOD_S,
+            undisturbed_s=at_s,
+            disturbed_at_s=at_s,
+            limit_cycle=limit_cycle,
+            work=work,
+            metrics=tuple(m for m in metrics() if isinstance(m, GaitMetric)),
+        ).lane()
+    # How far the ground dropped, if that was the disturbance, no recording says.
+    conditions = Conditions(body, work, 0.0 if at_s is None else np.inf)
+    more = derived({name: np.asarray(x) for name, x in of_gait.values.items()}, conditions)
+    values = {**of_gait.values, **{name: float(value) for name, value in more.items()}}
+    table, known = _hops_of(frames, rest_length_m), _missing(samples, omega, max_force_n)
+    if at_s is None:
+        known["disturbance"] = "there was no disturbance"
+    if values[REGIME] != LIMIT_CYCLE:
+        known["cycle"] = _no_cycle(int(values[REGIME]), table, end_s, limit_cycle)
+    if body is None:
+        known["body"] = "it takes the body, which is not given"
+    undefined = {name for name, value in values.items() if np.isnan(value)}
+    settles = values[REGIME] == LIMIT_CYCLE
+    span = _span(table, end_s, of_gait.limit_cycle_period, of_gait.t0_s)
+    stamps = f"times count from the first sample, stamped {began_s:.12g} s"
+    return Measured(
+        values,
+        {
+            metric.name: _why_undefined(metric, undefined, known)
+            for metric in metrics()
+            if isinstance(metric, ClampedMetric) or metric.name in undefined
+        },
+        None if span is None else _efficiency(frames, table, span, work, settles),
+        frames,
+        table,
+        np.nan if omega is None else float(omega),
+        (
+            *([stamps] if stamped else []),
+            *_own_totals([name for name in totals if name in samples]),
+            *clean.notes,
+            *([] if span is None else contradictions(frames, table, span, rest_length_m)),
+        ),
+    )
+
+
+def _hops_of(frames: Trajectory, rest_length_m: float) -> Hops:
+    """The hops of the one lane, without rows after its last."""
+    apex_m, ground_m = frames.apex_height_m[:, 0], frames.ground_m[:, 0]
+    at = np.flatnonzero(apex_m >= hop_height_m(rest_length_m, ground_m))
+    phase_rad = frames.apex_phase_rad[at, 0] % (2.0 * np.pi)
+    return Hops(frames.apex_time_s[at, 0], apex_m[at], phase_rad, at, np.asarray(len(at)))
+
+
+def _span(table: Hops, end_s: float, period: float, t0_s: float) -> tuple[int, int] | None:
+    """Rows of the first and last hop of the last whole cycles up to an end [s].
+
+    Without a limit cycle those of the second half; None with fewer than two.
+    """
+    last = int(np.sum(table.time_s <= end_s)) - 1
+    if np.isfinite(period):
+        turns = (last - np.searchsorted(table.time_s, t0_s)) // period
+        return last - int(turns * period), last
+    first = int(np.sum(table.time_s < 0.5 * end_s))
+    return (first, last) if first < last else None
+
+
+def _since_release(at_s: float | None, began_s: float, ended_s: float) -> float | None:
+    """When the disturbance came, counted from the first sample [s]."""
+    if at_s is None:
+        return None
+    require_finite("disturbed_at_s", at_s)
+    at_s -= began_s
+    if not 4 * FORCE_PERIOD_S <= at_s <= ended_s:
+        raise TegotaeError(
+            f"disturbed_at_s lies {at_s:g} s after the first sample; it must lie "
+            f"inside the recording of {ended_s:g} s, and at least four frames "
+            f"({4 * FORCE_PERIOD_S:g} s) after its start"
+        )
+    return at_s
+
+
+def _own_totals(names: list[str]) -> list[str]:
+    """A sentence on the running totals that stand in place of what follows from samples."""
+    listed = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+    own = "the recording's own running totals, not computed from its samples"
+    return [f"{listed}: {own}"] if names else []
+
+
+def _efficiency(
+    frames: Trajectory, table: Hops, span: tuple[int, int], work: str, is_cycle: bool
+) -> Efficiency:
+    first, last = (int(table.frame[row]) for row in span)
+    totals = (frames.climb_flight_m, frames.climb_m, work_total(frames, work))
+    flight, climb, work_j = (float(total[last, 0] - total[first, 0]) for total in totals)
+    cot = [float(cot_inverse(x, work_j)) if work_j > -1e-6 else np.nan for x in (flight, climb)]
+    start_s, end_s = (float(table.time_s[row]) for row in span)
+    return Efficiency(start_s, end_s, flight, climb, work_j, is_cycle, *cot)
+
+
+_OF_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
+
+
+def _missing(samples: Samples, omega: float | None, max_force_n: float | None) -> dict[str, str]:
+    """Why channels and parameters of metrics are not known, by their names."""
+    why: dict[str, str] = {}
+    if "force_n" not in samples:
+        unmoved = "neither the actuator force nor its work was recorded"
+        why |= {} if "work_j" in samples else dict.fromkeys(_OF_WORK, unmoved)
+        of_force = ("impulse_ns", "actuator_force_n")
+        why |= dict.fromkeys(of_force, "the actuator force was not recorded")
+    for channel in ("spring_force_n", "feedback_rad_per_s", "energy_j"):
+        why[channel] = f"a recording has no {channel}"
+    if omega is None:
+        why["omega"] = "the prescribed frequency ω is not given"
+    if max_force_n is None:
+        why["max_force_n"] = "the largest actuator force α is not given"
+    return why
+
+
+def _why_undefined(metric: Metric, undefined: set[str], missing: Mapping[str, str]) -> str:
+    """Why a metric has no value.
+
+    Args:
+        metric: the metric.
+        undefined: names of all metrics without a value.
+        missing: reasons by channel and parameter; and of `cycle`, `disturbance` and `body`.
+    """
+    if isinstance(metric, ClampedMetric):
+        return "it takes simulations with the oscillator held still, which no recording is"
+    if isinstance(metric, DerivedMetric):
+        lacking = [f"{name} is undefined" for name in metric.of if name in undefined]
+        lacking += [missing["body"]] if metric.needs_body and "body" in missing else []
+        return next(iter(lacking), "it has no value for such a gait of this body")
+    assert isinstance(metric, GaitMetric)
+    if metric.disturbed and "disturbance" in missing:
+        return missing["disturbance"]
+    if "cycle" in missing:
+        return missing["cycle"]
+    for name, why in missing.items():
+        if name in (*metric.channels, *metric.parameters):
+            return why
+    if metric.disturbed:
+        return "the gait does not settle again before the recording ends"
+    negative = set(metric.channels) & set(_OF_WORK)
+    return "the work is negative in sum" if negative else "it has no value for this gait"
+
+
+def _no_cycle(regime: int, table: Hops, end_s: float, limit_cycle: LimitCycle) -> str:
+    """Why there is no limit cycle: how far the last hops are from repeating themselves."""
+    count, needed = int(np.sum(table.time_s <= end_s)), limit_cycle.min_repeats + 1
+    if regime == FAILED:
+        return "the body failed"
+    if regime == AT_REST:
+        return "no hop" if count == 0 else f"no hop after {table.time_s[count - 1]:.1f} s"
+    if count < needed:
+        return f"{count} hops; a limit cycle has to show at least {needed}"
+    allowed = np.array([limit_cycle.height_tolerance_m, limit_cycle.phase_tolerance_rad])
+
+    def spread(period: int) -> np.ndarray:
+        """How far the last hops are from the last cycle, in height [m] and phase [rad]."""
+        rows = np.arange(count - needed * period, count)
+        last = count - 1 - (count - 1 - rows) % period
+        phase = table.phase_rad[rows] - table.phase_rad[last]
+        turned = np.abs((phase + math.pi) % (2.0 * math.pi) - math.pi)
+        return np.array([np.abs(table.height_m[rows] - table.height_m[last]).max(), turned.max()])
+
+    periods = [k for k in range(1, limit_cycle.max_period + 1) if count >= needed * k]
+    period = min(periods, key=lambda k: (spread(k) / allowed).max())
+    far, units = spread(period), ((1e3, 3, "mm in height"), (1.0, 2, "rad in phase"))
+    apart = [
+        f"{scale * x:.{digits}g} {unit} ({scale * most:g} are allowed)"
+        for x, most, (scale, digits, unit) in zip(far, allowed, units, strict=True)
+        if x > most
+    ]
+    if not apart:
+        return f"the hops stop at {table.time_s[count - 1]:.1f} s, before the recording ends"
+    every = "each other" if period == 1 else f"every {period} hops"
+    return f"the last {needed * period} hops differ from {every} by {' and '.join(apart)}"

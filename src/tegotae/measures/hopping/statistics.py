@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,15 +50,15 @@ class Interval:
 
     mean: float
     """Mean of the defined values."""
-    std: float
+    std: float = math.nan
     """Their standard deviation (n - 1)."""
-    low: float
+    low: float = math.nan
     """Lower end of the 95 % interval of the mean."""
-    high: float
+    high: float = math.nan
     """Upper end."""
-    count: int
+    count: int = 0
     """How many values are defined."""
-    undefined: int
+    undefined: int = 0
     """How many are not."""
     method: str = field(default="", repr=False, compare=False)
     """How the interval was found; empty if there is none."""
@@ -93,19 +92,17 @@ def interval(values: ArrayLike, *, within: Range = UNBOUNDED, seed: int = 0) -> 
     """
     values = _row("values", values, within)
     defined = values[~np.isnan(values)]
-    undefined = len(values) - len(defined)
-    if len(defined) == 0:
-        return Interval(np.nan, np.nan, np.nan, np.nan, 0, undefined)
-    mean = float(defined.mean())
-    if len(defined) == 1:
-        return Interval(mean, np.nan, np.nan, np.nan, 1, undefined)
+    count, undefined = len(defined), len(values) - len(defined)
+    mean = float(defined.mean()) if count else math.nan
+    if count < 2:
+        return Interval(mean, count=count, undefined=undefined)
     std = float(defined.std(ddof=1))
-    if len(defined) < FEW:
-        half = _t(len(defined) - 1) * std / math.sqrt(len(defined))
+    if count < FEW:
+        half = _t(count - 1) * std / math.sqrt(count)
         low, high = _cut(mean - half, mean + half, within)
-        return Interval(mean, std, low, high, len(defined), undefined, STUDENT)
+        return Interval(mean, std, low, high, count, undefined, STUDENT)
     low, high = np.quantile(_resampled_means(defined, seed), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
-    return Interval(mean, std, float(low), float(high), len(defined), undefined, BOOTSTRAP)
+    return Interval(mean, std, float(low), float(high), count, undefined, BOOTSTRAP)
 
 
 def paired_difference(
@@ -163,13 +160,12 @@ def difference(
         ('1.00', True)
     """
     rows = [_row("values", values, within), _row("baseline", baseline, within)]
-    found = balanced_difference(rows[:1], rows[1:], single_is_exact=single_is_exact, within=within)
-    if found.count + found.undefined == sum(map(len, rows)):
-        return found
-    defined = [row[~np.isnan(row)] for row in rows]
-    count = sum(map(len, defined))
-    mean = float(defined[0].mean() - defined[1].mean()) if all(map(len, defined)) else np.nan
-    return Interval(mean, np.nan, np.nan, np.nan, count, sum(map(len, rows)) - count)
+    if all(_has_mean(row, single_is_exact) for row in rows):
+        return balanced_difference(
+            rows[:1], rows[1:], single_is_exact=single_is_exact, within=within
+        )
+    (a, _, n), (b, _, m) = map(_mean_and_error, rows)
+    return Interval(a - b, count=n + m, undefined=sum(map(len, rows)) - n - m)
 
 
 def stratified_difference(
@@ -231,26 +227,20 @@ def balanced_difference(
         >>> f"{found.mean:.2f}"
         '5.10'
     """
-    sides = [
-        [
-            row
-            for row in map(partial(_row, name, within=within), rows)
-            if _has_mean(row, single_is_exact)
-        ]
-        for name, rows in (("values", values), ("baseline", baseline))
-    ]
-    rows = [*sides[0], *sides[1]]
-    count = sum(int((~np.isnan(row)).sum()) for row in rows)
-    undefined = sum(map(len, rows)) - count
-    if not sides[0] or (baseline and not sides[1]):
-        return Interval(np.nan, np.nan, np.nan, np.nan, count, undefined)
-    weights = [1.0 / len(sides[0])] * len(sides[0]) + [-factor / max(len(sides[1]), 1)] * len(
-        sides[1]
+    checked = [_row("values", row, within) for row in values]
+    others = [_row("baseline", row, within) for row in baseline]
+    ours, theirs = (
+        [row for row in rows if _has_mean(row, single_is_exact)] for rows in (checked, others)
     )
-    terms = [_mean_and_error(row) for row in rows]
+    terms = [_mean_and_error(row) for row in (*ours, *theirs)]
+    count = sum(n for _, _, n in terms)
+    undefined = sum(map(len, (*ours, *theirs))) - count
+    if not ours or (baseline and not theirs):
+        return Interval(math.nan, count=count, undefined=undefined)
+    weights = [1.0 / len(ours)] * len(ours) + [-factor / max(len(theirs), 1)] * len(theirs)
     mean = sum(w * m for w, (m, _, _) in zip(weights, terms, strict=True))
     if all(n == 1 for _, _, n in terms):
-        return Interval(mean, np.nan, np.nan, np.nan, count, undefined)
+        return Interval(mean, count=count, undefined=undefined)
     parts = [(w * w * e, n - 1) for w, (_, e, n) in zip(weights, terms, strict=True) if e > 0.0]
     variance = sum(part for part, _ in parts)
     freedom = variance**2 / sum(part**2 / n for part, n in parts) if parts else np.inf
@@ -270,7 +260,8 @@ def _mean_and_error(row: np.ndarray) -> tuple[float, float, int]:
     """Mean of what is defined, its variance (0 for a single value), and how much that is."""
     defined = row[~np.isnan(row)]
     n = len(defined)
-    return float(defined.mean()), float(defined.var(ddof=1)) / n if n > 1 else 0.0, n
+    mean = float(defined.mean()) if n else math.nan
+    return mean, float(defined.var(ddof=1)) / n if n > 1 else 0.0, n
 
 
 def _t(freedom: float) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.pilot import Pilot
-from tegotae.measures.hopping.measured import Measured, measure
+from tegotae.measures.hopping.gait import Measured, measure
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EnvEpisode, Hopping
 from tegotae.training.environments.rollouts import lanes_of, play
