@@ -141,6 +141,7 @@ def simulate(
     """
     timing, body = timing or Timing(), system.mechanics
     require_one_limb(body, "a simulation for people")
+    body.check_tick(timing.tick_s)
     require_within("drop_m", drop_m, MOST_M)
     numbers = {name: x for name, x in vars(body).items() if isinstance(x, float) and x != math.inf}
     numbers |= {f"weight {i}": weight for i, weight in enumerate(np.ravel(weights))}
