@@ -12,14 +12,15 @@ import tyro
 from reproduction.commands.output import PictureFormat
 from reproduction.folder import Folder
 from reproduction.plan import Plan, plan
-from reproduction.readings.named import STUDY, reading_named
+from reproduction.readings.named import STUDY, ReadingOptions, reading_named
 from reproduction.record import Record
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
-from tegotae.cli.options import UNSET, ExperimentOptions, Several, experiments_at
+from tegotae.cli.options import UNSET, Several
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import names
+from tegotae.questions.experiments import experiments_at
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.settings import settings_named
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StudyRun(ExperimentOptions):
+class StudyRun(ReadingOptions):
     """Train and evaluate the missing models of a study; run it again to continue."""
 
     dir: Path
@@ -94,12 +95,12 @@ class StudyRun(ExperimentOptions):
         return replace(whole, experiments=tuple(experiments), **settings)
 
     @property
-    def _read(self) -> ExperimentOptions:
+    def _read(self) -> ReadingOptions:
         """The options of the reading, except those that were given."""
         reading = reading_named(self.reading)
         given = {
             field.name: getattr(self, field.name)
-            for field in fields(ExperimentOptions)
+            for field in fields(ReadingOptions)
             if getattr(self, field.name) != field.default
         }
         return replace(reading, **given)

@@ -2,19 +2,94 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Annotated
 
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.cli.options import ExperimentOptions
+from tegotae.cli.options import UNSET, HopperParameters
+from tegotae.questions.experiments import ExperimentOptions, Experiments
+from tegotae.questions.options import changed
+from tegotae.systems.experiment import Experiment
 
 STUDY, CALIBRATED = "study", "calibrated"
 NAMES = (STUDY, CALIBRATED)
 """The study's own reading, and the one that docs/reproduction/calibration.md chooses."""
 
 
-def reading_named(name: str) -> ExperimentOptions:
+_Number = Annotated[float | None, UNSET]
+_Name = Annotated[str | None, UNSET]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingOptions(HopperParameters):
+    """What of all experiments of a study is to be other than it is by itself."""
+
+    HEADING = "Experiment"
+
+    body: _Name = None
+    """Replace the body by your own, FILE.py:OBJECT or MODULE:OBJECT."""
+    height: _Number = None
+    """Height of the release [m], in training and evaluation."""
+    drop: _Number = None
+    """Height by which the ground drops in the evaluation [m]."""
+    duration: _Number = None
+    """Duration of a training episode [s]."""
+    tick: _Number = None
+    """Control period in training [s]."""
+    settle: _Number = None
+    """Time at the start of an episode that the fitness leaves out [s]."""
+    work: _Name = None
+    """Definition of the actuator's work: absolute, positive or net."""
+    hold: bool = False
+    """Hold the controller over each tick of the training, as a robot does."""
+    cot_only: bool = False
+    """Use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of algorithms."""
+    frequency_weight: _Number = None
+    """Weight of ΔΩ in the fitness [m/J per rad²/s²]: 1 with ΔΩ in rad²/s², 0.0253
+    with ΔΩ in Hz²."""
+    sector_start: _Number = None
+    """Phase at which a vanilla sector starts [rad]."""
+    sector_duration: _Number = None
+    """Duration of a vanilla sector at ω [s]; replaces its width in phase."""
+    newtons_per_feedback: _Number = None
+    """Force of a vanilla reflex per unit of feedback [N s/rad]."""
+    tuned_over: Annotated[tuple[float, ...], UNSET] = ()
+    """Offsets from ω_t at which the gain of a pure V is searched for [rad/s], such as -2 -1 0 1 2
+    for all frequencies of the evaluation."""
+    fitness: _Name = None
+    """Another fitness, FILE.py:OBJECT or MODULE:OBJECT."""
+    oscillator: _Name = None
+    """Another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own, FILE.py:OBJECT
+    or MODULE:OBJECT. With the prefix learned- its parameters are trained, too."""
+    vary: Annotated[tuple[str, ...], UNSET] = ()
+    """Conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value
+    between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
+    episodes_per_candidate: Annotated[int | None, UNSET] = None
+    """Number of episodes per candidate, if conditions vary."""
+
+    def applied(self, experiment: Experiment) -> Experiment:
+        """An experiment with what was given.
+
+        Raises:
+            TegotaeError: for what does not fit together, or an option that the experiment's own
+                body or fitness does not have.
+        """
+        given = {
+            field.name: getattr(self, field.name)
+            for field in fields(self)
+            if getattr(self, field.name) != field.default
+        }
+        parts = {name: given.pop(name) for name in _PARTS if name in given}
+        own = Experiments(**parts).applied(experiment)
+        return changed(ExperimentOptions.options_of(own), given, own.name).applied(own)
+
+
+_PARTS = ("body", "fitness", "oscillator")
+
+
+def reading_named(name: str) -> ReadingOptions:
     """The options that a reading stands for.
 
     Args:
@@ -28,17 +103,17 @@ def reading_named(name: str) -> ExperimentOptions:
         0.06861
     """
     if name == STUDY:
-        return ExperimentOptions()
+        return ReadingOptions()
     if name not in NAMES and not name.endswith(".json"):
         raise unknown("reading", name, (*NAMES, "FILE.json"))
     file = Path(__file__).with_name("calibrated.json") if name == CALIBRATED else Path(name)
     try:
         values = documents.fitted(documents.read(file), dict)
-        options = [field.name for field in fields(ExperimentOptions)]
+        options = [field.name for field in fields(ReadingOptions)]
         for option in values:
             if option not in options:
                 raise unknown("option", option, options)
-        return documents.fitted(values, ExperimentOptions)
+        return documents.fitted(values, ReadingOptions)
     except FileNotFoundError:
         raise TegotaeError(f"cannot read the reading {name}: there is no such file") from None
     except TegotaeError as error:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from tegotae.questions.exporting import export_c, export_cost, export_native
     from tegotae.questions.listing import models
+    from tegotae.questions.training import train
     from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
     from tegotae.questions.wiring import wiring_baseline, wiring_suggest
     from tegotae.simulation.checks import (
@@ -63,6 +64,7 @@ _HOMES = {
     ),
     "questions.exporting": ("export_c", "export_cost", "export_native"),
     "questions.listing": ("models",),
+    "questions.training": ("train",),
     "questions.verbs": ("compare", "evaluate", "generalise", "measure", "simulate"),
     "questions.wiring": ("wiring_baseline", "wiring_suggest"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
@@ -125,6 +127,7 @@ __all__ = [
     "register",
     "save",
     "simulate",
+    "train",
     "wiring_baseline",
     "wiring_suggest",
 ]

@@ -4,7 +4,7 @@ from tegotae.cli import entry
 from tegotae.cli.program import Command
 
 TUNE = Command(
-    "studies.tuning.command:Tune",
+    "studies.tuning.command:search",
     "python -m studies.tuning ART --storage tuning.log --trials 20",
     "python -m studies.tuning ART --storage tuning.log --confirm 8 --keep best.json",
 )

@@ -11,7 +11,6 @@ from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing, build, f
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
-from tegotae.cli.train import Train
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Bar, Walker
 from tegotae.parts.controller import Controller
@@ -24,6 +23,7 @@ from tegotae.parts.oscillators import (
     VanDerPol,
 )
 from tegotae.parts.terms import EllipticFoot
+from tegotae.questions.experiments import Experiments
 from tegotae.systems.controller_file import SavedController, load, save
 from tegotae.systems.resolve import vanilla
 from tegotae.training.algorithms import PGPE
@@ -76,7 +76,7 @@ def test_commands_take_an_oscillator_by_name():
     chosen = vanilla("paper+van-der-pol")
     assert chosen.controller.oscillator == VanDerPol()
     np.testing.assert_array_equal(vanilla("paper+learned-hopf").weights[1:], 0.0)
-    experiment = Train(model="ART", oscillator="learned-matsuoka").applied(find("ART").experiment())
+    (experiment,) = Experiments(oscillator="learned-matsuoka").named("ART")
     assert experiment == find("ART+learned-matsuoka").experiment()
     with pytest.raises(TegotaeError, match="no oscillator is called 'hop'"):
         vanilla("paper+hop")

@@ -39,7 +39,7 @@ def test_without_a_subcommand_they_are_listed(one_line_error):
         (["simulate", "paper", "--extra"], "Unrecognized options: --extra"),
         (["models", "--zoo", "ART"], "Unrecognized options: ART; names come before options"),
         (["doctor", "x"], "'x' is one word too many; no name is asked for"),
-        (["train"], "tegotae train needs MODEL; see tegotae train --help"),
+        (["train"], "names come first: tegotae train NAME [OPTIONS]"),
         (["train", "ART", "--seeds", "1.5"], "--seeds is '1.5'; write --seeds INT"),
         (["gait", "sweep"], "needs SYSTEM, --levels FLOAT FLOAT;"),
         (["gait", "sweep", "bar", "--levels", "1", "b"], "--levels is '1 b'; write --levels FLOAT"),
@@ -188,7 +188,9 @@ def test_the_list_of_commands_is_there_at_once(words):
 
 def test_of_all_commands_the_one_that_is_named_is_imported():
     program = LISTING.format(words=["models", "--help"])
-    program += "print([name for name in sys.modules if name.startswith('tegotae.cli.train')])"
+    program += (
+        "print([name for name in sys.modules if name.startswith('tegotae.questions.training')])"
+    )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout.splitlines()[-1] == "[]"
 

@@ -104,7 +104,7 @@ def test_the_commands_of_a_page_are_understood(page):
 
 def test_a_command_with_an_option_that_does_not_exist_is_not_understood():
     with pytest.raises(TegotaeError, match="no-such-option"):
-        parsed(["train", "ART", "--no-such-option"])
+        parsed(["train", "ART", "--no-such-option"]).parsed()
 
 
 @pytest.mark.thorough

@@ -426,7 +426,7 @@ def test_readings_and_bodies_that_statements_chose_say_so():
     assert selecting(readings) == selecting_body(readings[20].hopper) == {*EVALUATED_AS.values()}
     assert not selecting([Reading()])
     assert not selecting_body(Hopper())
-    assert selecting_body(reading_named("calibrated").on(Hopper())), "its numbers are rounded"
+    assert selecting_body(Hopper(**reading_named("calibrated").given)), "its numbers are rounded"
 
 
 def test_figures_show_every_claim_that_is_measured_and_every_reading(trained):

@@ -25,7 +25,8 @@ from studies.tuning import (
     tune,
     tuner,
 )
-from studies.tuning.command import Tune
+from studies.tuning.command import search as tuned_by
+from studies.tuning.command import task_of
 from studies.tuning.record import confirmation, ranking, tried_first
 from studies.tuning.spaces.population import evolved
 from tegotae import TegotaeError, Timing, find
@@ -395,7 +396,7 @@ def test_the_command_keeps_settings_that_are_a_configuration(tmp_path, capsys):
         "--keep",
         str(tmp_path / "k.json"),
     ]
-    arguments += ["--trials", "2", "--seeds", "2", "--confirm", "2", "--budget-s", "768"]
+    arguments += ["--trials", "2", "--seeds", "2", "--confirm", "2", "--simulated", "768"]
     arguments += ["--duration", "3", "--tick", "0.004", "--settle", "1", "--budget", "8"]
     assert main([*arguments, "--algorithm", "openai-es"]) == 0
     kept = load(tmp_path / "k.json")
@@ -404,7 +405,7 @@ def test_the_command_keeps_settings_that_are_a_configuration(tmp_path, capsys):
     assert [each["name"] for each in kept.found["task"]["experiments"]] == ["AR-rF-reflex-w8"]
     assert kept.found["confirmation"]["first_seed"] != kept.found["task"]["first_seed"]
     out = capsys.readouterr().out
-    assert f"population = {kept.settings.population}" in out
+    assert re.search(rf"^ *population +{kept.settings.population} *$", out, re.MULTILINE)
     assert "2 fresh seeds" in out
 
 
@@ -423,15 +424,15 @@ def test_a_configuration_is_of_the_best_trial(toy, tmp_path):
     [
         (("ART", "--algorithm", "pgep"), "no algorithm is called 'pgep'; did you mean pgpe"),
         (("ARTT",), "no model or system is called 'ARTT'"),
-        ((), "no models to tune for"),
+        ((), "names come first"),
         (("ART", "ART-rF-tphif-w8"), "each may be given only once"),
         (("V-sector-w4",), "V-sector-w4 has no network to train"),
         (("ART", "--trials", "0"), "trials is 0"),
         (("ART", "--seeds", "0"), "seeds is 0"),
         (("ART", "--workers", "0"), "workers is 0"),
         (("ART", "--confirm", "-1"), "confirm is -1"),
-        (("ART", "--budget-s", "100"), "4 episodes of 24 s; at least 128 are needed, 3072 s"),
-        (("ART", "--budget-s", "nan"), "budget_s is nan"),
+        (("ART", "--simulated", "100"), "4 episodes of 24 s; at least 128 are needed, 3072 s"),
+        (("ART", "--simulated", "nan"), "budget_s is nan"),
         (("ART", "--budget", "3"), "budget is 3, too small"),
         (("ART", "--duration", "12.5"), "leaves less than 1 s after settling"),
     ],
@@ -447,6 +448,7 @@ def test_without_optuna_the_extra_is_named(one_line_error, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize(("algorithm", "follows"), [("pgpe", True), ("sac", False), ("ppo", False)])
-def test_agents_are_tuned_for_what_they_are_paid(algorithm, follows, tmp_path):
-    command = Tune(models=("AR",), storage=tmp_path / "s", algorithm=algorithm)
-    assert command.task.experiments[0].objective.follow_omega is follows
+def test_agents_are_tuned_for_what_they_are_paid(algorithm, follows):
+    experiment = find("AR").experiment()
+    options = dataclasses.replace(tuned_by.options(experiment), algorithm=algorithm)
+    assert task_of([experiment], [options]).experiments[0].objective.follow_omega is follows

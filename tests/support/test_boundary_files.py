@@ -13,9 +13,9 @@ from tegotae import Engine, TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.analysis.gaits.checkpoint import in_parts
 from tegotae.cli.console import warn_in_one_line
-from tegotae.cli.options import experiments_at
 from tegotae.measures import recordings
 from tegotae.measures.recordings import read_columns
+from tegotae.questions.experiments import experiments_at
 from tegotae.systems import controller_file
 
 

@@ -61,7 +61,7 @@ def no_rollout(monkeypatch):
         ("train art", "no model or system is called 'art'; did you mean ART"),
         ("benchmarks --lanes 1000000000000", "1000000000000 lanes would need about 2.86e+06 GiB"),
         ("tuning ART --storage s --workers 99999", "workers is 99999; on this machine of"),
-        ("tuning ART --storage s --budget-s 1e300", "budget_s is 1e+300; it must be at most 1e+09"),
+        ("tuning ART --storage s --simulated 1e300", "budget_s is 1e+300; it must be at most"),
         ("reproduction run --dir s --workers 99999", "workers is 99999; on this machine of"),
         ("reproduction readings run --dir s --readings 999999999", "readings is 999999999"),
         ("figure basin --height -1 2 --out b.png", "height (low end) is -1; it must be greater"),

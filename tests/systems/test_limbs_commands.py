@@ -137,7 +137,7 @@ def test_what_measures_hopping_is_refused_before_any_work(kept, words, one_line_
 @pytest.mark.parametrize("figure", ["surface", "phase-response", "poincare"])
 def test_figures_of_a_hopper_say_for_what_they_are(kept, figure, one_line_error):
     said = one_line_error("figure", figure, kept, "--out", "x.png")
-    assert "legs.json is for a Bar, and this command is for hoppers" in said
+    assert "legs walks on several legs, and this figure is of one leg" in said
 
 
 def test_the_optimum_says_it_too(kept, one_line_error):

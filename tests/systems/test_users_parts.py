@@ -177,7 +177,7 @@ def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     pytest.importorskip("optuna")
     words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
     storage, keep = tmp_path / "journal", tmp_path / "kept.json"
-    words += ["--budget-s", "16", "--storage", str(storage), "--keep", str(keep)]
+    words += ["--simulated", "16", "--storage", str(storage), "--keep", str(keep)]
     assert main(["tuning", EXPERIMENT, *words]) == 0
     kept = json.loads(keep.read_text())
     assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})

@@ -7,7 +7,8 @@ import dataclasses
 import pytest
 
 from tegotae import Experiment, TegotaeError, find
-from tegotae.cli.options import ExperimentOptions
+from tegotae.questions.experiments import ExperimentOptions
+from tegotae.questions.options import changed
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
 from tegotae.training.agents import AgentLearner
@@ -30,8 +31,9 @@ def test_the_document_of_a_held_training_says_so():
 
 
 def test_the_option_holds_and_leaves_alone_what_holds_already():
-    assert ExperimentOptions(hold=True).applied(CONTINUOUS) == HELD
-    assert ExperimentOptions().applied(HELD) == HELD
+    usual = ExperimentOptions.options_of(CONTINUOUS)
+    assert changed(usual, {"hold": True}, "AR").applied(CONTINUOUS) == HELD
+    assert ExperimentOptions.options_of(HELD).applied(HELD) == HELD
 
 
 def test_agents_learn_in_continuous_time_and_say_so():

@@ -14,7 +14,6 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
 from tegotae import TegotaeError, find  # noqa: E402
-from tegotae.cli.train import longest_s  # noqa: E402
 from tegotae.envs import load_wiring  # noqa: E402
 from tegotae.envs.env_spec import EnvSpec  # noqa: E402
 from tegotae.envs.pilot import Pilot  # noqa: E402
@@ -23,7 +22,11 @@ from tegotae.systems.controller_file import load  # noqa: E402
 from tegotae.training.agents import AgentLearner, PPOSettings, SACSettings  # noqa: E402
 from tegotae.training.agents.learning import make_agent, task_of  # noqa: E402
 from tegotae.training.agents.on_environment import PerHop  # noqa: E402
-from tegotae.training.curves import FITNESS, read_curves  # noqa: E402
+from tegotae.training.curves import (  # noqa: E402
+    FITNESS,
+    longest_s,
+    read_curves,
+)
 from tegotae.training.environments.experiment import EnvExperiment  # noqa: E402
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective  # noqa: E402
 from tegotae.training.environments.replay import replay  # noqa: E402

@@ -19,7 +19,7 @@ from tegotae._support.files import check_folder, output_file
 from tegotae.cli.console import print_rows, print_text
 from tegotae.cli.parsing import parse, parse_known
 from tegotae.questions.answer import AnswerBase, RecordedRun, check_output
-from tegotae.questions.options import OptionValue, options_of, without_unit
+from tegotae.questions.options import OptionValue, changed, options_of, without_unit
 from tegotae.questions.question import Question, called
 from tegotae.systems.zoo import is_zoo_name, stem
 
@@ -153,9 +153,8 @@ class Asked:
         question, words = self.question, list(self.words)
         choices, outputs = options_of(question.subjects()), outputs_of(question)
         chosen, words = parse_known(_class_of(choices), words, self.prog)
-        subjects = question.subjects(**_values(chosen, choices)).named(
-            *(self.names or question.usual)
-        )
+        chooser = changed(question.subjects(), _values(chosen, choices), self.prog)
+        subjects = chooser.named(*(self.names or question.usual))
         own = question.options(subjects[0] if subjects else None)
         known = options_of(own)
         words = [_plain(word, known) for word in words]
@@ -222,6 +221,8 @@ def _only(subjects: Sequence[Any]) -> str:
 
 def _plain(word: str, known: dict[str, OptionValue]) -> str:
     """An option without the unit of its name."""
+    if not word.startswith("--"):
+        return word
     name, equals, value = word.partition("=")
     plain = without_unit(name.removeprefix("--").replace("-", "_"))
     return f"--{plain.replace('_', '-')}{equals}{value}" if plain in known else word

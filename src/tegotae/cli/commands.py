@@ -13,7 +13,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "tegotae models 'ART*' --zoo",
     ),
     "train": Command(
-        "tegotae.cli.train:Train",
+        "tegotae.questions.training:train",
         "tegotae train ART --seeds 4 --out runs/art",
         "tegotae train AR@quadruped-c --generations 40",
     ),

@@ -181,7 +181,7 @@ def with_paths(value: T, fields: Mapping[str, object]) -> T:
     for name, x in plain.items():
         usual = getattr(value, name)
         if isinstance(usual, tuple) and not isinstance(x, tuple):
-            plain[name] = (x,) * len(cast(tuple[object, ...], usual))
+            plain[name] = (x,) * (len(cast(tuple[object, ...], usual)) or 1)
     return cast(T, dataclasses.replace(cast("DataclassInstance", value), **plain))
 
 

@@ -13,8 +13,10 @@ from tegotae._support.errors import TegotaeError
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.parts.bodies import Body
 from tegotae.questions.answer import Answer, RecordedRun, columns
+from tegotae.questions.options import changes
 from tegotae.questions.task import Task
 from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.objectives import EnvObjective, Hopping
 from tegotae.training.environments.replay import Replay, lasting, replay
 
 if TYPE_CHECKING:
@@ -40,6 +42,48 @@ class EnvironmentEvaluation:
     settings: tuple[str, ...] = ()
     """Settings of the environment that differ from the training: NAME=VALUE, such as noise=0.02 or
     mass_factor=1.2."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvironmentTraining:
+    """An episode of training in another simulator, and the fitness."""
+
+    duration_s: float
+    """Duration of a training episode [s]."""
+    cot_only: bool = False
+    """Use CoT⁻¹ alone as the fitness, without ΔΩ."""
+    episodes_per_candidate: int
+    """Number of episodes per candidate."""
+    objective: EnvObjective
+
+    @classmethod
+    def options_of(cls, experiment: EnvExperiment) -> EnvironmentTraining:
+        """An experiment's own values."""
+        return cls(
+            duration_s=experiment.duration_s,
+            episodes_per_candidate=experiment.episodes,
+            objective=experiment.objective,
+        )
+
+    def applied(self, experiment: EnvExperiment) -> EnvExperiment:
+        """The experiment with what differs from its own; unless it is given, the share of an
+        episode that is left to settle stays.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+        """
+        settings = changes(self.objective, experiment.objective)
+        if self.cot_only:
+            if not isinstance(self.objective, Hopping):
+                raise TegotaeError("--cot-only belongs to the fitness hopping")
+            settings["follow_omega"] = False
+        objective = lasting(experiment, self.duration_s).objective
+        return dataclasses.replace(
+            experiment,
+            duration_s=self.duration_s,
+            episodes=self.episodes_per_candidate,
+            objective=dataclasses.replace(objective, **settings),  # type: ignore[type-var]
+        )
 
 
 _SHARE, _POSITIVE = (0.0, 1.0), (0.0, math.inf)

@@ -88,6 +88,18 @@ def changed(options: T, given: Mapping[str, Any], subject: str) -> T:
     return with_paths(options, paths)
 
 
+def changes(options: Any, usual: Any) -> dict[str, Any]:
+    """The fields of a dataclass that differ from another's.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> changes(Hopper(mass_kg=0.2), Hopper())
+        {'mass_kg': 0.2}
+    """
+    values = ((f.name, getattr(options, f.name)) for f in dataclasses.fields(options) if f.init)
+    return {name: value for name, value in values if value != getattr(usual, name)}
+
+
 def _leaves(options: Any, path: str = "") -> Iterator[OptionValue]:
     hints = get_type_hints(type(options))
     for field in dataclasses.fields(options):

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_type_
 
 from tegotae._support.errors import TegotaeError
 from tegotae.questions.answer import AnswerBase
-from tegotae.questions.options import changed
+from tegotae.questions.options import changed, options_of
 from tegotae.questions.task import Subject, Task, tasks_of
 
 A = TypeVar("A", bound=AnswerBase)
@@ -111,8 +111,10 @@ class Question(Generic[A]):
             TegotaeError: for a name that means nothing, an option that a subject does not have, or
                 a value that cannot be; before long work begins.
         """
-        choosing = {f.name: given.pop(f.name) for f in fields(self.subjects) if f.name in given}
-        subjects = self.subjects(**choosing).named(*(names or self.usual))
+        chooser = self.subjects()
+        known = {*options_of(chooser), *(f.name for f in fields(chooser))}
+        choosing = {name: given.pop(name) for name in [*given] if name in known}
+        subjects = changed(chooser, choosing, self.__name__).named(*(names or self.usual))
         asked = [changed(self.options(x), given, called(x)) for x in subjects]
         if not subjects and self.nameless:
             asked = [changed(self.options(None), given, self.__name__)]

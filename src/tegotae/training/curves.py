@@ -86,6 +86,23 @@ def read_curves(places: Sequence[Path], measure: str | None = COT) -> list[Learn
     return curves
 
 
+def longest_s(folder: Path) -> float:
+    """Simulated time from which the longest run of a training has learned [s].
+
+    Raises:
+        TegotaeError: for a folder without the learning curves of a training.
+    """
+    if not (folder / "curves.csv").is_file():
+        raise TegotaeError(f"{folder} holds no training to learn as long as; it has no curves.csv")
+    columns = curves_of(folder / "curves.csv")
+    times = np.unique(columns["simulated_s"])
+    if len(times) < 2:
+        return 0.0
+    # A point of a population is at the beginning of its generation.
+    of_population = bool(np.isfinite(columns["best_fitness"]).any())
+    return float(times[-1] + of_population * (times[-1] - times[-2]))
+
+
 def groups(curves: Iterable[LearningCurve]) -> dict[tuple[str, str], list[LearningCurve]]:
     """Runs of the same model and algorithm together, by (model, algorithm)."""
     found: dict[tuple[str, str], list[LearningCurve]] = {}

@@ -167,8 +167,8 @@ def lasting(experiment: EnvExperiment, duration_s: float | None) -> EnvExperimen
     """The same in episodes of another length, of which the same share is left to settle."""
     if duration_s is None:
         return experiment
-    objective, share = experiment.objective, duration_s / experiment.duration_s
-    settle = getattr(objective, "settle_s", None)
-    if settle is not None:
-        objective = dataclasses.replace(objective, settle_s=settle * share)  # type: ignore[type-var]
+    objective = experiment.objective
+    if isinstance(objective, Hopping):
+        settle_s = objective.settle_s / experiment.duration_s * duration_s
+        objective = dataclasses.replace(objective, settle_s=settle_s)
     return dataclasses.replace(experiment, duration_s=duration_s, objective=objective)
