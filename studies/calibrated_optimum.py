@@ -23,13 +23,13 @@ from reproduction.export import read_csv as read_study
 from reproduction.optimum import optimise
 from reproduction.readings.named import reading_named
 from reproduction.table import Table
-from tegotae import Hopper
+from tegotae import find
 from tegotae._support.tables import numbers, read_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "study-calibrated"
-BODY = reading_named("calibrated").on(Hopper())
+BODY = reading_named("calibrated").applied(find("V-sector-w8").experiment()).body
 """That of `make reproduce READING=calibrated`."""
 OMEGAS = (2.0, 3.0, 4.0, *np.arange(5.0, 10.01, 0.25).tolist(), 11.0, 12.0, 13.0, 14.0)
 """Hop frequencies [rad/s]."""

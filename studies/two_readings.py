@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 from reproduction.export import read_csv
 from reproduction.readings.named import reading_named
 from reproduction.table import ARCHITECTURES, Table
-from tegotae import Hopper
+from tegotae import Hopper, find
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import Interval, interval
@@ -30,7 +30,7 @@ READINGS = {
     "the study": (DOCS / "_static" / "study" / "paper.csv", Hopper().weight_n),
     "calibrated": (
         DOCS / "_static" / "study-calibrated" / "calibrated.csv",
-        reading_named("calibrated").on(Hopper()).weight_n,
+        reading_named("calibrated").applied(find("V-sector-w8").experiment()).body.weight_n,
     ),
 }
 """The table of each reading, and the weight of its body [N]."""

@@ -137,7 +137,7 @@ class _Like(NamedTuple):
 def _lanes(tree: Any, count: int, *before: int) -> Any:
     """The shapes of arrays, with so many lanes and other axes before their own."""
 
-    def like(x: np.ndarray) -> jax.ShapeDtypeStruct:
+    def like(x: Any) -> jax.ShapeDtypeStruct:
         return jax.ShapeDtypeStruct((*before, *x.shape[:-1], count), x.dtype)
 
     return jax.tree.map(like, tree)

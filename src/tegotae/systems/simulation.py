@@ -143,6 +143,7 @@ def simulate(
     require_one_limb(body, "a simulation for people")
     body.check_tick(timing.tick_s)
     require_within("drop_m", drop_m, MOST_M)
+    require_within("velocity_m_per_s", system.release.velocity_m_per_s, MOST_M)
     numbers = {name: x for name, x in vars(body).items() if isinstance(x, float) and x != math.inf}
     numbers |= {f"weight {i}": weight for i, weight in enumerate(np.ravel(weights))}
     for name, value in numbers.items():

@@ -289,7 +289,13 @@ def studies() -> tuple[Zoo, ...]:
 
 
 def unknown_trained(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
-    """The error for a name that no study has, with where there are more."""
+    """The error for a name that no study has, with where there are more.
+
+    Args:
+        kind: what is named, such as "model of the zoo".
+        name: what was asked for.
+        known: the names that there are.
+    """
     is_whole = (FOLDER / f"{DEFAULT}{SUFFIX}").exists()
     return TegotaeError(f"{unknown(kind, name, known)}{'' if is_whole else ELSEWHERE}")
 
