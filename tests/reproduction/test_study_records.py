@@ -66,7 +66,9 @@ def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> 
         pass
 
     def evaluate(*given, start, integrator, **rest):
-        raise AskedError(given[4].release_m, given[4].tick_s, float(start.phase_rad), integrator)
+        raise AskedError(
+            given[4].release_m, given[4].tick_s, np.unique(start.phase_rad).item(), integrator
+        )
 
     usual = plan("smoke", "V-sector-w8").units[0]
     held = usual.run.experiment.replaced(
