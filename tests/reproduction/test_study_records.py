@@ -66,16 +66,15 @@ def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> 
         pass
 
     def evaluate(*given, start, integrator, **rest):
-        raise AskedError(
-            given[4].release_m, given[4].tick_s, np.unique(start.phase_rad).item(), integrator
-        )
+        velocity = start.velocity_m_per_s  # heights and phases are drawn for a searched gain
+        raise AskedError(given[4].release_m, given[4].tick_s, velocity, integrator)
 
     usual = plan("smoke", "V-sector-w8").units[0]
     held = usual.run.experiment.replaced(
         integrator=Hold(),
         timing=Timing(duration_s=4.0, tick_s=0.004),
         height_m=1.1,
-        phase_rad=0.5,
+        velocity_m_per_s=0.5,
     )
     unit = dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=held))
     monkeypatch.setattr("reproduction.unit.evaluate", evaluate)
