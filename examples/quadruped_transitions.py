@@ -10,8 +10,8 @@ from tegotae.figures.style import save_figure
 found = sweep(system("quadruped-a"), np.linspace(1.5, 2.6, 6), dwell_s=30.0, starts=2)
 save_figure(sweep_figure(found, "quadruped-a"), "quadruped_transitions.png")
 
-for way, names in found.gait.items():
-    for omega, gaits in zip(found.omega, names, strict=True):
-        print(f"{way} at {omega:.2f} rad/s: {', '.join(sorted(set(gaits)))}")
-speed = np.abs(found.found["up"].speed_m_per_s)
-assert np.nanmedian(speed[-1]) > np.nanmedian(speed[0])  # faster legs, faster walk
+levels = found.frame.groupby(["direction", "omega_rad_per_s"])
+for (way, omega), rows in levels:
+    print(f"{way} at {omega:.2f} rad/s: {', '.join(sorted(set(rows.gait)))}")
+speed = levels.speed_m_per_s.median()["up"]
+assert speed.iloc[-1] > speed.iloc[0]  # faster legs, faster walk

@@ -15,8 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from kept import write_rows, write_text
-from tegotae._support.files import output_folder
-from tegotae._support.progress import reporting
 from tegotae.analysis.gaits.front import Search, search_front
 from tegotae.figures.gaits.maps import front_figure
 from tegotae.figures.style import save_figure, styled
@@ -48,7 +46,6 @@ def main() -> None:
         for name in given.systems:
             show(name)
         return
-    output_folder(given.folder)
     for name in given.systems:
         legged = system(name)
         for family in families(legged).values():
@@ -56,16 +53,8 @@ def main() -> None:
                 continue
             search = FREE if name == MAIN else LESS
             search = TIED if family.name.startswith(FORCED) else search
-            label = f"{name}-{family.name}".replace(" ", "-")
-            with reporting(label, search.walkers) as reporter:
-                rows = search_front(
-                    legged,
-                    family,
-                    search,
-                    kept=given.folder / f"{label}.npz",
-                    progress=lambda done, of, reporter=reporter: reporter.update(done),
-                )
-            table = [dict(zip(rows, row, strict=True)) for row in zip(*rows.values(), strict=True)]
+            rows = search_front(legged, family, search, given.folder / name)
+            table = rows.to_dict("records")
             write_rows(TABLES / f"{name}.csv", table, digits=6, by=("family",))
         show(name)
 

@@ -54,36 +54,27 @@ def swept(names: list[str]) -> list[dict[str, Any]]:
 def rows_of(label: str, found: GaitSweep) -> list[dict[str, Any]]:
     """What most starts do at each level, on each way."""
     rows = []
-    fore = found.legged.names.index("LF")
     bistable = set(found.bistable.tolist())
-    for way in (UP, DOWN):
-        each = found.found[way]
-        for k, omega in enumerate(found.omega):
-            names, counts = np.unique(found.gait[way][k], return_counts=True)
-            lag = np.asarray(each.lag)[k, fore]
-            up = np.isfinite(lag)
-            rows.append(
-                {
-                    "run": label,
-                    "way": way,
-                    "omega": omega,
-                    "gait": str(names[counts.argmax()]),
-                    "starts": int(counts.max()),
-                    "locked": float(np.mean(~np.isin(found.gait[way][k], NO_GAIT[1:]))),
-                    "lag_LF": float(circular_mean(lag[up], axis=0)) if up.any() else np.nan,
-                    **{
-                        name: mean(np.asarray(getattr(each, name))[k])
-                        for name in ("speed_m_per_s", "cost_of_transport", "flight_share")
-                    },
-                    "differs": omega in bistable,
-                }
-            )
+    for (way, omega), own in found.frame.groupby(["direction", "omega_rad_per_s"], sort=False):
+        names, counts = np.unique(own["gait"].to_numpy(str), return_counts=True)
+        lag = own["lag_cycles_LF"].dropna().to_numpy()
+        rows.append(
+            {
+                "run": label,
+                "way": way,
+                "omega": omega,
+                "gait": str(names[counts.argmax()]),
+                "starts": int(counts.max()),
+                "locked": float(np.mean(~own["gait"].isin(NO_GAIT[1:]))),
+                "lag_LF": float(circular_mean(lag, axis=0)) if lag.size else np.nan,
+                **{
+                    name: own[name].mean()
+                    for name in ("speed_m_per_s", "cost_of_transport", "flight_share")
+                },
+                "differs": omega in bistable,
+            }
+        )
     return rows
-
-
-def mean(x: np.ndarray) -> float:
-    """The mean of what is defined; NaN if nothing is."""
-    return float(np.mean(x[np.isfinite(x)])) if np.isfinite(x).any() else np.nan
 
 
 def shown(label: str) -> str:

@@ -26,6 +26,13 @@ if TYPE_CHECKING:
         figure_surface,
     )
     from tegotae.questions.exporting import export_c, export_cost, export_native
+    from tegotae.questions.gaits import (
+        gait_front,
+        gait_lesion,
+        gait_map,
+        gait_stability,
+        gait_sweep,
+    )
     from tegotae.questions.listing import models
     from tegotae.questions.training import train
     from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
@@ -63,6 +70,13 @@ _HOMES = {
         "figure_surface",
     ),
     "questions.exporting": ("export_c", "export_cost", "export_native"),
+    "questions.gaits": (
+        "gait_front",
+        "gait_lesion",
+        "gait_map",
+        "gait_stability",
+        "gait_sweep",
+    ),
     "questions.listing": ("models",),
     "questions.training": ("train",),
     "questions.verbs": ("compare", "evaluate", "generalise", "measure", "simulate"),
@@ -120,6 +134,11 @@ __all__ = [
     "figure_portrait",
     "figure_surface",
     "find",
+    "gait_front",
+    "gait_lesion",
+    "gait_map",
+    "gait_stability",
+    "gait_sweep",
     "generalise",
     "load",
     "measure",

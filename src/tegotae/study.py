@@ -15,6 +15,7 @@ from concurrent.futures import as_completed
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -225,6 +226,25 @@ class Study:
             return None
         require_engine(found.software["engine"], f"{self.folder.parent} holds a study", self.remedy)
         return found
+
+
+def measured_in_turn(
+    cells: Sequence[Cell], folder: Path | None, title: str, suffix: str
+) -> list[CellResult]:
+    """The results of cells, each of which takes all cores, measured here in their order.
+
+    Args:
+        cells: what is measured.
+        folder: keeps results in `records`, so that interrupted work continues from there; None
+            keeps none.
+        title: what progress calls it.
+        suffix: how a file's name ends.
+    """
+    with TemporaryDirectory() as own:
+        place = Path(own if folder is None else folder) / "records"
+        study = Study(place, cells, title, "parts", suffix, "choose another folder")
+        study.run(lambda work: ((cell, _measured(cell)) for bundle in work for cell in bundle))
+        return study.results()
 
 
 def key_of(name: str, document: Document) -> str:

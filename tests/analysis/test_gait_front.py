@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tegotae import TegotaeError
 from tegotae.analysis.gaits import system
-from tegotae.analysis.gaits.checkpoint import in_sequence
-from tegotae.analysis.gaits.front import Search, cheapest, evaluated, search_front
+from tegotae.analysis.gaits.front import FrontPart, Search, cheapest, evaluated, search_front
 from tegotae.cli import main
 from tegotae.measures.fronts import front
 from tegotae.systems.resolve import resolve
@@ -83,14 +83,21 @@ def test_a_body_of_which_no_walker_stays_up_has_no_front(tmp_path, capsys):
     assert "no walker of biped among 2 stays up" in capsys.readouterr().err
 
 
-def test_an_interrupted_sequence_continues_from_what_its_parts_gave(tmp_path):
-    def part(done):
-        if len(done) == 2 and not (tmp_path / "again").exists():
-            raise KeyboardInterrupt
-        return {"sum": np.array([1.0 + sum(float(each["sum"][0]) for each in done)])}
+def test_an_interrupted_search_continues_from_what_its_parts_gave(tmp_path, monkeypatch):
+    own = family(SHORT, "forced trot")
+    search = Search(coarse=6, rounds=2, varied=4, starts=1, unseen=1, duration_s=20.0)
+    whole = search_front(SHORT, own, search)
+    measure, done = FrontPart.measure, []
 
-    kept = tmp_path / "kept.npz"
+    def interrupted(part):
+        if len(done) == 2:
+            done.append("stop")
+            raise KeyboardInterrupt
+        done.append(part.number)
+        return measure(part)
+
+    monkeypatch.setattr(FrontPart, "measure", interrupted)
     with pytest.raises(KeyboardInterrupt, match="keeps 2 of 3 parts"):
-        in_sequence(3, part, kept=kept)
-    (tmp_path / "again").touch()
-    assert [each["sum"].item() for each in in_sequence(3, part, kept=kept)] == [1.0, 2.0, 4.0]
+        search_front(SHORT, own, search, tmp_path)
+    pd.testing.assert_frame_equal(search_front(SHORT, own, search, tmp_path), whole)
+    assert done == [0, 1, "stop", 2]

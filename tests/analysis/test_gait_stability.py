@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
-
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from matplotlib.image import imread
 
-from tegotae import TegotaeError, Timing
-from tegotae._support.tables import read_csv
+from tegotae import TegotaeError, Timing, gait_stability
 from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.map import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
-from tegotae.cli import main
 from tegotae.measures.gaits.lags import TURN, apart, lags_at_sections
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=30.0))
@@ -76,10 +71,10 @@ def test_too_few_deviations_make_no_map():
 
 
 def test_a_multiplier_crosses_one_between_its_neighbours_and_not_over_a_gap():
-    (down, up) = crossings([1, 2, 3, 4, 5], [1.2, 0.8, 0.9, 1.3, np.nan], "trot")
-    assert (down.at, down.loses) == (pytest.approx(1.5), False)
-    assert (up.at, up.loses) == (pytest.approx(3.25), True)
-    assert crossings([1, 2, 3], [0.9, np.nan, 1.1]) == ()
+    ((at, loses), (then, gains)) = crossings([1, 2, 3, 4, 5], [1.2, 0.8, 0.9, 1.3, np.nan])
+    assert (at, loses) == (pytest.approx(1.5), False)
+    assert (then, gains) == (pytest.approx(3.25), True)
+    assert crossings([1, 2, 3], [0.9, np.nan, 1.1]) == []
 
 
 # Sections
@@ -106,29 +101,30 @@ def test_between_frames_a_sway_is_followed():
 
 
 def test_the_bar_exchanges_its_gaits_where_its_legs_do_not_feel_each_other(bars):
-    found = {(each.gait, each.loses): each.at for each in bars.crossings}
+    found = bars.crossings.set_index(["gait", "loses"])["at"]
     assert 0.95 < found["in phase", False] < 1.05
     assert 0.95 < found["antiphase", True] < 1.05
 
 
 def test_multipliers_say_which_gait_is_left_to_itself_and_which_is_not(bars):
-    in_phase, antiphase = bars.branches
-    assert (in_phase.gait, antiphase.gait) == ("in phase", "antiphase")
+    assert list(bars.jacobians) == ["in phase", "antiphase"]
+    in_phase, antiphase = (bars.frame[bars.frame.gait == gait] for gait in bars.jacobians)
     assert (in_phase.largest[1:3] > 1.02).all()
     assert (in_phase.largest[3:] < 0.98).all()
     assert (antiphase.largest[1:3] < 0.98).all()
-    assert all(each.residual < 0.05 for each in in_phase.maps[1:])
+    assert (in_phase.unexplained[1:] < 0.05).all()
 
 
 def test_a_body_that_cannot_be_has_no_return_map(bars):
-    assert all(np.isnan(branch.largest[0]) and not branch.stays[0] for branch in bars.branches)
+    nobody = bars.frame[bars.frame.inertia_ratio == -1.0]
+    assert nobody.largest.isna().all()
+    assert not nobody.stays.any()
 
 
 def test_without_feedback_every_multiplier_is_one():
-    found = stability(BAR, Axis("sigma", (0.0, 0.01)), ["antiphase"])
-    (branch,) = found.branches
-    assert branch.maps[0].multipliers.real == pytest.approx(1.0, abs=1e-6)
-    assert branch.maps[0].residual < 1e-6
+    found = stability(BAR, Axis("sigma", (0.0, 0.01)), ["antiphase"]).frame.iloc[0]
+    assert found.multiplier_1_real == pytest.approx(1.0, abs=1e-6)
+    assert found.unexplained < 1e-6
 
 
 # Misuse
@@ -150,19 +146,16 @@ def test_what_has_no_return_map_is_told_in_one_line(options, line):
         stability(BAR, **{"over": Axis("inertia_ratio", (0.9, 1.1)), **options})
 
 
-def test_the_command_writes_a_picture_and_the_same_rows_twice(tmp_path, capsys, bars):
-    words = ["gait", "stability", "bar-light", "--over", "inertia_ratio", "0.9", "1.1"]
-    words += ["--count", "5", "--duration", "30", "--out", str(tmp_path)]
-    assert main(words) == 0
-    assert "in phase gains its stability at inertia_ratio 1" in capsys.readouterr().out
-    table = read_csv(tmp_path / "stability.csv")
-    document = json.loads((tmp_path / "stability.json").read_text())
-    assert [row["gait"] for row in document["rows"]] == table["gait"].tolist()
+def test_the_answer_has_crossings_matrices_and_a_picture():
+    over = ("inertia_ratio", 0.9, 1.1)
+    answer = gait_stability("bar-light", over=over, count=5, duration=30.0)
+    assert "in phase gains its stability at inertia_ratio 1" in answer.notes
+    document = answer.document()
+    assert [row["gait"] for row in document["rows"]] == answer.frame().gait.tolist()
     assert len(document["jacobians"]["antiphase"]) == 5
-    assert imread(tmp_path / "stability.png").std() > 0.01
+    answer.plot().draw_without_rendering()
 
 
-def test_the_command_refuses_a_parameter_that_is_set_as_well(tmp_path, capsys):
-    words = ["--over", "omega", "7", "8", "--omega", "8", "--out", str(tmp_path)]
-    assert main(["gait", "stability", "bar-light", *words]) == 2
-    assert "--omega is one value" in capsys.readouterr().err
+def test_a_parameter_that_is_set_as_well_is_refused():
+    with pytest.raises(TegotaeError, match="omega is one value, and it is varied"):
+        gait_stability("bar-light", over=("omega", 7.0, 8.0), omega=7.5)

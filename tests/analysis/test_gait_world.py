@@ -19,33 +19,35 @@ from tegotae.analysis.gaits.map import (
     settings,
 )
 from tegotae.analysis.gaits.simulate import system_document
-from tegotae.cli.gait.options import GaitCommand
 from tegotae.parts.bodies import Sensors
 from tegotae.parts.controller import Controller
 from tegotae.parts.terrains import Rough, Slope
+from tegotae.questions.gaits import GaitOptions, SeveralLegs
+from tegotae.questions.options import changed
 
 
-def asked(tmp_path, name="quadruped-c", **given):
-    """The system that a command with these options is about."""
-    return GaitCommand(system=name, out=tmp_path, **given).legged()
+def asked(name="quadruped-c", **given):
+    """The system that a question with these options is about."""
+    (task,) = SeveralLegs().named(name)
+    return changed(GaitOptions.options_of(task), given, name).legged(task)
 
 
-def test_a_terrain_is_named_with_its_numbers(tmp_path):
-    found = asked(tmp_path, terrain=("rough", "rms_m=0.05", "place=2"))
+def test_a_terrain_is_named_with_its_numbers():
+    found = asked(terrain=("rough", "rms_m=0.05", "place=2"))
     assert found.body.terrain == Rough(rms_m=0.05, place=2.0)
-    assert asked(tmp_path, terrain=("Slope", "along=0.1")).body.terrain == Slope(along=0.1)
+    assert asked(terrain=("Slope", "along=0.1")).body.terrain == Slope(along=0.1)
 
 
-def test_what_the_legs_feel_is_late_and_noisy(tmp_path):
-    found = asked(tmp_path, "bar-light", delay=0.02, noise=0.05)
+def test_what_the_legs_feel_is_late_and_noisy():
+    found = asked("bar-light", delay=0.02, noise=0.05)
     assert isinstance(found.body, Sensors)
     assert (found.body.delay_s, found.body.noise) == (0.02, 0.05)
     assert found.body.body == system("bar-light").body
     found.body.check_tick(found.timing.tick_s)
 
 
-def test_fields_are_set_on_the_body_behind_its_sensors(tmp_path):
-    found = asked(tmp_path, "bar-light", delay=0.02, set=("inertia_ratio=0.35",))
+def test_fields_are_set_on_the_body_behind_its_sensors():
+    found = asked("bar-light", delay=0.02, inertia_ratio=0.35)
     assert found.body.body.inertia_ratio == 0.35
 
 
@@ -82,8 +84,8 @@ def test_a_push_passes():
     assert for_good.scenario(system("quadruped-c"), 0.0).changes["push_y_n"].until_s == math.inf
 
 
-def test_a_document_tells_the_world_that_a_gait_was_seen_in(tmp_path):
-    found = asked(tmp_path, terrain=("rough", "rms_m=0.02"), delay=0.02, noise=0.05)
+def test_a_document_tells_the_world_that_a_gait_was_seen_in():
+    found = asked(terrain=("rough", "rms_m=0.02"), delay=0.02, noise=0.05)
     body = system_document(found)["system"]["body"]
     assert body["kind"] == "Sensors"
     assert body["delay_s"] == 0.02
@@ -113,12 +115,12 @@ def test_releases_that_would_all_be_the_same_are_refused():
         ({"delay": -1.0}, "delay is -1"),
         ({"delay": 1e6}, "delay is 1e"),
         ({"noise": math.nan}, "noise is nan"),
-        ({"set": ("weight=3",), "delay": 0.1}, "no field of a Walker is called 'weight'"),
+        ({"weight": 3.0, "delay": 0.1}, "no option of quadruped-c is called 'weight'"),
     ],
 )
-def test_a_world_that_cannot_be_is_refused_in_one_line(tmp_path, given, says):
+def test_a_world_that_cannot_be_is_refused_in_one_line(given, says):
     with pytest.raises(TegotaeError, match=says) as refusal:
-        asked(tmp_path, **given)
+        asked(**given)
     assert "\n" not in str(refusal.value)
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.image import imread
 
@@ -21,16 +22,8 @@ from tegotae.analysis.gaits import (
 from tegotae.analysis.gaits.basin import find_basin, outcomes
 from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.simulate import simulate
-from tegotae.analysis.gaits.sweep import (
-    check_levels,
-    differs,
-    hysteresis,
-    staircase_timing,
-    sweep,
-    switches,
-)
+from tegotae.analysis.gaits.sweep import GaitSweep, hysteresis, staircase_timing, sweep
 from tegotae.cli import main
-from tegotae.cli.gait.sweep import formatted
 from tegotae.figures.gaits.animation import pose, write_animation
 from tegotae.figures.gaits.style import gait_colour
 from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
@@ -121,73 +114,59 @@ def test_the_shares_of_what_starts_lead_to_add_up(light):
 # Sweeps
 
 
-def bistable(omega, start):
-    """A made-up body: trots above 3, walks below 2, and in between goes on with what it does."""
-    gait, names = start, []
-    for w in omega:
-        gait = "trot" if w > 3.0 else "walk" if w < 2.0 else gait
-        names.append(gait)
-    return names
-
-
 LEVELS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
 
 
-def test_a_bistable_map_has_the_hysteresis_that_was_made():
-    up = np.array([bistable(LEVELS, "walk")] * 3).T
-    down = np.array([bistable(LEVELS[::-1], "trot")[::-1]] * 3).T
-    (found,) = hysteresis(LEVELS, up, down)
-    assert (found.slow, found.fast) == ("walk", "trot")
-    assert (found.up, found.down, found.width) == ((3.0, 3.5), (1.5, 2.0), (1.0, 2.0))
-    assert (found.starts_up, found.starts_down) == (3, 3)
+def ways(up, down, levels=LEVELS):
+    """A made-up sweep: names of starts at rising levels, one text a start, on either way."""
+    short = {"w": "walk", "t": "trot", "-": "in between", "x": "fallen"}
+    frames = [
+        pd.DataFrame({"omega_rad_per_s": levels, "start": start, "direction": way})
+        .assign(gait=[short[letter] for letter in names])
+        for way, starts in (("up", up), ("down", down))
+        for start, names in enumerate(starts)
+    ]  # fmt: skip
+    return pd.concat(frames, ignore_index=True)
 
 
-def test_a_start_that_flickers_counts_once_where_it_changes_for_the_last_time():
-    up = np.array([["walk", "trot", "walk", "trot", "trot", "trot", "trot"]]).T
-    down = np.where(LEVELS > 1.7, "trot", "walk")[:, None]
-    (found,) = hysteresis(LEVELS, up, down)
-    assert (found.up, found.down, found.starts_up) == ((2.0, 2.5), (1.5, 2.0), 1)
-
-
-def test_a_map_without_memory_has_a_hysteresis_of_no_width():
-    names = np.where(LEVELS > 2.2, "trot", "walk")[:, None]
-    (found,) = hysteresis(LEVELS, names, names)
-    assert found.width == (-0.5, 0.5)
-
-
-def test_a_change_is_told_between_the_levels_at_which_both_gaits_were_seen():
-    """Names are missing in between, and starts change at different levels."""
-    levels = [1.6, 1.9, 2.2, 2.5, 2.8, 3.1]
-    up = np.array([["walk"] * 2 + ["in between"] * 3 + ["trot"], ["walk"] * 3 + ["trot"] * 3]).T
-    down = np.array([["walk"] * 2 + ["trot"] * 4] * 2).T
-    (found,) = hysteresis(levels, up, down)
-    assert found.up == (1.9, 3.1)
-    assert found.down == (1.9, 2.2)
-    assert formatted(found) == (
-        "walk to trot: up between 1.9 and 3.1 (2 starts), down between 1.9 and 2.2 (2); hysteresis "
-        "between -0.3 and 1.2"
-    )
+@pytest.mark.parametrize(
+    ("up", "down", "between"),
+    [
+        # a bistable body: it trots above 3, walks below 2, and in between goes on as it was
+        (["wwwwwtt"] * 3, ["wwttttt"] * 3, [(3.0, 3.5), (1.5, 2.0), (1.0, 2.0), (3, 3)]),
+        # a start that flickers counts once, where it changes for the last time
+        (["wtwtttt"], ["wwttttt"], [(2.0, 2.5), (1.5, 2.0), (0.0, 1.0), (1, 1)]),
+        # without memory the hysteresis has no width
+        (["wwwtttt"], ["wwwtttt"], [(2.0, 2.5), (2.0, 2.5), (-0.5, 0.5), (1, 1)]),
+        # names are missing in between, and starts change at different levels
+        (["ww---tt", "wwwtttt"], ["wwttttt"] * 2, [(1.5, 3.5), (1.5, 2.0), (-0.5, 2.0), (2, 2)]),
+        (["wwx-ttt"], ["wwttttt"], [(1.5, 3.0), (1.5, 2.0), (-0.5, 1.5), (1, 1)]),
+    ],
+)
+def test_changes_of_gait_lie_between_the_levels_at_which_both_were_seen(up, down, between):
+    (found,) = hysteresis(ways(up, down)).to_dict("records")
+    assert (found["slow"], found["fast"]) == ("walk", "trot")
+    for name, ends in zip(("up", "down", "width"), between[:3], strict=True):
+        assert (found[f"{name}_low"], found[f"{name}_high"]) == ends
+    assert (found["up_starts"], found["down_starts"]) == between[3]
 
 
 def test_what_does_not_come_back_is_no_hysteresis():
-    walks = np.full((7, 1), "walk")
-    trots = np.where(LEVELS > 2.2, "trot", "walk")[:, None]
-    assert hysteresis(LEVELS, trots, walks) == ()
+    assert hysteresis(ways(["wwwtttt"], ["wwwwwww"])).empty
 
 
 def test_two_ways_differ_where_their_lags_do_whatever_these_are_called():
-    up = np.zeros((4, 2, 5))
-    down = up.copy()
-    up[:, 1], down[:, 1] = 0.98, np.array([0.02, 0.1, 0.6, np.nan])[:, None]
-    assert differs(up, down).tolist() == [False, True, True, False]
-    assert differs(up, up + 0.3).tolist() == [False] * 4  # a common shift is none
+    def found(up, down):
+        frame = ways(["wwww"] * 5, ["wwww"] * 5, np.arange(1.0, 5.0))
+        frame = frame.sort_values(["direction", "omega_rad_per_s"], ascending=[False, True])
+        lag = np.repeat(np.concatenate([up, down]), 5)
+        return GaitSweep(LIGHT, frame.assign(lag_cycles_H=0.0, lag_cycles_F=lag)).bistable
 
-
-@pytest.mark.parametrize("between", NO_GAIT)
-def test_levels_without_a_gait_belong_to_the_change(between):
-    (change,) = switches([1.0, 2.0, 3.0], ["walk", between, "trot"])
-    assert (change.before, change.after, change.low, change.high) == ("walk", "trot", 1.0, 3.0)
-    assert switches([1.0, 2.0, 3.0], ["walk", between, "walk"]) == ()
+    up = np.full(4, 0.98)
+    assert found(up, [0.02, 0.1, 0.6, np.nan]).tolist() == [2.0, 3.0]
+    shifted = GaitSweep(LIGHT, ways(["w"], ["w"], [1.0]).assign(
+        lag_cycles_H=[0.0, 0.3], lag_cycles_F=[0.98, 0.28]))  # fmt: skip
+    assert shifted.bistable.size == 0  # a common shift is none
 
 
 @pytest.fixture(scope="module")
@@ -196,25 +175,20 @@ def swept():
 
 
 def test_a_sweep_goes_up_in_some_lanes_and_down_in_others(swept):
-    for way in ("up", "down"):
-        found = swept.found[way]
-        assert found.lag.shape == (2, 2, 3)
-        hz = np.median(found.cycle_frequency_hz, axis=1)
-        np.testing.assert_allclose(2.0 * np.pi * hz, [7.0, 8.0], rtol=0.05)
-        assert hz[0] < hz[1]
-    assert (swept.gait["up"][1] == "antiphase").all()
-    assert (swept.gait["down"][0] == "antiphase").all()
-
-
-def test_the_time_to_lock_at_a_level_counts_from_its_begin(swept):
-    times = swept.found["up"].lock_time_s[1]
-    assert (times[np.isfinite(times)] <= 15.0).all()
+    assert len(swept.frame) == 2 * 2 * 3
+    of_levels = swept.frame.groupby(["direction", "omega_rad_per_s"])
+    hz = of_levels.cycle_frequency_hz.median().unstack()
+    np.testing.assert_allclose(2.0 * np.pi * hz, [[7.0, 8.0]] * 2, rtol=0.05)
+    assert (hz[7.0] < hz[8.0]).all()
+    for way, end in (("up", 8.0), ("down", 7.0)):
+        assert set(of_levels.get_group((way, end)).gait) == {"antiphase"}
+    times = of_levels.get_group(("up", 8.0)).lock_time_s  # from the begin of the level
+    assert (times.dropna() <= 15.0).all()
 
 
 def test_legs_that_do_not_feel_each_other_are_not_locked_at_any_level():
     found = sweep(LIGHT.with_numbers(sigma=0.0), [7.0, 8.0], dwell_s=30.0, starts=3)
-    for way in ("up", "down"):
-        assert set(found.gait[way].ravel()) == {"as released"}
+    assert set(found.frame.gait) == {"as released"}
 
 
 @pytest.mark.parametrize(
@@ -228,7 +202,7 @@ def test_legs_that_do_not_feel_each_other_are_not_locked_at_any_level():
 )
 def test_levels_that_cannot_be_are_refused(levels, says):
     with pytest.raises(TegotaeError, match=says):
-        check_levels(levels)
+        sweep(LIGHT, levels, dwell_s=30.0)
 
 
 def test_a_dwell_is_of_whole_frames_and_not_too_short():
@@ -367,9 +341,6 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
     assert duty == pytest.approx(document["duty_factor_F"], abs=0.01)
 
 
-SWEEP = ("gait", "sweep", "bar-light", "--levels")
-
-
 @pytest.mark.parametrize(
     ("words", "says"),
     [
@@ -396,11 +367,11 @@ SWEEP = ("gait", "sweep", "bar-light", "--levels")
         ),
         (
             ["gait", "sweep", "bar-light", "--levels", "9", "7"],
-            "levels go from 9 to 7; the second must",
+            "omega goes from 9 to 7; it must rise",
         ),
         (
-            ["gait", "sweep", "bar-light", "--levels", "7", "9", "--omega", "8"],
-            "--omega is one frequency",
+            ["gait", "sweep", "bar-light", "--levels", "7", "9", "--omega", "7.5"],
+            "omega is one value, and it is varied",
         ),
     ],
 )

@@ -148,5 +148,5 @@ def test_a_figure_is_written_under_its_own_name(tmp_path, monkeypatch, capsys):
 
 
 def test_a_gait_command_without_a_folder_makes_one_called_after_it():
-    command = parsed(["gait", "sweep", "bar-light", "--levels", "3", "4"])
-    assert command.folder == Path("gait-sweep-bar-light")
+    *_, output = parsed(["gait", "sweep", "bar-light", "--levels", "3", "4"]).parsed()
+    assert output.out == Path("gait-sweep-bar-light")

@@ -41,7 +41,7 @@ from tegotae.training.collection import read
         ("figure basin paper --starts 9 --out b.png", "Unrecognized options: --starts"),
         ("figure basin bar-light --out b.txt", "b.txt"),
         ("figure surface bar-light --out s.png", "several legs, and this figure is of one leg"),
-        ("gait map ART --x omega 1 2 --y sigma 1 2 --out m", "a gait command on a one-legged body"),
+        ("gait map paper --out m", "paper hops on one leg, and a gait is how several legs go"),
     ],
 )
 def test_what_a_name_cannot_answer_is_refused_in_one_line(words, said, one_line_error):

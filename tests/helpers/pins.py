@@ -52,11 +52,12 @@ import tiny
 from reproduction.plan import plan
 from tegotae import Hopper, System, Timing, build, cli, find
 from tegotae.analysis.gaits import system
-from tegotae.analysis.gaits.map import Axis, gait_map
+from tegotae.analysis.gaits.map import Axis, map_gaits
 from tegotae.analysis.generalisation import ControllersUnderTest, disturbances_named, tried
 from tegotae.export.c import Export
 from tegotae.export.c.package import header
 from tegotae.export.c.source import source
+from tegotae.measures.gaits.summary import Coordination
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
 
@@ -102,8 +103,21 @@ def generalisation() -> Results:
 def map_of_gaits() -> Results:
     """The gaits of two legs under a bar, over its inertia and the gain."""
     bar = system("bar-light").with_system(timing=Timing(duration_s=40.0))
-    drawn = gait_map(bar, Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 1.0)), starts=3)
-    return {**drawn.found._asdict(), "gait": drawn.gait}
+    drawn = map_gaits(bar, Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 1.0)), starts=3)
+    found = {name: drawn.grid(name) for name in [*drawn.frame][3:]}
+    of_legs = {
+        name: np.stack([found[f"{column}_{leg}"] for leg in bar.names], axis=2)
+        for name, column in _OF_LEGS.items()
+    }
+    alone = {name: found["moved_cycles" if name == "moved" else name] for name in _OF_BODY}
+    return {**of_legs, **alone, "gait": found["gait"].astype(str)}
+
+
+_OF_LEGS = {
+    **{name: f"{name}_cycles" for name in ("lag", "lag_spread", "touchdown_lag")},
+    **{name: name for name in ("step_frequency_hz", "duty_factor")},
+}
+_OF_BODY = [name for name in Coordination._fields if name not in _OF_LEGS]
 
 
 def trained(*words: str) -> Results:

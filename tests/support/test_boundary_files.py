@@ -11,7 +11,6 @@ import pytest
 
 from tegotae import Engine, TegotaeError
 from tegotae._support.files import read_arrays
-from tegotae.analysis.gaits.checkpoint import in_parts
 from tegotae.cli.console import warn_in_one_line
 from tegotae.measures import recordings
 from tegotae.measures.recordings import read_columns
@@ -76,30 +75,6 @@ def test_a_recording_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, mo
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
     with pytest.raises(TegotaeError, match="it unpacks to 16 MiB, more than 4 MiB"):
         read_columns(path)
-
-
-KEY = np.array('{"engine": "native"}')
-KEPT = archive(key=KEY, count=np.array(1), **{"0/square": np.array([1])})
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        *DAMAGED.values(),
-        archive(nothing=np.zeros(1)),
-        archive(key=KEY, count=np.array(1), **{"7/square": np.zeros(1)}),
-        archive(key=KEY, count=np.array(10**15), **{"0/square": np.zeros(1)}),
-        archive(key=KEY, count=np.array("many")),
-    ],
-)
-def test_what_is_kept_of_long_work_and_damaged_is_told_with_the_way_on(tmp_path, content):
-    path = tmp_path / "map.partial.npz"
-    path.write_bytes(KEPT)
-    work = {"kept": path, "settings": {}}
-    assert len(in_parts(2, lambda n: {"square": np.array([n])}, **work)) == 2
-    path.write_bytes(content)
-    with pytest.raises(TegotaeError, match="cannot be read; remove it to start again"):
-        in_parts(2, lambda n: pytest.fail("work was begun"), **work)
 
 
 DEEP = "[" * 5000 + "]" * 5000

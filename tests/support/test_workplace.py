@@ -29,7 +29,7 @@ HELD = {
     "a training": "run.json",
     "a study": "study.json",
     "what controllers generalise to": "records/a.trial.npz",
-    "a map of gaits": "map.json",
+    "a map of gaits": "records/a.map.npz",
 }
 WORDS = {
     "a training": ["train", "AR", "--out"],

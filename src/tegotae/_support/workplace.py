@@ -112,8 +112,8 @@ GENERALISATION = WorkKind(
     ("records/*.trial.npz",),
     ("records", "margins.csv", "left_out.csv", "curves.*"),
 )
-GAIT_MAP = WorkKind("a map of gaits", ("map.partial.npz", "map.json"), ("map.*",))
-GAIT_FRONT = WorkKind("a front", ("front.*.partial.npz", "front.json"), ("front.*",))
+GAIT_MAP = WorkKind("a map of gaits", ("records/*.map.npz",), ("records",))
+GAIT_FRONT = WorkKind("a front", ("records/*.front.npz",), ("records",))
 KINDS = (TRAINING, STUDY, GENERALISATION, GAIT_MAP, GAIT_FRONT)
 
 

@@ -96,28 +96,28 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "Study the gaits of a body with several legs.",
         {
             "sweep": Command(
-                "tegotae.cli.gait.sweep:Sweep",
+                "tegotae.questions.gaits:gait_sweep",
                 "tegotae gait sweep quadruped-c --levels 0.7 3.5",
                 "tegotae gait sweep bar-light --levels 2 6 --count 8 --out bar",
             ),
             "map": Command(
-                "tegotae.cli.gait.map:Map",
+                "tegotae.questions.gaits:gait_map",
                 "tegotae gait map bar-light --x inertia_ratio 0.4 1.6 --y omega 2 6",
                 "tegotae gait map quadruped-c --x com_x_m -0.3 0.3 --y omega 0.7 3.5",
             ),
             "front": Command(
-                "tegotae.cli.gait.front:Front",
+                "tegotae.questions.gaits:gait_front",
                 "tegotae gait front quadruped-c",
                 'tegotae gait front hexapod --family vanilla "forced tripod"',
             ),
             "stability": Command(
-                "tegotae.cli.gait.stability:Stability",
+                "tegotae.questions.gaits:gait_stability",
                 "tegotae gait stability bar-light --over inertia_ratio 0.4 1.6",
-                "tegotae gait stability quadruped-c --over omega 0.7 3.5 --gaits trot walk",
+                "tegotae gait stability quadruped-c --over omega 0.7 3.5 --gaits trot",
             ),
             "lesion": Command(
-                "tegotae.cli.gait.lesion:Lesion",
-                "tegotae gait lesion hexapod --lose L2 R2",
+                "tegotae.questions.gaits:gait_lesion",
+                "tegotae gait lesion hexapod --lose LM RM",
                 "tegotae gait lesion quadruped-c --drop 0.05",
             ),
         },

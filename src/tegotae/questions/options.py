@@ -115,6 +115,8 @@ def _kind(hint: Any, value: Any) -> Any:
     """The type of an option, None of what words cannot say."""
     if get_origin(hint) is Literal:
         return hint
+    if get_origin(hint) is tuple and get_args(hint) and {*get_args(hint)} <= {*_PLAIN}:
+        return hint  # of so many entries
     if isinstance(value, tuple):
         inner = {type(entry) for entry in value} or {*get_args(hint)} - {Ellipsis}
         (only, *others) = inner

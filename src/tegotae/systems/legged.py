@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -25,7 +24,7 @@ from tegotae.parts.bodies import (
     Walker,
 )
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.fields import FieldNumber, unwrapped
+from tegotae.parts.fields import unwrapped
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.parts.terms.foot import EllipticFoot
@@ -494,38 +493,21 @@ def felt(legged: Legged, delay_s: float, noise: float) -> Body:
     return Sensors(body=legged.body, delay_s=delay_s, noise=noise, most_ticks=ticks)
 
 
-def assignments(option: str, texts: Iterable[str]) -> dict[str, FieldNumber]:
-    """Names and values, each name once.
+def assignments(option: str, texts: Iterable[str]) -> dict[str, float]:
+    """Names and numbers, each name once.
 
     Args:
         option: that the texts are of, for errors.
         texts: NAME=NUMBER each.
     """
-    found: dict[str, FieldNumber] = {}
+    found: dict[str, float] = {}
     for text in texts:
-        name, value = assignment(option, text)
+        name, _, value = text.partition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            raise TegotaeError(f"{option} {text} sets nothing; write NAME=NUMBER") from None
         if name in found:
             raise TegotaeError(f"{option} names {name} twice; give it one value")
-        found[name] = value
+        found[name] = number
     return found
-
-
-def assignment(option: str, text: str) -> tuple[str, FieldNumber]:
-    """A name and its value.
-
-    Args:
-        option: that the text is of, for errors.
-        text: NAME=NUMBER, or NAME=NUMBER,NUMBER for the legs.
-
-    Raises:
-        TegotaeError: for any other text.
-    """
-    name, equals, value = text.partition("=")
-    numbers: tuple[float, ...] = ()
-    with contextlib.suppress(ValueError):
-        numbers = tuple(float(each) for each in value.split(","))
-    if not equals or not numbers:
-        raise TegotaeError(
-            f"{option} {text} sets nothing; write NAME=NUMBER, or NAME=NUMBER,NUMBER for the legs"
-        )
-    return name, numbers[0] if len(numbers) == 1 else numbers

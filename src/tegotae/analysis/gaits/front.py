@@ -7,18 +7,22 @@ the search has not seen, and only these releases count.
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 
+from tegotae._support.documents import Document, as_json
 from tegotae._support.errors import require_count
-from tegotae.analysis.gaits.checkpoint import Columns, in_sequence
+from tegotae.measures.fronts import COLUMNS
 from tegotae.measures.gaits.names import NO_GAIT, gait_of
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, length
 from tegotae.parts._shapes import AnyArray
@@ -26,6 +30,7 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Summary, Timing
+from tegotae.study import Arrays, CellResult, Study, measured_in_turn
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of
 from tegotae.systems.tuned import NUMBERS, Numbers, TunedFamily
@@ -52,6 +57,8 @@ LANES = 8192
 _COARSE_TICKS = 125
 """Ticks of a frame of the search."""
 
+SUFFIX = ".front.npz"
+"""How the files of a search end."""
 _MOST = 1_000_000
 """Of walkers, their variations, rounds and releases: some hundred of them take a second."""
 
@@ -88,9 +95,12 @@ class Search:
         require_count("rounds", self.rounds, least=0, most=_MOST)
 
     @property
-    def walkers(self) -> int:
-        """How many releases it has, those of the finalists left out."""
-        return self.starts * (self.coarse + self.rounds * self.varied)
+    def sizes(self) -> list[int]:
+        """Walkers that are advanced together: random ones, then those of every round."""
+        at_once = max(1, LANES // self.starts)
+        begun = range(0, self.coarse, at_once)
+        coarse = [min(at_once, self.coarse - done) for done in begun]
+        return coarse + [self.varied] * self.rounds
 
 
 class Travel(NamedTuple):
@@ -160,22 +170,79 @@ class VerifiedSummary:
         return Verified(TravelSummary()(*given), self.own(*given))
 
 
+@dataclass(frozen=True)
+class FrontPart:
+    """Some walkers of a search, advanced together: what is kept of a search.
+
+    Args:
+        legged: the system.
+        family: what drives its legs, and which numbers are free.
+        search: how much is searched.
+        number: of the part: random walkers first, then rounds of variations of the earlier parts'.
+        folder: keeps the results of all parts.
+    """
+
+    legged: Legged
+    family: TunedFamily
+    search: Search
+    number: int
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        """The family's."""
+        return self.family.name.replace(" ", "-")
+
+    @property
+    def document(self) -> Document:
+        """The system, the family, the search, and which part of it."""
+        own = {"family": self.family, "search": self.search, "part": self.number}
+        return {**describe(self.legged), **as_json(own)}
+
+    @property
+    def program(self) -> Hashable:
+        """Parts are measured in turn."""
+        return None
+
+    def prepare(self) -> None:
+        """Nothing: parts are not sent anywhere."""
+
+    def measure(self) -> CellResult:
+        """Release walkers from all phases: their `shares` of the ranges, and their speed and cost,
+        NaN if they fail."""
+        legged, family, search = self.legged, self.family, self.search
+        shares = self._shares()
+        phase = family.phases(legged, search.starts, search.seed)
+        free = {n: own.at(shares[:, i]) for i, (n, own) in enumerate(family.ranges.items())}
+        tick = legged.timing.tick_s
+        timing = Timing(duration_s=search.duration_s, tick_s=tick, frame_s=_COARSE_TICKS * tick)
+        numbers = family.numbers(legged, free)
+        found: Travel = _run(legged, family, numbers, phase, TravelSummary(), timing)
+        speed, cost = travelled(legged, found, search.starts)
+        return CellResult(self.document, {}, {"shares": shares, "speed": speed, "cost": cost})
+
+    def _shares(self) -> np.ndarray:
+        """Of the ranges of the free numbers, [walkers, numbers]."""
+        draw = np.random.default_rng([self.search.seed, self.number])
+        sizes = self.search.sizes
+        count, round_number = sizes[self.number], self.number - len(sizes) + self.search.rounds
+        if round_number < 0:
+            return draw.uniform(size=(count, len(self.family.ranges)))
+        parts = [dataclasses.replace(self, number=n) for n in range(self.number)]
+        done = Study(self.folder / "records", parts, suffix=SUFFIX).results()
+        return variations(together(done), count, 0.12 * 0.75**round_number, draw)
+
+
 def search_front(
-    legged: Legged,
-    family: TunedFamily,
-    search: Search | None = None,
-    *,
-    kept: Path | None = None,
-    progress: Callable[[int, int], None] = lambda done, of: None,
-) -> dict[str, np.ndarray]:
+    legged: Legged, family: TunedFamily, search: Search | None = None, folder: Path | None = None
+) -> pd.DataFrame:
     """The front of a family on a legged system.
 
     Args:
         legged: the system.
         family: what drives its legs, and which numbers are free.
         search: how much is searched.
-        kept: a file that keeps what is done, so that interrupted work continues from there.
-        progress: is called with how many walkers are done, and of how many.
+        folder: keeps what is done, so that interrupted work continues from there.
 
     Returns:
         `tegotae.measures.fronts.COLUMNS`, a row per bin of speed that some walker reaches.
@@ -184,51 +251,19 @@ def search_front(
         TegotaeError: for a system that has no such family, or a file that cannot be written.
     """
     search = search or Search()
-    phase = family.phases(legged, search.starts, search.seed)
-    dims = len(family.ranges)
-    at_once = max(1, LANES // search.starts)
-    sizes = [at_once] * (search.coarse // at_once) + [search.coarse % at_once] * (
-        search.coarse % at_once > 0
-    )
-    sizes += [search.varied] * search.rounds
-    coarse = len(sizes) - search.rounds
-
-    def part(done: Sequence[Columns]) -> Columns:
-        number = len(done)
-        draw = np.random.default_rng([search.seed, number])
-        if number < coarse:
-            shares = draw.uniform(size=(sizes[number], dims))
-        else:
-            width = 0.12 * 0.75 ** (number - coarse)
-            shares = variations(together(done), sizes[number], width, draw)
-        return released(legged, family, shares, phase, search.duration_s)
-
-    done = in_sequence(
-        len(sizes),
-        part,
-        kept=kept,
-        settings={"system": describe(legged), "family": family, "search": search},
-        progress=lambda n: progress(search.starts * sum(sizes[:n]), search.walkers),
-    )
-    return verified(legged, family, together(done), search)
-
-
-def free_numbers(family: TunedFamily, shares: np.ndarray) -> dict[str, np.ndarray]:
-    """The free numbers of walkers at shares of their ranges, [walkers, numbers]."""
-    return {name: own.at(shares[:, i]) for i, (name, own) in enumerate(family.ranges.items())}
-
-
-def released(
-    legged: Legged, family: TunedFamily, shares: np.ndarray, phase: np.ndarray, duration_s: float
-) -> Columns:
-    """Release walkers from all phases: `shares`, and their speed and cost, NaN if they fail."""
-    starts = phase.shape[1]
-    numbers = family.numbers(legged, free_numbers(family, shares))
-    tick = legged.timing.tick_s
-    timing = Timing(duration_s=duration_s, tick_s=tick, frame_s=_COARSE_TICKS * tick)
-    found: Travel = _run(legged, family, numbers, phase, TravelSummary(), timing)
-    speed, cost = travelled(legged, found, starts)
-    return {"shares": shares, "speed": speed, "cost": cost}
+    with TemporaryDirectory() as own:
+        folder = folder or Path(own)
+        parts = [FrontPart(legged, family, search, n, folder) for n in range(len(search.sizes))]
+        done = measured_in_turn(parts, folder, family.name, SUFFIX)
+    found = together(done)
+    last = cheapest(found["speed"], found["cost"], FINALISTS)
+    shares = found["shares"][last]
+    free = {name: own.at(shares[:, i]) for i, (name, own) in enumerate(family.ranges.items())}
+    numbers = family.numbers(legged, free)
+    rows = evaluated(legged, family, numbers, search.unseen, search.seed + UNSEEN)
+    rows = rows[(rows.upright == 1.0) & (rows.steady == 1.0) & (rows.speed >= LEAST_SPEED)]
+    best = cheapest(rows.speed.to_numpy(), rows.cost_of_transport.to_numpy(), 1)
+    return rows.iloc[best].reset_index(drop=True)
 
 
 def travelled(legged: Legged, found: Travel, starts: int) -> tuple[np.ndarray, np.ndarray]:
@@ -252,9 +287,9 @@ def settled(found: Travel) -> np.ndarray:
     return steady & ~np.asarray(found.failed, bool)
 
 
-def together(done: Sequence[Columns]) -> Columns:
+def together(done: Sequence[CellResult]) -> Arrays:
     """All parts of a search, those that failed left out."""
-    whole = {name: np.concatenate([part[name] for part in done]) for name in done[0]}
+    whole = {name: np.concatenate([part.arrays[name] for part in done]) for name in done[0].arrays}
     good = np.isfinite(whole["cost"]) & (whole["speed"] < MOST_SPEED)
     return {name: values[good] for name, values in whole.items()}
 
@@ -277,7 +312,7 @@ def cheapest(speed: np.ndarray, cost: np.ndarray, most: int) -> np.ndarray:
     return order[np.arange(len(order)) - first < most]
 
 
-def variations(found: Columns, count: int, width: float, draw: np.random.Generator) -> np.ndarray:
+def variations(found: Arrays, count: int, width: float, draw: np.random.Generator) -> np.ndarray:
     """Walkers near the cheapest of every speed, as shares of the ranges.
 
     Args:
@@ -293,25 +328,9 @@ def variations(found: Columns, count: int, width: float, draw: np.random.Generat
     return np.clip(own + width * draw.normal(size=own.shape), 0.0, 1.0)
 
 
-def verified(
-    legged: Legged, family: TunedFamily, found: Columns, search: Search
-) -> dict[str, np.ndarray]:
-    """The finalists, released from unseen phases: the cheapest of every bin that all hold."""
-    last = cheapest(found["speed"], found["cost"], FINALISTS)
-    numbers = family.numbers(legged, free_numbers(family, found["shares"][last]))
-    rows = evaluated(legged, family, numbers, search.unseen, search.seed + UNSEEN)
-    holds = (rows["upright"] == 1.0) & (rows["steady"] == 1.0) & (rows["speed"] >= LEAST_SPEED)
-    rows = {name: values[holds] for name, values in rows.items()}
-    best = cheapest(rows["speed"], rows["cost_of_transport"], 1)
-    return {
-        "family": np.full(len(best), family.name),
-        **{name: values[best] for name, values in rows.items()},
-    }
-
-
 def evaluated(
     legged: Legged, family: TunedFamily, numbers: Numbers, starts: int, seed: int
-) -> dict[str, np.ndarray]:
+) -> pd.DataFrame:
     """Release walkers at random phases, for the system's own time: a row of a front each.
 
     Args:
@@ -325,8 +344,10 @@ def evaluated(
     summary = VerifiedSummary(legged.summary())
     walkers = len(numbers["omega"])
     if not walkers:
-        return {name: np.zeros(0) for name in _OF_POINT}
-    found: Verified = _run(legged, family, numbers, phase, summary, _fine_timing(legged))
+        return pd.DataFrame(columns=list(COLUMNS), dtype=float)
+    own_timing = legged.timing
+    timing = dataclasses.replace(own_timing, frame_s=2.0 * own_timing.frame_s)
+    found: Verified = _run(legged, family, numbers, phase, summary, timing)
     travel, own = found
 
     def of_starts(x: AnyArray) -> np.ndarray:
@@ -344,24 +365,21 @@ def evaluated(
     commonest = [Counter(row.tolist()).most_common(1)[0] for row in names]
     with np.errstate(divide="ignore", invalid="ignore"):
         cost = power / (weight * speed)
-    return {
-        "speed": speed,
-        "cost_of_transport": cost,
-        **{name: np.asarray(numbers[name], float) for name in NUMBERS},
-        "upright": up.mean(axis=1),
-        "steady": of_starts(settled(travel)).mean(axis=1),
-        "locked": (up & ~np.isin(names, NO_GAIT[1:])).mean(axis=1),
-        "speed_spread": np.nanstd(of_starts(own.speed_m_per_s), axis=1),
-        "gait": np.array([name for name, _ in commonest]),
-        "gait_share": np.array([count / starts for _, count in commonest]),
-        "duty_factor": mean(of_starts(np.asarray(own.duty_factor).mean(axis=0))),
-    }
-
-
-_OF_POINT = (
-    "speed", "cost_of_transport", *NUMBERS, "upright", "steady", "locked", "speed_spread", "gait",
-    "gait_share", "duty_factor",
-)  # fmt: skip
+    return pd.DataFrame(
+        {
+            "family": family.name,
+            "speed": speed,
+            "cost_of_transport": cost,
+            **{name: np.asarray(numbers[name], float) for name in NUMBERS},
+            "upright": up.mean(axis=1),
+            "steady": of_starts(settled(travel)).mean(axis=1),
+            "locked": (up & ~np.isin(names, NO_GAIT[1:])).mean(axis=1),
+            "speed_spread": np.nanstd(of_starts(own.speed_m_per_s), axis=1),
+            "gait": [name for name, _ in commonest],
+            "gait_share": [count / starts for _, count in commonest],
+            "duty_factor": mean(of_starts(np.asarray(own.duty_factor).mean(axis=0))),
+        }
+    )
 
 
 def _run(
@@ -380,8 +398,3 @@ def _run(
     engine = system.engine(summary, timing)
     scenario = family.scenario(legged, lanes, tiled)
     return lanes_of(engine.run(family.weights(lanes), scenario, legged.body))
-
-
-def _fine_timing(legged: Legged) -> Timing:
-    own = legged.timing
-    return Timing(duration_s=own.duration_s, tick_s=own.tick_s, frame_s=2.0 * own.frame_s)

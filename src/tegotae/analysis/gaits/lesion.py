@@ -10,14 +10,11 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 
-from tegotae._support.errors import (
-    TegotaeError,
-    require_count,
-    require_finite,
-    unknown,
-)
+from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.limits import MOST_M, MOST_SEEDS
+from tegotae.analysis.gaits.simulate import coordination_columns
 from tegotae.measures.gaits.lags import apart, moved, support_margin_m
 from tegotae.measures.gaits.names import FALLEN, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import (
@@ -147,37 +144,19 @@ class Aftermath:
     """The released system."""
     lesion: GaitLesion
     """What happened."""
-    timing: Timing
-    """Of every rollout."""
     left: tuple[int, ...]
     """The legs that are left, by their numbers."""
     reference: int
     """The leg that lags are measured from, before and after."""
-    phase_rad: np.ndarray
-    """Phases at release [rad], [limbs, starts]."""
-    before: Coordination
-    """The coordination just before."""
-    after: Coordination
-    """That of the legs that are left in the end, [left, starts]; times count from the lesion."""
-    gait_before: np.ndarray
-    """Names, [starts]."""
-    gait_after: np.ndarray
-    """Names, as far as patterns of so many legs have any, [starts]."""
-
-    @property
-    def stood(self) -> np.ndarray:
-        """Who had not fallen before, [starts]."""
-        return ~np.isfinite(self.before.fall_time_s)
-
-    @property
-    def stays(self) -> np.ndarray:
-        """Who of these has not fallen in the end, [starts]."""
-        return self.stood & ~np.isfinite(self.after.fall_time_s)
+    frame: pd.DataFrame
+    """A row a start: whether it `stood_before` and `stays_up`; its gait, and how far its lags have
+    moved for good, the short way round; and the coordination just before, and in the end. Later
+    times count from the lesion."""
 
     @property
     def share(self) -> tuple[float, float, float]:
         """Share of those who stood that stay up, and its 95 % interval (Wilson); NaN of none."""
-        of, count = int(self.stood.sum()), int(self.stays.sum())
+        of, count = int(self.frame.stood_before.sum()), int(self.frame.stays_up.sum())
         return (count / of, *wilson(count, of)) if of else (np.nan, np.nan, np.nan)
 
     @property
@@ -192,11 +171,6 @@ class Aftermath:
         there = tuple(float(leg in self.left) for leg in range(body.limbs))
         changes = {**dict(self.lesion.fields), "present": there}
         return support_margin_m(dataclasses.replace(body, **changes))
-
-    @property
-    def lag_change(self) -> np.ndarray:
-        """How far the lags have moved for good, the short way round [cycles], [left, starts]."""
-        return np.asarray(apart(self.after.lag, self.before.lag[list(self.left)]), float)
 
 
 @dataclass(frozen=True)
@@ -261,7 +235,6 @@ def aftermath(
     *,
     seed: int = 0,
     tolerance: float = TOLERANCE,
-    timing: Timing | None = None,
 ) -> Aftermath:
     """Release a body at random phases, let something happen to it, and see who stays up.
 
@@ -273,7 +246,6 @@ def aftermath(
         starts: how many releases.
         seed: of their phases.
         tolerance: how far lags may be from a named pattern's [cycles].
-        timing: of each rollout; that of the system by default.
 
     Raises:
         TegotaeError: for a lesion that the body cannot have, or at a time outside the rollout.
@@ -281,11 +253,11 @@ def aftermath(
     Example:
         >>> from tegotae.analysis.gaits import system
         >>> found = aftermath(system("bar-light"), GaitLesion(at_s=30.0, drop_m=0.05), starts=4)
-        >>> found.share[0], found.gait_after.tolist()
+        >>> found.share[0], found.frame.gait_after.tolist()
         (1.0, ['antiphase', 'antiphase', 'antiphase', 'antiphase'])
     """
     require_count("starts", starts, most=MOST_SEEDS)
-    timing = timing or legged.timing
+    timing = legged.timing
     cut = round(lesion.at_s / timing.frame_s)
     shorter = min(cut, timing.n_frames - cut)
     if shorter < LEAST_FRAMES:
@@ -295,26 +267,25 @@ def aftermath(
             "so that there is a before and an after"
         )
     lesion = dataclasses.replace(lesion, at_s=cut * timing.frame_s)
-    left = lesion.left(legged)
+    left, legs = lesion.left(legged), legged.names
     reference = legged.reference if legged.reference in left else left[0]
-    phase = random_phases(legged.body.limbs, starts, seed)
+    phase = random_phases(len(legs), starts, seed)
     summary = BeforeAndAfter(cut, shorter // 4, left, legged.summary(reference=reference))
-    before, after = lanes_of(legged.run(summary, lesion.scenario(legged, phase), timing))
-    gait_after = gait_of(after, [legged.names[i] for i in left], tolerance)
-    gait_before = gait_of(before, legged.names, tolerance)
-    fell = np.isfinite(before.fall_time_s)
-    return Aftermath(
-        legged=legged,
-        lesion=lesion,
-        timing=timing,
-        left=left,
-        reference=reference,
-        phase_rad=phase,
-        before=before,
-        after=after,
-        gait_before=gait_before,
-        gait_after=np.where(fell, FALLEN, gait_after),
-    )
+    before, after = lanes_of(legged.run(summary, lesion.scenario(legged, phase)))
+    left_legs = [legs[i] for i in left]
+    stood = ~np.isfinite(before.fall_time_s)
+    change = np.asarray(apart(after.lag, before.lag[list(left)]), float)
+    columns = {
+        "start": np.arange(starts),
+        "stood_before": stood,
+        "stays_up": stood & ~np.isfinite(after.fall_time_s),
+        "gait_before": gait_of(before, legs, tolerance),
+        "gait_after": np.where(stood, gait_of(after, left_legs, tolerance), FALLEN),
+        **{f"lag_change_cycles_{leg}": x for leg, x in zip(left_legs, change, strict=True)},
+        **{f"before_{name}": x for name, x in coordination_columns(before, legs).items()},
+        **{f"after_{name}": x for name, x in coordination_columns(after, left_legs).items()},
+    }
+    return Aftermath(legged, lesion, left, reference, pd.DataFrame(columns))
 
 
 def _of_legs(x: jax.Array, legs: Sequence[int]) -> jax.Array:

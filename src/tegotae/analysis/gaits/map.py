@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
+from tegotae._support.documents import Document
 from tegotae._support.errors import (
     TegotaeError,
     require_count,
@@ -15,14 +17,14 @@ from tegotae._support.errors import (
     unknown,
 )
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S, MOST_SEEDS
-from tegotae.analysis.gaits.checkpoint import Columns, in_parts
-from tegotae.measures.gaits.names import TOLERANCE, gait_of
+from tegotae.analysis.gaits.simulate import coordination_frame
+from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.gaits.summary import Coordination
-from tegotae.parts._shapes import AnyArray, LaneNumbers
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import FieldNumber, numbers_of, with_fields
-from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Scenario, with_changes
+from tegotae.study import CellResult, measured_in_turn
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
@@ -189,42 +191,101 @@ class GaitMap:
     """The columns."""
     y: Axis
     """The rows."""
-    phase_rad: np.ndarray
-    """Phases at release [rad], [limbs, starts]."""
-    found: Coordination
-    """How the legs go together: [rows, columns, (limbs,) starts]; NaN without a body."""
-    gait: np.ndarray
-    """The gait's name, or why it has none, [rows, columns, starts]."""
-    refused: np.ndarray
-    """Why there is no such body, empty where there is one, [rows, columns]."""
+    frame: pd.DataFrame
+    """A row a cell and start, row by row of the map: why there is no such body (`refused`), the
+    gait and the coordination (`coordination_frame`)."""
+
+    def grid(self, column: str) -> np.ndarray:
+        """A column of the frame, [rows, columns, starts]."""
+        return self.frame[column].to_numpy().reshape(len(self.y.values), len(self.x.values), -1)
 
     @property
-    def cells(self) -> Cells:
-        """What most starts of every cell do."""
-        return majority(self.found, self.gait)
+    def cells(self) -> pd.DataFrame:
+        """What most starts of every cell do, a row a cell.
+
+        `gait` is the most common name, of several the first by letters; `share` of the starts have
+        it, and `fallen_share` of all starts fell. Over those that have it, lags are circular means,
+        and other numbers medians.
+        """
+        frame, names = self.frame, self.legged.names
+        starts = self.grid("gait").shape[-1]
+        gait = self.grid("gait").reshape(-1, starts)
+        most = np.array([pd.Series(row).mode()[0] for row in gait])
+        has = gait == most[:, None]
+
+        def of_starts(column: str) -> np.ma.MaskedArray:
+            values = frame[column].to_numpy().reshape(-1, starts)
+            return np.ma.masked_where(~has | ~np.isfinite(values), values)
+
+        def mean_lag(leg: str) -> np.ndarray:
+            lag = of_starts(f"lag_cycles_{leg}")
+            turned = np.exp(2j * np.pi * lag).mean(axis=1)
+            all_known = (lag.mask == ~has).all(axis=1)
+            return np.where(all_known, np.angle(turned) / (2.0 * np.pi) % 1.0, np.nan)
+
+        def median(column: str) -> np.ndarray:
+            return np.ma.median(of_starts(column), axis=1).filled(np.nan)
+
+        fell = np.isfinite(frame["fall_time_s"].to_numpy()).reshape(-1, starts)
+        cells = frame[[self.x.name, self.y.name, "refused"]][::starts].reset_index(drop=True)
+        return cells.assign(
+            gait=most,
+            share=has.mean(axis=1),
+            fallen_share=fell.mean(axis=1),
+            **{f"lag_cycles_{leg}": mean_lag(leg) for leg in names},
+            **{name: median(name) for name in _MEDIANS},
+        )
+
+
+_MEDIANS = ("lock_time_s", "speed_m_per_s", "cost_of_transport")
 
 
 @dataclass(frozen=True)
-class Cells:
-    """What most starts of every cell do: arrays [rows, columns]."""
+class MapPart:
+    """Some cells of a map, advanced together: what is kept of a map.
 
-    gait: np.ndarray
-    """The most common name; of several, the first by letters."""
-    share: np.ndarray
-    """The share of starts that have it."""
-    lag: np.ndarray
-    """The circular mean of their lags [cycles], [rows, columns, limbs]."""
-    cost_of_transport: np.ndarray
-    """The median of theirs."""
-    speed_m_per_s: np.ndarray
-    """The median of theirs [m/s]."""
-    lock_time_s: np.ndarray
-    """The median of theirs [s]."""
-    fallen: np.ndarray
-    """The share of all starts that fell."""
+    Args:
+        legged: the system.
+        where: the body of each cell.
+        phase_rad: at release [rad], [limbs, starts].
+        at_once: how many cells are advanced. The last part is filled up, so that it needs no
+            program of another size.
+    """
+
+    legged: Legged
+    where: Sequence[Setting]
+    phase_rad: np.ndarray
+    at_once: int
+    name = "map"
+
+    @property
+    def document(self) -> Document:
+        """The system, the places of its cells, and the phases."""
+        places = [dict(each.at) for each in self.where]
+        return {**describe(self.legged), "at": places, "phase_rad": self.phase_rad.tolist()}
+
+    @property
+    def program(self) -> Hashable:
+        """All parts are advanced by the same one."""
+        return None
+
+    def prepare(self) -> None:
+        """Nothing: parts are not sent anywhere."""
+
+    def measure(self) -> CellResult:
+        """The coordination of all lanes, a cell's starts beside each other."""
+        starts = self.phase_rad.shape[1]
+        cells = [*self.where, *[self.where[-1]] * (self.at_once - len(self.where))]
+        lanes = [setting for setting in cells for _ in range(starts)]
+        phase = np.tile(self.phase_rad, self.at_once)
+        weights, scenario = lanes_at(self.legged, lanes, phase)
+        engine = self.legged.engine(self.legged.summary())
+        found = lanes_of(engine.run(weights, scenario, self.legged.body))
+        kept = {name: x[..., : len(self.where) * starts] for name, x in found._asdict().items()}
+        return CellResult(self.document, {}, kept)
 
 
-def gait_map(
+def map_gaits(
     legged: Legged,
     x: Axis,
     y: Axis,
@@ -232,10 +293,7 @@ def gait_map(
     starts: int = 4,
     seed: int = 0,
     tolerance: float = TOLERANCE,
-    timing: Timing | None = None,
-    window_s: float | None = None,
-    kept: Path | None = None,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    folder: Path | None = None,
 ) -> GaitMap:
     """Release a body at random phases at every cell of two parameters.
 
@@ -248,10 +306,7 @@ def gait_map(
         starts: how many releases a cell; all cells have the same phases.
         seed: of the phases.
         tolerance: how far lags may be from a named pattern's [cycles].
-        timing: of each rollout; that of the system by default.
-        window_s: length of its end that is measured [s]; its last quarter by default.
-        kept: a file that keeps what is done, so that interrupted work continues from there.
-        progress: is called with how many cells are done, and of how many.
+        folder: keeps what is done, so that interrupted work continues from there.
 
     Raises:
         TegotaeError: for parameters that the system does not have, the same one twice, or if the
@@ -260,114 +315,32 @@ def gait_map(
     Example:
         >>> from tegotae.analysis.gaits import system
         >>> axes = Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (1.0, 1.5))
-        >>> gait_map(system("bar-light"), *axes, starts=2).cells.gait.tolist()
-        [['antiphase', 'in phase'], ['antiphase', 'in phase']]
+        >>> map_gaits(system("bar-light"), *axes, starts=2).cells.gait.tolist()
+        ['antiphase', 'in phase', 'antiphase', 'in phase']
     """
     if x.name == y.name:
         raise TegotaeError(f"both parameters are {x.name}; a map is over two different ones")
     for axis in (x, y):
         check_axis(legged, axis)
     require_count("starts", starts, most=MOST_SEEDS)
-    timing = timing or legged.timing
-    places = [{x.name: a, y.name: b} for b in y.values for a in x.values]
-    made = settings(legged, places)
+    made = settings(legged, [{x.name: a, y.name: b} for b in y.values for a in x.values])
     able = [each for each in made if each.body is not None]
     if not able:
         raise TegotaeError(f"no cell of this map has a body: {made[0].refused}")
     phase = random_phases(legged.body.limbs, starts, seed)
-    summary = legged.summary(window_s=window_s)
-    engine = legged.engine(summary, timing)
     at_once = min(len(able), max(1, LANES // starts))
-    count = -(-len(able) // at_once)
-
-    def part(number: int) -> Columns:
-        own = able[number * at_once : (number + 1) * at_once]
-        # The last part is filled up, so that it needs no program of another size.
-        own = own + own[-1:] * (at_once - len(own))
-        where = [setting for setting in own for _ in range(starts)]
-        weights, scenario = lanes_at(legged, where, np.tile(phase, at_once))
-        return lanes_of(engine.run(weights, scenario, legged.body))._asdict()
-
-    parts = in_parts(
-        count,
-        part,
-        kept=kept,
-        settings={
-            "system": describe(legged), "x": x, "y": y, "phase_rad": phase.tolist(),
-            "timing": timing, "summary": summary,
-        },
-        progress=lambda done: progress(min(done * at_once, len(able)), len(able)),
-    )  # fmt: skip
-    found = _on_cells(parts, made, (len(y.values), len(x.values), starts))
-    gait = _names(found, legged, tolerance, made)
-    refused = np.array([each.refused for each in made]).reshape(gait.shape[:2])
-    return GaitMap(legged, x, y, phase, found, gait, refused)
+    parts = [
+        MapPart(legged, able[i : i + at_once], phase, at_once) for i in range(0, len(able), at_once)
+    ]
+    results = measured_in_turn(parts, folder, "gait map", ".map.npz")
+    found = Coordination(
+        *(np.concatenate([each.arrays[n] for each in results], axis=-1) for n in _CHANNELS)
+    )
+    labels = pd.DataFrame([{**each.at, "refused": each.refused} for each in made])
+    there = np.repeat([each.body is not None for each in made], starts)
+    lanes = coordination_frame(found, legged.names, tolerance).set_index(np.flatnonzero(there))
+    every = labels.loc[labels.index.repeat(starts)].reset_index(drop=True).join(lanes)
+    return GaitMap(legged, x, y, every.fillna({"gait": NO_BODY}))
 
 
-def majority(found: Coordination, gait: np.ndarray) -> Cells:
-    """What most starts of every cell do.
-
-    Args:
-        found: the coordination, [rows, columns, (limbs,) starts].
-        gait: names, [rows, columns, starts].
-
-    Example:
-        >>> nothing = Coordination(*(np.zeros((1, 1, 3)) for _ in Coordination._fields))
-        >>> nothing = nothing._replace(lag=np.zeros((1, 1, 2, 3)))
-        >>> cells = majority(nothing, np.array([[["trot", "pace", "trot"]]]))
-        >>> cells.gait.item(), round(cells.share.item(), 3)
-        ('trot', 0.667)
-    """
-    shape = gait.shape[:2]
-    names = np.empty(shape, object)
-    share, fallen = np.zeros(shape), np.zeros(shape)
-    lag = np.full((*shape, found.lag.shape[2]), np.nan)
-    medians = {
-        name: np.full(shape, np.nan)
-        for name in ("cost_of_transport", "speed_m_per_s", "lock_time_s")
-    }
-    for cell in np.ndindex(*shape):
-        found_names, counts = np.unique(gait[cell], return_counts=True)
-        names[cell] = found_names[counts.argmax()]
-        own = gait[cell] == names[cell]
-        share[cell] = own.mean()
-        fallen[cell] = np.isfinite(found.fall_time_s[cell]).mean()
-        of_cell = found.lag[cell][:, own]
-        if np.isfinite(of_cell).all():
-            lag[cell] = _mean_lag(of_cell)
-        for name, median in medians.items():
-            values = getattr(found, name)[cell][own]
-            if np.isfinite(values).any():
-                median[cell] = np.nanmedian(values)
-    return Cells(gait=names.astype(str), share=share, lag=lag, fallen=fallen, **medians)
-
-
-def _mean_lag(lag: AnyArray) -> np.ndarray:
-    turned = np.exp(2j * np.pi * lag).mean(axis=1)
-    return (np.angle(turned) / (2.0 * np.pi)) % 1.0
-
-
-def _on_cells(parts: list[Columns], made: list[Setting], shape: tuple[int, ...]) -> Coordination:
-    """The parts together on the grid, NaN where there is no body."""
-    rows, columns, starts = shape
-    able = np.array([each.body is not None for each in made])
-
-    def on_grid(name: str) -> np.ndarray:
-        whole = np.concatenate([part[name] for part in parts], axis=-1)[..., : able.sum() * starts]
-        of_cells = np.moveaxis(whole.reshape(*whole.shape[:-1], -1, starts), -2, 0)
-        grid = np.full((len(made), *of_cells.shape[1:]), np.nan)
-        grid[able] = of_cells
-        return grid.reshape(rows, columns, *of_cells.shape[1:])
-
-    return Coordination(**{name: on_grid(name) for name in Coordination._fields})
-
-
-def _names(
-    found: Coordination, legged: Legged, tolerance: float, made: list[Setting]
-) -> np.ndarray:
-    rows, columns, _, starts = found.lag.shape
-    together = (np.moveaxis(np.asarray(x), -1, 2) for x in found)
-    flat = Coordination(*(x.reshape(-1, *x.shape[3:]).T for x in together))
-    names = gait_of(flat, legged.names, tolerance).reshape(rows, columns, starts)
-    able = np.array([each.body is not None for each in made]).reshape(rows, columns)
-    return np.where(able[..., None], names, NO_BODY)
+_CHANNELS = Coordination._fields

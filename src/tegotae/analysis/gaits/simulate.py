@@ -6,9 +6,11 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from tegotae._support.documents import JsonObject, as_json
@@ -54,6 +56,21 @@ def coordination_columns(found: Coordination, legs: Sequence[str]) -> dict[str, 
         else:
             columns[title] = values
     return {name: np.asarray(values) for name, values in columns.items()}
+
+
+def coordination_frame(
+    found: Coordination, legs: Sequence[str], tolerance: float, **labels: Any
+) -> pd.DataFrame:
+    """The gait and the coordination of lanes, a row a lane, behind what tells lanes apart.
+
+    Args:
+        found: arrays [limbs, lanes] and [lanes].
+        legs: the legs' names.
+        tolerance: how far lags may be from a named pattern's [cycles].
+        labels: numbers or texts by name, one or [lanes].
+    """
+    gait = gait_of(found, legs, tolerance)
+    return pd.DataFrame({**labels, "gait": gait, **coordination_columns(found, legs)})
 
 
 def system_document(legged: Legged) -> JsonObject:

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import (
@@ -93,36 +94,6 @@ def fit_return_map(deviation: ArrayLike, *, most: float = LINEAR) -> ReturnMap:
 
 
 @dataclass(frozen=True)
-class StabilityBranch:
-    """One gait along a parameter."""
-
-    gait: str
-    """Its name."""
-    lag: np.ndarray
-    """Its lags when the kicks come [cycles], [values, limbs]; NaN where it is not found."""
-    maps: tuple[ReturnMap, ...]
-    """Return maps at the values; all NaN where the gait is not found."""
-    stays: np.ndarray
-    """Whether the body, unkicked, is still in this gait in the end, [values]."""
-
-    @property
-    def largest(self) -> np.ndarray:
-        """The largest modulus of the multipliers, [values]."""
-        return np.array([each.largest for each in self.maps])
-
-
-@dataclass(frozen=True)
-class Crossing:
-    """Where a gait's largest multiplier crosses one."""
-
-    gait: str
-    at: float
-    """The parameter there, between two values by a straight line."""
-    loses: bool
-    """Whether the gait is unstable beyond it."""
-
-
-@dataclass(frozen=True)
 class GaitStability:
     """Return maps of gaits along a parameter."""
 
@@ -130,44 +101,43 @@ class GaitStability:
     """The system."""
     over: Axis
     """The parameter."""
-    branches: tuple[StabilityBranch, ...]
-    """The gaits."""
-    refused: tuple[str, ...]
-    """Why there is no body at a value; empty if there is one."""
+    frame: pd.DataFrame
+    """A row a gait and value: the `largest` modulus of the multipliers, the share `unexplained`,
+    whether the body, unkicked, `stays` in the gait to the end, why there is no body (`refused`),
+    the lags when the kicks come, NaN where the gait is not found, and the multipliers."""
+    jacobians: dict[str, np.ndarray]
+    """M by the gaits' names, [values, legs, legs]."""
 
     @property
-    def able(self) -> np.ndarray:
-        """At which values there is a body, [values]."""
-        return np.array([not each for each in self.refused])
-
-    @property
-    def crossings(self) -> tuple[Crossing, ...]:
-        """Where multipliers cross one."""
-        return tuple(
-            found
-            for branch in self.branches
-            for found in crossings(self.over.values, branch.largest, branch.gait)
-        )
+    def crossings(self) -> pd.DataFrame:
+        """Where the largest multiplier of a `gait` crosses one: the parameter there, `at`, between
+        two values by a straight line; and whether the gait `loses` its stability beyond it."""
+        of_gaits = self.frame.groupby("gait", sort=False)
+        found = [
+            (gait, *each)
+            for gait, own in of_gaits
+            for each in crossings(own[self.over.name].tolist(), own.largest)
+        ]
+        return pd.DataFrame(found, columns=["gait", "at", "loses"])
 
 
-def crossings(values: Sequence[float], largest: ArrayLike, gait: str = "") -> tuple[Crossing, ...]:
-    """Where the largest multiplier crosses one, between neighbouring values that have one.
+def crossings(values: Sequence[float], largest: ArrayLike) -> list[tuple[float, bool]]:
+    """Where the largest multiplier crosses one, and whether upwards, between neighbours.
 
     Args:
         values: of the parameter, rising.
         largest: the largest modulus at each; NaN where unknown.
-        gait: whose it is.
 
     Example:
-        >>> crossings([1.0, 2.0, 3.0], [0.5, 0.75, 1.25], "trot")
-        (Crossing(gait='trot', at=2.5, loses=True),)
+        >>> crossings([1.0, 2.0, 3.0], [0.5, 0.75, 1.25])
+        [(2.5, True)]
     """
     points = zip(values, np.asarray(largest, float).tolist(), strict=True)
-    return tuple(
-        Crossing(gait, float(v + (w - v) * (1.0 - a) / (b - a)), b > a)
+    return [
+        (v + (w - v) * (1.0 - a) / (b - a), b > a)
         for (v, a), (w, b) in pairwise(points)
         if (a < 1.0) != (b < 1.0) and np.isfinite([a, b]).all()
-    )
+    ]
 
 
 def stability(
@@ -215,7 +185,7 @@ def stability(
         >>> from tegotae.analysis.gaits import system
         >>> near = Axis("inertia_ratio", (0.98, 1.02))
         >>> found = stability(system("bar-light"), near, ["in phase"])
-        >>> [round(each.at, 2) for each in found.crossings]
+        >>> found.crossings["at"].round(2).tolist()
         [1.0]
     """
     limbs = legged.body.limbs
@@ -230,37 +200,34 @@ def stability(
     timing = timing or legged.timing
     timing = dataclasses.replace(timing, frame_s=2.0 * timing.tick_s)
     made = settings(legged, [{over.name: value} for value in over.values])
-    able = [each for each in made if each.body is not None]
-    if not able:
+    if all(each.body is None for each in made):
         raise TegotaeError(f"no value of {over.name} has a body: {made[0].refused}")
-
     kicks = _kicks(limbs, pairs, kick, seed)
-    lags = np.stack([lag for _, lag in released], axis=1)
-    cut = timing.n_frames // 2
-    sections = Sections(cut, skip + cycles + 1, legged.reference)
-    lag, late = _run(legged, able, lags, kicks, cut, sections, timing)
+    sections = Sections(timing.n_frames // 2, skip + cycles + 1, legged.reference)
+    lag, late = _run(legged, made, list(released.values()), kicks, sections, timing)
+    rows, jacobians = [], {}
+    for number, (name, pattern) in enumerate(released.items()):
+        maps = []
+        for i, each in enumerate(made):
+            own, end = lag[:, :, i, number], late[:, i, number, 0]
+            there = _near(own[0, :, 0], pattern, tolerance)
+            own = own if there else np.full_like(own, np.nan)
+            found = _map(own, legged.reference, skip)
+            row = {"gait": name, over.name: over.values[i], "largest": found.largest}
+            row |= {"unexplained": found.residual, "stays": _near(end, pattern, tolerance)}
+            row |= {"refused": each.refused}
+            row |= {f"lag_cycles_{leg}": own[0, k, 0] for k, leg in enumerate(legged.names)}
+            for k, multiplier in enumerate(found.multipliers, 1):
+                row[f"multiplier_{k}_real"] = multiplier.real
+                row[f"multiplier_{k}_imaginary"] = multiplier.imag
+            rows.append(row)
+            maps.append(found.jacobian)
+        jacobians[name] = np.array(maps)
+    return GaitStability(legged, over, pd.DataFrame(rows), jacobians)
 
-    def branch(number: int, name: str, pattern: np.ndarray) -> StabilityBranch:
-        maps, stays, at = [], [], []
-        for each in made:
-            if each.body is None:
-                maps.append(fit_return_map(np.full((2, limbs - 1, 1), np.nan)))
-                stays.append(False)
-                at.append(np.full(limbs, np.nan))
-                continue
-            own = able.index(each)
-            maps.append(_map(lag[:, :, own, number], pattern, legged.reference, skip, tolerance))
-            stays.append(bool(_near(late[:, own, number, :1], pattern, tolerance)[0]))
-            there = _near(lag[0, :, own, number, :1], pattern, tolerance)[0]
-            at.append(np.where(there, lag[0, :, own, number, 0], np.nan))
-        return StabilityBranch(name, np.array(at), tuple(maps), np.array(stays))
 
-    branches = tuple(branch(i, *each) for i, each in enumerate(released))
-    return GaitStability(legged, over, branches, tuple(each.refused for each in made))
-
-
-def _patterns(legged: Legged, gaits: Sequence[str] | None) -> list[tuple[str, np.ndarray]]:
-    """Names and lags of the gaits; of those with a mirror image, one."""
+def _patterns(legged: Legged, gaits: Sequence[str] | None) -> dict[str, np.ndarray]:
+    """Lags of the gaits by name; of those with a mirror image, one."""
     found: dict[str, np.ndarray] = {}
     for pattern in patterns_for(legged.names):
         lag = np.array([pattern.lags[leg] for leg in legged.names])
@@ -268,7 +235,7 @@ def _patterns(legged: Legged, gaits: Sequence[str] | None) -> list[tuple[str, np
     for name in gaits or ():
         if name not in found:
             raise unknown(f"gait of {legged.body.limbs} legs", name, found)
-    return [(name, found[name]) for name in (gaits or found)]
+    return {name: found[name] for name in gaits or found}
 
 
 def _kicks(limbs: int, pairs: int, kick: float, seed: int) -> np.ndarray:
@@ -280,48 +247,47 @@ def _kicks(limbs: int, pairs: int, kick: float, seed: int) -> np.ndarray:
 
 def _run(
     legged: Legged,
-    able: list[Setting],
-    lags: np.ndarray,
+    made: Sequence[Setting],
+    lags: Sequence[np.ndarray],
     kicks: np.ndarray,
-    cut: int,
     sections: Sections,
     timing: Timing,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Lags at the sections after the kicks, and those in the end, [..., values, gaits, kicks]."""
-    limbs, gaits = lags.shape
-    shape = len(able), gaits, kicks.shape[1]
-    where = [each for each in able for _ in range(gaits * kicks.shape[1])]
-    phase = np.broadcast_to(-2.0 * np.pi * lags[:, None, :, None], (limbs, *shape))
+) -> list[np.ndarray]:
+    """Lags at the sections after the kicks, and those in the end, [..., values, gaits, kicks].
+
+    NaN at values without a body.
+    """
+    there = [each.body is not None for each in made]
+    limbs = len(kicks)
+    shape = sum(there), len(lags), kicks.shape[1]
+    where = [each for each in made if each.body is not None for _ in range(np.prod(shape[1:]))]
+    lag = np.stack(lags, axis=1)[:, None, :, None]
+    phase = np.broadcast_to(-2.0 * np.pi * lag, (limbs, *shape)).reshape(limbs, -1)
     kicked = np.broadcast_to(kicks[:, None, None, :], (limbs, *shape)).reshape(limbs, -1)
-    frames = min(_KICK_FRAMES, cut)
-    long_s, end_s = frames * timing.frame_s, cut * timing.frame_s
+    end_s = sections.first * timing.frame_s
+    long_s = min(_KICK_FRAMES * timing.frame_s, end_s)
     omega = np.array([each.at.get(OMEGA, legged.omega) for each in where])
-    faster = omega[None] + 2.0 * np.pi * kicked / long_s
-    weights, scenario = lanes_at(
-        legged,
-        where,
-        phase.reshape(limbs, -1) % (2.0 * np.pi),
-        changes={OMEGA: Step(faster, end_s - long_s, end_s)},
-    )
+    faster = Step(omega[None] + 2.0 * np.pi * kicked / long_s, end_s - long_s, end_s)
+    weights, scenario = lanes_at(legged, where, phase % (2.0 * np.pi), changes={OMEGA: faster})
     engine = legged.engine(sections, timing)
-    found, late = engine.run(weights, scenario, legged.body, dtype="float64")
-    return found.reshape(*found.shape[:2], *shape), late.reshape(limbs, *shape)
+    found = engine.run(weights, scenario, legged.body, dtype="float64")
+
+    def at_all(x: np.ndarray) -> np.ndarray:
+        whole = np.full((*x.shape[:-1], len(made), *shape[1:]), np.nan)
+        whole[..., there, :, :] = x.reshape(*x.shape[:-1], *shape)
+        return whole
+
+    return [at_all(x) for x in found]
 
 
-def _map(
-    lag: np.ndarray, pattern: np.ndarray, reference: int, skip: int, tolerance: float
-) -> ReturnMap:
+def _map(lag: np.ndarray, reference: int, skip: int) -> ReturnMap:
     """The return map of lags [cycles, limbs, kicks], the first unkicked, then pairs."""
     others = [leg for leg in range(lag.shape[1]) if leg != reference]
     pairs = (lag.shape[2] - 1) // 2
     up, down = lag[skip:, others, 1 : 1 + pairs], lag[skip:, others, 1 + pairs :]
-    deviation = 0.5 * ((up - down + 0.5) % 1.0 - 0.5)
-    if not _near(lag[0, :, :1], pattern, tolerance)[0]:
-        deviation = np.full_like(deviation, np.nan)
-    return fit_return_map(deviation)
+    return fit_return_map(0.5 * ((up - down + 0.5) % 1.0 - 0.5))
 
 
-def _near(lag: np.ndarray, pattern: np.ndarray, tolerance: float) -> np.ndarray:
-    """Whether lags [limbs, lanes] are those of a pattern [limbs], or of its neighbourhood."""
-    off = distance(lag, pattern[:, None])
-    return np.nan_to_num(off, nan=np.inf) <= tolerance
+def _near(lag: np.ndarray, pattern: np.ndarray, tolerance: float) -> bool:
+    """Whether lags are those of a pattern, or of its neighbourhood, [limbs] both."""
+    return bool(distance(lag[:, None], pattern[:, None])[0] <= tolerance)

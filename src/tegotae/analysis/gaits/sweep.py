@@ -6,36 +6,26 @@ gaits, and which one it is depends on where the body comes from.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS, MOST_RAD_PER_S
-from tegotae.measures.gaits.lags import (
-    circular_mean,
-    drift,
-    moved_until,
-    rounding,
-)
-from tegotae.measures.gaits.names import (
-    NO_GAIT,
-    TOLERANCE,
-    distance,
-    gait_of,
-)
+from tegotae.analysis.gaits.simulate import coordination_frame
+from tegotae.measures.gaits.lags import circular_mean, drift, moved_until, rounding
+from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, distance
 from tegotae.measures.gaits.summary import (
     LEAST_FRAMES,
     Coordination,
     CoordinationSummary,
     coordination,
 )
-from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
@@ -48,68 +38,42 @@ DETUNING = 1e-4
 that are exactly in phase stay so for ever, stable or not, unless something separates them."""
 MEASURED = 0.5
 """Share of every level, its end, that is measured."""
-
-
-@dataclass(frozen=True)
-class Switch:
-    """A change of gait along a sweep of one start: somewhere between two levels."""
-
-    before: str
-    after: str
-    low: float
-    """The lower of the two frequencies between which it lies [rad/s]."""
-    high: float
-    """The higher one [rad/s]."""
-
-
-@dataclass(frozen=True)
-class Hysteresis:
-    """A change between two gaits that takes place elsewhere on the way up than on the way down."""
-
-    slow: str
-    """The gait at lower frequencies."""
-    fast: str
-    """The gait at higher ones."""
-    up: tuple[float, float]
-    """Between which levels the slow one gives way on the way up: from the lowest at which a start
-    that changes was last seen in it, to the highest at which one was first seen in the other
-    [rad/s]."""
-    down: tuple[float, float]
-    """Between which levels the fast one gives way on the way down [rad/s]."""
-    width: tuple[float, float]
-    """Between what up - down lies [rad/s]."""
-    starts_up: int
-    """How many starts change on the way up."""
-    starts_down: int
-    """How many do on the way down."""
+_LEVEL = "omega_rad_per_s"
 
 
 @dataclass(frozen=True)
 class GaitSweep:
-    """What sweeps up and down have found; levels from the lowest frequency to the highest."""
+    """What sweeps up and down have found."""
 
     legged: Legged
     """The swept system."""
-    omega: np.ndarray
-    """The levels [rad/s], [levels]."""
-    phase_rad: np.ndarray
-    """Phases at release [rad], [limbs, starts]."""
-    found: dict[str, Coordination]
-    """By direction, "up" and "down": arrays [levels, (limbs,) starts]."""
-    gait: dict[str, np.ndarray]
-    """And names, [levels, starts]."""
+    frame: pd.DataFrame
+    """A row a direction, level and start, levels from the lowest frequency on: the gait and the
+    coordination (`coordination_frame`)."""
     tolerance: float = TOLERANCE
     """How far lags may be from a named pattern's, and from those of the other way [cycles]."""
 
     @property
-    def hysteresis(self) -> tuple[Hysteresis, ...]:
+    def omega(self) -> np.ndarray:
+        """The levels [rad/s]."""
+        return np.asarray(self.frame[_LEVEL].unique())
+
+    @property
+    def hysteresis(self) -> pd.DataFrame:
         """The changes of gait, and how far apart they are on the two ways."""
-        return hysteresis(self.omega, self.gait[UP], self.gait[DOWN])
+        return hysteresis(self.frame)
 
     @property
     def bistable(self) -> np.ndarray:
-        """The levels at which the lags on the way up are others than on the way down [rad/s]."""
-        return self.omega[differs(self.found[UP].lag, self.found[DOWN].lag, self.tolerance)]
+        """The levels at which the lags on the way up are others than on the way down [rad/s].
+
+        That is where the circular means over the starts are farther apart than the tolerance,
+        whatever the gaits are called.
+        """
+        lag = self.frame[[f"lag_cycles_{leg}" for leg in self.legged.names]].to_numpy()
+        ways = lag.reshape(2, len(self.omega), -1, lag.shape[1])
+        up, down = (np.asarray(circular_mean(way, axis=1)).T for way in ways)
+        return self.omega[distance(up, down) > self.tolerance]
 
 
 @dataclass(frozen=True)
@@ -194,12 +158,20 @@ def sweep(
     Example:
         >>> from tegotae.analysis.gaits import system
         >>> found = sweep(system("bar-light"), [7.5, 8.0], dwell_s=40.0, starts=2)
-        >>> found.gait["down"].tolist()
-        [['antiphase', 'antiphase'], ['antiphase', 'antiphase']]
+        >>> set(found.frame.gait)
+        {'antiphase'}
     """
-    levels = check_levels(omega)
     if legged.omega is None:
         raise TegotaeError("the controller has no oscillator, and so no frequency to sweep")
+    levels = np.asarray(omega, float)
+    require_count("levels", levels.size, least=2, most=MOST_POINTS)
+    for level in levels:
+        require_finite("a level of omega", level, above=0.0, most=MOST_RAD_PER_S)
+    steps = np.diff(levels)
+    if not (steps > 0.0).all() or np.ptp(steps) > 1e-6 * levels[-1]:
+        raise TegotaeError(
+            f"the levels of omega are {levels.tolist()}; they must rise by equal steps"
+        )
     timing = staircase_timing(legged.timing, len(levels), dwell_s)
     phase = random_phases(legged.body.limbs, starts, seed)
     step = levels[1] - levels[0]
@@ -215,38 +187,22 @@ def sweep(
     )._replace(omega=np.where(up, levels[0], levels[-1]) * (1.0 + np.tile(off, 2)))
     summary = LevelsSummary(len(levels), legged.summary())
     whole = lanes_of(legged.run(summary, scenario, timing))
-    found = {
-        UP: Coordination(*(x[..., :starts] for x in whole)),
-        DOWN: Coordination(*(x[::-1, ..., starts:] for x in whole)),
+    ways = {
+        UP: [x[..., :starts] for x in whole],
+        DOWN: [x[::-1, ..., starts:] for x in whole],
     }
-    gait = {
-        way: np.stack(
-            [
-                gait_of(Coordination(*(x[level] for x in each)), legged.names, tolerance)
-                for level in range(len(levels))
-            ]
+    frames = [
+        coordination_frame(
+            Coordination(*(np.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1) for x in parts)),
+            legged.names,
+            tolerance,
+            direction=way,
+            omega_rad_per_s=np.repeat(levels, starts),
+            start=np.tile(np.arange(starts), len(levels)),
         )
-        for way, each in found.items()
-    }
-    return GaitSweep(legged, levels, phase, found, gait, tolerance)
-
-
-def check_levels(omega: ArrayLike) -> np.ndarray:
-    """The levels of a sweep, if they can be: two at least, rising evenly.
-
-    Raises:
-        TegotaeError: if not.
-    """
-    levels = np.asarray(omega, float)
-    require_count("levels", levels.size, least=2, most=MOST_POINTS)
-    for level in levels:
-        require_finite("a level of omega", level, above=0.0, most=MOST_RAD_PER_S)
-    steps = np.diff(levels)
-    if not (steps > 0.0).all() or np.ptp(steps) > 1e-6 * levels[-1]:
-        raise TegotaeError(
-            f"the levels of omega are {levels.tolist()}; they must rise by equal steps"
-        )
-    return levels
+        for way, parts in ways.items()
+    ]
+    return GaitSweep(legged, pd.concat(frames, ignore_index=True), tolerance)
 
 
 def staircase_timing(own: Timing, levels: int, dwell_s: float) -> Timing:
@@ -265,89 +221,55 @@ def staircase_timing(own: Timing, levels: int, dwell_s: float) -> Timing:
     return Timing(duration_s=levels * frames * own.frame_s, tick_s=own.tick_s, frame_s=own.frame_s)
 
 
-def differs(up: AnyArray, down: AnyArray, tolerance: float = TOLERANCE) -> np.ndarray:
-    """Where the lags on the two ways differ, whatever they are called, [levels].
-
-    That is where the circular means over the starts are farther apart than a tolerance.
-
-    Args:
-        up: lags on the way up, [levels, limbs, starts] [cycles].
-        down: on the way down, levels in the same order.
-        tolerance: as of a name [cycles].
-
-    Example:
-        >>> up, down = np.zeros((2, 2, 3)), np.zeros((2, 2, 3))
-        >>> down[1, 1] = 0.5
-        >>> differs(up, down).tolist()
-        [False, True]
-    """
-    means = [np.moveaxis(np.asarray(circular_mean(lag, axis=2)), 0, -1) for lag in (up, down)]
-    return distance(*means) > tolerance
-
-
-def switches(omega: Sequence[float], gait: Sequence[str]) -> tuple[Switch, ...]:
-    """Where the gait changes along a sweep, in the order in which the levels are given.
-
-    Levels without a named gait, such as those in between, belong to the change.
-
-    Args:
-        omega: the levels, in the order in which they came [rad/s].
-        gait: the name at each.
-
-    Example:
-        >>> switches([1.0, 2.0, 3.0, 4.0], ["walk", "walk", "in between", "trot"])
-        (Switch(before='walk', after='trot', low=2.0, high=4.0),)
-    """
-    there = [(w, name) for w, name in zip(omega, gait, strict=True) if name not in NO_GAIT]
-    return tuple(
-        Switch(a, b, float(min(v, w)), float(max(v, w)))
-        for (v, a), (w, b) in pairwise(there)
-        if a != b
-    )
-
-
-def hysteresis(omega: ArrayLike, up: ArrayLike, down: ArrayLike) -> tuple[Hysteresis, ...]:
+def hysteresis(frame: Any) -> pd.DataFrame:
     """Between which levels gaits change on the way up and on the way down, over all starts.
 
     A pair of gaits is listed if starts change from the one to the other on the way up, and back on
-    the way down. Of a start that changes so several times, the last time counts.
+    the way down. Of a start that changes so several times, the last time counts. Levels without a
+    named gait, such as those in between, belong to the change.
 
     Args:
-        omega: the levels from low to high [rad/s], [levels].
-        up: names on the way up, [levels, starts].
-        down: names on the way down, [levels, starts]; its first row is the lowest level, too.
+        frame: `direction`, `omega_rad_per_s`, `start` and `gait`.
+
+    Returns:
+        A row a pair `slow` and `fast`. The slow gait gives way between `up_low`, the lowest level
+        at which a start that changes was last seen in it, and `up_high`, the highest at which one
+        was first seen in the other; the fast one likewise on the way down; up - down lies between
+        `width_low` and `width_high`. How many starts change is `up_starts` and `down_starts`.
 
     Example:
-        >>> up, down = np.array([["walk", "walk", "trot"], ["walk", "trot", "trot"]])
-        >>> (found,) = hysteresis([1.0, 2.0, 3.0], up[:, None], down[:, None])
-        >>> found.slow, found.fast, found.up, found.down, found.width
-        ('walk', 'trot', (2.0, 3.0), (1.0, 2.0), (0.0, 2.0))
+        >>> up = pd.DataFrame({"omega_rad_per_s": [1.0, 2.0, 3.0], "start": 0, "direction": "up"})
+        >>> frame = pd.concat([up, up.assign(direction="down")])
+        >>> frame["gait"] = ["walk", "walk", "trot", "walk", "trot", "trot"]
+        >>> hysteresis(frame)[["slow", "up_low", "up_high", "width_high"]].values.tolist()
+        [['walk', 2.0, 3.0, 2.0]]
     """
-    levels = np.asarray(omega, float)
-    rising = _last_switches(levels, np.asarray(up))
-    back = _last_switches(levels[::-1], np.asarray(down)[::-1])
-    falling = {(slow, fast): found for (fast, slow), found in back.items()}
-    found = []
-    for pair in rising:
-        if pair not in falling:
-            continue
-        up_at, down_at = _between(rising[pair]), _between(falling[pair])
-        width = (up_at[0] - down_at[1], up_at[1] - down_at[0])
-        starts = len(rising[pair]), len(falling[pair])
-        found.append(Hysteresis(*pair, up_at, down_at, width, *starts))
-    return tuple(found)
+    pairs = [
+        _changes(frame[frame.direction == way], way, ["slow", "fast"][:: 1 if way == UP else -1])
+        for way in (UP, DOWN)
+    ]
+    both = pairs[0].merge(pairs[1], on=["slow", "fast"])
+    return both.assign(
+        width_low=both.up_low - both.down_high, width_high=both.up_high - both.down_low
+    )
 
 
-def _last_switches(levels: np.ndarray, gait: np.ndarray) -> dict[tuple[str, str], list[Switch]]:
-    """How each start changes for the last time between each pair of gaits."""
-    found: dict[tuple[str, str], list[Switch]] = {}
-    for column in gait.T:
-        last = {(s.before, s.after): s for s in switches(levels.tolist(), column.tolist())}
-        for pair, switch in last.items():
-            found.setdefault(pair, []).append(switch)
-    return found
-
-
-def _between(switches: Sequence[Switch]) -> tuple[float, float]:
-    """The levels between which all of them lie [rad/s]."""
-    return min(each.low for each in switches), max(each.high for each in switches)
+def _changes(frame: Any, way: str, names: list[str]) -> pd.DataFrame:
+    """Between which levels starts change for the last time from one gait to another, on one way."""
+    rows = frame[~frame.gait.isin(NO_GAIT)].sort_values(_LEVEL, ascending=way == UP, kind="stable")
+    before = rows.groupby("start")[["gait", _LEVEL]].shift()
+    ends = pd.concat([before[_LEVEL], rows[_LEVEL]], axis=1)
+    changes: Any = pd.DataFrame(
+        {
+            "start": rows.start,
+            names[0]: before.gait,
+            names[1]: rows.gait,
+            "low": ends.min(axis=1),
+            "high": ends.max(axis=1),
+        }
+    )[before.gait.notna() & (before.gait != rows.gait)]
+    last = changes.drop_duplicates(["start", *names], keep="last")
+    return last.groupby(names, as_index=False, sort=False).agg(
+        **{f"{way}_low": ("low", "min"), f"{way}_high": ("high", "max")},
+        **{f"{way}_starts": ("start", "size")},
+    )

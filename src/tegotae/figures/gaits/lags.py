@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -96,7 +97,7 @@ def unwound(lag: np.ndarray) -> np.ndarray:
     return drawn
 
 
-_WAYS = ((UP, "full"), (DOWN, "none"))
+_WAYS: Mapping[str, Any] = {UP: {"fillstyle": "full"}, DOWN: {"fillstyle": "none"}}
 
 
 def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
@@ -109,95 +110,73 @@ def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
         note: the title.
     """
     length, time = sweep.legged.units
-    travels = np.isfinite(sweep.found[UP].speed_m_per_s).any()
+    speed = "√(g l0)" if sweep.legged.dimensionless else f"{length}/{time}"
+    quantities = {"speed_m_per_s": f"speed\n[{speed}]", "cost_of_transport": "cost of\ntransport"}
+    if not np.isfinite(sweep.frame["speed_m_per_s"]).any():
+        quantities = {"cycle_frequency_hz": f"strides [1/{time}]", "power_w": "power [W]"}
     with styled():
         figure = new_figure(COLUMN_IN, 4.6)
-        names, lags, first, second = figure.subplots(
+        names, lags, *others = figure.subplots(
             4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0)
         )
         _names(names, sweep, note)
         _lags(lags, sweep)
-        if travels:
-            _medians(
-                first,
-                sweep,
-                "speed_m_per_s",
-                "speed\n[√(g l0)]" if sweep.legged.dimensionless else f"speed\n[{length}/{time}]",
-            )
-            _medians(second, sweep, "cost_of_transport", "cost of\ntransport")
-        else:
-            _medians(first, sweep, "cycle_frequency_hz", f"strides [1/{time}]")
-            _medians(second, sweep, "power_w", "power [W]")
-        second.set_xlabel(f"frequency ω [rad/{time}]")
+        for axes, (quantity, label) in zip(others, quantities.items(), strict=True):
+            for way, style in ((UP, "-"), (DOWN, "--")):
+                own = sweep.frame[sweep.frame["direction"] == way]
+                middle = own.groupby(_OMEGA)[quantity].median()
+                axes.plot(middle.index, middle, style, color=COLOURS[0], lw=0.7)
+                dots = {"color": COLOURS[0], "ms": 2.6, "mew": 0.6, **_WAYS[way]}
+                axes.plot(own[_OMEGA], own[quantity], "o", **dots)
+            axes.set_ylabel(label)
+        others[-1].set_xlabel(f"frequency ω [rad/{time}]")
     return figure
+
+
+_OMEGA = "omega_rad_per_s"
 
 
 def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
     """A band a direction, of the share that each gait has at each level."""
-    half = 0.5 * (sweep.omega[1] - sweep.omega[0])
-    seen: list[str] = []
-    for row, (way, _) in enumerate(_WAYS):
-        for level, names in zip(sweep.omega, sweep.gait[way], strict=True):
-            bottom = float(row)
-            for name in sorted(set(names.tolist())):
-                share = 0.86 * float(np.mean(names == name))
-                look: Any = {"color": gait_colour(name), "hatch": HATCHES.get(name), "lw": 0}
-                axes.bar(level, share, 2.0 * half, bottom, **look, **THIN)
-                bottom += share
-                seen += [name] if name not in seen else []
+    shares = sweep.frame.groupby(["direction", _OMEGA])["gait"].value_counts(normalize=True)
+    shares = shares.unstack(fill_value=0.0)
+    looks: dict[str, Any] = {
+        name: {"color": gait_colour(name), "hatch": HATCHES.get(name), "lw": 0, **THIN}
+        for name in map(str, shares.columns)
+    }
+    for row, way in enumerate(_WAYS):
+        bottom = np.full(len(sweep.omega), float(row))
+        for name, look in looks.items():
+            height = 0.86 * shares.loc[way, name].to_numpy()
+            axes.bar(sweep.omega, height, sweep.omega[1] - sweep.omega[0], bottom, **look)
+            bottom += height
     axes.set_yticks([0.43, 1.43], ["up ●", "down ○"])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(0.0, 1.9)
-    keys = [Patch(color=gait_colour(n), hatch=HATCHES.get(n), lw=0, label=n, **THIN) for n in seen]
+    keys = [Patch(label=name, **look) for name, look in looks.items()]
     axes.legend(
         handles=keys, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None
     )
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
 
 
 def _lags(axes: Axes, sweep: GaitSweep) -> None:
     names, reference = sweep.legged.names, sweep.legged.reference
-    others = [leg for leg in by_side(names) if leg != reference]
+    others = [names[leg] for leg in by_side(names) if leg != reference]
     for number, leg in enumerate(others):
-        for way, filled in _WAYS:
-            lag = (sweep.found[way].lag[:, leg] + 0.2) % 1.0 - 0.2
-            lag = np.where(sweep.gait[way] == FALLEN, np.nan, lag)
-            at = np.broadcast_to(sweep.omega[:, None], lag.shape)
+        marker, colour = MARKERS[number % len(MARKERS)], COLOURS[number % len(COLOURS)]
+        for way, look in _WAYS.items():
+            frame = sweep.frame[(sweep.frame["direction"] == way) & (sweep.frame["gait"] != FALLEN)]
+            lag = (frame[f"lag_cycles_{leg}"] + 0.2) % 1.0 - 0.2
+            size = 2.4 if way == UP else 3.2
+            name = leg if way == UP else None
             axes.plot(
-                at.ravel(),
-                lag.ravel(),
-                MARKERS[number % len(MARKERS)],
-                color=COLOURS[number % len(COLOURS)],
-                ms=3.2 if filled == "none" else 2.4,
-                mew=0.6,
-                fillstyle=filled,  # type: ignore[arg-type]
-                label=names[leg] if way == UP else None,
+                frame[_OMEGA], lag, marker, color=colour, ms=size, mew=0.6, label=name, **look
             )
     axes.set(ylim=(-0.22, 0.82), yticks=np.linspace(0.0, 0.75, 4))
-    what = f"lag of {names[others[0]]}" if len(others) == 1 else "lag"
+    what = f"lag of {others[0]}" if len(others) == 1 else "lag"
     axes.set_ylabel(f"{what} behind {names[reference]}\n[cycles]")
     if len(others) > 1:
         axes.legend(
             loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(others), handletextpad=0.0
         )
-
-
-def _medians(axes: Axes, sweep: GaitSweep, quantity: str, label: str) -> None:
-    for (way, filled), style in zip(_WAYS, ("-", "--"), strict=True):
-        values = getattr(sweep.found[way], quantity)
-        some = np.isfinite(values).any(axis=1)
-        middle = np.full(len(values), np.nan)
-        middle[some] = np.nanmedian(values[some], axis=1)
-        axes.plot(sweep.omega, middle, style, color=COLOURS[0], lw=0.7)
-        at = np.broadcast_to(sweep.omega[:, None], values.shape)
-        axes.plot(
-            at.ravel(),
-            values.ravel(),
-            "o",
-            color=COLOURS[0],
-            ms=2.6,
-            mew=0.6,
-            fillstyle=filled,  # type: ignore[arg-type]
-        )
-    axes.set_ylabel(label)

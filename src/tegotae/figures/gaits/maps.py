@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -12,8 +14,8 @@ from matplotlib.patches import Patch
 
 from tegotae.analysis.gaits.basin import GaitBasin, GaitShare
 from tegotae.analysis.gaits.lesion import Aftermath
-from tegotae.analysis.gaits.map import NO_BODY, Cells, GaitMap
-from tegotae.analysis.gaits.stability import GaitStability, StabilityBranch
+from tegotae.analysis.gaits.map import NO_BODY, GaitMap
+from tegotae.analysis.gaits.stability import GaitStability
 from tegotae.figures.gaits.style import (
     HATCHES,
     MARKERS,
@@ -50,38 +52,46 @@ def map_figure(found: GaitMap, note: str = "") -> Figure:
         found: the map.
         note: the title.
     """
-    cells = found.cells
+    shape = len(found.y.values), len(found.x.values)
+    cells = {name: x.to_numpy().reshape(shape) for name, x in found.cells.items()}
+    grid = np.array(found.x.values), np.array(found.y.values)
     with styled():
         figure = new_figure(PAGE_IN, 3.1)
-        gaits, lag, cost = figure.subplots(1, 3, sharex=True, sharey=True)
-        _gaits(figure, gaits, found, cells)
+        gaits, *others = figure.subplots(1, 3, sharex=True, sharey=True)
+        _gaits(figure, gaits, grid, cells)
         gaits.set_title(note, loc="left")
-        _lag(figure, lag, found, cells)
-        _quantity(figure, cost, found, cells)
         gaits.set_ylabel(label(found.y, found.legged))
-        for axes in (gaits, lag, cost):
+        for axes, shown in zip(others, (_lag(found, cells), _quantity(found, cells)), strict=True):
+            values, what, scale, bar = shown
+            known = np.ma.masked_invalid(values)
+            mesh = axes.pcolormesh(*grid, known, rasterized=True, **scale)
+            figure.colorbar(mesh, ax=axes, location="top", aspect=30, label=what, **bar)
+        for axes in (gaits, *others):
             axes.set_xlabel(label(found.x, found.legged))
             axes.spines[["top", "right"]].set_visible(True)
             axes.set_facecolor("0.92")
     return figure
 
 
-def _gaits(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
-    colours = np.array([_rgb(name) for name in cells.gait.ravel()]).reshape(*cells.gait.shape, 3)
-    split = (cells.share < 1.0)[..., None]
+Grid = tuple[np.ndarray, np.ndarray]
+Cells = Mapping[Any, np.ndarray]
+"""What is known of every cell, [rows, columns]."""
+
+
+def _gaits(figure: Figure, axes: Axes, grid: Grid, cells: Cells) -> None:
+    gait = cells["gait"]
+    colours = np.array([_rgb(name) for name in gait.ravel()]).reshape(*gait.shape, 3)
+    split = (cells["share"] < 1.0)[..., None]
     shown = np.where(split, colours + _PALE * (1.0 - colours), colours)
-    axes.pcolormesh(*_grid(found), shown, rasterized=True)
+    axes.pcolormesh(*grid, shown, rasterized=True)
     for name, hatch in HATCHES.items():
-        if (cells.gait == name).sum() > 1 and min(cells.gait.shape) > 1:
-            inside = (cells.gait == name).astype(float)
-            area = axes.contourf(*_grid(found), inside, (0.5, 1.5), hatches=[hatch], colors="none")
+        inside = (gait == name).astype(float)
+        if inside.sum() > 1 and min(gait.shape) > 1:
+            area = axes.contourf(*grid, inside, (0.5, 1.5), hatches=[hatch], colors="none")
             area.set(**THIN)
-    names, counts = np.unique(cells.gait, return_counts=True)
-    listed = [
-        str(names[i])
-        for i in np.lexsort((-counts, np.isin(names, (*NO_GAIT, NO_BODY))))
-        if counts[i] >= _COMMON * cells.gait.size
-    ]
+    names, counts = np.unique(gait.astype(str), return_counts=True)
+    order = np.lexsort((-counts, np.isin(names, (*NO_GAIT, NO_BODY))))
+    listed = [str(names[i]) for i in order if counts[i] >= _COMMON * gait.size]
     handles = [
         Patch(facecolor=_rgb(n), edgecolor="0.4", lw=0.4, label=n, hatch=HATCHES.get(n), **THIN)
         for n in listed
@@ -91,38 +101,34 @@ def _gaits(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=4, handlelength=1.2)
 
 
-def _lag(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
+Shown = tuple[np.ndarray, str, dict[str, Any], dict[str, Any]]
+"""Values, what they are, and how they and their colours are drawn."""
+
+
+def _lag(found: GaitMap, cells: Cells) -> Shown:
     names, reference = found.legged.names, found.legged.reference
     order = by_side(names)
-    leg = order[(order.index(reference) + 1) % len(order)]
+    leg = names[order[(order.index(reference) + 1) % len(order)]]
     # Lags of what does not lock, or of starts that only share a name, would say nothing.
-    locked = ~np.isin(cells.gait, (NOT_LOCKED, STANDING, AS_RELEASED))
-    values = np.ma.masked_invalid(np.where(locked, cells.lag[..., leg], np.nan))
-    mesh = axes.pcolormesh(*_grid(found), values, cmap="twilight", vmin=0, vmax=1, rasterized=True)
-    bar = figure.colorbar(mesh, ax=axes, location="top", aspect=30, ticks=np.linspace(0, 1, 5))
-    bar.set_label(f"lag of {names[leg]} behind {names[reference]} [cycles]")
+    unlocked = np.isin(cells["gait"].astype(str), (NOT_LOCKED, STANDING, AS_RELEASED))
+    values = np.where(unlocked, np.nan, cells[f"lag_cycles_{leg}"])
+    what = f"lag of {leg} behind {names[reference]} [cycles]"
+    return (
+        values,
+        what,
+        {"cmap": "twilight", "vmin": 0, "vmax": 1},
+        {"ticks": np.linspace(0, 1, 5)},
+    )
 
 
-def _quantity(figure: Figure, axes: Axes, found: GaitMap, cells: Cells) -> None:
-    travels = np.isfinite(cells.cost_of_transport).any()
-    values = cells.cost_of_transport if travels else cells.lock_time_s
+def _quantity(found: GaitMap, cells: Cells) -> Shown:
+    travels = np.isfinite(cells["cost_of_transport"]).any()
+    values = cells["cost_of_transport" if travels else "lock_time_s"]
     known = values[np.isfinite(values)]
     # A body that hardly moves has any cost: the scale ends where nine tenths of the cells do.
     low, high = np.quantile(known, (0.0, 0.9)) if known.size else (0.0, 1.0)
-    mesh = axes.pcolormesh(
-        *_grid(found),
-        np.ma.masked_invalid(values),
-        cmap=quantities(),
-        vmin=low,
-        vmax=high,
-        rasterized=True,
-    )
     what = "cost of transport" if travels else f"time to lock [{found.legged.units[1]}]"
-    figure.colorbar(mesh, ax=axes, location="top", aspect=30, label=what, extend="max")
-
-
-def _grid(found: GaitMap) -> tuple[np.ndarray, np.ndarray]:
-    return np.array(found.x.values), np.array(found.y.values)
+    return values, what, {"cmap": quantities(), "vmin": low, "vmax": high}, {"extend": "max"}
 
 
 def _rgb(name: str) -> tuple[float, float, float]:
@@ -134,7 +140,7 @@ _SHADES = ("0.3", "0.55", "0.75")
 """Their greys: colours, and black, are those of gaits."""
 
 
-def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
+def front_figure(table: Mapping[str, Any] | pd.DataFrame, note: str = "") -> Figure:
     """Cost of transport over speed, each family's.
 
     Solid lines are of legs with feedback, dashed ones of legs that are forced into a gait. A speed
@@ -144,7 +150,9 @@ def front_figure(table: Mapping[str, np.ndarray], note: str = "") -> Figure:
         table: fronts of a system (`tegotae.measures.fronts.COLUMNS`).
         note: the title.
     """
-    family, speed, cost = table["family"], table["speed"], table["cost_of_transport"]
+    family, speed, cost = (
+        np.asarray(table[name]) for name in ("family", "speed", "cost_of_transport")
+    )
     names = list(dict.fromkeys(family.tolist()))
     with styled():
         figure = new_figure(COLUMN_IN * 1.2, 2.6 + 0.09 * len(names))
@@ -264,56 +272,39 @@ def stability_figure(found: GaitStability, note: str = "") -> Figure:
         note: the title.
     """
     with styled():
-        rows = 0.12 * len(found.branches)
+        rows = 0.12 * len(found.jacobians)
         figure = new_figure(COLUMN_IN, 3.4 + rows)
         moduli, stays, residual = figure.subplots(
             3, 1, sharex=True, height_ratios=(2.4, 0.9 * rows, 1.0)
         )
-        values = np.array(found.over.values)
-        _stays(stays, values, found)
         moduli.axhline(1.0, color="0.6", lw=0.6, zorder=0)
-        for branch in found.branches:
-            if np.isfinite(branch.largest).any():
-                _moduli(moduli, values, branch)
-                shown = [each.residual for each in branch.maps]
-                _line(residual, values, shown, branch.gait)
-        for each in found.crossings:
-            moduli.plot(each.at, 1.0, "x", color="k", ms=5, mew=0.8, zorder=3)
+        frame: Any = found.frame
+        for row, (gait, own) in enumerate(frame.groupby("gait", sort=False)):
+            values = own[found.over.name]
+            look: Any = {"color": gait_colour(str(gait)), "marker": gait_marker(str(gait))}
+            there = values[own["stays"]]
+            alike = {"color": look["color"], "ms": 3, "clip_on": False}
+            stays.plot(there, np.full(len(there), row), "s", **alike)
+            if own["largest"].notna().any():
+                line: Any = {**look, "ms": 3, "lw": 0.8, "label": gait}
+                moduli.plot(values, own["largest"], **line)
+                residual.plot(values, own["unexplained"], **line)
+                for k in range(2, len(found.legged.names)):
+                    parts = (own[f"multiplier_{k}_{part}"] for part in ("real", "imaginary"))
+                    smaller: Any = {**look, "ls": "", "ms": 2.6, "mew": 0.5, "fillstyle": "none"}
+                    moduli.plot(values, np.hypot(*parts), **smaller)
+        moduli.plot(found.crossings["at"], np.ones(len(found.crossings)), "x", color="k", ms=5,
+                    mew=0.8, zorder=3)  # fmt: skip
         moduli.set_ylabel("|multipliers| per cycle")
         moduli.set_ylim(bottom=0.0)
         moduli.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None)
+        stays.set(ylim=(len(found.jacobians) - 0.4, -0.6), yticks=[])
+        stays.set_ylabel("stays", rotation=0, ha="right", va="center")
+        stays.tick_params(axis="x", length=0)
         residual.set(ylim=(0.0, 1.0), ylabel="unexplained")
         residual.set_xlabel(label(found.over, found.legged))
-        residual.set_xlim(values[0], values[-1])
+        residual.set_xlim(found.over.values[0], found.over.values[-1])
     return figure
-
-
-def _moduli(axes: Axes, values: np.ndarray, branch: StabilityBranch) -> None:
-    colour, marker = gait_colour(branch.gait), gait_marker(branch.gait)
-    _line(axes, values, branch.largest, branch.gait)
-    for each in np.abs([m.multipliers for m in branch.maps]).T[1:]:
-        axes.plot(values, each, marker, color=colour, ms=2.6, mew=0.5, fillstyle="none")
-
-
-def _stays(axes: Axes, values: np.ndarray, found: GaitStability) -> None:
-    for row, branch in enumerate(found.branches):
-        there = values[branch.stays]
-        axes.plot(
-            there,
-            np.full(there.size, row),
-            "s",
-            color=gait_colour(branch.gait),
-            ms=3,
-            clip_on=False,
-        )
-    axes.set(ylim=(len(found.branches) - 0.4, -0.6), yticks=[])
-    axes.set_ylabel("stays", rotation=0, ha="right", va="center")
-    axes.tick_params(axis="x", length=0)
-
-
-def _line(axes: Axes, values: np.ndarray, shown: object, gait: str) -> None:
-    colour, marker = gait_colour(gait), gait_marker(gait)
-    axes.plot(values, np.asarray(shown), marker + "-", color=colour, ms=3, lw=0.8, label=gait)
 
 
 def lesion_figure(found: Aftermath, note: str = "") -> Figure:
@@ -334,38 +325,39 @@ def lesion_figure(found: Aftermath, note: str = "") -> Figure:
 
 def _shares_lesion(axes: Axes, found: Aftermath) -> None:
     time = found.legged.units[1]
-    end = found.timing.duration_s - found.lesion.at_s
-    stood = found.stood
-    fell = np.where(stood, found.after.fall_time_s, np.nan)[stood]
-    locked = found.after.lock_time_s[stood]
-    at = np.linspace(0.0, end, 400)
-    if stood.any():
-        standing = 1.0 - (fell[None] <= at[:, None]).mean(axis=1)
-        again = (locked[None] <= at[:, None]).mean(axis=1)
+    end = found.legged.timing.duration_s - found.lesion.at_s
+    frame: Any = found.frame
+    stood = frame[frame["stood_before"]]
+    at = np.linspace(0.0, end, 400)[:, None]
+    if len(stood):
+        standing = 1.0 - (stood["after_fall_time_s"].to_numpy() <= at).mean(axis=1)
+        again = (stood["after_lock_time_s"].to_numpy() <= at).mean(axis=1)
         axes.plot(at, standing, color=COLOURS[0], label="standing")
         axes.plot(at, again, "--", color=COLOURS[1], label="locked for good")
-        _, low, high = found.share
+        share, low, high = found.share
         axes.errorbar(
-            end, found.share[0], [[found.share[0] - low], [high - found.share[0]]],
+            end, share, [[share - low], [high - share]],
             color=COLOURS[0], capsize=2, lw=0.8, clip_on=False,
         )  # fmt: skip
     axes.set(xlim=(0.0, end), ylim=(-0.02, 1.04))
     axes.set_xlabel(f"time since {literal(found.lesion.label)} [{time}]")
-    axes.set_ylabel(f"share of {int(stood.sum())} starts that stood")
+    axes.set_ylabel(f"share of {len(stood)} starts that stood")
     axes.legend(loc="center right")
 
 
 def _lags(axes: Axes, found: Aftermath) -> None:
-    names, reference = found.legged.names, found.reference
+    names, reference, frame = found.legged.names, found.reference, found.frame
     order = [leg for leg in by_side(names) if leg != reference]
     for row, leg in enumerate(order):
-        colour, marker = COLOURS[row % len(COLOURS)], MARKERS[row % len(MARKERS)]
-        before = found.before.lag[leg][found.stood] % 1.0
-        axes.plot(before, np.full(before.size, row - 0.14), marker, color=colour, ms=3.4,
-                  mew=0.6, fillstyle="none")  # fmt: skip
+        marker: Any = {
+            "marker": MARKERS[row % len(MARKERS)], "color": COLOURS[row % len(COLOURS)], "ls": ""
+        }  # fmt: skip
+        before = frame.loc[frame["stood_before"], f"before_lag_cycles_{names[leg]}"] % 1.0
+        low, high = (np.full(len(frame), row + off) for off in (-0.14, 0.14))
+        axes.plot(before, low[: len(before)], ms=3.4, mew=0.6, fillstyle="none", **marker)
         if leg in found.left:
-            after = found.after.lag[found.left.index(leg)][found.stays] % 1.0
-            axes.plot(after, np.full(after.size, row + 0.14), marker, color=colour, ms=3.0)
+            after = frame.loc[frame["stays_up"], f"after_lag_cycles_{names[leg]}"] % 1.0
+            axes.plot(after, high[: len(after)], ms=3.0, **marker)
     axes.set_yticks(range(len(order)), [names[leg] for leg in order])
     axes.set(xlim=(-0.02, 1.02), ylim=(len(order) - 0.5, -0.5), xticks=np.linspace(0, 1, 5))
     axes.set_xlabel(f"lag behind {names[reference]} [cycles]: open before, filled after")

@@ -93,12 +93,11 @@ def label(axis: Axis, legged: Legged) -> str:
     return literal(f"{words} [{unit}]" if unit else words)
 
 
-def setting(assigned: str) -> str:
-    """A field and its value, as on the command line, as it is written in a title.
+def in_words(field: str) -> str:
+    """A field of a body, as it is written in a title.
 
     Example:
-        >>> setting("inertia_ratio=0.35"), setting("my_field=1")
-        ('inertia ratio 0.35', 'my_field 1')
+        >>> in_words("inertia_ratio"), in_words("my_field")
+        ('inertia ratio', 'my_field')
     """
-    name, _, value = assigned.partition("=")
-    return f"{_FIELDS.get(name, (name, ''))[0]} {value}"
+    return _FIELDS.get(field, (field, ""))[0]
