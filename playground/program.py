@@ -19,13 +19,7 @@ from tegotae.parts._shapes import ArrayTree, Weights
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import changed
-from tegotae.simulation.integrators import (
-    PredictorCorrector,
-    drive,
-    largest_force,
-    push,
-    to_limbs,
-)
+from tegotae.simulation.integrators import PredictorCorrector, TickSetting
 from tegotae.simulation.loop import (
     ClosedLoop,
     Lane,
@@ -220,10 +214,8 @@ class Program:
         angle = jnp.broadcast_to(phase, (*controller.limb_shape, 1))
         rhythm = () if controller.oscillator is None else controller.oscillator.start(angle)
         ground = jnp.zeros((1,), jnp.float32)
-        control = drive(controller, body, weights, scenario.omega, state, rhythm, ground)
-        most = largest_force(body)
-        pushed = push(controller, most, control.command, angle, angle, scenario.omega)
-        mean = to_limbs(controller, pushed).mean_n
+        setting = TickSetting(controller, body, weights, scenario.omega, ground, given["tick_s"])
+        mean = setting.push(setting.drive(state, rhythm).command, angle, angle).mean_n
         return mean if self.limbs == 1 else mean[0]
 
 

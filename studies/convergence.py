@@ -40,11 +40,9 @@ from tegotae.simulation.integrators import (
     Integrator,
     Moment,
     PredictorCorrector,
-    drive,
     held,
     moved,
     phase_of,
-    push,
 )
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -71,24 +69,25 @@ TOP_MM = 1000.0
 class Heun(Integrator):
     """Heun's method in PECE form, as a textbook has it: two controller evaluations per tick."""
 
-    def tick(self, controller, body, weights, omega, moment, ground_m, tick_s):
+    def tick(self, setting, moment):
         """One tick; see `Integrator.tick`."""
+        controller, body, *_, ground_m, tick_s = setting
         now = moment.drive
         phase = phase_of(controller, moment.oscillator, now.feedback)
         guess = held(moment.oscillator, now.rate, tick_s)
         phase_guess = phase_of(controller, guess, now.feedback)
-        force = push(controller, body.max_force_n, now.command, phase, phase_guess, omega)
+        force = setting.push(now.command, phase, phase_guess)
         body_guess, _ = body.advance(moment.body, force, ground_m, tick_s)
-        then = drive(controller, body, weights, omega, body_guess, guess, ground_m)
+        then = setting.drive(body_guess, guess)
 
         oscillator = moved(
             moment.oscillator, lambda a, b: 0.5 * tick_s * (a + b), now.rate, then.rate
         )
         phase_end = phase_of(controller, oscillator, now.feedback)
         mean_force = 0.5 * (now.command + then.command)
-        force = push(controller, body.max_force_n, mean_force, phase, phase_end, omega)
+        force = setting.push(mean_force, phase, phase_end)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
-        end = drive(controller, body, weights, omega, state, oscillator, ground_m)
+        end = setting.drive(state, oscillator)
         return Moment(state, oscillator, end, now), contact, force
 
 

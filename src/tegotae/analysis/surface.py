@@ -13,7 +13,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.maps import lanes
 from tegotae.analysis.orbit import require_hopper
 from tegotae.parts.maths import TWO_PI
-from tegotae.simulation.integrators import drive, push, signals
+from tegotae.simulation.integrators import TickSetting, signals
 from tegotae.simulation.rollout import Scenario
 from tegotae.systems.controller_file import SavedController
 
@@ -102,8 +102,9 @@ def actuation_surface(
         own = driven.weights if isinstance(driven, SavedController) else driven.weights(seen)
         weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in own]
         turning = jnp.full(column.shape, float(Scenario.of(driven.omega).omega))
-        control = drive(controller, body, weights, turning, state, oscillator, ground)
-        answer = push(controller, body.max_force_n, control.command, angle, angle, turning)
+        setting = TickSetting(controller, body, weights, turning, ground, jnp.zeros(()))
+        control = setting.drive(state, oscillator)
+        answer = setting.push(control.command, angle, angle)
 
     def as_map(x) -> np.ndarray:
         return np.asarray(x).reshape(len(forces), columns)

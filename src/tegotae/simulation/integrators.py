@@ -15,7 +15,7 @@ from tegotae.parts.bodies import Body, Contact, Push, for_limbs
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Signals
 
-__all__ = ["Drive", "Hold", "Integrator", "Moment", "PredictorCorrector", "sample"]
+__all__ = ["Drive", "Hold", "Integrator", "Moment", "PredictorCorrector", "TickSetting", "sample"]
 
 
 class Drive(NamedTuple):
@@ -43,30 +43,46 @@ class Moment(NamedTuple):
     """The one a tick before; the same at the release."""
 
 
+class TickSetting(NamedTuple):
+    """What holds during a control tick: controller and body, and what they meet."""
+
+    controller: Controller
+    """What decides."""
+    body: Body
+    """What moves."""
+    weights: Weights
+    """Spread over the limbs (`Controller.spread`), n_weights arrays."""
+    omega: PerLimb
+    """ω [rad/s], spread alike, [(limbs,) lanes]."""
+    ground_m: PerLane
+    """Height of the ground [m], [lanes]."""
+    tick_s: Scalar
+    """Control period [s]."""
+
+    def drive(self, body_state: StateTree, oscillator: StateTree) -> Drive:
+        """The output of the controller on a body in this state."""
+        controller, body, weights, omega, ground_m, _ = self
+        sensed = signals(controller, body, body_state, oscillator, ground_m)
+        most, rate_scale = largest_force(body), body.rate_scale
+        return decide(controller, weights, omega, sensed, oscillator, most, rate_scale=rate_scale)
+
+    def push(self, command: PerCommand, phase_start: PerLimb, phase_end: PerLimb) -> Push:
+        """The units' pushes along a phase path, in the order of the body's limbs."""
+        controller, most = self.controller, largest_force(self.body)
+        of_units = push(controller, most, command, phase_start, phase_end, self.omega)
+        return to_limbs(controller, of_units)
+
+
 class Integrator(ABC):
     """Advances controller and body by one control tick; a frozen dataclass, elementwise."""
 
     @abstractmethod
-    def tick(
-        self,
-        controller: Controller,
-        body: Body,
-        weights: Weights,
-        omega: PerLimb,
-        moment: Moment,
-        ground_m: PerLane,
-        tick_s: Scalar,
-    ) -> tuple[Moment, Contact, Push]:
+    def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
         """The moment one tick on, what the body did, and the actuators' push on it.
 
         Args:
-            controller: what decides.
-            body: what moves.
-            weights: spread over the limbs (`Controller.spread`), n_weights arrays.
-            omega: ω [rad/s], spread alike, [(limbs,) lanes].
+            setting: what holds during the tick.
             moment: where the rollout is.
-            ground_m: height of the ground [m], [lanes].
-            tick_s: control period [s].
 
         Returns:
             The next moment, the body's `Contact`, and the `Push` of the units on its limbs.
@@ -87,22 +103,13 @@ class Hold(Integrator):
     Reference: K. J. Åström, B. Wittenmark, Computer-Controlled Systems (1997), on zero-order hold.
     """
 
-    def tick(
-        self,
-        controller: Controller,
-        body: Body,
-        weights: Weights,
-        omega: PerLimb,
-        moment: Moment,
-        ground_m: PerLane,
-        tick_s: Scalar,
-    ) -> tuple[Moment, Contact, Push]:
+    def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
         """One tick; see `Integrator.tick`."""
-        now = drive(controller, body, weights, omega, moment.body, moment.oscillator, ground_m)
+        controller, body, *_, ground_m, tick_s = setting
+        now = setting.drive(moment.body, moment.oscillator)
         oscillator = held(moment.oscillator, now.rate, tick_s)
         phase = phase_of(controller, moment.oscillator, now.feedback)
-        force = push(controller, largest_force(body), now.command, phase, phase, omega)
-        force = to_limbs(controller, force)
+        force = setting.push(now.command, phase, phase)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         return Moment(state, oscillator, now, moment.drive), contact, force
 
@@ -125,18 +132,11 @@ class PredictorCorrector(Integrator):
     section III.1.
     """
 
-    def tick(
-        self,
-        controller: Controller,
-        body: Body,
-        weights: Weights,
-        omega: PerLimb,
-        moment: Moment,
-        ground_m: PerLane,
-        tick_s: Scalar,
-    ) -> tuple[Moment, Contact, Push]:
+    def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
         """One tick; see `Integrator.tick`."""
+        controller, body, *_, ground_m, tick_s = setting
         now, earlier = moment.drive, moment.earlier
+        forces = controller.actuation.commands_force
         phase = phase_of(controller, moment.oscillator, now.feedback)
 
         def adams_bashforth(rate: jax.Array, rate_earlier: jax.Array) -> jax.Array:
@@ -144,13 +144,12 @@ class PredictorCorrector(Integrator):
 
         guess = moved(moment.oscillator, adams_bashforth, now.rate, earlier.rate)
         phase_guess = phase_of(controller, guess, now.feedback)
-        command = _predicted(controller, earlier, now)
-        force = push(controller, largest_force(body), command, phase, phase_guess, omega)
-        body_guess, *stance = body.predict(
-            moment.body, to_limbs(controller, force).mean_n, ground_m, tick_s
-        )
+        # Over a tick a force on average, or at its end a place of the foot.
+        command = now.command if forces else 2.0 * now.command - earlier.command
+        force = setting.push(command, phase, phase_guess)
+        body_guess, *stance = body.predict(moment.body, force.mean_n, ground_m, tick_s)
         stance_from, stance_to = (to_units(controller, share) for share in stance)
-        then = drive(controller, body, weights, omega, body_guess, guess, ground_m)
+        then = setting.drive(body_guess, guess)
 
         oscillator = moved(
             moment.oscillator,
@@ -159,35 +158,14 @@ class PredictorCorrector(Integrator):
             now.rate,
             then.rate,
         )
-        phase_travel = phase_of(controller, oscillator, now.feedback) - phase
-        force = push(
-            controller,
-            largest_force(body),
-            _corrected(controller, largest_force(body), earlier, now, then),
-            phase + stance_from * phase_travel,
-            phase + stance_to * phase_travel,
-            omega,
-        )
-        force = to_limbs(controller, force)
+        travel = phase_of(controller, oscillator, now.feedback) - phase
+        command = then.command
+        if forces:
+            mean = _adams_moulton(earlier.command, now.command, then.command)
+            command = jnp.clip(mean, 0.0, largest_force(body))
+        force = setting.push(command, phase + stance_from * travel, phase + stance_to * travel)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         return Moment(state, oscillator, then, now), contact, force
-
-
-def _predicted(controller: Controller, earlier: Drive, now: Drive) -> PerCommand:
-    """The command over a tick from the commands before it."""
-    if controller.actuation.commands_force:
-        return now.command
-    return 2.0 * now.command - earlier.command
-
-
-def _corrected(
-    controller: Controller, max_force_n: Number, earlier: Drive, now: Drive, then: Drive
-) -> PerCommand:
-    """The command over a tick: a force on average, a place of the foot at the tick's end."""
-    if not controller.actuation.commands_force:
-        return then.command
-    mean = _adams_moulton(earlier.command, now.command, then.command)
-    return jnp.clip(mean, 0.0, max_force_n)
 
 
 def _adams_moulton(earlier: jax.Array, now: jax.Array, then: jax.Array) -> jax.Array:
@@ -244,27 +222,6 @@ def decide(
     everything = signals.adding(scale=rate_scale, feedback=feedback)
     command = controller.command(weights, everything, max_force_n)
     return Drive(feedback, command, controller.rate(weights, oscillator, omega, feedback, signals))
-
-
-def drive(
-    controller: Controller,
-    body: Body,
-    weights: Weights,
-    omega: PerLimb,
-    body_state: StateTree,
-    oscillator: StateTree,
-    ground_m: PerLane,
-) -> Drive:
-    """The output of the controller on a body in this state."""
-    return decide(
-        controller,
-        weights,
-        omega,
-        signals(controller, body, body_state, oscillator, ground_m),
-        oscillator,
-        largest_force(body),
-        rate_scale=body.rate_scale,
-    )
 
 
 def largest_force(body: Body) -> Number:

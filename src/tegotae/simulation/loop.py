@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Index, MaskPerLane, PerLane, PerLimb, Scalar, Weights
 from tegotae.parts.bodies import Body, Contact, Interface
 from tegotae.parts.controller import Controller
-from tegotae.simulation.integrators import Integrator, Moment, drive, phase_of, settled
+from tegotae.simulation.integrators import Integrator, Moment, TickSetting, phase_of, settled
 from tegotae.simulation.world import Scenario, apply_changes, ground_m
 
 
@@ -104,9 +104,9 @@ class ClosedLoop:
             else controller.oscillator.start(scenario.phase_rad, **dict(scenario.oscillator_state))
         )
         ground = ground_m(scenario, jnp.asarray(0), tick_s)
-        control = drive(controller, body, weights, omega, state, oscillator, ground)
-        state = body.commanded(state, control.command)
-        control = drive(controller, body, weights, omega, state, oscillator, ground)
+        setting = TickSetting(controller, body, weights, omega, ground, tick_s)
+        state = body.commanded(state, setting.drive(state, oscillator).command)
+        control = setting.drive(state, oscillator)
         failed = ~jnp.isfinite(
             scenario.height_m
             + scenario.velocity_m_per_s
@@ -140,9 +140,8 @@ class ClosedLoop:
         controller = self.controller
         ground = ground_m(scenario, index, tick_s)
         body, omega = self.meets(body, scenario, index, tick_s)
-        moment, contact, push = self.integrator.tick(
-            controller, body, weights, omega, lane.moment, ground, tick_s
-        )
+        setting = TickSetting(controller, body, weights, omega, ground, tick_s)
+        moment, contact, push = self.integrator.tick(setting, lane.moment)
         phase = phase_of(controller, lane.moment.oscillator, lane.force_n)
         travel = phase_of(controller, moment.oscillator, lane.force_n) - phase
         moment = moment._replace(oscillator=settled(controller, moment.oscillator))
