@@ -27,7 +27,7 @@ from tegotae import find
 from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.pilot import Pilot
-from tegotae.envs.wiring_file import load_wiring
+from tegotae.envs.wiring import load_wiring
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
 from tegotae.training.environments.experiment import EnvExperiment

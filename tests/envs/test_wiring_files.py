@@ -23,7 +23,7 @@ from tegotae.envs import (  # noqa: E402
     model_scales,
     save_wiring,
 )
-from tegotae.envs.scaling import contact_entries, remarks  # noqa: E402
+from tegotae.envs.wires import contact_entries, remarks  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
 from tegotae.systems.resolve import resolve  # noqa: E402

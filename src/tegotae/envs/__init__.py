@@ -14,16 +14,14 @@ from typing import TYPE_CHECKING
 
 from tegotae._support.errors import require, unknown
 
-require("gymnasium", "gym")
+gymnasium = require("gymnasium", "gym")
 
-from tegotae.envs.checking import check_wiring  # noqa: E402
 from tegotae.envs.contact import (  # noqa: E402
     MujocoContactForce,
     action_names,
     observation_names,
 )
-from tegotae.envs.registration import register_all  # noqa: E402
-from tegotae.envs.scaling import WiringWarning, model_scales  # noqa: E402
+from tegotae.envs.scaling import model_scales  # noqa: E402
 from tegotae.envs.settings import (  # noqa: E402
     ENVIRONMENTS,
     HopperSettings,
@@ -33,14 +31,20 @@ from tegotae.envs.settings import (  # noqa: E402
 )
 from tegotae.envs.single import HopperEnv, TegotaeHopperEnv  # noqa: E402
 from tegotae.envs.vector import HopperVectorEnv, TegotaeHopperVectorEnv  # noqa: E402
-from tegotae.envs.wiring import Limb, Wiring  # noqa: E402
-from tegotae.envs.wiring_file import load_wiring, save_wiring  # noqa: E402
+from tegotae.envs.wires import WiringWarning, check_wiring  # noqa: E402
+from tegotae.envs.wiring import Limb, Wiring, load_wiring, save_wiring  # noqa: E402
 from tegotae.envs.wrapper import TegotaeWrapper  # noqa: E402
 
 if TYPE_CHECKING:
     from tegotae.envs.sb3 import HopperVecEnv
 
-register_all()
+for _name in ENVIRONMENTS.keys() - gymnasium.registry.keys():
+    _kind = _name.removeprefix("tegotae/").removesuffix("-v0")
+    gymnasium.register(
+        id=_name,
+        entry_point=f"tegotae.envs.single:{_kind}Env",
+        vector_entry_point=f"tegotae.envs.vector:{_kind}VectorEnv",
+    )
 
 __all__ = [
     "ENVIRONMENTS",

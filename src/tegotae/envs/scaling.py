@@ -1,9 +1,9 @@
-"""What signals are measured against, from a MuJoCo model; and what a wiring leaves to chance."""
+"""What signals are measured against: scales of a MuJoCo model, or of a body of this package."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from types import ModuleType
 
 import jax.numpy as jnp
@@ -11,13 +11,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require, unknown
 from tegotae.envs._types import AnyEnv, MjData, MjModel
-from tegotae.envs.wiring import Wiring
 from tegotae.parts.bodies import Body, Interface
-from tegotae.parts.terms import Network
-
-
-class WiringWarning(UserWarning):
-    """Something that a wiring leaves to a default, or wires to a stand-in."""
 
 
 def model_scales(
@@ -95,50 +89,6 @@ def body_scales(body: Body | Interface) -> dict[str, float]:
     found = {**body.sense(state, ground_m).scales, "feedback": body.rate_scale}
     values = {name: np.unique(np.asarray(scale)) for name, scale in found.items()}
     return {name: float(scale[0]) for name, scale in values.items() if scale.size == 1}
-
-
-def contact_entries(env: AnyEnv) -> tuple[str, ...]:
-    """The observation entries that are contact forces, which an environment may name.
-
-    MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
-    """
-    if not env.has_wrapper_attr("contact_names"):
-        return ()
-    return tuple(env.get_wrapper_attr("contact_names"))
-
-
-def remarks(wiring: Wiring, contacts: Collection[str] = ()) -> list[str]:
-    """What should be known of a wiring that could be used as it is: one plain sentence each.
-
-    Args:
-        wiring: the wiring.
-        contacts: names of the observation entries that are contact forces (`contact_entries`).
-
-    Example:
-        >>> from tegotae.envs import Limb
-        >>> limb = Limb(senses={"spring_force": "foot_force"}, drives="knee")
-        >>> for remark in remarks(Wiring(limbs=[limb]), ["foot_force"]):
-        ...     print(remark)
-        'foot_force' stands in for F_k: it is the whole contact force, with damper, actuator and \
-impacts, where the paper's law feels the spring alone
-    """
-    found = []
-    felt = sorted({limb.senses.get("spring_force", "") for limb in wiring.limbs} & {*contacts})
-    if felt:
-        named = ", ".join(map(repr, felt[:4]))
-        found.append(
-            f"{named} stand{'s' if len(felt) == 1 else ''} in for F_k: it is the whole contact "
-            "force, with damper, actuator and impacts, where the paper's law feels the spring alone"
-        )
-    networks = [t for t in wiring.controller.terms.values() if isinstance(t, Network)]
-    seen = {name for term in networks for name in term.reads} - {"sin_phase", "cos_phase"}
-    if unscaled := sorted(seen - set(wiring.scales)):
-        found.append(
-            f"no scale is given for {', '.join(unscaled)}: networks see "
-            f"{'it' if len(unscaled) == 1 else 'them'} over 1, whatever the body's size; "
-            "give scales=, or take a MuJoCo model's with with_scales(env)"
-        )
-    return found
 
 
 def _length(mujoco: ModuleType, model: MjModel, feet: Sequence[str] | None) -> float:

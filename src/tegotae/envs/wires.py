@@ -1,9 +1,10 @@
-"""A wiring looked up in an environment: names become places in arrays, or faults are reported."""
+"""A wiring looked up in an environment: names become places in arrays, or faults are reported;
+and whether what is wired there looks as it should."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,23 +12,14 @@ from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae.envs._types import AnyEnv
-from tegotae.envs.contact import action_names, observation_names
-from tegotae.envs.wiring import Limb, Wiring, misnamed_scales
+from tegotae.envs.contact import action_names, flat, observation_names, with_contact
+from tegotae.envs.wiring import Limb, Wiring, misnamed_scales, read_by
 from tegotae.parts.controller import Controller
-
-_OWN = {"sin_phase", "cos_phase", "feedback"}
-"""Signals that an environment need not provide."""
+from tegotae.parts.terms import Network
 
 
-def read_by(controller: Controller) -> list[str]:
-    """Signals that a controller's terms read, and that an environment must provide.
-
-    Example:
-        >>> from tegotae.systems.models import build
-        >>> read_by(build("AR-rFv-reflex-w8"))
-        ['spring_force', 'velocity']
-    """
-    return sorted({name for term in controller.terms.values() for name in term.reads} - _OWN)
+class WiringWarning(UserWarning):
+    """Something that a wiring leaves to a default, or wires to a stand-in."""
 
 
 @dataclass(frozen=True)
@@ -273,3 +265,121 @@ def _try(problems: list[str], name: str, value: float, above: float | None = Non
         require_finite(name, value, above=above)
     except TegotaeError as error:
         problems.append(str(error))
+
+
+def check_wiring(env: AnyEnv, wiring: Wiring, *, steps: int = 200, seed: int = 0) -> list[str]:
+    """The problems of a wiring on this environment: one plain sentence each.
+
+    First the names, shapes and numbers are looked up; if all are there, the environment is run for
+    some steps of random actions, to see whether what is wired as the contact force looks like one:
+    finite, never negative, zero in flight and not always zero. A wiring without weights is one that
+    is yet to be trained, and nothing is missing for that.
+
+    Args:
+        env: any Gymnasium environment.
+        wiring: the wiring.
+        steps: how many steps to run it for; 0 to look only.
+        seed: seed of the run.
+
+    Returns:
+        The problems; an empty list if there are none.
+
+    Example:
+        >>> import gymnasium
+        >>> from tegotae.envs import Limb
+        >>> limb = Limb(senses={"spring_force": "touch"}, drives="action[0]")
+        >>> env = gymnasium.make("Pendulum-v1")
+        >>> check_wiring(env, Wiring(limbs=[limb], weights=[2.0], omega=4.0))
+        ["limb 0: no observation entry is called 'touch'; known: observation[0], observation[1], \
+observation[2]"]
+    """
+    env = with_contact(env, wiring.contact_bodies)
+    problems = missing(env, wiring)
+    if problems or steps <= 0:
+        return problems
+    return _run(env, wiring, steps, seed)
+
+
+def missing(env: AnyEnv, wiring: Wiring) -> list[str]:
+    """The same without running the environment, whose contact forces are observed already."""
+    _, problems = look_up(env, wiring)
+    if wiring.weights is not None:
+        problems += weights_of(wiring)[1]
+        if wiring.omega is None:
+            problems.append("the wiring has weights but no frequency; give omega= [rad/s]")
+    return problems
+
+
+def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:
+    """Random actions, to see whether the contact forces look like such."""
+    names = list(wiring.observation_names or observation_names(env))
+    contacts = [limb.senses.get("spring_force") for limb in wiring.limbs]
+    env.action_space.seed(seed)
+    observation, _ = env.reset(seed=seed)
+    rows = []
+    for _ in range(steps):
+        rows.append(flat(env.observation_space, observation))
+        observation, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            observation, _ = env.reset()
+    seen = np.array(rows)
+    problems = []
+    for i, name in enumerate(contacts):
+        # Below zero, what is turned or a spring's counts as zero.
+        if name is None or name not in names or name.endswith("_spring"):
+            continue
+        force = seen[:, names.index(name)]
+        about = f"limb {i}: {name!r} does not look like a contact force: in {steps} random steps it"
+        if not np.isfinite(force).all():
+            problems.append(f"{about} was not finite")
+        elif (force < 0.0).any():
+            problems.append(f"{about} was negative ({force.min():g})")
+        elif (force == 0.0).all():
+            problems.append(f"{about} never left zero")
+        elif (force > 0.0).all():
+            problems.append(f"{about} was never zero")
+    return problems
+
+
+def contact_entries(env: AnyEnv) -> tuple[str, ...]:
+    """The observation entries that are contact forces, which an environment may name.
+
+    MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
+    """
+    if not env.has_wrapper_attr("contact_names"):
+        return ()
+    return tuple(env.get_wrapper_attr("contact_names"))
+
+
+def remarks(wiring: Wiring, contacts: Collection[str] = ()) -> list[str]:
+    """What should be known of a wiring that could be used as it is: one plain sentence each.
+
+    Args:
+        wiring: the wiring.
+        contacts: names of the observation entries that are contact forces (`contact_entries`).
+
+    Example:
+        >>> from tegotae.envs import Limb
+        >>> limb = Limb(senses={"spring_force": "foot_force"}, drives="knee")
+        >>> for remark in remarks(Wiring(limbs=[limb]), ["foot_force"]):
+        ...     print(remark)
+        'foot_force' stands in for F_k: it is the whole contact force, with damper, actuator and \
+impacts, where the paper's law feels the spring alone
+    """
+    found = []
+    felt = sorted({limb.senses.get("spring_force", "") for limb in wiring.limbs} & {*contacts})
+    if felt:
+        named = ", ".join(map(repr, felt[:4]))
+        found.append(
+            f"{named} stand{'s' if len(felt) == 1 else ''} in for F_k: it is the whole contact "
+            "force, with damper, actuator and impacts, where the paper's law feels the spring alone"
+        )
+    networks = [t for t in wiring.controller.terms.values() if isinstance(t, Network)]
+    seen = {name for term in networks for name in term.reads} - {"sin_phase", "cos_phase"}
+    if unscaled := sorted(seen - set(wiring.scales)):
+        found.append(
+            f"no scale is given for {', '.join(unscaled)}: networks see "
+            f"{'it' if len(unscaled) == 1 else 'them'} over 1, whatever the body's size; "
+            "give scales=, or take a MuJoCo model's with with_scales(env)"
+        )
+    return found

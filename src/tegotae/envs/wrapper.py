@@ -13,8 +13,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.envs._types import AnyEnv, AnySpace, Info
 from tegotae.envs.contact import flat, with_contact
 from tegotae.envs.pilot import Pilot
-from tegotae.envs.scaling import WiringWarning, contact_entries, remarks
-from tegotae.envs.wires import look_up, weights_of
+from tegotae.envs.wires import WiringWarning, contact_entries, look_up, remarks, weights_of
 from tegotae.envs.wiring import Wiring
 
 PHASE_KEY = "phase"

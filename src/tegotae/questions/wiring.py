@@ -129,7 +129,7 @@ class OnEnvironment(ModelOptions):
         Raises:
             TegotaeError: for what does not fit together.
         """
-        from tegotae.envs.wiring_file import load_wiring, packaged
+        from tegotae.envs.wiring import load_wiring, packaged
         from tegotae.training.environments.experiment import EnvExperiment
         from tegotae.training.environments.objectives import Hopping, env_objective_named
 
@@ -242,7 +242,7 @@ class SuggestedWiring(AnswerBase):
         ]
 
     def document(self) -> JsonObject:
-        from tegotae.envs.wiring_file import wiring_document
+        from tegotae.envs.wiring import wiring_document
 
         return wiring_document(self.suggestion.wiring)
 
@@ -252,7 +252,7 @@ class SuggestedWiring(AnswerBase):
         Raises:
             TegotaeError: for another ending, or if it is there or cannot be written.
         """
-        from tegotae.envs.wiring_file import save_wiring
+        from tegotae.envs.wiring import save_wiring
 
         file = Path(folder)
         if file.exists():

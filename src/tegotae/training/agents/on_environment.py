@@ -14,7 +14,7 @@ from tegotae.envs._types import Info
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.sb3 import LaneVecEnv
 from tegotae.envs.settings import HopReward, feedback_controller
-from tegotae.envs.wires import read_by
+from tegotae.envs.wiring import read_by
 from tegotae.training.agents.actor import Observed
 from tegotae.training.agents.learning import AgentTask
 from tegotae.training.agents.settings import AgentSettings, agent_controller

@@ -17,9 +17,8 @@ from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae._support.part_code import code_of_file
 from tegotae.envs.contact import with_contact
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.wires import Wires, controller_of, look_up, read_by
-from tegotae.envs.wiring import Wiring
-from tegotae.envs.wiring_file import wiring_document, wiring_of
+from tegotae.envs.wires import Wires, controller_of, look_up
+from tegotae.envs.wiring import Wiring, read_by, wiring_document, wiring_of
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.systems.controller_file import ControllerSet, SavedController
