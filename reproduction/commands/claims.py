@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from reproduction.options import UNSET
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
-from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
     from reproduction.claims.findings import Finding

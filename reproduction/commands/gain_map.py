@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from reproduction.commands.output import Output
+from reproduction.options import HopperParameters
 from tegotae._support.limits import MOST_RAD_PER_S
-from tegotae.cli.options import HopperParameters
 from tegotae.parts.oscillators import PHASE
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.presets import preset

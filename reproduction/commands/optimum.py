@@ -11,8 +11,8 @@ import numpy as np
 import tyro
 
 from reproduction.commands.output import Output
+from reproduction.options import UNSET
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.cli.options import UNSET
 from tegotae.measures.hopping.gait import Gait, GaitSummary
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from tegotae.cli.options import UNSET
+from reproduction.options import UNSET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

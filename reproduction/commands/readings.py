@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from reproduction.commands.output import PictureFormat
+from reproduction.options import UNSET
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
-from tegotae.cli.options import UNSET
 
 if TYPE_CHECKING:
     from reproduction.readings.readings import Reading

@@ -11,13 +11,13 @@ import tyro
 
 from reproduction.commands.output import PictureFormat
 from reproduction.folder import Folder
+from reproduction.options import UNSET, Several
 from reproduction.plan import Plan, plan
 from reproduction.readings.named import STUDY, ReadingOptions, reading_named
 from reproduction.record import Record
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
-from tegotae.cli.options import UNSET, Several
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import names
 from tegotae.questions.experiments import experiments_at

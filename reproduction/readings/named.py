@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
 
+from reproduction.options import UNSET, HopperParameters
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.cli.options import UNSET, HopperParameters
 from tegotae.questions.experiments import ExperimentOptions, Experiments
 from tegotae.questions.options import changed
 from tegotae.systems.experiment import Experiment

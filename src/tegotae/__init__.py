@@ -8,51 +8,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from tegotae._support.errors import TegotaeError
-    from tegotae.measures.evaluation import Protocol
-    from tegotae.measures.objectives.fitness import Fitness
-    from tegotae.parts.bodies import Bar, Body, Hopper, Walker
-    from tegotae.parts.controller import Controller, Tegotae
-    from tegotae.questions.drawing import (
-        figure_basin,
-        figure_learning_curves,
-        figure_phase_locking,
-        figure_phase_response,
-        figure_poincare,
-        figure_portrait,
-        figure_surface,
-    )
-    from tegotae.questions.exporting import export_c, export_cost, export_native
-    from tegotae.questions.gaits import (
-        gait_front,
-        gait_lesion,
-        gait_map,
-        gait_stability,
-        gait_sweep,
-    )
-    from tegotae.questions.listing import models
-    from tegotae.questions.training import train
-    from tegotae.questions.verbs import compare, evaluate, generalise, measure, simulate
-    from tegotae.questions.wiring import wiring_baseline, wiring_suggest
-    from tegotae.simulation.checks import (
-        check_body,
-        check_controller,
-        check_oscillator,
-        check_term,
-    )
-    from tegotae.simulation.rollout import Engine, Timing, Trajectory
-    from tegotae.simulation.world import Scenario, Step
-    from tegotae.systems.controller_file import ControllerSet, SavedController, load, save
-    from tegotae.systems.experiment import Experiment
-    from tegotae.systems.legged import Legged
-    from tegotae.systems.models import Model, all_models, build, find
-    from tegotae.systems.registry import register
-    from tegotae.systems.system import Release, System
-
-    __version__: str
+from typing import Any
 
 _HOMES = {
     "_support.errors": ("TegotaeError",),
@@ -93,63 +49,7 @@ _HOMES = {
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
-__all__ = [
-    "Bar",
-    "Body",
-    "Controller",
-    "ControllerSet",
-    "Engine",
-    "Experiment",
-    "Fitness",
-    "Hopper",
-    "Legged",
-    "Model",
-    "Protocol",
-    "Release",
-    "SavedController",
-    "Scenario",
-    "Step",
-    "System",
-    "Tegotae",
-    "TegotaeError",
-    "Timing",
-    "Trajectory",
-    "Walker",
-    "all_models",
-    "build",
-    "check_body",
-    "check_controller",
-    "check_oscillator",
-    "check_term",
-    "compare",
-    "evaluate",
-    "export_c",
-    "export_cost",
-    "export_native",
-    "figure_basin",
-    "figure_learning_curves",
-    "figure_phase_locking",
-    "figure_phase_response",
-    "figure_poincare",
-    "figure_portrait",
-    "figure_surface",
-    "find",
-    "gait_front",
-    "gait_lesion",
-    "gait_map",
-    "gait_stability",
-    "gait_sweep",
-    "generalise",
-    "load",
-    "measure",
-    "models",
-    "register",
-    "save",
-    "simulate",
-    "train",
-    "wiring_baseline",
-    "wiring_suggest",
-]
+__all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll] - it reads the stub
 
 
 def __getattr__(name: str) -> Any:

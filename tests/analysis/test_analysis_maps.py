@@ -8,8 +8,7 @@ from functools import cache
 import jax
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from reproduction.ridge import find_losses, find_resonance, find_ridge, one_to_one_ridge
 from synthetic import Hopping, seconds

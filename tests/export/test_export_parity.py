@@ -10,8 +10,7 @@ import jax.numpy as jnp
 import my_parts
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from separate_hoppers import SeparateHoppers
 
 import compiled

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from tegotae import Scenario, TegotaeError, Timing, Trajectory
-from tegotae.measures.objectives.walking import COMMANDED_TRACKING as TRACKING
-from tegotae.measures.objectives.walking import CommandedWalking
+from tegotae.measures.objectives.walking import COMMANDED_TRACKING as TRACKING, CommandedWalking
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.world import Uniform
 from tegotae.systems.designs import design

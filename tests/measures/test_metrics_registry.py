@@ -16,8 +16,7 @@ from tegotae import TegotaeError, build, find
 from tegotae.cli import main
 from tegotae.measures import evaluation
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric
-from tegotae.measures.hopping import registry as there
+from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric, registry as there
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import metrics, register
 from tegotae.parts.bodies import Hopper

@@ -8,8 +8,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from separate_hoppers import SeparateHoppers
 
 import upright_oracle

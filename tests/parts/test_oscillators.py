@@ -6,8 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tegotae.parts.maths import TWO_PI, sin_cos, wrap_phase
 from tegotae.parts.oscillators import Clamped, PhaseOscillator, PhaseState

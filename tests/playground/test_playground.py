@@ -27,10 +27,8 @@ from playground import (
     ControllerChoice,
     Page,
     compiler,
-    standard,
-)
-from playground import (
     engine_cache as shelf,
+    standard,
 )
 from playground.bodies import STANDARD
 from playground.page import DEFINITIONS

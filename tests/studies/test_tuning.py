@@ -25,8 +25,7 @@ from studies.tuning import (
     tune,
     tuner,
 )
-from studies.tuning.command import search as tuned_by
-from studies.tuning.command import task_of
+from studies.tuning.command import search as tuned_by, task_of
 from studies.tuning.record import confirmation, ranking, tried_first
 from studies.tuning.spaces.population import evolved
 from tegotae import TegotaeError, Timing, find

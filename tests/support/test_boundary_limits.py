@@ -25,8 +25,7 @@ from tegotae.analysis.maps import axis, lanes
 from tegotae.figures.animation import animation_file, write_animation
 from tegotae.figures.style import literal, new_figure, save_figure, styled
 from tegotae.simulation.rollout import whole_trajectory
-from tegotae.training.run import Run
-from tegotae.training.run import train as train_run
+from tegotae.training.run import Run, train as train_run
 
 
 @pytest.fixture

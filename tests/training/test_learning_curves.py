@@ -14,8 +14,7 @@ from tegotae.cli import main
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.figures.style import write_tables
 from tegotae.training.curves import COLUMNS, LearningCurve, groups, read_curves, shared
-from tegotae.training.folder import COLUMNS as POINT
-from tegotae.training.folder import write_curves
+from tegotae.training.folder import COLUMNS as POINT, write_curves
 from tegotae.training.learner import CurvePoint
 
 MODEL = "AR-rF-sector-w8"

@@ -252,14 +252,3 @@ def vanilla_sweep_figure(sweep: VanillaSweep, *, fitness: str = "fitness") -> Fi
     axes.set_xticks(columns, [f"{omega:.3g}" for omega in sweep.omega])
     axes.set(xlabel="frequency ω [rad/s]", ylabel="gain σ [rad/(s N)]")
     return figure
-
-
-def vanilla_sweep_table(sweep: VanillaSweep) -> pd.DataFrame:
-    """What the figure shows, a row a cell."""
-    outcome = {
-        "fitness": sweep.fitness,
-        "cot_inverse_m_per_j": sweep.cot_inverse,
-        "failed": sweep.failed.astype(int),
-    }
-    axes = ("sigma_rad_per_s_n", sweep.sigma), ("omega_rad_per_s", sweep.omega)
-    return long_table(*axes, outcome)

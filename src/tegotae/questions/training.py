@@ -35,8 +35,7 @@ from tegotae.training.curves import FITNESS, longest_s, read_curves
 from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH, Evolution, Stopping
 from tegotae.training.folder import COLUMNS, curves_of
 from tegotae.training.learner import Trainable, TrainingState
-from tegotae.training.run import Run
-from tegotae.training.run import train as train_run
+from tegotae.training.run import Run, train as train_run
 from tegotae.training.settings import settings_named
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.gaits.evaluation import evaluate_gaits
-from tegotae.analysis.gaits.simulate import columns as series
-from tegotae.analysis.gaits.simulate import coordination_columns, simulate
+from tegotae.analysis.gaits.simulate import columns as series, coordination_columns, simulate
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import with_fields

@@ -26,8 +26,7 @@ from tegotae.systems.descriptions import UsersPartError, describe, restore
 from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System, usual_system
-from tegotae.systems.zoo import documents as zoo_documents
-from tegotae.systems.zoo import is_zoo_name
+from tegotae.systems.zoo import documents as zoo_documents, is_zoo_name
 
 FORMAT = "tegotae controller"
 VERSION = 4

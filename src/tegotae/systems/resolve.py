@@ -48,13 +48,6 @@ from tegotae.systems.tuned import front_walker, is_front_name
 from tegotae.systems.user_objects import is_reference, named
 from tegotae.systems.zoo import is_zoo_name
 
-WHAT = (
-    "a model such as ART, a design such as AR@quadruped-c, a legged system such as quadruped-c, a "
-    "preset, a trained controller such as zoo:ART, a controller file, a folder of them, or "
-    "FILE.py:OBJECT"
-)
-"""All that a name can be, in a line."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Resolved:
@@ -78,11 +71,6 @@ class Resolved:
     def is_untrained(self) -> bool:
         """Whether it says what is to be trained, and has no weights."""
         return bool(self.experiments) and not self.controllers
-
-    @property
-    def is_on_environment(self) -> bool:
-        """Whether its controllers were trained on an environment, which their files name."""
-        return any(saved.task is not None for _, saved in self.controllers)
 
     @property
     def body(self) -> Body | Interface:

@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options that several commands of the study share."""
 
 from __future__ import annotations
 
@@ -7,14 +7,8 @@ from typing import Annotated
 
 import tyro
 
-from tegotae._support.errors import TegotaeError
-from tegotae.parts.bodies import Interface
-from tegotae.systems.resolve import Resolved
-
 BodysOwn = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the body's)")]
 """A parameter of a body."""
-SystemsOwn = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the system's)")]
-"""A number that a system has, too."""
 UNSET = tyro.conf.arg(help_behavior_hint="")
 """For an option whose help says what leaving it out means."""
 
@@ -58,12 +52,3 @@ class HopperParameters:
             "max_force_n": self.max_force,
         }
         return {name: value for name, value in values.items() if value is not None}
-
-
-def require_ours(found: Resolved) -> None:
-    """Raise `TegotaeError` for a controller of limbs that a foreign simulator moves."""
-    if isinstance(found.body, Interface):
-        raise TegotaeError(
-            f"{found.name} drives the limbs of another simulator, whose mechanics are not here; "
-            "tegotae simulate and tegotae evaluate run it there"
-        )

@@ -1,0 +1,85 @@
+"""The public names and their types; `_HOMES` of the module has where each is fetched from."""
+
+from tegotae._support.errors import TegotaeError as TegotaeError
+from tegotae.measures.evaluation import Protocol as Protocol
+from tegotae.measures.objectives.fitness import Fitness as Fitness
+from tegotae.parts.bodies import (
+    Bar as Bar,
+    Body as Body,
+    Hopper as Hopper,
+    Walker as Walker,
+)
+from tegotae.parts.controller import (
+    Controller as Controller,
+    Tegotae as Tegotae,
+)
+from tegotae.questions.drawing import (
+    figure_basin as figure_basin,
+    figure_learning_curves as figure_learning_curves,
+    figure_phase_locking as figure_phase_locking,
+    figure_phase_response as figure_phase_response,
+    figure_poincare as figure_poincare,
+    figure_portrait as figure_portrait,
+    figure_surface as figure_surface,
+)
+from tegotae.questions.exporting import (
+    export_c as export_c,
+    export_cost as export_cost,
+    export_native as export_native,
+)
+from tegotae.questions.gaits import (
+    gait_front as gait_front,
+    gait_lesion as gait_lesion,
+    gait_map as gait_map,
+    gait_stability as gait_stability,
+    gait_sweep as gait_sweep,
+)
+from tegotae.questions.listing import models as models
+from tegotae.questions.training import train as train
+from tegotae.questions.verbs import (
+    compare as compare,
+    evaluate as evaluate,
+    generalise as generalise,
+    measure as measure,
+    simulate as simulate,
+)
+from tegotae.questions.wiring import (
+    wiring_baseline as wiring_baseline,
+    wiring_suggest as wiring_suggest,
+)
+from tegotae.simulation.checks import (
+    check_body as check_body,
+    check_controller as check_controller,
+    check_oscillator as check_oscillator,
+    check_term as check_term,
+)
+from tegotae.simulation.rollout import (
+    Engine as Engine,
+    Timing as Timing,
+    Trajectory as Trajectory,
+)
+from tegotae.simulation.world import (
+    Scenario as Scenario,
+    Step as Step,
+)
+from tegotae.systems.controller_file import (
+    ControllerSet as ControllerSet,
+    SavedController as SavedController,
+    load as load,
+    save as save,
+)
+from tegotae.systems.experiment import Experiment as Experiment
+from tegotae.systems.legged import Legged as Legged
+from tegotae.systems.models import (
+    Model as Model,
+    all_models as all_models,
+    build as build,
+    find as find,
+)
+from tegotae.systems.registry import register as register
+from tegotae.systems.system import (
+    Release as Release,
+    System as System,
+)
+
+__version__: str
