@@ -121,10 +121,3 @@ def test_the_page_on_architecture_names_every_shape():
 def test_the_page_of_names_has_what_the_package_names():
     page = (ROOT / "docs" / "api" / "names.md").read_text(encoding="utf-8")
     assert sorted(re.findall(r"`(\w+) <tegotae", page)) == sorted(tegotae.__all__)
-
-
-def test_the_types_of_the_public_names_are_those_of_the_package():
-    stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
-    named = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
-    homes = {alias.asname: node.module for node in named for alias in node.names}
-    assert homes == {name: f"tegotae.{home}" for name, home in tegotae._HOME_OF.items()}
