@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, TypeAlias
 
 import jax
 
-if TYPE_CHECKING:  # of the room above, which records: no import where the program runs
-    from tegotae.simulation.loop import Tick
-    from tegotae.simulation.recorder import RecordedFrame
-else:
-    RecordedFrame = Tick = object
+Tick: TypeAlias = Any
+"""What a control tick gives, a `tegotae.simulation.loop.Tick`: the loop stands above its parts."""
+RecordedFrame: TypeAlias = Any
+"""A lane at the end of a frame, a `tegotae.simulation.recorder.RecordedFrame`."""
 
 FORCE = ("force",)
 """The force of the leg's actuator [N]."""
