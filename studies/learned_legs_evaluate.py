@@ -12,7 +12,7 @@ from kept import write_rows
 from learned_legs_plan import TABLES, Cell, advance_m_per_rad, baseline_cost
 from tegotae._support.progress import reporting
 from tegotae._support.tables import read_csv
-from tegotae.analysis.gaits.evaluation import GaitEvaluation, evaluate_gaits
+from tegotae.analysis.gaits.releases import Releases, release_all
 from tegotae.measures.objectives.walking import TRACKING, log_gain
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.systems.controller_file import ControllerSet, load
@@ -47,17 +47,12 @@ def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
     return runs, settling(runs.system, runs.weights[0])
 
 
-def rows_of(cell: Cell, runs: ControllerSet, found: GaitEvaluation) -> list[dict[str, Any]]:
+def rows_of(cell: Cell, runs: ControllerSet, found: Releases) -> list[dict[str, Any]]:
     """A row per controller and frequency."""
-    measures = found.measures
-    rows = []
-    for run, label in enumerate(runs.labels):
-        for at, omega in enumerate(found.omega):
-            gait, share = found.commonest(run, at)
-            own = {"cell": cell.name, "run": label, "omega": omega}
-            own |= {name: x[run, at] for name, x in measures.items()}
-            rows.append(own | {"gait": gait, "gait_share": share})
-    return rows
+    rows = found.summary
+    rows["run"] = np.array(runs.labels)[rows["run"]]
+    rows.insert(0, "cell", cell.name)
+    return rows.to_dict("records")
 
 
 def evaluate_all(cells: list[Cell], folder: Path) -> None:
@@ -78,18 +73,17 @@ def evaluate_all(cells: list[Cell], folder: Path) -> None:
 
 def judged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
     """The rows of a cell of one frequency."""
-    own = evaluate_gaits(legged, runs.weights, starts=GAITS)
+    own = release_all(legged, runs.weights, starts=GAITS, seed=1)
     return {"judged": rows_of(cell, runs, own)}
 
 
 def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
     """The rows of a law for a range: selection, test, and the test disturbed."""
 
-    def at_all(starts: int, seed: int, changes: Mapping[str, LaneNumbers]) -> GaitEvaluation:
+    def at_all(starts: int, seed: int, changes: Mapping[str, LaneNumbers]) -> Releases:
         meets = {**USUAL, **changes}
-        return evaluate_gaits(
-            legged, runs.weights, OMEGAS, starts, seed=seed, changes=meets, timing=TIMING
-        )
+        timed = legged.with_system(timing=TIMING)
+        return release_all(timed, runs.weights, OMEGAS, starts, seed=seed, changes=meets)
 
     chosen_by = at_all(SELECTION, SELECTION_SEED, {})
     selection = [
@@ -107,19 +101,21 @@ def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[di
     return {"selection": selection, "range": test, "disturbed": disturbed}
 
 
-def scores(found: GaitEvaluation, advance: float) -> np.ndarray:
+def scores(found: Releases, advance: float) -> np.ndarray:
     """The training's fitness on these releases: its mean over the commands, [runs].
 
     Args:
         found: what the runs did.
         advance: the way per radian of the command that is wanted [m/rad].
     """
-    measures = found.measures
-    speed, cost, up = (measures[n] for n in ("speed_m_per_s", "cost_of_transport", "upright"))
+    table = found.summary
+    names = ("speed_m_per_s", "cost_of_transport", "upright", "omega")
+    speed, cost, up, omega = (table[name].to_numpy() for name in names)
     gain = np.nan_to_num(baseline_cost(speed) / cost)
-    off = np.abs(np.nan_to_num(speed) / (advance * found.omega) - 1.0)
+    off = np.abs(np.nan_to_num(speed) / (advance * omega) - 1.0)
     walks = np.asarray(log_gain(gain), float) - TRACKING * off
-    return (up * walks + (1.0 - up) * FALLEN).mean(axis=-1)
+    score = up * walks + (1.0 - up) * FALLEN
+    return score.reshape(table["run"].nunique(), -1).mean(axis=-1)
 
 
 def selected(cell: str) -> str:

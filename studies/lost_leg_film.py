@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tegotae.analysis.gaits.simulate import GaitRun, simulate
+from tegotae.analysis.gaits.releases import GaitRun, simulate
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import LegPositions, moving, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
@@ -49,9 +49,11 @@ def loses(legged: Legged, leg: str) -> GaitRun:
     changes = {"present": Step(np.array(there)[:, None], from_s=LOST_S)}
     scenario = with_changes(legged.scenario(phase), legged.body, changes)
     trajectory = legged.run(_Whole(), scenario, TIMING)
-    run = simulate(legged, phase[:, 0], timing=dataclasses.replace(TIMING, duration_s=LOST_S))
+    before = legged.with_system(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
     return dataclasses.replace(
-        run, timing=TIMING, trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory)
+        simulate(before, phase[:, 0]),
+        legged=legged.with_system(timing=TIMING),
+        trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory),
     )
 
 

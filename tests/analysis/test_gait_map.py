@@ -13,7 +13,6 @@ from matplotlib.image import imread
 from tegotae import TegotaeError, Timing, gait_map
 from tegotae._support.tables import numbers, read_csv
 from tegotae.analysis.gaits import system
-from tegotae.analysis.gaits.basin import find_basin
 from tegotae.analysis.gaits.map import (
     NO_BODY,
     Axis,
@@ -25,6 +24,7 @@ from tegotae.analysis.gaits.map import (
     map_gaits,
     settings,
 )
+from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli import main
 from tegotae.measures.gaits.lags import apart
 
@@ -62,10 +62,10 @@ def test_a_body_that_cannot_be_is_marked_and_stops_nothing(bars):
 
 def test_a_cell_is_what_a_basin_finds_there(bars):
     body = dataclasses.replace(BAR.body, inertia_ratio=1.6)
-    basin = find_basin(BAR.with_system(body=body), 3)
+    alone = release_all(BAR.with_system(body=body), starts=3).frame
     lag = bars.grid("lag_cycles_F")[1, 2]
-    assert np.abs(apart(lag, basin.found.lag[1])).max() < 1e-4  # but for rounding
-    np.testing.assert_allclose(bars.grid("power_w")[1, 2], basin.found.power_w, rtol=1e-4)
+    assert np.abs(apart(lag, alone["lag_cycles_F"].to_numpy())).max() < 1e-4  # but for rounding
+    np.testing.assert_allclose(bars.grid("power_w")[1, 2], alone["power_w"], rtol=1e-4)
 
 
 def test_a_map_without_any_body_says_why():

@@ -10,7 +10,6 @@ import pytest
 
 from tegotae import TegotaeError, find
 from tegotae.analysis.gaits import system
-from tegotae.analysis.gaits.basin import find_basin
 from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.map import (
     Axis,
@@ -18,10 +17,11 @@ from tegotae.analysis.gaits.map import (
     lanes_at,
     settings,
 )
-from tegotae.analysis.gaits.simulate import system_document
+from tegotae.analysis.gaits.releases import system_document
 from tegotae.parts.bodies import Sensors
 from tegotae.parts.controller import Controller
 from tegotae.parts.terrains import Rough, Slope
+from tegotae.questions.drawing import figure_basin
 from tegotae.questions.gaits import GaitOptions, SeveralLegs
 from tegotae.questions.options import changed
 
@@ -101,7 +101,7 @@ def test_releases_that_would_all_be_the_same_are_refused():
         weights=(0.0,) * controller.n_weights,
     )
     with pytest.raises(TegotaeError, match="all would be the same one"):
-        find_basin(pushed, 8)
+        figure_basin(pushed, starts=8)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from tegotae import Experiment, TegotaeError, Timing
 from tegotae._support.tables import read_csv
 from tegotae.analysis.gaits import system
-from tegotae.analysis.gaits.evaluation import MEASURES, evaluate_gaits
+from tegotae.analysis.gaits.releases import MEASURES, release_all
 from tegotae.cli import main
 from tegotae.measures.objectives.fitness import HoppingLegs
 from tegotae.parts.terms import (
@@ -182,19 +182,17 @@ def test_a_controller_file_says_what_each_weight_of_a_network_for_all_legs_is(tr
 @pytest.fixture(scope="module")
 def judged():
     """The named quadruped, and the same without feedback."""
-    return evaluate_gaits(system("quadruped-c"), np.array([[1.25], [0.0]]), (2.0, 3.0), 4)
+    weights = np.array([[1.25], [0.0]])
+    return release_all(system("quadruped-c"), weights, (2.0, 3.0), 4, seed=1).summary
 
 
 def test_the_named_quadruped_is_judged_at_each_frequency(judged):
-    measures = judged.measures
-    assert judged.gait.shape == (2, 2, 4)
-    assert (measures["upright"] == 1.0).all()
-    np.testing.assert_array_equal(measures["locked"][0], 1.0)
-    np.testing.assert_array_equal(measures["locked"][1], 0.0)  # σ = 0 locks nothing
-    assert 0.2 < measures["speed_m_per_s"][0, 0] < measures["speed_m_per_s"][0, 1]
-    froude = measures["froude"][0]
-    np.testing.assert_allclose(froude, measures["speed_m_per_s"][0] ** 2, rtol=1e-5)
-    assert judged.commonest(0, 0)[0] == "diagonal-sequence walk"
+    assert judged[["run", "omega"]].values.tolist() == [[0, 2], [0, 3], [1, 2], [1, 3]]
+    assert (judged["upright"] == 1.0).all()
+    assert judged["locked"].tolist() == [1.0, 1.0, 0.0, 0.0]  # σ = 0 locks nothing
+    assert 0.2 < judged["speed_m_per_s"][0] < judged["speed_m_per_s"][1]
+    np.testing.assert_allclose(judged["froude"], judged["speed_m_per_s"] ** 2, rtol=1e-5)
+    assert judged["gait"][0] == "diagonal-sequence walk"
 
 
 def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
@@ -218,10 +216,9 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
     assert "V@quadruped-c" in capsys.readouterr().out
     rows = read_csv(table)
     assert list(rows["run"]) == ["0", "0", "1", "1"]
-    own = judged.measures
     for name in MEASURES:
         theirs = np.array([float(x) if x else np.nan for x in rows[name]])
-        np.testing.assert_allclose(theirs, own[name].ravel(), rtol=1e-4)
+        np.testing.assert_allclose(theirs, judged[name], rtol=1e-4)
 
 
 def test_a_judgement_of_what_has_no_frequency_takes_none():
@@ -231,9 +228,9 @@ def test_a_judgement_of_what_has_no_frequency_takes_none():
     )
     legged = dataclasses.replace(found, system=single, weights=(0.0,) * 96)
     with pytest.raises(TegotaeError, match="no oscillator, and so no omega"):
-        evaluate_gaits(legged, np.zeros((1, 96)), (2.0,))
+        release_all(legged, np.zeros((1, 96)), (2.0,))
     with pytest.raises(TegotaeError, match="this controller has 96"):
-        evaluate_gaits(legged, np.zeros((1, 3)))
+        release_all(legged, np.zeros((1, 3)))
 
 
 @pytest.mark.parametrize(

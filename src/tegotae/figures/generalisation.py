@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tegotae.analysis.generalisation.disturbance import Disturbance
+from tegotae.analysis.generalisation.disturbances import Disturbance
 from tegotae.analysis.generalisation.run import MEASURES, Done, share_interval
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 

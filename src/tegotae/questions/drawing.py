@@ -529,22 +529,19 @@ class WalkingBasin(DrivenOptions):
 
     def picture(self, task: WalkingTask) -> Picture:
         """The basins of the random releases."""
-        from tegotae.analysis.gaits.basin import find_basin
-        from tegotae.analysis.gaits.simulate import coordination_columns, system_document
+        from tegotae.analysis.gaits.releases import release_all, system_document
         from tegotae.figures.gaits.maps import basin_figure
         from tegotae.figures.style import literal
 
         legged = task.driven(self)
-        basin = find_basin(legged, self.starts, seed=self.seed, tolerance=self.tolerance)
+        if legged.omega is None:
+            raise TegotaeError(
+                "starts differ in the phases of the oscillators, and this controller has none: all "
+                "would be the same one, which a simulation shows"
+            )
+        basin = release_all(legged, starts=self.starts, seed=self.seed, tolerance=self.tolerance)
         names, unit = legged.names, legged.units[1]
-        rows = {
-            "start": np.arange(self.starts),
-            **{
-                f"release_phase_rad_{leg}": x for leg, x in zip(names, basin.phase_rad, strict=True)
-            },
-            "gait": basin.gait,
-            **coordination_columns(basin.found, names),
-        }
+        outcomes: Any = basin.outcomes
         shown = [
             {
                 "gait": x.gait,
@@ -558,13 +555,13 @@ class WalkingBasin(DrivenOptions):
                 },
                 f"locks in [{unit}]": short(x.lock_time_s),
             }
-            for x in basin.outcomes
+            for x in outcomes.itertuples()
         ]
-        at = "" if legged.omega is None else f", ω = {legged.omega:g}"
-        document = {"system": system_document(legged), "outcomes": basin.outcomes}
+        rows = basin.frame.drop(columns=["run", "omega"])
+        document = {"system": system_document(legged), "outcomes": outcomes.to_dict("records")}
         return Picture(
             basin,
-            lambda: basin_figure(basin, literal(task.name) + at),
+            lambda: basin_figure(basin, f"{literal(task.name)}, ω = {legged.omega:g}"),
             {"": rows},
             self,
             remarks=(
@@ -572,7 +569,7 @@ class WalkingBasin(DrivenOptions):
                 "the starts; median time to lock.",
             ),
             summary=pd.DataFrame(shown).set_index("gait"),
-            numbers={**document, "rows": pd.DataFrame(rows).to_dict("records")},
+            numbers={**document, "rows": rows.to_dict("records")},
         )
 
 

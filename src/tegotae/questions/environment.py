@@ -20,7 +20,7 @@ from tegotae.training.environments.objectives import EnvObjective, Hopping
 from tegotae.training.environments.replay import Replay, lasting, replay
 
 if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.disturbance import Tested
+    from tegotae.analysis.generalisation.disturbances import Tested
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ from tegotae._support.workplace import GAIT_FRONT, GAIT_MAP, require_free_for
 from tegotae.analysis.gaits.front import Search, search_front
 from tegotae.analysis.gaits.lesion import GaitLesion, aftermath
 from tegotae.analysis.gaits.map import OMEGA, SIGMA, Axis, map_gaits
-from tegotae.analysis.gaits.simulate import system_document
+from tegotae.analysis.gaits.releases import system_document
 from tegotae.analysis.gaits.stability import stability
 from tegotae.analysis.gaits.sweep import DOWN, UP, sweep
 from tegotae.parts.fields import numbers_of

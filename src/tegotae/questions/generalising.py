@@ -15,8 +15,7 @@ from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.tables import write_csv
 from tegotae._support.workplace import GENERALISATION, require_free_for
-from tegotae.analysis.generalisation.catalogue import disturbances_named
-from tegotae.analysis.generalisation.disturbance import Disturbance
+from tegotae.analysis.generalisation.disturbances import Disturbance, disturbances_named
 from tegotae.analysis.generalisation.run import (
     MEASURES,
     Done,

@@ -28,7 +28,7 @@ from tegotae.systems.system import Release
 from tegotae.systems.user_objects import is_reference, named
 
 if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.disturbance import Tested
+    from tegotae.analysis.generalisation.disturbances import Tested
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.gaits.simulate import GaitRun
+from tegotae.analysis.gaits.releases import GaitRun
 from tegotae.figures import animation
 from tegotae.figures.gaits import animation as gait_animation
 from tegotae.figures.gaits.lags import footfall_figure, lags_figure

@@ -23,7 +23,7 @@ from tegotae.systems.user_objects import named
 from tegotae.training.collection import distinct, sets_of
 
 if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.disturbance import Tested
+    from tegotae.analysis.generalisation.disturbances import Tested
 
 Work = Literal["absolute", "positive", "net"]
 """Definitions of an actuator's work."""

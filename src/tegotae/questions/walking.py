@@ -12,8 +12,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.analysis.gaits.evaluation import evaluate_gaits
-from tegotae.analysis.gaits.simulate import columns as series, coordination_columns, simulate
+from tegotae.analysis.gaits.releases import coordination_columns, release_all, simulate
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import with_fields
@@ -22,7 +21,7 @@ from tegotae.questions.task import Task
 from tegotae.systems.legged import Legged, felt, terrain_of
 
 if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.disturbance import Tested
+    from tegotae.analysis.generalisation.disturbances import Tested
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,7 +159,7 @@ class WalkingTask(Task):
                 ("froude", "Froude number"),
                 ("fall_time_s", "fell at", time),
             ),
-            lambda: series(run),
+            lambda: run.series,
             options,
             pd.DataFrame(of_legs),
         )
@@ -176,7 +175,7 @@ class WalkingTask(Task):
     def evaluate(self, options: WalkingEvaluation) -> Answer:
         """How every run walks at every frequency."""
         legged, weights = self.system(options), self.runs.weights
-        result = evaluate_gaits(
+        released = release_all(
             legged,
             weights,
             options.omega,
@@ -184,14 +183,8 @@ class WalkingTask(Task):
             seed=options.seed,
             tolerance=options.tolerance,
         )
-        runs, omegas = len(weights), result.omega
-        common = [result.commonest(run, i) for run in range(runs) for i in range(len(omegas))]
-        rows: dict[str, Any] = {
-            "run": np.repeat(self.runs.labels, len(omegas)),
-            "omega": np.tile(omegas, runs),
-        }
-        rows |= {name: values.ravel() for name, values in result.measures.items()}
-        rows |= {"gait": [gait for gait, _ in common], "gait_share": [x for _, x in common]}
+        rows = dict(released.summary)
+        rows["run"] = np.array(self.runs.labels)[rows["run"]]
         (length, time), share, positive = legged.units, (0.0, 1.0), (0.0, math.inf)
         return self.answer(
             rows,

@@ -8,7 +8,6 @@ the search has not seen, and only these releases count.
 from __future__ import annotations
 
 import dataclasses
-from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +21,9 @@ import pandas as pd
 
 from tegotae._support.documents import Document, as_json
 from tegotae._support.errors import require_count
+from tegotae.analysis.gaits.releases import coordination_frame, mean_known, over_starts
 from tegotae.measures.fronts import COLUMNS
-from tegotae.measures.gaits.names import NO_GAIT, gait_of
+from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, length
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
@@ -350,34 +350,22 @@ def evaluated(
     found: Verified = _run(legged, family, numbers, phase, summary, timing)
     travel, own = found
 
-    def of_starts(x: AnyArray) -> np.ndarray:
-        return np.asarray(x, float).reshape(walkers, starts)
-
-    def mean(x: np.ndarray) -> np.ndarray:
-        known = np.isfinite(x)
-        return np.where(known, x, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-
-    up = ~of_starts(travel.failed).astype(bool)
-    body = unwrapped(legged.body)
-    weight = float(body.mass_kg * body.gravity_m_per_s2)  # type: ignore[attr-defined]
-    speed, power = mean(of_starts(own.speed_m_per_s)), mean(of_starts(own.power_w))
-    names = gait_of(own, legged.names).reshape(walkers, starts)
-    commonest = [Counter(row.tolist()).most_common(1)[0] for row in names]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cost = power / (weight * speed)
+    measured = over_starts(coordination_frame(own, legged.names, TOLERANCE), starts, legged.body)
+    speeds = np.asarray(own.speed_m_per_s).reshape(walkers, starts)
+    duty = np.asarray(own.duty_factor).mean(axis=0).reshape(walkers, starts)
     return pd.DataFrame(
         {
             "family": family.name,
-            "speed": speed,
-            "cost_of_transport": cost,
+            "speed": measured["speed_m_per_s"],
+            "cost_of_transport": measured["cost_of_transport"],
             **{name: np.asarray(numbers[name], float) for name in NUMBERS},
-            "upright": up.mean(axis=1),
-            "steady": of_starts(settled(travel)).mean(axis=1),
-            "locked": (up & ~np.isin(names, NO_GAIT[1:])).mean(axis=1),
-            "speed_spread": np.nanstd(of_starts(own.speed_m_per_s), axis=1),
-            "gait": [name for name, _ in commonest],
-            "gait_share": [count / starts for _, count in commonest],
-            "duty_factor": mean(of_starts(np.asarray(own.duty_factor).mean(axis=0))),
+            "upright": measured["upright"],
+            "steady": settled(travel).reshape(walkers, starts).mean(axis=1),
+            "locked": measured["locked"],
+            "speed_spread": np.nanstd(speeds, axis=1),
+            "gait": measured["gait"],
+            "gait_share": measured["gait_share"],
+            "duty_factor": mean_known(duty),
         }
     )
 

@@ -14,7 +14,7 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.limits import MOST_M, MOST_SEEDS
-from tegotae.analysis.gaits.simulate import coordination_columns
+from tegotae.analysis.gaits.releases import coordination_columns
 from tegotae.measures.gaits.lags import apart, moved, support_margin_m
 from tegotae.measures.gaits.names import FALLEN, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import (

@@ -17,7 +17,7 @@ from tegotae._support.errors import (
     unknown,
 )
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S, MOST_SEEDS
-from tegotae.analysis.gaits.simulate import coordination_frame
+from tegotae.analysis.gaits.releases import coordination_frame
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.parts._shapes import LaneNumbers

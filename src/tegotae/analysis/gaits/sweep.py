@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS, MOST_RAD_PER_S
-from tegotae.analysis.gaits.simulate import coordination_frame
+from tegotae.analysis.gaits.releases import coordination_frame
 from tegotae.measures.gaits.lags import circular_mean, drift, moved_until, rounding
 from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, distance
 from tegotae.measures.gaits.summary import (

@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.generalisation.disturbance import Disturbance, LackingError, Tested
+from tegotae.analysis.generalisation.disturbances import Disturbance, LackingError, Tested
 from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE, STANDING_SHARE
 from tegotae.envs.mujoco.sensing import scale_model
 from tegotae.envs.pilot import Pilot

@@ -17,7 +17,7 @@ from tegotae._support.engines import available_cores
 from tegotae._support.errors import TegotaeError
 from tegotae._support.part_code import code_of
 from tegotae._support.workplace import GENERALISATION, alone
-from tegotae.analysis.generalisation.disturbance import Disturbance, Tested
+from tegotae.analysis.generalisation.disturbances import Disturbance, Tested
 from tegotae.measures.hopping.statistics import wilson
 from tegotae.study import CellResult, Study, bundles, here, on_cores
 from tegotae.systems.descriptions import describe

@@ -13,7 +13,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.gaits.simulate import GaitRun
+from tegotae.analysis.gaits.releases import GaitRun
 from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
 from tegotae.figures.style import COLOURS, new_figure, styled
 from tegotae.parts.bodies import Body, BodyWrapper, Walker

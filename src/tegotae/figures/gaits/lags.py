@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from tegotae.analysis.gaits.simulate import GaitRun
+from tegotae.analysis.gaits.releases import GaitRun
 from tegotae.analysis.gaits.sweep import DOWN, UP, GaitSweep
 from tegotae.figures.gaits.style import HATCHES, MARKERS, THIN, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled

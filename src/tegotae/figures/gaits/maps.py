@@ -12,9 +12,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from tegotae.analysis.gaits.basin import GaitBasin, GaitShare
 from tegotae.analysis.gaits.lesion import Aftermath
 from tegotae.analysis.gaits.map import NO_BODY, GaitMap
+from tegotae.analysis.gaits.releases import Releases
 from tegotae.analysis.gaits.stability import GaitStability
 from tegotae.figures.gaits.style import (
     HATCHES,
@@ -33,7 +33,6 @@ from tegotae.measures.gaits.names import (
     NOT_LOCKED,
     STANDING,
 )
-from tegotae.parts._shapes import AnyArray
 from tegotae.systems.tuned import FORCED
 
 _PALE = 0.55
@@ -190,7 +189,7 @@ _APART = 0.1001
 """Speeds farther apart than two bins are not joined [√(g l0)]."""
 
 
-def basin_figure(basin: GaitBasin, note: str = "") -> Figure:
+def basin_figure(basin: Releases, note: str = "") -> Figure:
     """Left the share of each outcome with its 95 % interval, right the lags that starts end at.
 
     Of two legs the lags are drawn over those of the release; of more, those of two legs over each
@@ -204,7 +203,7 @@ def basin_figure(basin: GaitBasin, note: str = "") -> Figure:
     with styled():
         figure = new_figure(PAGE_IN, 2.4)
         bars, torus = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-        _shares(bars, outcomes, len(basin.gait), basin.legged.units[1])
+        _shares(bars, outcomes, len(basin.frame), basin.legged.units[1])
         bars.set_title(note, loc="left")
         if basin.legged.body.limbs == 2:
             _from_release(torus, basin)
@@ -213,52 +212,53 @@ def basin_figure(basin: GaitBasin, note: str = "") -> Figure:
     return figure
 
 
-def _shares(axes: Axes, outcomes: tuple[GaitShare, ...], starts: int, unit: str) -> None:
-    for row, each in enumerate(outcomes):
+def _shares(axes: Axes, outcomes: Any, starts: int, unit: str) -> None:
+    for row, each in enumerate(outcomes.itertuples()):
         axes.barh(row, each.share, height=0.6, color=gait_colour(each.gait))
         axes.plot([each.low, each.high], [row, row], color="k", lw=0.8)
         locked = np.isfinite(each.lock_time_s)
         label = f"{each.count}" + (f", locks in {each.lock_time_s:.3g} {unit}" if locked else "")
         axes.text(1.03, row, label, va="center", fontsize=7, transform=axes.get_yaxis_transform())
-    axes.set_yticks(range(len(outcomes)), [each.gait for each in outcomes])
+    axes.set_yticks(range(len(outcomes)), outcomes["gait"])
     axes.set(xlim=(0.0, 1.0), ylim=(max(len(outcomes), 3) - 0.4, -0.6))
     axes.set_xlabel(f"share of {starts} random starts")
 
 
-def _from_release(axes: Axes, basin: GaitBasin) -> None:
-    reference, names = basin.legged.reference, basin.legged.names
-    other = 1 - reference
-    released = (basin.phase_rad[reference] - basin.phase_rad[other]) / (2.0 * np.pi) % 1.0
-    _dots(axes, basin, released, _drawn(basin.found.lag[other]))
-    axes.set_xlabel(f"lag of {names[other]} behind {names[reference]} at release [cycles]")
+def _from_release(axes: Axes, basin: Releases) -> None:
+    reference = basin.legged.names[basin.legged.reference]
+    other = basin.legged.names[1 - basin.legged.reference]
+    phase = (basin.frame[f"release_phase_rad_{leg}"].to_numpy() for leg in (reference, other))
+    released = np.subtract(*phase) / (2.0 * np.pi) % 1.0
+    _dots(axes, basin, released, _drawn(basin, other))
+    axes.set_xlabel(f"lag of {other} behind {reference} at release [cycles]")
     axes.set_ylabel("and in the end [cycles]")
 
 
-def _of_two_legs(axes: Axes, basin: GaitBasin) -> None:
+def _of_two_legs(axes: Axes, basin: Releases) -> None:
     reference, names = basin.legged.reference, basin.legged.names
     order = by_side(names)
     at = order.index(reference)
     # The next leg of the same side, and the same leg of the other side.
     along, across = order[(at + 1) % len(order)], order[-1 - at]
     across = across if across not in (reference, along) else order[(at + 2) % len(order)]
-    _dots(axes, basin, _drawn(basin.found.lag[along]), _drawn(basin.found.lag[across]))
+    _dots(axes, basin, _drawn(basin, names[along]), _drawn(basin, names[across]))
     axes.set_xlabel(f"lag of {names[along]} behind {names[reference]} [cycles]")
     axes.set_ylabel(f"lag of {names[across]} [cycles]")
 
 
-def _dots(axes: Axes, basin: GaitBasin, x: np.ndarray, y: np.ndarray) -> None:
-    for outcome in basin.outcomes:
-        own = basin.gait == outcome.gait
-        colour, marker = gait_colour(outcome.gait), gait_marker(outcome.gait)
+def _dots(axes: Axes, basin: Releases, x: np.ndarray, y: np.ndarray) -> None:
+    for gait in basin.outcomes["gait"]:
+        own = basin.frame["gait"].to_numpy() == gait
+        colour, marker = gait_colour(gait), gait_marker(gait)
         axes.scatter(x[own], y[own], s=18, color=colour, marker=marker, lw=0, alpha=0.6)
     ticks = np.linspace(0.0, 1.0, 5)
     axes.set(xlim=(-0.13, 1.0), ylim=(-0.13, 1.0), xticks=ticks, yticks=ticks)
     axes.set_aspect("equal")
 
 
-def _drawn(lag: AnyArray) -> np.ndarray:
-    """Lags from -0.125 to 0.875, so that those beside zero are not torn apart."""
-    return (np.asarray(lag) + 0.125) % 1.0 - 0.125
+def _drawn(basin: Releases, leg: str) -> np.ndarray:
+    """Lags of a leg from -0.125 to 0.875, so that those beside zero are not torn apart."""
+    return (basin.frame[f"lag_cycles_{leg}"].to_numpy() + 0.125) % 1.0 - 0.125
 
 
 def stability_figure(found: GaitStability, note: str = "") -> Figure:

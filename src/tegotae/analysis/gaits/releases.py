@@ -1,0 +1,370 @@
+"""Releases of a body with several legs: one in full, or many in the coordination of their legs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+import pandas as pd
+
+from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.limits import MOST_RAD_PER_S, MOST_SEEDS
+from tegotae.measures.gaits.lags import (
+    StanceInterval,
+    circular_mean,
+    circular_spread,
+    over_strides,
+    stances,
+)
+from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, gait_of
+from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, total_mass_kg
+from tegotae.measures.hopping.statistics import wilson
+from tegotae.parts._shapes import AnyArray, LaneNumbers
+from tegotae.parts.bodies import Body
+from tegotae.parts.fields import unwrapped
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.world import whole_run, with_changes
+from tegotae.systems.descriptions import describe
+from tegotae.systems.legged import Legged, lanes_of, random_phases
+
+_OF_LEGS = ("lag", "lag_spread", "touchdown_lag", "step_frequency_hz", "duty_factor")
+_UNITS = {name: f"{name}_cycles" for name in ("lag", "lag_spread", "touchdown_lag", "moved")}
+
+
+def coordination_columns(found: Coordination, legs: Sequence[str]) -> dict[str, np.ndarray]:
+    """The coordination of lanes as columns, what belongs to a leg with its name at the end.
+
+    Args:
+        found: arrays [limbs, lanes] and [lanes].
+        legs: the legs' names.
+
+    Example:
+        >>> values = {name: np.zeros(3) for name in Coordination._fields}
+        >>> values |= {name: np.zeros((2, 3)) for name in _OF_LEGS}
+        >>> list(coordination_columns(Coordination(**values), ("H", "F")))[:3]
+        ['lag_cycles_H', 'lag_cycles_F', 'lag_spread_cycles_H']
+    """
+    columns = {}
+    for name, values in found._asdict().items():
+        title = _UNITS.get(name, name)
+        if name in _OF_LEGS:
+            columns |= {f"{title}_{leg}": values[i] for i, leg in enumerate(legs)}
+        else:
+            columns[title] = values
+    return {name: np.asarray(values) for name, values in columns.items()}
+
+
+def coordination_frame(
+    found: Coordination, legs: Sequence[str], tolerance: float, **labels: Any
+) -> pd.DataFrame:
+    """The gait and the coordination of lanes, a row a lane, behind what tells lanes apart.
+
+    Args:
+        found: arrays [limbs, lanes] and [lanes].
+        legs: the legs' names.
+        tolerance: how far lags may be from a named pattern's [cycles].
+        labels: numbers or texts by name, one or [lanes].
+    """
+    gait = gait_of(found, legs, tolerance)
+    return pd.DataFrame({**labels, "gait": gait, **coordination_columns(found, legs)})
+
+
+def system_document(legged: Legged) -> JsonObject:
+    """A system as JSON values.
+
+    Raises:
+        TegotaeError: for a part that is not registered (`tegotae.register`).
+    """
+    return {**describe(legged), "legs": list(legged.names)}
+
+
+@dataclass(frozen=True)
+class GaitRun:
+    """A rollout of one lane: arrays [frames, limbs] of legs, else [frames]."""
+
+    legged: Legged
+    """The released system."""
+    phase_rad: np.ndarray
+    """Phases at release [rad], [limbs]."""
+    trajectory: Trajectory
+    """All channels."""
+    lag: np.ndarray
+    """Lags averaged over strides [cycles], [frames, limbs]."""
+    found: Coordination
+    """How the legs go together in the end, of one lane: [limbs, 1] and [1]."""
+    gait: str
+    """The gait's name, or why it has none."""
+
+    @property
+    def timing(self) -> Timing:
+        """For how long, and how closely it is recorded."""
+        return self.legged.timing
+
+    @property
+    def stances(self) -> tuple[tuple[StanceInterval, ...], ...]:
+        """The stances of every leg."""
+        return stances(self.trajectory.time_s, self.trajectory.stance_time_s)
+
+    @property
+    def stride_s(self) -> float:
+        """How long a stride lasts in the end [s]; NaN if it makes none."""
+        hz = float(self.found.cycle_frequency_hz[0])
+        return 1.0 / hz if hz > 0.0 else float("nan")
+
+    @property
+    def series(self) -> dict[str, AnyArray]:
+        """The frames as a table: every channel, the lags, and the share of each frame in stance.
+
+        What belongs to a leg is a column a leg, such as `phase_rad_LH`.
+        """
+        t, names = self.trajectory, self.legged.names
+        share = np.diff(t.stance_time_s, axis=0, prepend=0.0) / self.timing.frame_s
+        more = {"lag_cycles": self.lag, "stance_share": np.clip(share, 0.0, 1.0)}
+        table: dict[str, AnyArray] = {}
+        for title, values in {**t.channels, **more}.items():
+            if np.ndim(values) == 1:
+                table[title] = values
+            else:
+                table |= {f"{title}_{name}": values[:, leg] for leg, name in enumerate(names)}
+        return table
+
+
+@dataclass(frozen=True)
+class _Closely:
+    """A summary that keeps the trajectory beside the coordination."""
+
+    own: CoordinationSummary
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[Trajectory, Coordination]:
+        return trajectory, self.own(trajectory, scenario, body, timing)
+
+
+def simulate(
+    legged: Legged,
+    phase_rad: Sequence[float] | None = None,
+    *,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+) -> GaitRun:
+    """Release a body once, and record everything.
+
+    Args:
+        legged: the body and what drives it.
+        phase_rad: phases at release [rad], one a leg; drawn at random by default.
+        seed: of random phases; the first start that a basin of this seed has.
+        tolerance: how far lags may be from a named pattern's [cycles].
+
+    Raises:
+        TegotaeError: for phases of another number of legs, or what the engine refuses.
+
+    Example:
+        >>> from tegotae.analysis.gaits import system
+        >>> simulate(system("bar-heavy"), (0.0, 2.0)).gait
+        'in phase'
+    """
+    limbs = legged.body.limbs
+    phase = random_phases(limbs, 1, seed)[:, 0] if phase_rad is None else np.asarray(phase_rad)
+    if phase.shape != (limbs,):
+        raise TegotaeError(f"{phase.size} phases are given; this body has {limbs} legs")
+    for angle in phase:
+        require_finite("a phase", angle)
+    summary = legged.summary()
+    trajectory, found = legged.run(_Closely(summary), legged.scenario(phase[:, None]))
+    found = lanes_of(found)
+    return GaitRun(
+        legged=legged,
+        phase_rad=phase,
+        trajectory=jax.tree.map(lambda x: x[..., 0], trajectory),
+        lag=_course(summary, trajectory, found, legged.timing),
+        found=found,
+        gait=str(gait_of(found, legged.names, tolerance)[0]),
+    )
+
+
+def _course(
+    summary: CoordinationSummary, trajectory: Trajectory, found: Coordination, timing: Timing
+) -> np.ndarray:
+    """Lags averaged over the stride of the end, [frames, limbs]; over a frame without any."""
+    hz = float(found.cycle_frequency_hz[0])
+    frames = round(1.0 / (hz * timing.frame_s)) if hz * timing.duration_s > 1.0 else 1
+    lag = summary.rhythm.lag(trajectory, summary.reference)
+    return np.asarray(over_strides(lag, np.array([frames])), float)[..., 0]
+
+
+MEASURES = {
+    "upright": "share of the starts that does not fall",
+    "locked": "share of them whose legs lock into one gait",
+    "lock_time_s": "median time to lock [s]",
+    "speed_m_per_s": "mean speed [m/s]",
+    "cost_of_transport": "mean power / (weight · mean speed)",
+    "froude": "Froude number of the mean speed",
+    "slip": "way that each foot slips, over the way of the body",
+}
+"""The evaluation of a controller at a frequency."""
+
+
+@dataclass(frozen=True)
+class Releases:
+    """What controllers of one structure did from the same random phases."""
+
+    legged: Legged
+    """The system that they drive."""
+    frame: pd.DataFrame
+    """A row a run, frequency `omega` [rad/s] (NaN without an oscillator) and start: the phases at
+    release, the gait and the coordination (`coordination_frame`)."""
+    starts: int
+    """How many releases there are of each run at each frequency."""
+    body: Body
+    """The body with what was changed for the whole run, such as its mass."""
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """A row a run and frequency: `over_starts` of its releases."""
+        rows = self.frame[["run", "omega"]][:: self.starts].reset_index(drop=True)
+        return rows.assign(**over_starts(self.frame, self.starts, self.body))
+
+    @property
+    def outcomes(self) -> pd.DataFrame:
+        """A row a gait that starts end in, or a reason to have none, the most common first; those
+        as common in the order of letters.
+
+        The `share` of the starts has a 95 % interval from `low` to `high` (Wilson). `lag` has the
+        circular means of the lags over these starts, and `between` their circular standard
+        deviations, a leg [cycles]: near zero if the starts end in one gait and not merely in gaits
+        of one name. `lock_time_s` is the median time to lock [s].
+        """
+        lags, rows = [f"lag_cycles_{leg}" for leg in self.legged.names], []
+        for gait, ending in self.frame.groupby("gait"):
+            lag = ending[lags].to_numpy().T
+            low, high = wilson(len(ending), len(self.frame))
+            rows.append(
+                {
+                    "gait": gait,
+                    "count": len(ending),
+                    "share": len(ending) / len(self.frame),
+                    "low": low,
+                    "high": high,
+                    "lag": np.asarray(circular_mean(lag, axis=1), float).tolist(),
+                    "between": np.asarray(circular_spread(lag, axis=1), float).tolist(),
+                    "lock_time_s": ending["lock_time_s"].median(),
+                }
+            )
+        listed = pd.DataFrame(rows).sort_values("count", ascending=False, kind="stable")
+        return listed.reset_index(drop=True)
+
+
+def over_starts(frame: pd.DataFrame, starts: int, body: Body) -> dict[str, np.ndarray]:
+    """`MEASURES` of releases, and what most of them end in (`gait`, `gait_share`), [rows].
+
+    Speed, cost and slip are those of starts that stay up.
+
+    Args:
+        frame: the gait and the coordination (`coordination_frame`) of releases, row by row.
+        starts: how many releases a row has.
+        body: what was released, for its weight and size.
+    """
+
+    def of(column: str) -> np.ndarray:
+        return frame[column].to_numpy().reshape(-1, starts)
+
+    stands, gait = ~np.isfinite(of("fall_time_s")), of("gait")
+    locks = stands & ~np.isin(gait.astype(str), NO_GAIT[1:])
+    speed, power = mean_known(of("speed_m_per_s")), mean_known(of("power_w"))
+    own: Any = unwrapped(body)
+    gravity = float(own.gravity_m_per_s2)
+    weight = float(total_mass_kg(own)) * gravity
+    common = [Counter(row.tolist()).most_common(1)[0] for row in gait]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slip = np.where(stands, of("slip_m") / of("distance_m") / body.limbs, np.nan)
+        return {
+            "upright": stands.mean(axis=-1),
+            "locked": locks.mean(axis=-1),
+            "lock_time_s": np.ma.median(
+                np.ma.masked_invalid(np.where(locks, of("lock_time_s"), np.nan)), axis=-1
+            ).filled(np.nan),
+            "speed_m_per_s": speed,
+            "cost_of_transport": np.where(speed > 0.0, power / (weight * speed), np.nan),
+            "froude": speed**2 / (gravity * float(body.rest_length_m)),  # type: ignore[attr-defined]
+            "slip": mean_known(slip),
+            "gait": np.array([name for name, _ in common]),
+            "gait_share": np.array([count / starts for _, count in common]),
+        }
+
+
+def mean_known(x: np.ndarray) -> np.ndarray:
+    """Mean over the last axis of what is defined; NaN where nothing is."""
+    defined = np.isfinite(x)
+    count = defined.sum(axis=-1)
+    total = np.where(defined, x, 0.0).sum(axis=-1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def release_all(
+    legged: Legged,
+    weights: np.ndarray | None = None,
+    omegas: Sequence[float] = (),
+    starts: int = 32,
+    *,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    changes: Mapping[str, LaneNumbers] | None = None,
+) -> Releases:
+    """Release controllers at random phases, the same ones for all, at every frequency.
+
+    Args:
+        legged: the system that they drive.
+        weights: of the controllers, [runs, n_weights]; the system's own by default.
+        omegas: frequencies ω [rad/s]; the system's own if none is given.
+        starts: how many releases of each, their phases independent and even on the circle; of legs
+            without oscillators all would be alike, and one is made.
+        seed: of the phases; more starts of a seed begin with the same ones.
+        tolerance: how far lags may be from a named pattern's [cycles].
+        changes: what they meet, numbers by the names of the body's fields (`with_changes`).
+
+    Raises:
+        TegotaeError: for weights of another number, a frequency of what has none, or one that is
+            not positive.
+
+    Example:
+        >>> from tegotae.analysis.gaits import system
+        >>> found = release_all(system("bar-light"), starts=4)
+        >>> found.outcomes[["gait", "share"]].values.tolist()
+        [['antiphase', 1.0]]
+    """
+    require_count("starts", starts, most=MOST_SEEDS)
+    weights = np.atleast_2d(np.asarray(legged.weights if weights is None else weights, float))
+    if weights.shape[1] != legged.controller.n_weights:
+        raise TegotaeError(
+            f"weights have shape {weights.shape}; this controller has "
+            f"{legged.controller.n_weights} of them"
+        )
+    if legged.omega is None:
+        if len(omegas):
+            raise TegotaeError("the controller has no oscillator, and so no omega")
+        asked, starts = np.array([np.nan]), 1
+    else:
+        asked = np.array(list(omegas) or [legged.omega], float)
+        for omega in asked.tolist():
+            require_finite("omega", omega, above=0.0, most=MOST_RAD_PER_S)
+    repeats = len(weights) * len(asked)
+    phase = np.tile(random_phases(legged.body.limbs, starts, seed), repeats)
+    run = np.repeat(np.arange(len(weights)), len(asked) * starts)
+    omega = np.tile(np.repeat(asked, starts), len(weights))
+    scenario = with_changes(legged.scenario(phase), legged.body, changes or {})
+    if legged.omega is not None:
+        scenario = scenario._replace(omega=omega)
+    engine = legged.engine(legged.summary())
+    found = lanes_of(engine.run(weights[run], scenario, legged.body))
+    labels = {"run": run, "omega": omega, "start": np.tile(np.arange(starts), repeats)}
+    labels |= {f"release_phase_rad_{leg}": x for leg, x in zip(legged.names, phase, strict=True)}
+    frame = coordination_frame(found, legged.names, tolerance, **labels)
+    body, _ = whole_run(legged.body, dict(scenario.changes))
+    return Releases(legged, frame, starts, body)

@@ -1,0 +1,542 @@
+"""Conditions outside of the training: blows, other bodies, other ground, worse signals."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.tables import number
+from tegotae.measures.gaits.summary import has_mass, total_mass_kg
+from tegotae.parts._shapes import LaneNumbers
+from tegotae.parts.controller import Controller
+from tegotae.simulation.world import Staircase, Step
+from tegotae.systems.controller_file import ControllerSet
+
+MOST_LEVEL = 1e6
+"""The largest level of any disturbance: single precision can count with it."""
+
+
+class LackingError(Exception):
+    """A body lacks what a disturbance changes; the text says what."""
+
+
+@dataclass(frozen=True)
+class Disturbance(ABC):
+    """One condition at several levels: a frozen dataclass of its numbers.
+
+    Args:
+        name: what commands and tables call it.
+        label: what figures call it.
+        levels: those that are tried, below and above the neutral one, in any order.
+        unit: of its levels; empty for a ratio.
+        neutral: the level at which there is none of it.
+        measure: what of a gait is to be kept: "keeps", that it is the same; or "moves", that the
+            body still hops or walks, where the same gait cannot be.
+
+    Raises:
+        TegotaeError: for no level, one that is no number or beyond sense, twice the same, or the
+            neutral one.
+    """
+
+    RANGE: ClassVar[Mapping[str, float]] = {"least": -MOST_LEVEL}
+    """The lowest possible level (`require_finite`)."""
+
+    name: str
+    label: str
+    levels: tuple[float, ...]
+    unit: str = ""
+    neutral: float = 0.0
+    measure: str = "keeps"
+
+    def __post_init__(self) -> None:
+        for level in self.levels:
+            require_finite(f"a level of {self.name}", level, most=MOST_LEVEL, **self.RANGE)
+        if not self.levels or len(set(self.levels)) < len(self.levels):
+            raise TegotaeError(
+                f"the levels of {self.name} are {self.levels}; give at least one, each once"
+            )
+        if self.neutral in self.levels:
+            raise TegotaeError(f"{self.neutral:g} is no {self.name} at all; it is always tested")
+
+    @property
+    def longest_delay_s(self) -> float:
+        """By how much it makes the senses late at most, for a leg of a metre on Earth [s]."""
+        return 0.0
+
+    def side(self, below: bool) -> list[float]:
+        """Levels on one side of the neutral one, from there outwards."""
+        levels = sorted(level for level in self.levels if (level < self.neutral) == below)
+        return levels[::-1] if below else levels
+
+    @property
+    def outwards(self) -> list[float]:
+        """All levels, side by side."""
+        return [*self.side(True), *self.side(False)]
+
+    @abstractmethod
+    def changes(
+        self, tested: Tested, level: np.ndarray, at_s: np.ndarray
+    ) -> dict[str, LaneNumbers]:
+        """The changes for lanes of these levels, by name (`with_changes`).
+
+        Arrays [lanes] or [limbs, lanes], or schedules of them; names are those of the body's
+        fields, and of the scenario's entries.
+
+        Args:
+            tested: the controllers that meet it.
+            level: of each lane, [lanes]; releases are the innermost (`release_of`).
+            at_s: when what happens at a time happens in it [s], [lanes].
+
+        Raises:
+            LackingError: if it does not apply to these controllers.
+        """
+
+
+@dataclass(frozen=True)
+class Tested(ABC):
+    """A set of controllers, unchanged, and how it is tried: on bodies of this package
+    (`ControllersUnderTest`), or in another simulator (`ModelUnderTest`).
+
+    Args:
+        controllers: the runs of one training, and the system that they share.
+        starts: from how many releases each is tried.
+    """
+
+    CHANGED: ClassVar[frozenset[str] | None] = None
+    """Names of what can be changed; None for all that the body has."""
+
+    controllers: ControllerSet
+    starts: int = 1
+
+    @classmethod
+    def of(cls, runs: ControllerSet, starts: int = 4) -> Self:
+        """The runs of a set, without duplicates, ready for a test.
+
+        Args:
+            runs: the runs.
+            starts: where releases differ.
+        """
+        _, first = np.unique(runs.weights, axis=0, return_index=True)
+        kept = np.sort(first)
+        labels = tuple(runs.labels[i] for i in kept)
+        tested = cls(dataclasses.replace(runs, weights=runs.weights[kept], labels=labels))
+        return dataclasses.replace(tested, starts=starts) if tested.starts_differ else tested
+
+    @property
+    def name(self) -> str:
+        """Of the set."""
+        return self.controllers.name
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Of the runs, [runs, n_weights]."""
+        return self.controllers.weights
+
+    @property
+    def controller(self) -> Controller:
+        """The structure that the runs share."""
+        return self.controllers.controller
+
+    @property
+    def size(self) -> int:
+        """How many lanes a level has: runs, each from every start."""
+        return len(self.weights) * self.starts
+
+    @property
+    @abstractmethod
+    def document(self) -> JsonObject:
+        """What decides what is found, beside the disturbances, as JSON values."""
+
+    @property
+    @abstractmethod
+    def starts_differ(self) -> bool:
+        """Whether releases differ, so that several are worth a try."""
+
+    @property
+    @abstractmethod
+    def omega(self) -> float | None:
+        """The frequency they are tried at [rad/s]; None without an oscillator."""
+
+    @property
+    @abstractmethod
+    def body(self) -> Any:
+        """What the controllers move: it has `rest_length_m`, `touching_height_m` and `limbs`."""
+
+    @property
+    def unwrapped(self) -> Any:
+        """The body within all that is around it."""
+        return self.body
+
+    @property
+    def kind(self) -> str:
+        """What the body is called."""
+        return type(self.unwrapped).__name__
+
+    @property
+    def takes_forces(self) -> bool:
+        """Whether its actuators take forces, and not places of feet."""
+        return True
+
+    @property
+    def mass_kg(self) -> float:
+        """Of the body [kg].
+
+        Raises:
+            LackingError: if it does not say what it weighs.
+        """
+        if not has_mass(self.unwrapped):
+            raise LackingError(f"a {self.kind} has no mass_kg")
+        return float(total_mass_kg(self.unwrapped))
+
+    @property
+    @abstractmethod
+    def height_m(self) -> float:
+        """From which height it is released [m]."""
+
+    @property
+    @abstractmethod
+    def time_scale(self) -> float:
+        """√(l0 / g) of the body over that of a leg of a metre on Earth: 1 for the hopper."""
+
+    @property
+    def speed_scale(self) -> float:
+        """√(g l0) of the body over that of a leg of a metre on Earth: 1 for the hopper."""
+        return float(self.unwrapped.rest_length_m) / self.time_scale
+
+    @abstractmethod
+    def has_field(self, name: str) -> bool:
+        """Whether the body has a field of this name."""
+
+    @abstractmethod
+    def usual(self, name: str) -> LaneNumbers:
+        """A field of the body as it is: a number, or a tuple of the legs' numbers.
+
+        Raises:
+            LackingError: if there is none of this name.
+        """
+
+    def lacks(self, disturbance: Disturbance) -> str:
+        """Why a disturbance does not apply; empty if it does."""
+        try:
+            changes = disturbance.changes(self, np.array([disturbance.neutral]), np.zeros(1))
+        except LackingError as lacking:
+            return str(lacking)
+        beyond = sorted(changes.keys() - self.CHANGED) if self.CHANGED is not None else []
+        return f"{', '.join(beyond)} cannot be changed on a {self.kind}" if beyond else ""
+
+    @abstractmethod
+    def check(self, disturbances: Sequence[Disturbance]) -> None:
+        """Raise `TegotaeError` if a level of a disturbance makes no body, or one, or an oscillator,
+        that is too quick for the control tick."""
+
+    @abstractmethod
+    def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
+        """What is kept at every level of disturbances that apply (`Retention`), [levels, lanes].
+
+        Levels are those of one disturbance after the other (`Disturbance.outwards`).
+        """
+
+
+def release_of(tested: Tested, level: np.ndarray) -> np.ndarray:
+    """Which release of its run every lane is, from 0 on, [lanes].
+
+    What is drawn follows from it alone: what a run meets does not depend on which others there are.
+    """
+    return np.arange(len(level)) % tested.starts
+
+
+@dataclass(frozen=True, kw_only=True)
+class Blow(Disturbance):
+    """A vertical blow that changes the velocity by the level, at an apex of what hops.
+
+    In m/s of a leg of a metre on Earth, else times √(g l0).
+    """
+
+    def changes(self, tested, level, at_s):
+        return {"impulse_ns": level * tested.speed_scale * tested.mass_kg, "at_s": at_s}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForcePulse(Disturbance):
+    """A force on the centre of mass for a short time, that alone changes its velocity by the level.
+
+    In m/s of a leg of a metre on Earth, else times √(g l0).
+    """
+
+    field: str
+    """The body's field of the force [N]."""
+    lasts_s: float = 0.1
+    """How long [s], of a leg of a metre on Earth."""
+
+    def changes(self, tested, level, at_s):
+        _ = tested.usual(self.field)
+        lasts = self.lasts_s * tested.time_scale
+        force = level * tested.speed_scale * tested.mass_kg / lasts
+        return {self.field: Step(force, at_s, at_s + lasts)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LostLeg(Disturbance):
+    """So many legs are lost at once; which ones differs from release to release.
+
+    A gait of fewer legs is another one: what counts is that it walks on.
+
+    Raises:
+        TegotaeError: for a level that is no number of legs.
+    """
+
+    measure: str = "moves"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for level in self.levels:
+            if level < 1.0 or not float(level).is_integer():
+                raise TegotaeError(
+                    f"{self.name}={level:g} is no number of legs; write whole ones, such as 1/2"
+                )
+
+    def changes(self, tested, level, at_s):
+        limbs = tested.body.limbs
+        if not tested.has_field("present"):
+            raise LackingError(f"a {tested.kind} cannot lose a leg")
+        if max(self.levels) >= limbs:
+            raise LackingError(f"it has {limbs} legs")
+        first = release_of(tested, level) % limbs
+        order = (np.arange(limbs)[:, None] - first[None]) % limbs
+        present = np.asarray(tested.usual("present"), float)[:, None] * (order >= level[None])
+        return {"present": Step(present, at_s, np.inf)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frequency(Disturbance):
+    """Another frequency ω: that of the training times the level.
+
+    Raises:
+        TegotaeError: for a level that is not positive.
+    """
+
+    RANGE: ClassVar = {"above": 0.0}
+
+    neutral: float = 1.0
+
+    def changes(self, tested, level, at_s):
+        if tested.omega is None:
+            raise LackingError("it has no oscillator")
+        return {"omega": tested.omega * level}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scaled(Disturbance):
+    """Numbers of the body times the level, from the release on.
+
+    A leg of another length is released as high over where it touches the ground.
+    """
+
+    fields: tuple[str, ...]
+    """Names of which the body has at least one; all that it has are scaled."""
+    neutral: float = 1.0
+
+    def changes(self, tested, level, at_s):
+        own = {name: np.asarray(tested.usual(name), float) for name in self.fields
+               if tested.has_field(name)}  # fmt: skip
+        if not own:
+            raise LackingError(f"a {tested.kind} has no {' or '.join(self.fields)}")
+        if not any(map(np.any, own.values())):
+            raise LackingError(f"its {self.fields[0]} is 0, and so is any share of it")
+        # Of several legs [limbs, 1], times levels [lanes].
+        changes = {name: (x[:, None] if x.ndim else x) * level for name, x in own.items()}
+        if "rest_length_m" in self.fields:
+            longer = (level - 1.0) * float(tested.body.rest_length_m)
+            changes["height_m"] = tested.height_m + longer
+        return changes
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReleaseHeight(Disturbance):
+    """A release from another height over where the leg touches the ground, in leg lengths; none is
+    below zero, in the ground."""
+
+    RANGE: ClassVar = {"least": 0.0}
+
+    def changes(self, tested, level, at_s):
+        if not tested.takes_forces:
+            raise LackingError("it is released on its feet")
+        over = level * float(tested.body.rest_length_m)
+        return {"height_m": float(tested.body.touching_height_m) + over}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ground(Disturbance):
+    """The ground rises or falls once, by the level in leg lengths: at an apex, of what hops."""
+
+    def changes(self, tested, level, at_s):
+        return {"drop_m": Step(-level * float(tested.body.rest_length_m), at_s)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stairs(Disturbance):
+    """The ground falls again and again by the level, in leg lengths."""
+
+    dwell_s: float = 5.0
+    """How long it stays [s], of a leg of a metre on Earth."""
+    times: int = 4
+    """How often it falls."""
+
+    def changes(self, tested, level, at_s):
+        down = -level * float(tested.body.rest_length_m)
+        stairs = Staircase(down, self.dwell_s * tested.time_scale, float(self.times + 1))
+        return {"ground_m": stairs}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Incline(Disturbance):
+    """Ground that rises forward by the level per length, or falls, from the release on."""
+
+    def changes(self, tested, level, at_s):
+        _require_terrain(tested)
+        return {"terrain.second.first.along": level}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roughness(Disturbance):
+    """Rough ground of this root mean square, in leg lengths; every release is elsewhere on it.
+
+    Its typical wavelength is a leg's length, and it begins within one from the release.
+    """
+
+    def changes(self, tested, level, at_s):
+        _require_terrain(tested)
+        length = float(tested.body.rest_length_m)
+        fields = {"rms_m": level * length, "wavelength_m": np.full(len(level), length)}
+        fields["place"] = 1.0 + release_of(tested, level)
+        return {f"terrain.second.second.{field}": value for field, value in fields.items()}
+
+
+def _require_terrain(tested: Tested) -> None:
+    if not tested.has_field("terrain"):
+        raise LackingError(f"a {tested.kind} stays in its place, on level ground")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strength(Disturbance):
+    """Actuators that deliver this share of the force."""
+
+    neutral: float = 1.0
+
+    def changes(self, tested, level, at_s):
+        if not tested.takes_forces:
+            raise LackingError("its actuators take places, not forces")
+        return {"strength": tested.usual("strength") * level}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Late(Disturbance):
+    """Actuators that lag, or senses that are late, by the level more [s].
+
+    As much later for a body whose √(l0 / g) is larger.
+    """
+
+    field: str
+
+    @property
+    def longest_delay_s(self) -> float:
+        """See `Disturbance.longest_delay_s`."""
+        return max(self.levels) if self.field == "delay_s" else 0.0
+
+    def changes(self, tested, level, at_s):
+        return {self.field: tested.usual(self.field) + level * tested.time_scale}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise(Disturbance):
+    """White noise on the senses, a number a control tick, as a share of their scale.
+
+    Every release meets another one.
+
+    Under noise no hop is as the last: what counts is that there are hops.
+    """
+
+    measure: str = "moves"
+
+    def changes(self, tested, level, at_s):
+        drawn = 1.0 + release_of(tested, level)
+        return {"noise": tested.usual("noise") + level, "seed": drawn}
+
+
+_BELOW = (0.85, 0.7, 0.5)
+_ABOVE = (1.2, 1.5, 2.0, 3.0)
+_RATIOS = (*_BELOW, *_ABOVE)
+_STIFFNESS = ("stiffness_n_per_m", "stiffness_z_n_per_m")
+_DAMPING = ("damping_ns_per_m", "damping_z_ns_per_m")
+_SPEEDS = (0.3, 0.6, 1.0, 1.5)
+_BLOWS = (-0.5, -1.0, -2.0, -3.0, 0.5, 1.0, 2.0, 3.0)
+_STEPS = (-0.1, -0.25, -0.5, -1.0, 0.1, 0.2, 0.3)
+
+CATALOGUE: dict[str, Disturbance] = {
+    known.name: known
+    for known in (
+        Frequency("omega", "frequency ω / ω_t", _RATIOS),
+        Scaled("mass", "mass", _RATIOS, fields=("mass_kg",)),
+        Scaled("stiffness", "stiffness", _RATIOS, fields=_STIFFNESS),
+        Scaled("damping", "damping", (0.5, 0.0, 1.5, 2.5, 4.0), fields=_DAMPING),
+        Scaled("gravity", "gravity", _RATIOS, fields=("gravity_m_per_s2",)),
+        Scaled("leg-length", "leg length", (0.8, 0.5, 1.4, 2.0), fields=("rest_length_m",)),
+        Scaled("friction", "friction", (0.75, 0.5, 0.25, 0.1), fields=("friction",)),
+        ReleaseHeight("release", "release over touchdown", (0.05, 0.02, 0.5, 1.0, 1.5), "l0", 0.2),
+        Ground("step", "step of the ground", _STEPS, "l0"),
+        Stairs("drops", "four drops in a row", (0.05, 0.1, 0.2, 0.4), "l0"),
+        Blow("blow", "vertical blow", _BLOWS, "m/s"),
+        ForcePulse(
+            "push-ahead", "push ahead", (*(-x for x in _SPEEDS), *_SPEEDS), "m/s", field="push_x_n"
+        ),
+        ForcePulse("push-aside", "push aside", _SPEEDS, "m/s", field="push_y_n"),
+        Incline("slope", "slope of the ground", (-0.2, -0.1, -0.05, 0.05, 0.1, 0.2)),
+        Roughness("rough", "roughness of the ground", (0.01, 0.02, 0.05, 0.1), "l0"),
+        LostLeg("lost-leg", "lost legs", (1.0, 2.0), "legs"),
+        Strength("strength", "strength of the actuator", (0.8, 0.6, 0.45, 0.3)),
+        Late("lag", "lag of the actuator", (0.005, 0.015, 0.04, 0.1), "s", field="lag_s"),
+        Late("delay", "delay of the senses", (0.004, 0.008, 0.016, 0.032), "s", field="delay_s"),
+        Noise("noise", "noise of the senses", (0.05, 0.1, 0.2, 0.4, 0.8)),
+    )
+}
+"""All by name."""
+
+
+def disturbances_named(texts: Iterable[str]) -> tuple[Disturbance, ...]:
+    """Disturbances by name, each with levels of one's own if some are written: "delay=0.01/0.02".
+
+    Args:
+        texts: names; all that there are, if there are none.
+
+    Raises:
+        TegotaeError: for an unknown name, one that is given twice, or levels that are none.
+
+    Example:
+        >>> [each.levels for each in disturbances_named(["lag=0.01/0.02", "drops"])]
+        [(0.01, 0.02), (0.05, 0.1, 0.2, 0.4)]
+    """
+    found: dict[str, Disturbance] = {}
+    for text in texts:
+        name, equals, levels = text.partition("=")
+        if name not in CATALOGUE:
+            raise unknown("condition", name, CATALOGUE)
+        if name in found:
+            raise TegotaeError(f"{name} is named twice; name each condition once")
+        found[name] = CATALOGUE[name]
+        if equals:
+            try:
+                numbers = tuple(number(each) for each in levels.split("/"))
+            except ValueError:
+                raise TegotaeError(
+                    f"{text} has no levels; write {name}=LEVEL/LEVEL, such as {name}="
+                    f"{'/'.join(f'{x:g}' for x in CATALOGUE[name].levels[:2])}"
+                ) from None
+            found[name] = dataclasses.replace(CATALOGUE[name], levels=numbers)
+    return tuple(found.values()) or tuple(CATALOGUE.values())
