@@ -108,7 +108,7 @@ def scores(found: Releases, advance: float) -> np.ndarray:
         found: what the runs did.
         advance: the way per radian of the command that is wanted [m/rad].
     """
-    table = found.summary
+    table: Any = found.summary
     names = ("speed_m_per_s", "cost_of_transport", "upright", "omega")
     speed, cost, up, omega = (table[name].to_numpy() for name in names)
     gain = np.nan_to_num(baseline_cost(speed) / cost)

@@ -51,7 +51,7 @@ def loses(legged: Legged, leg: str) -> GaitRun:
     trajectory = legged.run(_Whole(), scenario, TIMING)
     before = legged.with_system(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
     return dataclasses.replace(
-        simulate(before, phase[:, 0]),
+        simulate(before, phase[:, 0].tolist()),
         legged=legged.with_system(timing=TIMING),
         trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory),
     )
