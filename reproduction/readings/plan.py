@@ -22,8 +22,7 @@ from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe
 from tegotae.systems.models import Model, find
-from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.algorithms.base import algorithm_document
+from tegotae.training.algorithms import PGPE, Algorithm, algorithm_document
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned

@@ -20,8 +20,7 @@ from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import check_kept
-from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.algorithms.base import Parameters, SearchState, algorithm_document
+from tegotae.training.algorithms import PGPE, Algorithm, Parameters, SearchState, algorithm_document
 from tegotae.training.evaluator import Generation, Scores, best_gain, evaluator_of
 from tegotae.training.learner import (
     CurvePoint,

@@ -17,7 +17,7 @@ from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import Release
 from tegotae.training.agents.settings import AgentSettings, SACSettings, agent_controller
-from tegotae.training.algorithms.base import algorithm_document
+from tegotae.training.algorithms import algorithm_document
 from tegotae.training.evaluator import evaluator_of
 from tegotae.training.learner import (
     CurvePoint,

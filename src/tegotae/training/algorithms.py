@@ -1,0 +1,307 @@
+"""Optimisers of controller weights: the contract of a black-box optimiser, and evosax's three."""
+
+from __future__ import annotations
+
+import ctypes
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import Field, dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.systems.descriptions import describe
+
+T = TypeVar("T")
+
+Strategy: TypeAlias = Any
+"""Any object with the methods of an evosax strategy that `Algorithm` names."""
+SearchState: TypeAlias = Any
+"""What a strategy keeps from generation to generation: a pytree with a `mean` and a `std`."""
+Parameters: TypeAlias = Any
+"""A strategy's parameters: a pytree of its own."""
+
+
+class Algorithm(ABC):
+    """An optimiser of weights from episode fitness alone: a frozen dataclass of its settings.
+
+    Between generations it moves a search distribution with mean μ and standard deviation σ, both of
+    [n_weights], towards higher fitness.
+
+    It makes a strategy: any object with evosax's `init(key, mean, parameters)`,
+    `ask(key, state, parameters)`, `tell(key, samples, fitness, state, parameters)` and
+    `default_params`, pure functions of arrays whose state has a `mean`, shape [n_weights], and a
+    `std`, one number or [n_weights]. Strategies minimise; the trainer hands them the negative
+    fitness. evosax takes a second to import, so that is left to `make`.
+    """
+
+    NAME: ClassVar[str]
+    """What commands and documents call it; the name of the class by default."""
+
+    population: int
+    """Episodes per generation and seed."""
+
+    if TYPE_CHECKING:  # Every algorithm is a dataclass.
+        __dataclass_fields__: ClassVar[dict[str, Field[object]]]
+
+    @property
+    def program(self) -> Algorithm:
+        """The compiled settings: all, unless a class declares some as data.
+
+        Those that a strategy has from `parameters`, or from the state that `start` returns, need
+        not be: another value of them then compiles nothing anew.
+        """
+        return self
+
+    @abstractmethod
+    def make(self, n_weights: int) -> Strategy:
+        """A new evosax strategy for this many weights and this population."""
+
+    def strategy(self, n_weights: int) -> Strategy:
+        """The evosax strategy for this many weights (always the same: a new one compiles anew)."""
+        return _made(self.program, n_weights)
+
+    def parameters(self, n_weights: int) -> Parameters:
+        """The strategy's parameters."""
+        return self.strategy(n_weights).default_params
+
+    def of_seeds(self, function: Callable[..., T]) -> Callable[..., T]:
+        """A function of one seed's arrays as one of all seeds', [seeds, ...]: all at once."""
+        return jax.vmap(function)
+
+    def start(self, key: jax.Array, weights: jax.Array) -> SearchState:
+        """State of a search that starts from `weights`, shape [n_weights]."""
+        n = weights.shape[0]
+        return self.strategy(n).init(key, weights, self.parameters(n))
+
+
+def algorithm_document(settings: object) -> JsonObject:
+    """Name and settings of an algorithm, a strategy's or an agent's, as JSON values.
+
+    Raises:
+        TegotaeError: for an algorithm that is not registered.
+
+    Example:
+        >>> from tegotae.training.algorithms import CMAES
+        >>> algorithm_document(CMAES(population=8))
+        {'name': 'cma-es', 'population': 8, 'std': 0.3}
+    """
+    document = describe(settings)
+    return {"name": document.pop("kind"), **document}
+
+
+@cache
+def _made(algorithm: Algorithm, n_weights: int) -> Strategy:
+    # Strategies compute constants when made, which must not be part of a program being traced.
+    with jax.ensure_compile_time_eval():
+        return algorithm.make(n_weights)
+
+
+def _with_settings(state: SearchState, settings: dict[str, float]) -> SearchState:
+    """A strategy's state with these settings of its optimiser, which optax keeps as data there."""
+    values = {name: jnp.asarray(value, "float32") for name, value in settings.items()}
+    optimiser = state.opt_state
+    hyperparams = {**optimiser.hyperparams, **values}
+    return state.replace(opt_state=optimiser._replace(hyperparams=hyperparams))
+
+
+def _require_pairs(population: int, what: str) -> None:
+    require_count("population", population, least=2)
+    if population % 2:
+        raise TegotaeError(f"population is {population}; {what} samples pairs, so it must be even")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PGPE(Algorithm):
+    """PGPE with antithetic pairs, centred ranks and ClipUp, as in the paper (through evosax).
+
+    With samples `θ± = μ ± ε`, ε ~ N(0, σ²), and centred ranks r of their fitness:
+
+        ∇μ = Σ (r₊ - r₋) ε / n,    ∇σ = Σ (r₊ + r₋ - 2 r̄)(ε² - σ²)/σ / n,
+
+    μ moves by ClipUp, σ by at most a share `std_max_change` of itself.
+
+    Raises:
+        TegotaeError: for an odd population or a setting out of its range.
+
+    References:
+        F. Sehnke et al., Parameter-exploring policy gradients, Neural Networks 23, 2010.
+        N. E. Toklu et al., ClipUp, PPSN 2020.
+    """
+
+    NAME = "pgpe"
+
+    population: int = 64
+    """Episodes per generation: an even number."""
+    std: float = 0.3
+    """Initial standard deviation of every weight."""
+    std_lr: float = 0.1
+    """Learning rate of the standard deviations."""
+    std_max_change: float = 0.2
+    """Largest share by which a standard deviation changes in a generation."""
+    learning_rate: float = 0.2
+    """ClipUp's step size."""
+    max_speed: float = 0.4
+    """ClipUp's largest step."""
+    momentum: float = 0.9
+    """ClipUp's momentum."""
+
+    def __post_init__(self) -> None:
+        _require_pairs(self.population, "PGPE")
+        for name in ("std", "learning_rate", "max_speed"):
+            require_finite(name, getattr(self, name), above=0.0)
+        for name in ("std_lr", "std_max_change", "momentum"):
+            require_finite(name, getattr(self, name), least=0.0)
+
+    @property
+    def program(self) -> PGPE:
+        """The population alone."""
+        return PGPE(population=self.population)
+
+    def make(self, n_weights: int) -> Strategy:
+        """evosax's PGPE."""
+        import optax
+        from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
+        from evosax.core.optimizer import clipup
+
+        optimizer = optax.inject_hyperparams(clipup)(**self._clipup)
+        return EvosaxPGPE(self.population, jnp.zeros(n_weights), optimizer=optimizer)
+
+    def parameters(self, n_weights: int):
+        """evosax's parameters."""
+        return self.strategy(n_weights).default_params.replace(
+            std_init=self.std, std_lr=self.std_lr, std_max_change=self.std_max_change
+        )
+
+    def start(self, key: jax.Array, weights: jax.Array):
+        """State of a search that starts from `weights`, with ClipUp's settings."""
+        return _with_settings(super().start(key, weights), self._clipup)
+
+    @property
+    def _clipup(self) -> dict[str, float]:
+        return {
+            "learning_rate": self.learning_rate,
+            "max_velocity": self.max_speed,
+            "momentum": self.momentum,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class CMAES(Algorithm):
+    """CMA-ES with its standard settings (through evosax).
+
+    Candidates are θ ~ N(μ, s² C); weighted by the ranks of their fitness, they move the mean μ, the
+    step size s and the covariance C.
+
+    It sets SciPy's BLAS, with which JAX decomposes, to one thread in this process.
+
+    Raises:
+        TegotaeError: for a setting out of its range.
+
+    Reference: N. Hansen, The CMA evolution strategy: a tutorial, 2016.
+    """
+
+    NAME = "cma-es"
+
+    population: int = 64
+    """Episodes per generation."""
+    std: float = 0.3
+    """Initial step size, the standard deviation of every weight."""
+
+    def __post_init__(self) -> None:
+        require_count("population", self.population, least=4)
+        require_finite("std", self.std, above=0.0)
+
+    @property
+    def program(self) -> CMAES:
+        """The population alone."""
+        return CMAES(population=self.population)
+
+    def make(self, n_weights: int) -> Strategy:
+        """evosax's CMA-ES."""
+        from evosax.algorithms import CMA_ES
+
+        _use_one_blas_thread()
+        return CMA_ES(self.population, jnp.zeros(n_weights))
+
+    def of_seeds(self, function: Callable[..., T]) -> Callable[..., T]:
+        """One seed after the other.
+
+        The covariances of all seeds at once are decomposed by the threads of a pool that the
+        devices share, and of two devices that wait for it neither goes on (jaxlib 0.10.2).
+        """
+        return lambda *arrays: jax.lax.map(lambda of_seed: function(*of_seed), arrays)
+
+    def parameters(self, n_weights: int):
+        """evosax's parameters."""
+        defaults = self.strategy(n_weights).default_params
+        return defaults.replace(std_init=jnp.asarray(self.std))
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenES(Algorithm):
+    """OpenAI-ES: antithetic pairs, centred ranks, Adam, a fixed deviation (through evosax).
+
+    With samples `θ± = μ ± σ ε`, ε ~ N(0, 1), and centred ranks r of their fitness, Adam moves μ
+    along `∇μ = Σ (r₊ - r₋) ε / (n σ)`.
+
+    Raises:
+        TegotaeError: for an odd population or a setting out of its range.
+
+    Reference: T. Salimans et al., Evolution strategies as a scalable alternative to reinforcement
+    learning, 2017.
+    """
+
+    NAME = "openai-es"
+
+    population: int = 64
+    """Episodes per generation: an even number."""
+    std: float = 0.2
+    """Standard deviation of every weight."""
+    learning_rate: float = 0.05
+    """Adam's step size."""
+
+    def __post_init__(self) -> None:
+        _require_pairs(self.population, "OpenAI-ES")
+        require_finite("std", self.std, above=0.0)
+        require_finite("learning_rate", self.learning_rate, above=0.0)
+
+    @property
+    def program(self) -> OpenES:
+        """The population alone."""
+        return OpenES(population=self.population)
+
+    def make(self, n_weights: int) -> Strategy:
+        """evosax's OpenAI-ES, but for its deviation, which is kept in its state."""
+        import optax
+        from evosax.algorithms import Open_ES
+
+        class FixedDeviation(Open_ES):
+            """evosax's deviation is a part of the program."""
+
+            def _tell(self, key, population, fitness, state, params):
+                told = super()._tell(key, population, fitness, state, params)
+                return told.replace(std=state.std)
+
+        optimizer: Any = optax.inject_hyperparams(optax.adam)(self.learning_rate)
+        return FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)
+
+    def start(self, key: jax.Array, weights: jax.Array):
+        """State of a search that starts from `weights`, with its deviation and Adam's step size."""
+        state = super().start(key, weights)
+        state = _with_settings(state, {"learning_rate": self.learning_rate})
+        return state.replace(std=jnp.asarray(self.std, "float32"))
+
+
+def _use_one_blas_thread() -> None:
+    """Devices whose threads wait for those of the BLAS do so for ever, where there are two."""
+    from scipy.linalg import cython_lapack  # type: ignore[attr-defined]
+
+    library = ctypes.CDLL(cython_lapack.__file__)  # Its symbols include those that it is linked to.
+    for name in ("scipy_openblas_set_num_threads", "openblas_set_num_threads"):
+        if hasattr(library, name):
+            getattr(library, name)(1)
