@@ -239,7 +239,7 @@ class TrainedControllers(AnswerBase):
     def frame(self) -> pd.DataFrame:
         """The learning curves, a row a point; of a search none."""
         curves = self.folder / "curves.csv"
-        return pd.DataFrame(dict(curves_of(curves)) if curves.exists() else [], columns=COLUMNS)
+        return curves_of(curves) if curves.exists() else pd.DataFrame(columns=COLUMNS)
 
     def texts(self) -> list[pd.DataFrame]:
         unit = self.unit

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
+import pandas as pd
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import numbers, read_csv
@@ -68,15 +69,14 @@ def read_curves(places: Sequence[Path], measure: str | None = COT) -> list[Learn
     Raises:
         TegotaeError: if there are none, a file is damaged, or two runs cannot be distinguished.
     """
-    tables = [curve for place in places if place.suffix == ".csv" for curve in _in_table(place)]
+    curves = [curve for place in places if place.suffix == ".csv" for curve in _in_table(place)]
     trainings = [t for place in places if place.suffix != ".csv" for t in _in_folder(place)]
     if measure is None:
-        known = [t.measured_cot for t in trainings] + [curve.measure == COT for curve in tables]
-        measure = COT if all(known) else FITNESS
-    if others := {curve.measure for curve in tables} - {measure}:
+        known = [bool(points[COT].notna().any()) for *_, points in trainings]
+        measure = COT if all(known + [curve.measure == COT for curve in curves]) else FITNESS
+    if others := {curve.measure for curve in curves} - {measure}:
         raise TegotaeError(f"a table contains the {others.pop()}, not the {measure}")
-    curves = [*tables, *_labelled(trainings, measure)]
-    curves.sort(key=_identity)
+    curves = sorted([*curves, *_labelled(trainings, measure)], key=_identity)
     for first, second in pairwise(curves):
         if _identity(first) == _identity(second):
             raise TegotaeError(
@@ -94,21 +94,21 @@ def longest_s(folder: Path) -> float:
     """
     if not (folder / "curves.csv").is_file():
         raise TegotaeError(f"{folder} holds no training to learn as long as; it has no curves.csv")
-    columns = curves_of(folder / "curves.csv")
-    times = np.unique(columns["simulated_s"])
+    points = curves_of(folder / "curves.csv")
+    times = np.unique(points["simulated_s"])
     if len(times) < 2:
         return 0.0
     # A point of a population is at the beginning of its generation.
-    of_population = bool(np.isfinite(columns["best_fitness"]).any())
+    of_population = bool(points["best_fitness"].notna().any())
     return float(times[-1] + of_population * (times[-1] - times[-2]))
 
 
 def groups(curves: Iterable[LearningCurve]) -> dict[tuple[str, str], list[LearningCurve]]:
     """Runs of the same model and algorithm together, by (model, algorithm)."""
-    found: dict[tuple[str, str], list[LearningCurve]] = {}
+    together: dict[tuple[str, str], list[LearningCurve]] = {}
     for curve in curves:
-        found.setdefault((curve.model, curve.algorithm), []).append(curve)
-    return found
+        together.setdefault((curve.model, curve.algorithm), []).append(curve)
+    return together
 
 
 def shared(curves: Sequence[LearningCurve]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -128,86 +128,55 @@ def shared(curves: Sequence[LearningCurve]) -> tuple[np.ndarray, np.ndarray, np.
     return episode, curves[0].simulated_s[rows[0]], np.stack(values, axis=1)
 
 
-def table(curves: Sequence[LearningCurve]) -> dict[str, np.ndarray]:
+def table(curves: Sequence[LearningCurve]) -> pd.DataFrame:
     """All points of all runs, in the columns `COLUMNS`."""
-    lengths = [len(curve.episode) for curve in curves]
-    whose = {
-        name: np.repeat([getattr(curve, name) for curve in curves], lengths)
-        for name in ("algorithm", "model", "seed")
-    }
-    points = {
-        column: np.concatenate([getattr(curve, name) for curve in curves])
-        for column, name in [
-            ("episode", "episode"),
-            ("simulated_s", "simulated_s"),
-            (curves[0].measure, "value"),
-        ]
-    }
-    return {**whose, **points}
+    frames = [pd.DataFrame({**vars(curve)}).drop(columns="measure") for curve in curves]
+    return pd.concat(frames, ignore_index=True).rename(columns={"value": curves[0].measure})
 
 
 def _identity(curve: LearningCurve) -> tuple[str, str, int]:
     return curve.model, curve.algorithm, curve.seed
 
 
-class _Training(NamedTuple):
-    """What a training left in its folder."""
-
-    folder: Path
-    model: str
-    algorithm: Mapping[str, Any]
-    """Its settings, with its name."""
-    columns: Mapping[str, np.ndarray]
-    """Of `curves.csv`."""
-
-    @property
-    def measured_cot(self) -> bool:
-        """Whether CoT⁻¹ was measured at all."""
-        return not np.isnan(self.columns[COT]).all()
+_Training: TypeAlias = tuple[Path, dict[str, Any], pd.DataFrame]
+"""A training's folder, its configuration, and its `curves.csv`."""
 
 
 def _in_folder(place: Path) -> list[_Training]:
     """The trainings in a folder and its subfolders, but for those that were set aside."""
     if not place.is_dir():
         raise TegotaeError(f"there is no folder {place}")
-    folders = [
-        path.parent
+    trainings = [
+        (path.parent, RunDocument.read(path.parent).configuration, curves_of(path))
         for path in sorted(place.rglob("curves.csv"))
         if (path.parent / "run.json").exists()
         and not any(map(is_earlier, path.parent.relative_to(place).parts))
     ]
-    if not folders:
+    if not trainings:
         raise TegotaeError(f"{place} holds no learning curves (run.json and curves.csv)")
-    return [
-        _Training(folder, run["experiment"]["name"], run["algorithm"], curves_of(curves))
-        for folder in folders
-        for run, curves in [(RunDocument.read(folder).configuration, folder / "curves.csv")]
-    ]
+    return trainings
 
 
 def _labelled(trainings: Sequence[_Training], measure: str) -> list[LearningCurve]:
     """The curves, each algorithm named with those settings in which it differs among them."""
     curves: list[LearningCurve] = []
-    for folder, model, settings, columns in trainings:
-        if measure == COT and np.isnan(columns[COT]).all():
+    for folder, run, points in trainings:
+        if measure == COT and np.isnan(points[COT]).all():
             raise TegotaeError(
                 f"{folder} measured no CoT⁻¹, of which these curves are; draw the fitness that "
                 "was trained: --of fitness"
             )
-        alike = [t.algorithm for t in trainings if t.algorithm["name"] == settings["name"]]
+        settings = run["algorithm"]
+        alike = [t["algorithm"] for _, t, _ in trainings]
+        alike = [other for other in alike if other["name"] == settings["name"]]
         label = str(settings["name"])
         for name, value in settings.items():
             if any(other.get(name) != value for other in alike):
-                label += f", {name} {_words(value)}"
-        shown = [columns[name] for name in ("step", "simulated_s", measure)]
-        for seed in dict.fromkeys(columns["seed"].tolist()):
-            points = (column[columns["seed"] == seed] for column in shown)
-            curves.append(LearningCurve(label, model, int(seed), *points, measure=measure))
+                words = "+".join(map(str, value)) or "none" if isinstance(value, list) else value
+                label += f", {name} {words}"
+        labelled = points.assign(algorithm=label, model=run["experiment"]["name"])
+        curves += _runs(labelled.rename(columns={"step": "episode"}), measure)
     return curves
-
-
-def _words(value: object) -> str:
-    return ("+".join(map(str, value)) or "none") if isinstance(value, list) else str(value)
 
 
 def _in_table(path: Path) -> list[LearningCurve]:
@@ -216,12 +185,17 @@ def _in_table(path: Path) -> list[LearningCurve]:
     cells = read_csv(path, COLUMNS[:-1], kind=kind)
     measure = FITNESS if FITNESS in cells else COT
     try:
-        columns = [numbers(cells[name]) for name in ("episode", "simulated_s", measure)]
-        runs = list(zip(cells["algorithm"], cells["model"], map(int, cells["seed"]), strict=True))
+        columns = {name: numbers(cells[name]) for name in ("episode", "simulated_s", measure)}
+        seeds = [int(cell) for cell in cells["seed"]]
     except (KeyError, ValueError):
         raise TegotaeError(f"{path} is no {kind}; its columns are {', '.join(COLUMNS)}") from None
-    curves = []
-    for run in dict.fromkeys(runs):
-        points = (column[[other == run for other in runs]] for column in columns)
-        curves.append(LearningCurve(*run, *points, measure=measure))
-    return curves
+    return _runs(pd.DataFrame({**cells, **columns, "seed": seeds}), measure)
+
+
+def _runs(points: pd.DataFrame, measure: str) -> list[LearningCurve]:
+    """The run of each algorithm, model and seed of a table."""
+    return [
+        LearningCurve(algorithm, model, int(seed), episode, time, value, measure)
+        for (algorithm, model, seed), run in points.groupby(list(COLUMNS[:3]), sort=False)  # type: ignore[misc]
+        for episode, time, value in [(run[c].to_numpy() for c in (*COLUMNS[3:5], measure))]
+    ]

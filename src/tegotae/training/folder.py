@@ -11,6 +11,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+import pandas as pd
 
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, differing, fitted, parse
@@ -174,13 +175,12 @@ def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
         path: the file.
         points: of all seeds, in any order.
     """
-    rows = sorted(points, key=lambda point: (point.seed, point.step))
-    columns = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
-    write_csv(path, columns, digits=6)
+    rows = pd.DataFrame(points, columns=COLUMNS).sort_values(["seed", "step"])
+    write_csv(path, {name: rows[name] for name in COLUMNS}, digits=6)
 
 
-def curves_of(path: Path) -> Mapping[str, np.ndarray]:
-    """The columns `COLUMNS` of a `curves.csv`, shape [points] each.
+def curves_of(path: Path) -> pd.DataFrame:
+    """The columns `COLUMNS` of a `curves.csv`, a row a point.
 
     Args:
         path: the file.
@@ -192,14 +192,14 @@ def curves_of(path: Path) -> Mapping[str, np.ndarray]:
         cells = parse_csv(path.read_text(encoding="utf-8"))
         if tuple(cells) != COLUMNS:
             raise ValueError(f"its columns are not {', '.join(COLUMNS)}")
-        columns = {name: numbers(map(str, column)) for name, column in cells.items()}
-        if not np.isfinite(columns["simulated_s"]).all():
+        points = pd.DataFrame({name: numbers(column) for name, column in cells.items()})
+        if not np.isfinite(points["simulated_s"]).all():
             raise ValueError("a simulated time is missing")
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     except ValueError as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
-    return columns
+    return points
 
 
 def save_controller(
