@@ -9,7 +9,7 @@ import pytest
 from pages import DOCS
 from programs import main
 
-PAGE = DOCS / "figures" / "gain-map.md"
+PAGE = DOCS / "reproduction" / "gain-map.md"
 ROW = re.compile(
     r"^\| (\w+) \| ([\w ]+) \| (\S+) ± (\S+) \| (\S+) \[(\S+), (\S+)\] \| (\d+) \| (\d+) \|$",
     re.MULTILINE,
