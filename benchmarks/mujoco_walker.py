@@ -2,7 +2,7 @@
 
 Needs the extra `mujoco`.
 
-The model is `tegotae.envs.mujoco.quadruped`'s.
+The model is that of `benchmarks.walker_model`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from benchmarks.walker_model import Settings, description
 from tegotae._support.errors import require
 from tegotae.envs._types import MjData
-from tegotae.envs.mujoco.quadruped import Settings, description
 
 if TYPE_CHECKING:
     from tegotae.parts.bodies import Walker

@@ -9,8 +9,7 @@ from pathlib import Path
 from tegotae import find
 from tegotae.envs import save_wiring
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.mujoco.sensing import models
-from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.mujoco.settings import ModelSettings, models
 from tegotae.envs.mujoco.suggesting import suggest_wiring
 from tegotae.figures.rollout import episode_figure
 from tegotae.figures.style import save_figure

@@ -34,6 +34,7 @@ from go1_plan import (
     vanilla_law,
 )
 from kept import write_rows
+from tegotae.envs.mujoco.sensing import sensing
 from tegotae.systems.controller_file import load
 
 
@@ -90,7 +91,7 @@ def of_law(name: str) -> Iterator[dict[str, Any]]:
 
 def of_agent(name: str) -> Iterator[dict[str, Any]]:
     """An agent, every seed."""
-    body = Body(SPEC.model_settings.sensed, AGENTS[name])
+    body = Body(sensing(SPEC.model_settings), AGENTS[name])
     for file in sorted((RUNS / name).glob("seed?.zip")):
         named = list(trials(0))
         drives = by_agent(PPO.load(file, device="cpu"), body)

@@ -14,6 +14,7 @@ import numpy as np
 from tegotae import find
 from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
+from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring import Limb, Wiring, load_wiring
@@ -251,7 +252,7 @@ class Field(ModelLanes):
 @cache
 def model_of(settings_key: ModelSettings, friction: float):
     """The model on another ground."""
-    return dataclasses.replace(settings_key, friction_factor=friction).sensed.model
+    return sensing(dataclasses.replace(settings_key, friction_factor=friction)).model
 
 
 @dataclass(frozen=True)

@@ -242,7 +242,7 @@ class Disturbed(ModelLanes):
     """Lanes whose body, senses or peace are not as they were."""
 
     def __init__(self, settings, lanes, *, mass=1.0, push=0.0, noise=0.0, delay=0) -> None:
-        model = sensing(settings.model, settings.feet).model
+        model = sensing(settings).model
         model.body_mass[:] *= mass
         super().__init__(settings, lanes, threads=1, models=[model] * lanes)
         self.push, self.noise, self.delay = push, noise, delay

@@ -19,6 +19,7 @@ from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
+from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.legged import quadruped_a
@@ -74,14 +75,14 @@ def test_the_spring_is_felt_where_the_leg_is_pressed_and_nowhere_else(hopped):
 
 
 def test_what_is_observed_has_the_names_of_joints_springs_actuators_and_feet():
-    names = sensing("leg", ["foot"]).names
+    names = sensing(ModelSettings(model="leg", feet=["foot"])).names
     assert names[:2] == ("along", "along_velocity")
     assert {"knee_spring", "hip_force", "foot_force", "root_height", "root_upright"} <= set(names)
 
 
 def test_feet_at_rest_bear_the_weight():
     feet = [f"foot{i}" for i in range(4)]
-    seen = sensing("quadruped", feet)
+    seen = sensing(ModelSettings(model="quadruped", feet=feet))
     batch = ModelBatch(seen, 1, 70 * seen.model.opt.timestep)
     batch.reset()
     for _ in range(60):
@@ -111,7 +112,7 @@ def test_an_environment_is_one_lane_of_a_batch():
 def test_the_state_of_a_lane_can_be_put_into_mujocos_own_data():
     import mujoco
 
-    seen = sensing("leg", ["foot"])
+    seen = sensing(ModelSettings(model="leg", feet=["foot"]))
     batch = ModelBatch(seen, 2, 0.01)
     batch.reset(np.array([0.0, 0.1]))
     told = batch.step(np.zeros((2, 2)))
@@ -127,8 +128,8 @@ def test_it_keeps_gymnasiums_interface():
 
 
 def test_pushes_and_other_models_are_of_single_lanes():
-    seen = sensing("hopper", ["foot"])
-    heavy = sensing("hopper", ["foot"]).model
+    seen = sensing(ModelSettings(model="hopper", feet=["foot"]))
+    heavy = sensing(ModelSettings(model="hopper", feet=["foot"])).model
     heavy.body_mass[:] *= 1.2
     batch = ModelBatch(seen, 2, 0.01, models=[seen.model, heavy])
     batch.reset(0.5)

@@ -19,7 +19,8 @@ from tegotae import TegotaeError, find
 from tegotae.envs import Limb, Wiring, load_wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
-from tegotae.envs.mujoco.sensing import located, sensing
+from tegotae.envs.mujoco.sensing import sensing
+from tegotae.envs.mujoco.settings import ModelSettings, located
 from tegotae.envs.pilot import Pilot
 from tegotae.parts.terms import Sector
 from tegotae.training.environments.experiment import EnvExperiment
@@ -53,19 +54,23 @@ def moved(seen, seconds, command=0.0):
 
 
 def test_a_robot_alone_falls_and_one_on_the_ground_rests():
-    assert moved(sensing(ROBOT, ["foot"]), 1.0).qpos[2] < -3.0
-    rests = moved(sensing(ROBOT, ["foot"], ground=True, without=["ball"]), 1.0)
+    assert moved(sensing(ModelSettings(model=ROBOT, feet=["foot"])), 1.0).qpos[2] < -3.0
+    rests = moved(
+        sensing(ModelSettings(model=ROBOT, feet=["foot"], ground=True, without=["ball"])), 1.0
+    )
     assert 0.0 < rests.qpos[2] < 0.3
 
 
 def test_what_is_left_out_is_gone():
-    model = sensing(ROBOT, ["foot"], without=["ball", "wall"]).model
+    model = sensing(ModelSettings(model=ROBOT, feet=["foot"], without=["ball", "wall"])).model
     assert [model.body(i).name for i in range(model.nbody)] == ["world", "trunk", "foot"]
     assert [model.geom(i).name for i in range(model.ngeom)] == ["trunk", "sole"]
 
 
 def test_a_servo_goes_where_it_is_told_with_no_more_than_the_motors_torque():
-    seen = sensing(ROBOT, ["foot"], without=["ball"], servo_nm_per_rad=200.0)
+    seen = sensing(
+        ModelSettings(model=ROBOT, feet=["foot"], without=["ball"], servo_nm_per_rad=200.0)
+    )
     seen.model.opt.gravity[:] = 0.0
     assert moved(seen, 1.0, command=0.4).joint("knee").qpos == pytest.approx(0.4, abs=0.01)
     assert seen.model.actuator_forcerange[0].tolist() == [-6.0, 6.0]  # 3 by a gear of 2
@@ -92,8 +97,8 @@ def test_a_file_of_an_installed_package_is_named_by_the_package():
     assert located("tegotae:envs/mujoco/models/leg.xml").is_file()
     assert EnvSpec(env="tegotae:envs/mujoco/models/leg.xml").is_model
     assert (
-        sensing("tegotae:envs/mujoco/models/leg.xml", ["foot"]).root
-        == sensing("leg", ["foot"]).root
+        sensing(ModelSettings(model="tegotae:envs/mujoco/models/leg.xml", feet=["foot"])).root
+        == sensing(ModelSettings(model="leg", feet=["foot"])).root
     )
 
 

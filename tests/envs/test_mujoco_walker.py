@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import walkers
-from benchmarks import mujoco_walker
+from benchmarks import mujoco_walker, walker_model
 from tegotae import Timing
+from tegotae.envs.mujoco.settings import models
 from tegotae.measures.gaits.lags import apart, circular_mean
 from walker_oracle import SET_A, SET_C
 
@@ -33,6 +34,18 @@ def last(time, phase, x, y):
     lag = (phase[late, :1] - phase[late]) / (2 * np.pi)
     way = np.hypot(x[late][-1] - x[late][0], y[late][-1] - y[late][0])
     return np.asarray(circular_mean(lag)), way / 15.0
+
+
+def test_the_packages_quadruped_is_the_walker_at_the_size_of_a_small_robot():
+    import mujoco
+
+    def saved(text):
+        model = mujoco.MjSpec.from_string(text).compile()
+        content = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
+        mujoco.mj_saveModel(model, None, content)
+        return content
+
+    np.testing.assert_array_equal(saved(models()["quadruped"]), saved(walker_model.mjcf()))
 
 
 def test_the_twin_stands_at_the_walkers_height():

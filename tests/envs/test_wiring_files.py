@@ -23,7 +23,8 @@ from tegotae.envs import (  # noqa: E402
     model_scales,
     save_wiring,
 )
-from tegotae.envs.wires import contact_entries, remarks  # noqa: E402
+from tegotae.envs.contact import contact_names  # noqa: E402
+from tegotae.envs.wires import remarks  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
 from tegotae.systems.resolve import resolve  # noqa: E402
@@ -138,8 +139,8 @@ def test_only_what_an_environment_calls_a_contact_force_is_told_as_one():
     from tegotae.envs.mujoco.env import ModelEnv
 
     env = ModelEnv(model="leg")
-    assert contact_entries(env) == ("foot_force",)
-    assert contact_entries(Scales()) == ()
+    assert contact_names(env) == ("foot_force",)
+    assert contact_names(Scales()) == ()
     limb = load_wiring("leg").limbs[0]
     spring = dataclasses.replace(limb, senses={"spring_force": "knee_force"})
     known = dataclasses.replace(load_wiring("leg"), weights=[1.0], omega=8.0)

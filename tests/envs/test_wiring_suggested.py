@@ -19,8 +19,8 @@ from tegotae.cli import main
 from tegotae.envs import check_wiring, load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
-from tegotae.envs.mujoco.sensing import models, sensing
-from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
+from tegotae.envs.mujoco.sensing import sensing
+from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, models
 from tegotae.envs.mujoco.suggesting import suggest_wiring
 
 LEG = models()["leg"]
@@ -107,7 +107,7 @@ def test_a_body_without_a_name_is_named_by_its_geom():
 
 def test_an_actuator_and_a_foot_may_have_one_name():
     same = LEG.replace('<motor name="knee"', '<motor name="foot"')
-    assert sensing(same, ["foot"]).contacts == ("foot_contact_force",)
+    assert sensing(ModelSettings(model=same, feet=["foot"])).contacts == ("foot_contact_force",)
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,9 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict
 
-from tegotae._support.errors import TegotaeError, require, unknown
+from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import AnyEnv, AnySpace, Observation
+from tegotae.envs.scaling import foot_of
 
 
 def observation_names(env: AnyEnv) -> tuple[str, ...]:
@@ -61,6 +62,16 @@ def action_names(env: AnyEnv) -> tuple[str, ...]:
         if all(names) and len(set(names)) == len(names):
             return tuple(names)
     return _numbered("action", space.shape[0])
+
+
+def contact_names(env: AnyEnv) -> tuple[str, ...]:
+    """The observation's entries that are contact forces, which an environment may name.
+
+    MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
+    """
+    if not env.has_wrapper_attr("contact_names"):
+        return ()
+    return tuple(env.get_wrapper_attr("contact_names"))
 
 
 def flat(space: AnySpace, observation: Observation) -> np.ndarray:
@@ -166,20 +177,10 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
             )
         if not bodies:
             raise TegotaeError("no body is named; name those whose contact forces to observe")
-        model = base.model
-        known = {model.geom(i).name: [i] for i in range(model.ngeom) if model.geom(i).name}
-        for body in range(model.nbody):
-            if model.body(body).name:
-                own = np.flatnonzero(model.geom_bodyid == body)
-                known[model.body(body).name] = own.tolist()
-        for name in bodies:
-            if name not in known:
-                raise unknown("body of this model", name, known)
-        self._geoms = [frozenset(known[name]) for name in bodies]
+        self._geoms = [frozenset(foot_of(base.model, name).geoms) for name in bodies]
         named = tuple(f"{name}_force" for name in bodies)
         self.observation_names = (*observation_names(env), *named)
-        own = env.get_wrapper_attr("contact_names") if env.has_wrapper_attr("contact_names") else ()
-        self.contact_names = (*own, *named)
+        self.contact_names = (*contact_names(env), *named)
         more = np.zeros(len(bodies), space.dtype)
         self.observation_space = Box(
             np.concatenate([space.low, more]),
@@ -215,8 +216,6 @@ def with_contact(env: AnyEnv, bodies: Sequence[str]) -> AnyEnv:
     """
     if not bodies:
         return env
-    known = {*observation_names(env)}
-    if env.has_wrapper_attr("contact_names"):
-        known |= {*env.get_wrapper_attr("contact_names")}
+    known = {*observation_names(env), *contact_names(env)}
     lacking = [body for body in bodies if not {f"{body}_force", f"{body}_contact_force"} & known]
     return MujocoContactForce(env, *lacking) if lacking else env

@@ -11,8 +11,7 @@ from typing import TypeVar
 from tegotae._support.documents import DamagedDocumentError, Json, parse
 from tegotae._support.errors import TegotaeError, formatted, require, unknown
 from tegotae.envs._types import AnyEnv
-from tegotae.envs.mujoco.sensing import located
-from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
+from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, located
 from tegotae.envs.wiring import Wiring
 from tegotae.systems.env_task import is_mujoco_model
 from tegotae.systems.user_objects import is_reference, named, source_of

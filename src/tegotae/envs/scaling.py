@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from types import ModuleType
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -52,12 +52,19 @@ def scales_of(
     model: MjModel, feet: Sequence[str] | None = None, *, limbs: int = 1
 ) -> dict[str, float]:
     """The same of a compiled MuJoCo model (`MjModel`)."""
-    mujoco = require("mujoco", "mujoco")
-    gravity = float(np.linalg.norm(model.opt.gravity))
+    gravity = gravity_m_per_s2(model)
     weight = gravity * float(model.body_mass.sum())
     if weight <= 0.0:
         raise TegotaeError("the model has no weight to take scales from; give scales=")
-    length = _length(mujoco, model, feet)
+    data = started(model)
+    geoms = np.flatnonzero(model.geom_bodyid > 0).tolist()
+    if feet is not None:
+        geoms = [i for foot in feet for i in foot_of(model, foot).geoms]
+    if not geoms:
+        raise TegotaeError("the feet of the model have no geoms to stand on; give scales=")
+    length = centre_height_m(model, data) - lowest(model, data, geoms)[0]
+    if length <= 0.0:
+        raise TegotaeError("the model's centre of mass is not above its feet; give scales=")
     speed = math.sqrt(gravity * length)
     return {
         "spring_force": weight / limbs,
@@ -91,39 +98,64 @@ def body_scales(body: Body | Interface) -> dict[str, float]:
     return {name: float(scale[0]) for name, scale in values.items() if scale.size == 1}
 
 
-def _length(mujoco: ModuleType, model: MjModel, feet: Sequence[str] | None) -> float:
+def gravity_m_per_s2(model: MjModel) -> float:
+    """Magnitude of gravity [m/s²]."""
+    return float(np.linalg.norm(model.opt.gravity))
+
+
+class Foot(NamedTuple):
+    """A part of a MuJoCo model that touches the ground: a body, or a geom of one."""
+
+    body: int
+    """The body, or that of the geom."""
+    geoms: list[int]
+    """The body's own geoms, or the geom."""
+
+
+def foot_of(model: MjModel, name: str) -> Foot:
+    """The body of this name, or else the geom.
+
+    Raises:
+        TegotaeError: if there is none that can move.
+    """
+    bodies = {model.body(i).name: i for i in range(1, model.nbody) if model.body(i).name}
+    if name in bodies:
+        geoms = np.flatnonzero(model.geom_bodyid == bodies[name])
+        return Foot(bodies[name], geoms.tolist())
+    moving = np.flatnonzero(model.geom_bodyid > 0).tolist()
+    geoms = {model.geom(i).name: i for i in moving if model.geom(i).name}
+    if name not in geoms:
+        raise unknown("body or geom of this model", name, [*bodies, *geoms])
+    return Foot(int(model.geom_bodyid[geoms[name]]), [geoms[name]])
+
+
+def started(model: MjModel) -> MjData:
+    """MuJoCo's data at the model's start: its first keyframe, or else its zero."""
+    mujoco = require("mujoco", "mujoco")
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_forward(model, data)
-    geoms = [i for i in range(model.ngeom) if model.geom_bodyid[i] > 0]
-    if feet is not None:
-        named = {model.body(i).name: i for i in range(1, model.nbody)}
-        of_geoms = {model.geom(i).name: i for i in geoms}
-        for foot in feet:
-            if foot not in named and foot not in of_geoms:
-                raise unknown("body of this model", foot, [*named, *of_geoms])
-        bodies = {named[foot] for foot in feet if foot in named}
-        own = {of_geoms[foot] for foot in feet if foot not in named}
-        geoms = [i for i in geoms if i in own or model.geom_bodyid[i] in bodies]
-    if not geoms:
-        raise TegotaeError("the feet of the model have no geoms to stand on; give scales=")
-    lowest = min(float(data.geom_xpos[i][2]) - below(mujoco, model, data, i) for i in geoms)
-    com = float(np.average(data.xipos[1:, 2], weights=model.body_mass[1:]))
-    if com <= lowest:
-        raise TegotaeError("the model's centre of mass is not above its feet; give scales=")
-    return com - lowest
+    return data
 
 
-def below(mujoco: ModuleType, model: MjModel, data: MjData, geom: int) -> float:
-    """How far a geom reaches below its centre [m]; of a mesh or an ellipsoid at most so far."""
-    size, kinds = model.geom_size[geom], mujoco.mjtGeom
+def centre_height_m(model: MjModel, data: MjData) -> float:
+    """Height of the centre of mass of all bodies [m]."""
+    return float(np.average(data.xipos[1:, 2], weights=model.body_mass[1:]))
+
+
+def lowest(model: MjModel, data: MjData, geoms: Sequence[int]) -> tuple[float, int]:
+    """How low geoms reach [m], of a mesh or an ellipsoid at most so far; and which one does."""
+    return min((float(data.geom_xpos[i][2]) - _below(model, data, i), i) for i in geoms)
+
+
+def _below(model: MjModel, data: MjData, geom: int) -> float:
+    """How far a geom reaches below its centre [m]."""
+    size, kinds = model.geom_size[geom], require("mujoco", "mujoco").mjtGeom
     axis = np.abs(data.geom_xmat[geom].reshape(3, 3)[2])
-    kind = model.geom_type[geom]
-    if kind == kinds.mjGEOM_SPHERE:
-        return float(size[0])
-    if kind == kinds.mjGEOM_CAPSULE:
-        return float(size[0] + size[1] * axis[2])
-    if kind == kinds.mjGEOM_BOX:
-        return float(size @ axis)
-    return float(model.geom_rbound[geom])
+    reach = {
+        int(kinds.mjGEOM_SPHERE): size[0],
+        int(kinds.mjGEOM_CAPSULE): size[0] + size[1] * axis[2],
+        int(kinds.mjGEOM_BOX): size @ axis,
+    }
+    return float(reach.get(int(model.geom_type[geom]), model.geom_rbound[geom]))

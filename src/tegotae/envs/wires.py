@@ -341,22 +341,12 @@ def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:
     return problems
 
 
-def contact_entries(env: AnyEnv) -> tuple[str, ...]:
-    """The observation entries that are contact forces, which an environment may name.
-
-    MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
-    """
-    if not env.has_wrapper_attr("contact_names"):
-        return ()
-    return tuple(env.get_wrapper_attr("contact_names"))
-
-
 def remarks(wiring: Wiring, contacts: Collection[str] = ()) -> list[str]:
     """What should be known of a wiring that could be used as it is: one plain sentence each.
 
     Args:
         wiring: the wiring.
-        contacts: names of the observation entries that are contact forces (`contact_entries`).
+        contacts: names of the observation entries that are contact forces (`contact_names`).
 
     Example:
         >>> from tegotae.envs import Limb

@@ -11,9 +11,9 @@ from gymnasium.spaces import Box, Dict
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs._types import AnyEnv, AnySpace, Info
-from tegotae.envs.contact import flat, with_contact
+from tegotae.envs.contact import contact_names, flat, with_contact
 from tegotae.envs.pilot import Pilot
-from tegotae.envs.wires import WiringWarning, contact_entries, look_up, remarks, weights_of
+from tegotae.envs.wires import WiringWarning, look_up, remarks, weights_of
 from tegotae.envs.wiring import Wiring
 
 PHASE_KEY = "phase"
@@ -61,7 +61,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
             problems.append("the wiring has weights but no frequency; give omega= [rad/s]")
         if wires is None or problems:
             raise TegotaeError("; ".join(problems))
-        for remark in remarks(wiring, contact_entries(env)):
+        for remark in remarks(wiring, contact_names(env)):
             warnings.warn(remark, WiringWarning, stacklevel=2)
         self.wiring = wiring
         self._pilot = Pilot(wires, wiring, weights[:, None])

@@ -237,17 +237,19 @@ def _at(replay: Replay) -> np.ndarray:
 
 def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
     from tegotae.envs.mujoco.env import ModelBatch
+    from tegotae.envs.mujoco.sensing import sensing
 
     mujoco = require("mujoco", "mujoco")
-    sensing = settings.sensed
-    batch = ModelBatch(sensing, 1, settings.control_s, threads=1)
+    sensed = sensing(settings)
+    model = sensed.model
+    batch = ModelBatch(sensed, 1, settings.control_s, threads=1)
     noise = None
     if settings.noise:
-        drawn = np.random.default_rng(replay.seed).standard_normal((1, sensing.model.nv))
+        drawn = np.random.default_rng(replay.seed).standard_normal((1, model.nv))
         noise = settings.noise * drawn
     try:
         seen = batch.reset(settings.release_m, noise)
-        far = _DISTANCE * max(float(seen[0][sensing.names.index("root_height")]), 1e-2)
+        far = _DISTANCE * max(float(seen[0][sensed.names.index("root_height")]), 1e-2)
         wanted = {*_at(replay).tolist()}
         states: dict[int, np.ndarray] = {}
         for step, action in enumerate(replay.episode.action):
@@ -256,14 +258,14 @@ def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
                 states[step] = batch.states[0]
     finally:
         batch.close()
-    sensing.model.vis.headlight.ambient[:] = 0.45  # models without lights are dark
-    sensing.model.vis.headlight.diffuse[:] = 0.5
-    with _camera(sensing.model, far) as picture:
-        data = mujoco.MjData(sensing.model)
+    model.vis.headlight.ambient[:] = 0.45  # models without lights are dark
+    model.vis.headlight.diffuse[:] = 0.5
+    with _camera(model, far) as picture:
+        data = mujoco.MjData(model)
         found = {}
         for step, state in states.items():
-            mujoco.mj_setState(sensing.model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-            mujoco.mj_forward(sensing.model, data)
+            mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+            mujoco.mj_forward(model, data)
             found[step] = picture(data)
     return [found[step] for step in _at(replay).tolist()]
 

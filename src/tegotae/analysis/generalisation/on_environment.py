@@ -16,7 +16,7 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.generalisation.disturbances import Disturbance, LackingError, Tested
 from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE, STANDING_SHARE
-from tegotae.envs.mujoco.sensing import scale_model
+from tegotae.envs.mujoco.sensing import scale_model, sensing
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.world import Step
 from tegotae.training.environments.experiment import EnvExperiment
@@ -98,15 +98,15 @@ class ModelUnderTest(Tested):
     @cached_property
     def body(self) -> MujocoModel:  # type: ignore[override]
         """What disturbances ask of it."""
-        sensing = self.experiment.spec.model_settings.sensed
-        gravity = float(np.linalg.norm(sensing.model.opt.gravity)) or 9.81
+        sensed = sensing(self.experiment.spec.model_settings)
+        gravity = float(np.linalg.norm(sensed.model.opt.gravity)) or 9.81
         lanes = self._lanes(1)
         height = lanes.reset(self.experiment.seed, np.ones(1, bool))
         lanes.close()
-        length = float(height[0, sensing.names.index("root_height")])
+        length = float(height[0, sensed.names.index("root_height")])
         wiring = self.experiment.wiring
         return MujocoModel(
-            mass_kg=float(sensing.model.body_mass.sum()),
+            mass_kg=float(sensed.model.body_mass.sum()),
             gravity_m_per_s2=gravity,
             rest_length_m=length if wiring.rest_length_m is None else float(wiring.rest_length_m),
             limbs=self.controller.limbs,
@@ -241,7 +241,7 @@ def _models(
     tested: ModelUnderTest, mass: np.ndarray, friction: np.ndarray, gravity: np.ndarray
 ) -> list[Any]:
     """A model a lane; lanes that are alike share one."""
-    usual = tested.experiment.spec.model_settings.sensed.model
+    usual = sensing(tested.experiment.spec.model_settings).model
     made: dict[tuple[float, float, float], Any] = {(1.0, 1.0, 1.0): usual}
     found = []
     for key in zip(mass.tolist(), friction.tolist(), gravity.tolist(), strict=True):

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 from tegotae._support.engines import available_cores
 from tegotae._support.errors import TegotaeError, require, require_count, require_finite
 from tegotae.envs._types import Info, MjModel
-from tegotae.envs.mujoco.sensing import Sensing
-from tegotae.envs.mujoco.settings import PACKAGED, Fate, ModelSettings
+from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
+from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
+from tegotae.envs.scaling import gravity_m_per_s2
 
 
 class ModelBatch:
@@ -31,7 +32,7 @@ class ModelBatch:
         TegotaeError: for a count below one, or a control period that is no multiple of the step.
 
     Example:
-        >>> batch = ModelBatch(sensing("hopper", ["foot"]), 8, 0.01)  # doctest: +SKIP
+        >>> batch = ModelBatch(sensing(PACKAGED["hopper"]), 8, 0.01)  # doctest: +SKIP
         >>> batch.reset().shape  # doctest: +SKIP
         (8, 13)
     """
@@ -193,6 +194,57 @@ def _height_of(mujoco: ModuleType, model: MjModel) -> int:
     )
 
 
+class Fate:
+    """Rewards and ends of lanes that are stepped together.
+
+    Args:
+        settings: of the model.
+        sensing: the model.
+        step_s: control period [s].
+        lanes: how many.
+    """
+
+    def __init__(
+        self, settings: ModelSettings, sensing: Sensing, step_s: float, lanes: int = 1
+    ) -> None:
+        model = sensing.model
+        self.steps = max(1, round(settings.duration_s / step_s))
+        self._settings = settings
+        self._at = {n: sensing.names.index(f"root_{n}") for n in ("forward", "height", "upright")}
+        gravity = gravity_m_per_s2(model) or 1.0
+        self._weight_n = float(model.body_mass.sum()) * gravity
+        self._length_m = np.ones(lanes)
+        self._done = np.zeros(lanes, int)
+        self._seen = np.zeros((2, lanes))
+
+    def begin(self, seen: np.ndarray, where: np.ndarray | None = None) -> None:
+        """A new episode, from what is observed at its start [lanes, entries].
+
+        Args:
+            seen: what is observed.
+            where: of which lanes, [lanes]; of all by default.
+        """
+        if where is None:
+            where = np.ones(len(seen), bool)
+        height = seen[where, self._at["height"]] - self._settings.release_m
+        self._length_m[where] = np.maximum(height, 1e-6)
+        self._done[where] = 0
+        self._seen[0, where], self._seen[1, where] = seen[where, self._at["forward"]], 0.0
+
+    def after(
+        self, seen: np.ndarray, work_j: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Reward, whether it has fallen and whether the time is up, [lanes] each."""
+        self._done += 1
+        forward, before = seen[:, self._at["forward"]], self._seen
+        went = (forward - before[0]) / self._length_m
+        spent = (work_j - before[1]) / (self._weight_n * self._length_m)
+        self._seen = np.stack([forward, work_j])
+        low = seen[:, self._at["height"]] < self._settings.fallen_share * self._length_m
+        fallen = low | (seen[:, self._at["upright"]] < 0.0) | ~is_sound(seen).all(axis=1)
+        return went - self._settings.effort * spent, fallen, self._done >= self.steps
+
+
 class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     """A MuJoCo model: actuators are actions, and what a leg can feel is observed.
 
@@ -220,7 +272,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def __init__(self, settings: ModelSettings | None = None, **fields: object) -> None:
         self.settings = settings_of(settings, fields)
         own = self.settings
-        self.sensing = own.sensed
+        self.sensing = sensing(own)
         self.batch = ModelBatch(self.sensing, 1, own.control_s, threads=1)
         self.model = self.sensing.model
         self.dt = self.batch.step_s

@@ -1,15 +1,23 @@
-"""Settings of a MuJoCo model, and how its episodes begin and end."""
+"""A MuJoCo model as a user names it: its file, what is changed of it, and how its episodes go."""
 
 from __future__ import annotations
 
+import contextlib
+import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
+from tegotae._support.errors import TegotaeError, require, require_finite, unknown
+from tegotae.envs._types import MjsActuator, MjSpec
+
+_OCCASION = re.compile(r" at DOF \d+| Time = [-\d.einf]*\d\.")
+"""What differs between two warnings of MuJoCo of one kind."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +36,10 @@ class ModelSettings:
             the model, or its axis has tipped below the horizontal.
         ground: whether to add a level floor at height 0, for a model of a robot alone.
         without: names of bodies and geoms of the model to leave out, such as a wall.
-        servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness
-            [N m/rad, or N/m], whose command is the joint's position; 0 leaves motors as they are.
+        servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness k
+            [N m/rad, or N/m]; 0 leaves motors as they are. A servo gives its joint the torque
+            `k (u - q)` at position q for the command u, within the motor's own limits of force; u
+            is limited to the joint's range. What damps it is the joint's own damping.
         mass_factor: what all masses and inertias are multiplied by, to test robustness.
         friction_factor: what all sliding friction is multiplied by, likewise.
         effort: what a unit of work, over weight and length, costs in the reward.
@@ -65,23 +75,27 @@ class ModelSettings:
             if not isinstance(names, (list, tuple)) or not all(isinstance(n, str) for n in names):
                 raise TegotaeError(f"{name} is {names!r}; it must be a list of names of {what}")
 
-    @property
-    def sensed(self) -> Sensing:
-        """The model, fitted, with sensors for all that a leg can feel.
+    def spec(self) -> MjSpec:
+        """The `MjSpec`, fitted and not compiled yet.
 
         Raises:
-            TegotaeError: for a model that cannot be read, or that lacks what is named of it.
+            TegotaeError: for a file that is no model; for something to leave out that the model
+                does not have, or servos where no joint has a motor.
             MissingExtraError: without MuJoCo.
         """
-        return sensing(
-            self.model,
-            self.feet,
-            ground=self.ground,
-            without=self.without,
-            servo_nm_per_rad=self.servo_nm_per_rad,
-            mass_factor=self.mass_factor,
-            friction_factor=self.friction_factor,
-        )
+        spec = _read(str(self.model))
+        for name in self.without:
+            part = spec.body(name) or spec.geom(name)
+            if part is None or name == "world":
+                known = {part.name for part in (*spec.bodies, *spec.geoms)} - {"", "world"}
+                raise unknown("body or geom of this model", name, sorted(known))
+            spec.delete(part)
+        if self.ground:
+            plane = require("mujoco", "mujoco").mjtGeom.mjGEOM_PLANE
+            spec.worldbody.add_geom(name="tegotae/ground", type=plane, size=[0.0, 0.0, 1.0])
+        if self.servo_nm_per_rad:
+            _make_servos(spec, self.servo_nm_per_rad)
+        return spec
 
 
 PACKAGED = {
@@ -98,52 +112,96 @@ PACKAGED = {
 """The models of this package as environments, by name."""
 
 
-class Fate:
-    """Rewards and ends of lanes that are stepped together.
+def _read(text: str) -> MjSpec:
+    """The `MjSpec` of an MJCF file, of its text, or of a model of this package by its name."""
+    mujoco = require("mujoco", "mujoco")
+    if mujoco.get_mju_user_warning() is None:
+        mujoco.set_mju_user_warning(_warn)
+    try:
+        if text.lstrip().startswith("<"):
+            return mujoco.MjSpec.from_string(text)
+        if text in models():
+            return mujoco.MjSpec.from_string(models()[text])
+        if not text.endswith((".xml", ".mjcf")):
+            raise unknown("MuJoCo model of this package", text, models())
+        return mujoco.MjSpec.from_file(str(located(text)))
+    except TegotaeError:
+        raise
+    except ValueError as error:
+        first = " ".join(str(error).split())
+        raise TegotaeError(f"MuJoCo cannot read {text[:80]!r}: {first}") from None
 
-    Args:
-        settings: of the model.
-        sensing: the model.
-        step_s: control period [s].
-        lanes: how many.
+
+def _warn(message: str) -> None:
+    """A warning of MuJoCo as one of Python, not on the terminal and in MUJOCO_LOG.TXT."""
+    with contextlib.suppress(Warning):  # that is an error here, perhaps in a thread of MuJoCo's
+        warnings.warn(f"MuJoCo: {_OCCASION.sub('', message).strip()}", stacklevel=2)
+
+
+def located(text: str) -> Path:
+    """The file of a model: a path, or `PACKAGE:FILE`, a file in the folder of an installed package.
+
+    The package is not imported.
+
+    Raises:
+        TegotaeError: if there is no such file, or no such package.
+
+    Example:
+        >>> located("tegotae:envs/mujoco/models/leg.xml").name
+        'leg.xml'
     """
+    path = Path(text)
+    package, colon, inside = text.partition(":")
+    # A single letter is a drive.
+    if colon and len(package) > 1 and package.isidentifier() and not path.exists():
+        found = find_spec(package)
+        if found is None or not found.submodule_search_locations:
+            raise TegotaeError(
+                f"{inside} is to be read from {package}, and no such package is installed"
+            )
+        path = Path(found.submodule_search_locations[0]) / inside
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    return path
 
-    def __init__(
-        self, settings: ModelSettings, sensing: Sensing, step_s: float, lanes: int = 1
-    ) -> None:
-        model = sensing.model
-        self.steps = max(1, round(settings.duration_s / step_s))
-        self._settings = settings
-        self._at = {n: sensing.names.index(f"root_{n}") for n in ("forward", "height", "upright")}
-        gravity = float(np.linalg.norm(model.opt.gravity)) or 1.0
-        self._weight_n = float(model.body_mass.sum()) * gravity
-        self._length_m = np.ones(lanes)
-        self._done = np.zeros(lanes, int)
-        self._seen = np.zeros((2, lanes))
 
-    def begin(self, seen: np.ndarray, where: np.ndarray | None = None) -> None:
-        """A new episode, from what is observed at its start [lanes, entries].
+def models() -> dict[str, str]:
+    """The MJCF of the models that come with the package, by name."""
+    folder = resources.files("tegotae.envs.mujoco") / "models"
+    files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".xml"))
+    return {name[:-4]: (folder / name).read_text(encoding="utf-8") for name in files}
 
-        Args:
-            seen: what is observed.
-            where: of which lanes, [lanes]; of all by default.
-        """
-        if where is None:
-            where = np.ones(len(seen), bool)
-        height = seen[where, self._at["height"]] - self._settings.release_m
-        self._length_m[where] = np.maximum(height, 1e-6)
-        self._done[where] = 0
-        self._seen[0, where], self._seen[1, where] = seen[where, self._at["forward"]], 0.0
 
-    def after(
-        self, seen: np.ndarray, work_j: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Reward, whether it has fallen and whether the time is up, [lanes] each."""
-        self._done += 1
-        forward, before = seen[:, self._at["forward"]], self._seen
-        went = (forward - before[0]) / self._length_m
-        spent = (work_j - before[1]) / (self._weight_n * self._length_m)
-        self._seen = np.stack([forward, work_j])
-        low = seen[:, self._at["height"]] < self._settings.fallen_share * self._length_m
-        fallen = low | (seen[:, self._at["upright"]] < 0.0) | ~is_sound(seen).all(axis=1)
-        return went - self._settings.effort * spent, fallen, self._done >= self.steps
+def _make_servos(spec: MjSpec, stiffness: float) -> None:
+    """Position servos in place of the motors of joints."""
+    mujoco = require("mujoco", "mujoco")
+    motors = [
+        motor
+        for motor in spec.actuators
+        if motor.trntype == mujoco.mjtTrn.mjTRN_JOINT
+        and motor.gaintype == mujoco.mjtGain.mjGAIN_FIXED
+        and motor.biastype == mujoco.mjtBias.mjBIAS_NONE
+        and motor.dyntype == mujoco.mjtDyn.mjDYN_NONE
+    ]
+    if not motors:
+        raise TegotaeError(
+            "no joint of the model has a motor to make a servo of; leave servo_nm_per_rad out"
+        )
+    for motor in motors:
+        # What the motor could do stays what the servo can do.
+        most = abs(float(motor.gear[0])) * _most_force(motor)
+        low, high = spec.joint(motor.target).range
+        motor.ctrlrange = [0.0, 0.0]  # else it is not the joint's range that becomes it
+        motor.set_to_position(stiffness, inheritrange=low < high)
+        motor.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        motor.ctrllimited = low < high
+        motor.forcelimited = np.isfinite(most)
+        motor.forcerange = [-most, most] if np.isfinite(most) else [0.0, 0.0]
+
+
+def _most_force(motor: MjsActuator) -> float:
+    """The largest force of a motor, before its gear; infinite if nothing limits it."""
+    gain = abs(float(motor.gainprm[0]))
+    most = [scale * np.abs(each).max() for scale, each in
+            ((gain, motor.ctrlrange), (1.0, motor.forcerange)) if np.any(each)]  # fmt: skip
+    return float(min(most, default=np.inf))

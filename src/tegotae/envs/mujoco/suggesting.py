@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -13,10 +12,19 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.env import ModelBatch
-from tegotae.envs.mujoco.sensing import Sensing, is_sound, started
+from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.scaling import below, scales_of
+from tegotae.envs.scaling import (
+    centre_height_m,
+    foot_of,
+    gravity_m_per_s2,
+    lowest,
+    scales_of,
+    started,
+)
 from tegotae.envs.wiring import Limb, Wiring
+
+mujoco = require("mujoco", "mujoco")
 
 _FOOT_SHARE = 0.2
 """Feet are no higher over the lowest one than this share of the length."""
@@ -97,15 +105,14 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
         >>> suggest_wiring(PACKAGED["leg"]).wiring.limbs[1].drives  # doctest: +SKIP
         'knee'
     """
-    mujoco = require("mujoco", "mujoco")
-    found = not settings.feet
-    if found:
-        settings = replace(settings, feet=_feet(mujoco, settings.sensed.model))
-    sensing = settings.sensed
-    model, data = sensing.model, started(mujoco, sensing.model)
+    named = bool(settings.feet)
+    if not named:
+        settings = replace(settings, feet=_feet(sensing(settings).model))
+    sensed = sensing(settings)
+    model, data = sensed.model, started(sensed.model)
     feet = list(settings.feet)
-    joints, left_out = _joints(mujoco, sensing, data, feet)
-    on_rail = _on_rail(mujoco, model, data)
+    joints, left_out = _joints(sensed, data, feet)
+    on_rail = _on_rail(model, data)
     if on_rail and any(map(_stretches, joints)):
         left_out += [
             f"{joint.actuator} is left alone: the trunk is on a rail, where a foot that sweeps "
@@ -119,15 +126,15 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
         )
     scales = scales_of(model, feet, limbs=len(feet))
     length, weight = scales["height"], scales["spring_force"]
-    rest_m, standing = _dropped(sensing, joints, _DROP * length + settings.release_m)
-    phases = _phases(mujoco, model, data, feet)
+    rest_m, standing = _dropped(sensed, joints, _DROP * length + settings.release_m)
+    phases = _phases(model, data, feet)
     reasons: dict[str, str] = {
         "height": "height of the first body",
         "work": "absolute work of the actuators, measured by the environment",
         "rest_length_m": "height at touchdown in a drop test without control",
         "step_s": f"{_SAMPLES:g} control periods in √(l / g), in whole time steps of the model",
         "omega": f"{_RATE:g} √(g / l), as the paper's 8 rad/s on a leg of 1 m",
-        "contact_bodies": "lowest bodies that end a chain" if found else "as given",
+        "contact_bodies": "as given" if named else "lowest bodies that end a chain",
         "scales.spring_force": "weight over the number of feet",
         "scales.velocity": f"√(g l), centre of mass l = {length:.3g} m over the feet",
         "scales.speed": "√(g l)",
@@ -137,7 +144,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     limbs = []
     for i, joint in enumerate(joints):
         rest, push, why = _push(joint, weight, length)
-        felt, because = _felt(sensing, joint)
+        felt, because = _felt(sensed, joint)
         limbs.append(
             Limb(
                 senses={"spring_force": felt, "velocity": "root_climb"},
@@ -162,7 +169,8 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
             "never leave the ground"
         )
     timestep = float(model.opt.timestep)
-    step_s = timestep * max(1, round(math.sqrt(length / _gravity(model)) / _SAMPLES / timestep))
+    second = math.sqrt(length / gravity_m_per_s2(model))
+    step_s = timestep * max(1, round(second / _SAMPLES / timestep))
     wiring = Wiring(
         limbs=tuple(limbs),
         omega=_rounded(_RATE * scales["feedback"]),
@@ -190,11 +198,10 @@ def lifted(settings: ModelSettings, wiring: Wiring) -> float:
     Of the joints of a leg it is the strongest one's; infinite where a servo pushes, whose force is
     not limited by the command.
     """
-    mujoco = require("mujoco", "mujoco")
-    sensing = settings.sensed
-    data = started(mujoco, sensing.model)
+    sensed = sensing(settings)
+    data = started(sensed.model)
     limbs = {limb.drives: limb for limb in wiring.limbs}
-    joints, _ = _joints(mujoco, sensing, data, list(wiring.contact_bodies))
+    joints, _ = _joints(sensed, data, list(wiring.contact_bodies))
     joints = [joint for joint in joints if joint.actuator in limbs]
     given = [limbs[joint.actuator] for joint in joints]
     pushes = [
@@ -204,7 +211,8 @@ def lifted(settings: ModelSettings, wiring: Wiring) -> float:
         )
         for limb, joint in zip(given, joints, strict=True)
     ]
-    return _lift(joints, pushes) / (_gravity(sensing.model) * float(sensing.model.body_mass.sum()))
+    weight_n = gravity_m_per_s2(sensed.model) * float(sensed.model.body_mass.sum())
+    return _lift(joints, pushes) / weight_n
 
 
 def _lift(joints: Sequence[_Joint], pushes: Sequence[tuple[float, float]]) -> float:
@@ -219,7 +227,7 @@ def _lift(joints: Sequence[_Joint], pushes: Sequence[tuple[float, float]]) -> fl
     return sum(by_foot.values())
 
 
-def _on_rail(mujoco: ModuleType, model: MjModel, data: MjData) -> bool:
+def _on_rail(model: MjModel, data: MjData) -> bool:
     """Whether no joint of the trunk moves it along the ground."""
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jacBody(model, data, jacobian, None, 1)
@@ -227,26 +235,25 @@ def _on_rail(mujoco: ModuleType, model: MjModel, data: MjData) -> bool:
     return bool((np.abs(jacobian[:2, own]) < 1e-6).all())
 
 
-def _feet(mujoco: ModuleType, model: MjModel) -> tuple[str, ...]:
+def _feet(model: MjModel) -> tuple[str, ...]:
     """The lowest bodies that end a chain and can touch; a body without a name by its geom's."""
-    data = started(mujoco, model)
+    data = started(model)
     ends = set(range(1, model.nbody)) - {int(parent) for parent in model.body_parentid[1:]}
-    reach: dict[int, tuple[float, int]] = {}
-    for geom in range(model.ngeom):
-        body = int(model.geom_bodyid[geom])
-        if body in ends and (model.geom_contype[geom] or model.geom_conaffinity[geom]):
-            low = float(data.geom_xpos[geom][2]) - below(mujoco, model, data, geom)
-            reach[body] = min(reach.get(body, (np.inf, geom)), (low, geom))
+    touches = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    reach = {
+        body: lowest(model, data, geoms)
+        for body in sorted(ends)
+        if (geoms := np.flatnonzero(touches & (model.geom_bodyid == body)).tolist())
+    }
     if not reach:
         raise TegotaeError(
             "no body at the end of a chain can touch anything (contype and conaffinity are 0); "
             "name the feet: --feet BODY or GEOM"
         )
-    lowest = min(low for low, _ in reach.values())
-    com = float(np.average(data.xipos[1:, 2], weights=model.body_mass[1:]))
-    most = lowest + _FOOT_SHARE * max(com - lowest, 0.0)
-    found = []
-    for body, (low, geom) in sorted(reach.items()):
+    least = min(low for low, _ in reach.values())
+    most = least + _FOOT_SHARE * max(centre_height_m(model, data) - least, 0.0)
+    feet = []
+    for body, (low, geom) in reach.items():
         if low > most:
             continue
         name = model.body(body).name or model.geom(geom).name
@@ -255,61 +262,59 @@ def _feet(mujoco: ModuleType, model: MjModel) -> tuple[str, ...]:
             raise TegotaeError(
                 f"the foot on {parent or 'the model'} has no name; give its body or geom one"
             )
-        found.append(name)
-    return tuple(found)
+        feet.append(name)
+    return tuple(feet)
 
 
-def _joints(
-    mujoco: ModuleType, sensing: Sensing, data: MjData, feet: Sequence[str]
-) -> tuple[list[_Joint], list[str]]:
+def _joints(sensed: Sensing, data: MjData, feet: Sequence[str]) -> tuple[list[_Joint], list[str]]:
     """The joints that are limbs, and of other actuators why they are left alone."""
-    model = sensing.model
-    chains = [_chain(model, foot) for foot in feet]
-    found, left_out = [], []
-    for name, i in zip(sensing.actuators, map(int, sensing.driven), strict=True):
-        if model.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_JOINT:
-            left_out.append(f"{name} is left alone: it drives no joint")
-            continue
-        j = int(model.actuator_trnid[i, 0])
-        kinds = mujoco.mjtJoint
-        if int(model.jnt_type[j]) not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):
-            left_out.append(f"{name} is left alone: its joint is neither a hinge nor a slide")
-            continue
-        legs = [k for k, chain in enumerate(chains) if int(model.jnt_bodyid[j]) in chain]
-        if len(legs) != 1:
-            many = "several feet hang" if legs else "no foot hangs"
-            left_out.append(f"{name} is left alone: {many} on its joint")
-            continue
-        kind = _kind(mujoco, model, i)
-        if kind is None:
-            left_out.append(f"{name} is left alone: it is neither a motor nor a position servo")
-            continue
-        along, _, up = map(float, -_velocity(mujoco, model, data, feet[legs[0]], j))
-        limited = bool(model.actuator_ctrllimited[i])
-        low, most = model.actuator_ctrlrange[i] if limited else (-np.inf, np.inf)
-        gear = float(model.actuator_gear[i, 0])
-        motor = kind == "motor"
-        found.append(
-            _Joint(
-                actuator=name,
-                joint=model.joint(j).name,
-                foot=legs[0],
-                kind=kind,
-                gain=gear * float(model.actuator_gainprm[i, 0]) if motor else 1.0,
-                start=float(data.qpos[model.jnt_qposadr[j]]) * (1.0 if motor else gear),
-                up=up,
-                along=along,
-                low=float(low),
-                high=float(most),
-            )
-        )
-    kept = [joint for joint in found if _moves(joint)]
-    left_out += [f"{joint.actuator} is left alone: it moves its foot sideways"
-                 for joint in found if not _moves(joint)]  # fmt: skip
-    return kept, left_out
+    chains = [_chain(sensed.model, foot) for foot in feet]
+    joints, left_out = [], []
+    for name, i in zip(sensed.actuators, map(int, sensed.driven), strict=True):
+        joint = _joint(sensed.model, data, feet, chains, i)
+        if isinstance(joint, str):
+            left_out.append(f"{name} is left alone: {joint}")
+        else:
+            joints.append(joint)
+    return joints, left_out
 
 
-def _kind(mujoco: ModuleType, model: MjModel, i: int) -> Literal["motor", "servo"] | None:
+def _joint(
+    model: MjModel, data: MjData, feet: Sequence[str], chains: Sequence[set[int]], i: int
+) -> _Joint | str:
+    """The joint of an actuator that is a limb, or why it is none."""
+    if model.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_JOINT:
+        return "it drives no joint"
+    j, kinds = int(model.actuator_trnid[i, 0]), mujoco.mjtJoint
+    if int(model.jnt_type[j]) not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):
+        return "its joint is neither a hinge nor a slide"
+    legs = [k for k, chain in enumerate(chains) if int(model.jnt_bodyid[j]) in chain]
+    if len(legs) != 1:
+        return f"{'several feet hang' if legs else 'no foot hangs'} on its joint"
+    kind = _kind(model, i)
+    if kind is None:
+        return "it is neither a motor nor a position servo"
+    along, _, up = map(float, -_velocity(model, data, feet[legs[0]], j))
+    if not up and not along:
+        return "it moves its foot sideways"
+    limited = bool(model.actuator_ctrllimited[i])
+    low, most = model.actuator_ctrlrange[i] if limited else (-np.inf, np.inf)
+    gear, motor = float(model.actuator_gear[i, 0]), kind == "motor"
+    return _Joint(
+        actuator=model.actuator(i).name,
+        joint=model.joint(j).name,
+        foot=legs[0],
+        kind=kind,
+        gain=gear * float(model.actuator_gainprm[i, 0]) if motor else 1.0,
+        start=float(data.qpos[model.jnt_qposadr[j]]) * (1.0 if motor else gear),
+        up=up,
+        along=along,
+        low=float(low),
+        high=float(most),
+    )
+
+
+def _kind(model: MjModel, i: int) -> Literal["motor", "servo"] | None:
     fixed = model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
     if not fixed or model.actuator_gainprm[i, 0] == 0.0 or model.actuator_gear[i, 0] == 0.0:
         return None
@@ -321,43 +326,26 @@ def _kind(mujoco: ModuleType, model: MjModel, i: int) -> Literal["motor", "servo
 
 def _chain(model: MjModel, foot: str) -> set[int]:
     """The bodies between a foot and the trunk, which is not one of them."""
-    body, chain = _body(model, foot), set()
+    body, chain = foot_of(model, foot).body, set()
     while body > 1:
         chain.add(body)
         body = int(model.body_parentid[body])
     # A body of one piece, such as a mass on a slide with a geom as its foot, is its own leg.
-    return chain or {_body(model, foot)}
+    return chain or {foot_of(model, foot).body}
 
 
-def _body(model: MjModel, foot: str) -> int:
-    named = {model.body(i).name: i for i in range(model.nbody)}
-    return named[foot] if foot in named else int(model.geom_bodyid[model.geom(foot).id])
-
-
-def _place(mujoco: ModuleType, model: MjModel, data: MjData, foot: str) -> np.ndarray:
+def _place(model: MjModel, data: MjData, foot: str) -> np.ndarray:
     """Where a foot touches: its lowest geom [m], [x, y, z]."""
-    bodies = {model.body(i).name for i in range(model.nbody)}
-    if foot not in bodies:
-        return data.geom_xpos[model.geom(foot).id]
-    own = np.flatnonzero(model.geom_bodyid == model.body(foot).id)
-    if not len(own):
-        return data.xpos[model.body(foot).id]
-    low = [float(data.geom_xpos[i][2]) - below(mujoco, model, data, int(i)) for i in own]
-    return data.geom_xpos[own[int(np.argmin(low))]]
+    body, geoms = foot_of(model, foot)
+    return data.geom_xpos[lowest(model, data, geoms)[1]] if geoms else data.xpos[body]
 
 
-def _velocity(
-    mujoco: ModuleType, model: MjModel, data: MjData, foot: str, joint: int
-) -> np.ndarray:
+def _velocity(model: MjModel, data: MjData, foot: str, joint: int) -> np.ndarray:
     """The foot's velocity in the trunk's frame at a joint's speed of 1, [x, y, z]."""
     jacobian = np.zeros((3, model.nv))
-    place = _place(mujoco, model, data, foot).copy()
-    mujoco.mj_jac(model, data, jacobian, None, place, _body(model, foot))
+    place = _place(model, data, foot).copy()
+    mujoco.mj_jac(model, data, jacobian, None, place, foot_of(model, foot).body)
     return jacobian[:, int(model.jnt_dofadr[joint])]
-
-
-def _moves(joint: _Joint) -> bool:
-    return bool(joint.up or joint.along)
 
 
 def _stretches(joint: _Joint) -> bool:
@@ -388,34 +376,34 @@ def _push(joint: _Joint, weight_n: float, length_m: float) -> tuple[float, float
     return rest, push, why
 
 
-def _felt(sensing: Sensing, joint: _Joint) -> tuple[str, str]:
+def _felt(sensed: Sensing, joint: _Joint) -> tuple[str, str]:
     """What stands for the spring force F_k of a limb, and why."""
     spring = f"{joint.joint}_spring"
-    slides = sensing.model.jnt_type[sensing.model.joint(joint.joint).id] == 2  # a slide
-    if spring in sensing.names and slides and _stretches(joint):
+    slides = sensed.model.joint(joint.joint).type[0] == mujoco.mjtJoint.mjJNT_SLIDE
+    if spring in sensed.names and slides and _stretches(joint):
         return spring if joint.up > 0.0 else f"-{spring}", "the leg's own spring, as in the paper"
-    return sensing.contacts[joint.foot], "load of the limb's own foot"
+    return sensed.contacts[joint.foot], "load of the limb's own foot"
 
 
-def _phases(mujoco: ModuleType, model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
+def _phases(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
     """Phases of the feet [rad]: the same on a diagonal, half a turn apart beside each other."""
-    places = np.array([_place(mujoco, model, data, foot)[:2] for foot in feet])
+    places = np.array([_place(model, data, foot)[:2] for foot in feet])
     beside = places - places.mean(axis=0) > 1e-3
     return [math.pi if (ahead + left) % 2 else 0.0 for ahead, left in beside.astype(int)]
 
 
-def _dropped(sensing: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple[float, float]:
+def _dropped(sensed: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple[float, float]:
     """A drop test: the trunk's height at touchdown, and the share of it a second later."""
-    timestep = float(sensing.model.opt.timestep)
-    batch = ModelBatch(sensing, 1, timestep, threads=1)
+    timestep = float(sensed.model.opt.timestep)
+    batch = ModelBatch(sensed, 1, timestep, threads=1)
     try:
-        action = np.zeros((1, len(sensing.actuators)))
+        action = np.zeros((1, len(sensed.actuators)))
         for joint in joints:
             if joint.kind == "servo":
-                at = sensing.actuators.index(joint.actuator)
+                at = sensed.actuators.index(joint.actuator)
                 action[0, at] = np.clip(joint.start, joint.low, joint.high)
-        height = sensing.names.index("root_height")
-        loads = [sensing.names.index(name) for name in sensing.contacts]
+        height = sensed.names.index("root_height")
+        loads = [sensed.names.index(name) for name in sensed.contacts]
         before = batch.reset(rise_m)[0]
         for _ in range(round(_LONGEST_S / timestep)):
             seen = batch.step(action)[0]
@@ -424,7 +412,7 @@ def _dropped(sensing: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple
             before = seen
         else:
             raise TegotaeError(
-                f"the feet ({', '.join(sensing.feet)}) touched nothing in a drop of {_LONGEST_S:g} "
+                f"the feet ({', '.join(sensed.feet)}) touched nothing in a drop of {_LONGEST_S:g} "
                 "s; a model of a robot alone takes a floor: --settings ground=true"
             )
         touched = float(before[height])
@@ -439,10 +427,6 @@ def _dropped(sensing: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple
         return touched, float(seen[height]) / touched if touched > 0.0 else np.nan
     finally:
         batch.close()
-
-
-def _gravity(model: MjModel) -> float:
-    return float(np.linalg.norm(model.opt.gravity))
 
 
 def _rounded(value: float, digits: int = 3) -> float:

@@ -13,9 +13,9 @@ import numpy as np
 from tegotae._support.errors import formatted, require
 from tegotae.envs._types import AnyEnv, MjModel, Observation
 from tegotae.envs.contact import flat, with_contact
-from tegotae.envs.mujoco.env import ModelBatch
-from tegotae.envs.mujoco.sensing import is_sound
-from tegotae.envs.mujoco.settings import Fate, ModelSettings
+from tegotae.envs.mujoco.env import Fate, ModelBatch
+from tegotae.envs.mujoco.sensing import is_sound, sensing
+from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wires import Wires
 from tegotae.measures.objectives.objective import FAILED_FITNESS
@@ -189,7 +189,7 @@ class ModelLanes(Lanes):
         models: Sequence[MjModel] | None = None,
     ) -> None:
         self._settings, self.lanes = settings, lanes
-        self._sensing = settings.sensed
+        self._sensing = sensing(settings)
         self.batch = ModelBatch(
             self._sensing, lanes, settings.control_s, threads=threads, models=models
         )
