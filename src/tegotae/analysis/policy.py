@@ -38,12 +38,10 @@ def policy_paths(
     with_phase = policy.meaning.with_phase
     phase = {"phase_rad": phase_rad} if with_phase else {}
     hoppers = Hoppers(settings, len(heights))
-    step = hoppers.reset(
-        [settings.scenario(None, {"height_m": float(y), **phase}) for y in heights]
-    )
+    step = hoppers.reset(options={"height_m": heights, **phase})
     telemetry = [step.telemetry]
     for _ in range(round(duration_s / settings.step_s)):
-        step = hoppers.step(policy.actions(step.observation))
+        step = hoppers.step(policy.actions(step.observation)[:, None])
         telemetry.append(step.telemetry)
     column = dict(zip(TELEMETRY, np.moveaxis(np.asarray(telemetry, float), -1, 0), strict=True))
     compressed = body.rest_length_m - (column["height_m"] - column["ground_m"])

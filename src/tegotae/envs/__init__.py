@@ -21,6 +21,12 @@ from tegotae.envs.contact import (  # noqa: E402
     action_names,
     observation_names,
 )
+from tegotae.envs.hoppers import (  # noqa: E402
+    HopperEnv,
+    HopperVectorEnv,
+    TegotaeHopperEnv,
+    TegotaeHopperVectorEnv,
+)
 from tegotae.envs.scaling import model_scales  # noqa: E402
 from tegotae.envs.settings import (  # noqa: E402
     ENVIRONMENTS,
@@ -29,8 +35,6 @@ from tegotae.envs.settings import (  # noqa: E402
     TegotaeHopperSettings,
     settings_of,
 )
-from tegotae.envs.single import HopperEnv, TegotaeHopperEnv  # noqa: E402
-from tegotae.envs.vector import HopperVectorEnv, TegotaeHopperVectorEnv  # noqa: E402
 from tegotae.envs.wires import WiringWarning, check_wiring  # noqa: E402
 from tegotae.envs.wiring import Limb, Wiring, load_wiring, save_wiring  # noqa: E402
 from tegotae.envs.wrapper import TegotaeWrapper  # noqa: E402
@@ -42,8 +46,8 @@ for _name in ENVIRONMENTS.keys() - gymnasium.registry.keys():
     _kind = _name.removeprefix("tegotae/").removesuffix("-v0")
     gymnasium.register(
         id=_name,
-        entry_point=f"tegotae.envs.single:{_kind}Env",
-        vector_entry_point=f"tegotae.envs.vector:{_kind}VectorEnv",
+        entry_point=f"tegotae.envs.hoppers:{_kind}Env",
+        vector_entry_point=f"tegotae.envs.hoppers:{_kind}VectorEnv",
     )
 
 __all__ = [

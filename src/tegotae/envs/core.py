@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import NamedTuple
@@ -10,9 +10,11 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from gymnasium.spaces import Box
+from gymnasium.utils import seeding
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.envs.settings import HopperSettings, HopReward
 from tegotae.measures.hopping.hopping import dies_out, hop_height_m, left_out
 from tegotae.measures.hopping.signals import cot_inverse
@@ -166,24 +168,38 @@ class EnvStep(NamedTuple):
     telemetry: np.ndarray
     """Shape [lanes, len(TELEMETRY)]."""
 
+    def info(self, lane: int) -> dict[str, float]:
+        """The telemetry of a lane, by name."""
+        return dict(zip(TELEMETRY, self.telemetry[lane].tolist(), strict=True))
+
 
 class Hoppers:
     """A batch of hopper environments, without any interface.
+
+    Lane i seeded with s draws what a single environment draws that was reset with seed s: a batch
+    is so many single environments, to the last random number.
 
     Args:
         settings: what the environments are.
         lanes: how many.
 
+    Raises:
+        TegotaeError: for a number of lanes below one.
+
     Example:
         >>> hoppers = Hoppers(HopperSettings(), lanes=2)
-        >>> hoppers.reset([hoppers.settings.scenario(None)] * 2).observation.shape
+        >>> hoppers.reset(options={"height_m": [1.1, 1.3]}).observation.shape
         (2, 2)
-        >>> hoppers.step(np.zeros(2)).truncated
+        >>> hoppers.step(np.zeros((2, 1))).truncated
         array([False, False])
     """
 
     def __init__(self, settings: HopperSettings, lanes: int) -> None:
+        require_count("num_envs", lanes)
         self.settings, self.lanes = settings, lanes
+        self.random: list[np.random.Generator | None] = [None] * lanes
+        """What each lane draws its episodes with; None for one that is yet to be seeded."""
+        self._fixed = None if settings.draws else settings.scenario(None)
         self._program = _CompiledSettings(
             settings.controller, settings.observed, settings.dimensionless, settings.reward
         )
@@ -197,11 +213,46 @@ class Hoppers:
         self._compiled = _compiled(self._program)
         self._episodes: Episodes | None = None
 
-    def reset(self, scenarios: Sequence[Scenario], where: np.ndarray | None = None) -> EnvStep:
-        """Start new episodes, one scenario a lane, in all lanes or in those of the mask `where`.
+    def seed(
+        self, seed: int | Sequence[int | None] | None, where: np.ndarray | None = None
+    ) -> None:
+        """Seed lane i with `seed + i`, or each with its own; None leaves a lane as it is.
+
+        Raises:
+            TegotaeError: for a list of seeds that has not one per lane.
+        """
+        seeds: Sequence[int | None]
+        if seed is None or isinstance(seed, int | np.integer):
+            seeds = [None if seed is None else int(seed) + i for i in range(self.lanes)]
+        else:
+            seeds = seed
+        if len(seeds) != self.lanes:
+            raise TegotaeError(
+                f"there are {len(seeds)} seeds for {self.lanes} lanes; give one per lane"
+            )
+        if self._fixed is not None:
+            return
+        for lane, number in enumerate(seeds):
+            if number is not None and (where is None or where[lane]):
+                self.random[lane], _ = seeding.np_random(number)
+
+    def reset(
+        self,
+        where: np.ndarray | None = None,
+        options: Mapping[str, ArrayLike] | None = None,
+    ) -> EnvStep:
+        """Start new episodes in all lanes, or in those of the mask `where`; others draw nothing.
 
         What it returns speaks of all lanes, as they now are; there are no rewards in it.
+
+        Args:
+            where: which lanes begin an episode, [lanes]; all by default, and of the first one.
+            options: numbers by name, or arrays of shape [lanes], that stand for these episodes.
+
+        Raises:
+            TegotaeError: for an option that is no setting of an episode, or of another shape.
         """
+        scenarios = self._scenarios(where, options or {})
         arrays = jax.tree.map(lambda *entries: np.array(entries, np.float32), *scenarios)
         arrays = jax.tree.map(lambda x: np.broadcast_to(x, (self.lanes,)), arrays)
         if self._episodes is None or where is None:
@@ -212,18 +263,48 @@ class Hoppers:
             )
         return self._unpack(packed)
 
+    def _scenarios(
+        self, where: np.ndarray | None, options: Mapping[str, ArrayLike]
+    ) -> list[Scenario]:
+        """What the next episode of each lane meets."""
+        if self._fixed is not None and not options:
+            return [self._fixed] * self.lanes
+        columns: dict[str, list[float]] = {}
+        for name, value in options.items():
+            array = np.asarray(value)
+            if array.shape not in ((), (self.lanes,)):
+                raise TegotaeError(
+                    f"option {name} has shape {array.shape}; it must be a number or have shape "
+                    f"({self.lanes},)"
+                )
+            columns[name] = np.broadcast_to(array, (self.lanes,)).tolist()
+        scenarios = [self._fixed or Scenario(omega=0.0)] * self.lanes
+        for lane in range(self.lanes) if where is None else np.flatnonzero(where).tolist():
+            if self._fixed is None and self.random[lane] is None:
+                self.random[lane], _ = seeding.np_random()
+            of_lane = {name: column[lane] for name, column in columns.items()}
+            scenarios[lane] = self.settings.scenario(self.random[lane], of_lane)
+        return scenarios
+
     def step(self, actions: np.ndarray) -> EnvStep:
-        """Hold the actions, shape [lanes], for one step of the agent.
+        """Hold the actions, shape [lanes, 1], for one step of the agent.
 
         Raises:
-            TegotaeError: before the first `reset`, or for actions that are not finite.
+            TegotaeError: before the first `reset`, or for actions of another shape or that are not
+                finite.
         """
+        actions = np.asarray(actions, np.float32)
+        if actions.shape != (self.lanes, 1):
+            raise TegotaeError(
+                f"the actions have shape {actions.shape}; they must be ({self.lanes}, 1)"
+            )
         if self._episodes is None:
             raise TegotaeError("the environment has no episode yet; call reset() before step()")
-        actions = np.asarray(actions, np.float32)
         if not np.isfinite(actions).all():
             raise TegotaeError("an action is not finite; actions are numbers in [-1, 1]")
-        self._episodes, packed = self._compiled.advance(self._numbers, self._episodes, actions)
+        self._episodes, packed = self._compiled.advance(
+            self._numbers, self._episodes, actions[:, 0]
+        )
         return self._unpack(packed)
 
     def _unpack(self, packed: jax.Array) -> EnvStep:
@@ -238,17 +319,23 @@ class Hoppers:
         )
 
 
-def observation_bounds(settings: HopperSettings) -> np.ndarray:
-    """Largest magnitude of each observed entry, shape [entries], float32."""
+def action_space() -> Box:
+    """One number in [-1, 1]."""
+    return Box(-1.0, 1.0, (1,), np.float32)
+
+
+def observation_space(settings: HopperSettings) -> Box:
+    """The observed entries in their bounds."""
     body = settings.body
     at_rest = body.release(jnp.ones(()), jnp.zeros(()))
-    scales = body.sense(at_rest, jnp.zeros(())).scales
-    bounds = []
-    for name in settings.observed:
-        scale = 1.0 if settings.dimensionless else float(scales.get(name, 1.0))
-        bounds.append(1.0 if name in ("sin_phase", "cos_phase") else SENSE_BOUND * scale)
+    scales = {} if settings.dimensionless else body.sense(at_rest, jnp.zeros(())).scales
+    largest = {name: SENSE_BOUND * float(scales.get(name, 1.0)) for name in settings.observed}
+    largest |= dict.fromkeys(largest.keys() & {"sin_phase", "cos_phase"}, 1.0)
+    bounds = np.array([largest[name] for name in settings.observed], np.float32)
     # A little more than what is clipped to, and than the rounded sine of a right angle.
-    return np.array(bounds, np.float32) * np.float32(1.0 + 1e-6)
+    bounds *= np.float32(1.0 + 1e-6)
+    one_sided = np.array([name == "spring_force" for name in settings.observed])
+    return Box(np.where(one_sided, np.float32(0.0), -bounds), bounds, dtype=np.float32)
 
 
 class _Compiled(NamedTuple):

@@ -10,12 +10,11 @@ import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, require, require_count
+from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import Info
-from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers
+from tegotae.envs.core import EnvStep, Hoppers, action_space, observation_space
+from tegotae.envs.hoppers import check_render_mode, draw
 from tegotae.envs.settings import HopperSettings
-from tegotae.envs.spaces import action_space, draw, observation_space, pose
-from tegotae.envs.vector import LaneScenarios
 
 require("stable_baselines3", "sb3")
 
@@ -78,13 +77,10 @@ class HopperVecEnv(LaneVecEnv):
     def __init__(
         self, settings: HopperSettings, num_envs: int, render_mode: str | None = None
     ) -> None:
-        require_count("num_envs", num_envs)
-        if render_mode not in (None, "rgb_array"):
-            raise TegotaeError(f"render_mode is {render_mode!r}; a batch knows 'rgb_array' or None")
+        check_render_mode(render_mode, ["rgb_array"])
         self.settings = settings
         self.render_mode = render_mode
         self._hoppers = Hoppers(settings, num_envs)
-        self._scenarios = LaneScenarios(settings, num_envs)
         self._actions = np.zeros((num_envs, 1), np.float32)
         self._returns = np.zeros(num_envs)
         self._lengths = np.zeros(num_envs, np.int64)
@@ -94,66 +90,51 @@ class HopperVecEnv(LaneVecEnv):
 
     def reset(self) -> np.ndarray:
         """Start an episode in every lane, with the seeds and options set before."""
-        self._scenarios.seed(self._seeds)
-        step = self._hoppers.reset(self._scenarios.next(None, _columns(self._options)))
+        self._hoppers.seed(self._seeds)
+        step = self._last = self._hoppers.reset(options=_columns(self._options))
         self._reset_seeds()
         self._reset_options()
         self._returns[:] = 0.0
         self._lengths[:] = 0
-        self._last = step
-        self.reset_infos = [_telemetry(step, lane) for lane in range(self.num_envs)]
+        self.reset_infos = [step.info(lane) for lane in range(self.num_envs)]
         return step.observation
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take the actions, shape [num_envs, 1], for the step to come."""
-        actions = np.asarray(actions, np.float32)
-        if actions.shape != (self.num_envs, 1):
-            raise TegotaeError(
-                f"the actions have shape {actions.shape}; they must be ({self.num_envs}, 1)"
-            )
         self._actions = actions
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[Info]]:
         """Step, and begin new episodes where one ended."""
-        step = self._hoppers.step(self._actions[:, 0])
+        step = self._last = self._hoppers.step(self._actions)
         self._returns += step.reward
         self._lengths += 1
         done = step.terminated | step.truncated
         infos: list[Info] = [{} for _ in range(self.num_envs)]
-        observation = step.observation
-        self._last = step
         if done.any():
             elapsed = round(time.time() - self._begun, 6)
-            self._last = self._hoppers.reset(self._scenarios.next(done), done)
-            observation = self._last.observation
+            self._last = self._hoppers.reset(done)
             for lane in np.flatnonzero(done).tolist():
                 infos[lane] = {
                     "terminal_observation": step.observation[lane].copy(),
                     "TimeLimit.truncated": bool(step.truncated[lane]),
-                    "telemetry": _telemetry(step, lane),
+                    "telemetry": step.info(lane),
                     "episode": {
                         "r": round(float(self._returns[lane]), 6),
                         "l": int(self._lengths[lane]),
                         "t": elapsed,
                     },
                 }
-                self.reset_infos[lane] = _telemetry(self._last, lane)
+                self.reset_infos[lane] = self._last.info(lane)
             self._returns[done] = 0.0
             self._lengths[done] = 0
-        return observation, step.reward, done, infos
+        return self._last.observation, step.reward, done, infos
 
     def close(self) -> None:
         """Nothing is held open."""
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """A frame for each hopper."""
-        if self._last is None:
-            raise TegotaeError("there is nothing to draw yet; call reset() before render()")
-        return [draw(pose(self.settings, self._last, lane)) for lane in range(self.num_envs)]
-
-
-def _telemetry(step: EnvStep, lane: int) -> dict[str, float]:
-    return dict(zip(TELEMETRY, step.telemetry[lane].tolist(), strict=True))
+        return [draw(self.settings, self._last, lane) for lane in range(self.num_envs)]
 
 
 def _columns(options: list[Info]) -> Mapping[str, ArrayLike]:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import (
-    TegotaeError,
-    require_count,
-    require_finite,
-    unknown,
-)
+from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae.measures.hopping.signals import check_work, cot_inverse
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
@@ -32,9 +28,6 @@ from tegotae.parts.terms import (
     Term,
 )
 from tegotae.simulation.rollout import Scenario
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 
 @dataclass(frozen=True)
@@ -126,7 +119,6 @@ class HopReward:
 
 
 K = TypeVar("K")
-T = TypeVar("T", bound="DataclassInstance")
 
 Chosen: TypeAlias = float | tuple[float, float]
 """A number, or the two ends of the range from which every episode draws its own."""
@@ -259,17 +251,16 @@ class HopperSettings:
 
     def _check_chosen(self, name: str) -> None:
         value = getattr(self, name)
-        if not isinstance(value, tuple | list):
-            _check_number(name, value)
-            return
-        if len(value) != 2:
-            raise TegotaeError(f"{name} is {value!r}; a range has two ends, (low, high)")
-        for end in value:
+        ends = value if isinstance(value, tuple | list) else (value,)
+        for end in ends:
             _check_number(name, end)
-            require_finite(name, end)
-        if value[0] > value[1]:
-            raise TegotaeError(f"{name} is {value!r}; the low end of a range comes first")
-        object.__setattr__(self, name, (float(value[0]), float(value[1])))
+        if ends is not value:
+            return
+        if len(ends) != 2 or not ends[0] <= ends[1] < math.inf:
+            raise TegotaeError(
+                f"{name} is {value!r}; a range has two finite ends, the low end first"
+            )
+        object.__setattr__(self, name, (float(ends[0]), float(ends[1])))
 
     def _check_observation(self) -> None:
         names = (self.observation,) if isinstance(self.observation, str) else self.observation
@@ -335,19 +326,20 @@ class TegotaeHopperSettings(HopperSettings):
 
 
 def _check_number(name: str, value: float) -> None:
-    if name == "drop_time_s":
-        if value != math.inf:
-            require_finite(name, value, least=0.0)
-    elif name == "height_m":
-        require_finite(name, value, above=0.0)
-    else:
-        require_finite(name, value)
+    limits: dict[str, float] = {}
+    if name == "height_m":
+        limits = {"above": 0.0}
+    elif name == "drop_time_s":
+        limits = {"least": 0.0}
+        if value == math.inf:
+            return
+    require_finite(name, value, **limits)
 
 
-def _of_kind(kind: type[K], name: str, value: object, usual: type[T]) -> K | T:
+def _of_kind(kind: type[K], name: str, value: object, usual: type[K]) -> K:
     """The value, which may be given as a mapping of the arguments of the usual one."""
     if isinstance(value, Mapping):
-        return _construct(usual, f"argument of {name}", value)
+        return _made(usual, f"argument of {name}", value)
     if not isinstance(value, kind):
         raise TegotaeError(
             f"{name} is {value!r}; it must be a {kind.__name__}, or the arguments of a "
@@ -356,13 +348,12 @@ def _of_kind(kind: type[K], name: str, value: object, usual: type[T]) -> K | T:
     return value
 
 
-def _construct(kind: type[T], what: str, arguments: Mapping[str, object]) -> T:
-    known = kind.__dataclass_fields__
+def _made(kind: type[K], what: str, arguments: Mapping[str, Any]) -> K:
+    known = [field.name for field in dataclasses.fields(cast(Any, kind))]
     for name in arguments:
         if name not in known:
             raise unknown(what, str(name), known)
-    make: Callable[..., T] = kind
-    return make(**arguments)
+    return kind(**arguments)
 
 
 def settings_of(kind: type[HopperSettings], arguments: Mapping[str, object]) -> HopperSettings:
@@ -371,7 +362,7 @@ def settings_of(kind: type[HopperSettings], arguments: Mapping[str, object]) -> 
     Raises:
         TegotaeError: for an argument that the environment does not have.
     """
-    return _construct(kind, "argument of this environment", arguments)
+    return _made(kind, "argument of this environment", arguments)
 
 
 ENVIRONMENTS: dict[str, type[HopperSettings]] = {
