@@ -8,7 +8,9 @@ import dataclasses
 import numpy as np
 
 from tegotae import ControllerSet, System, Timing, build
-from tegotae.analysis.generalisation import ControllersUnderTest, disturbances_named, tried
+from tegotae.analysis.generalisation.disturbances import disturbances_named
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
+from tegotae.analysis.generalisation.run import tried
 from tegotae.figures.generalisation import curves_figure
 from tegotae.figures.style import save_figure
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.sweep import sweep
 from tegotae.figures.gaits.lags import sweep_figure
 from tegotae.figures.style import save_figure
+from tegotae.systems.resolve import legged_system as system
 
 found = sweep(system("quadruped-a"), np.linspace(1.5, 2.6, 6), dwell_s=30.0, starts=2)
 save_figure(sweep_figure(found, "quadruped-a"), "quadruped_transitions.png")

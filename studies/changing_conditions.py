@@ -16,10 +16,12 @@ from pathlib import Path
 import numpy as np
 
 from kept import write_rows, write_text
-from tegotae.analysis.generalisation import CATALOGUE, ControllersUnderTest, Retention
+from tegotae.analysis.generalisation.disturbances import CATALOGUE
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import (
     MEASURES,
     Done,
+    Retention,
     generalise,
     levels_survived,
     margin,

@@ -23,20 +23,17 @@ from matplotlib.patches import Patch
 from kept import write_rows, write_text
 from reproduction.plan import plan
 from tegotae._support.tables import read_csv
-from tegotae.analysis.generalisation import (
-    CATALOGUE,
-    ControllersUnderTest,
-    Disturbance,
-    Retention,
-    margins,
-)
+from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import (
     MEASURES,
     Done,
+    Retention,
     curve,
     generalise,
     levels_survived,
     margin,
+    margins,
 )
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled

@@ -22,7 +22,7 @@ from reproduction.optimum import optimise, upper_bound
 from reproduction.optimum.problem import most_lift_off
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import read_csv
-from tegotae.analysis.generalisation import CATALOGUE
+from tegotae.analysis.generalisation.disturbances import CATALOGUE
 from tegotae.parts.bodies import Hopper
 
 KEPT = Path(__file__).parents[1] / "docs" / "_static" / "generalisation"

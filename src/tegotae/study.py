@@ -60,11 +60,10 @@ class Cell(Protocol):
     @property
     def program(self) -> Hashable:
         """Cells of an equal value share compiled programs, and go to one worker."""
-        ...
+        return None
 
     def prepare(self) -> None:
-        """Register what a worker process has to know before it measures."""
-        ...
+        """Register what a worker process has to know before it measures; nothing by default."""
 
     def measure(self) -> CellResult:
         """The numbers. Deterministic."""

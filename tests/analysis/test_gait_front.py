@@ -9,11 +9,10 @@ import pandas as pd
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.front import FrontPart, Search, cheapest, evaluated, search_front
 from tegotae.cli import main
 from tegotae.measures.fronts import front
-from tegotae.systems.resolve import resolve
+from tegotae.systems.resolve import legged_system as system, resolve
 from tegotae.systems.tuned import NUMBERS, family
 
 WALKER = system("quadruped-c")

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError, Timing, gait_lesion
-from tegotae.analysis.gaits import random_phases, system
 from tegotae.analysis.gaits.lesion import GaitLesion, aftermath
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.rollout import whole_trajectory
+from tegotae.systems.legged import random_phases
+from tegotae.systems.resolve import legged_system as system
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=60.0))
 FOUR = (

@@ -12,7 +12,6 @@ from matplotlib.image import imread
 
 from tegotae import TegotaeError, Timing, gait_map
 from tegotae._support.tables import numbers, read_csv
-from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.map import (
     NO_BODY,
     Axis,
@@ -27,6 +26,7 @@ from tegotae.analysis.gaits.map import (
 from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli import main
 from tegotae.measures.gaits.lags import apart
+from tegotae.systems.resolve import legged_system as system
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=40.0))
 WALKER = system("quadruped-c")

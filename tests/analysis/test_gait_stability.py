@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError, Timing, gait_stability
-from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.map import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
 from tegotae.measures.gaits.lags import TURN, apart, lags_at_sections
+from tegotae.systems.resolve import legged_system as system
 
 BAR = system("bar-light").with_system(timing=Timing(duration_s=30.0))
 RATIOS = (-1.0, 0.9, 0.95, 1.05, 1.1)

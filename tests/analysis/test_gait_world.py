@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError, find
-from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.map import (
     Axis,
@@ -24,6 +23,7 @@ from tegotae.parts.terrains import Rough, Slope
 from tegotae.questions.drawing import figure_basin
 from tegotae.questions.gaits import GaitOptions, SeveralLegs
 from tegotae.questions.options import changed
+from tegotae.systems.resolve import legged_system as system
 
 
 def asked(name="quadruped-c", **given):

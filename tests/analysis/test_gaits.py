@@ -12,13 +12,6 @@ from matplotlib.image import imread
 
 from tegotae import System, TegotaeError, Timing, all_models, build
 from tegotae._support.tables import numbers, read_csv
-from tegotae.analysis.gaits import (
-    SYSTEMS,
-    CoordinationSummary,
-    gait_of,
-    random_phases,
-    system,
-)
 from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.releases import release_all, simulate
 from tegotae.analysis.gaits.sweep import GaitSweep, hysteresis, staircase_timing, sweep
@@ -26,10 +19,13 @@ from tegotae.cli import main
 from tegotae.figures.gaits.animation import pose, write_animation
 from tegotae.figures.gaits.style import gait_colour
 from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
-from tegotae.measures.gaits.names import NO_GAIT, PATTERNS
+from tegotae.measures.gaits.names import NO_GAIT, PATTERNS, gait_of
+from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.measures.hopping.statistics import wilson
 from tegotae.parts.bodies import Bar, Hopper, Sensors
 from tegotae.systems.controller_file import SavedController, save
+from tegotae.systems.legged import SYSTEMS, random_phases
+from tegotae.systems.resolve import legged_system as system
 
 LIGHT = system("bar-light")
 SHORT = LIGHT.with_system(timing=Timing(duration_s=40.0))
@@ -262,7 +258,7 @@ def test_a_system_of_a_users_own_file_is_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own_legs.py").write_text(
         "import dataclasses\n"
-        "from tegotae.analysis.gaits import system\n"
+        "from tegotae.systems.resolve import legged_system as system\n"
         "mine = system('bar-light').with_numbers(omega=7.0)\n"
     )
     assert system("own_legs.py:mine").omega == 7.0
@@ -388,7 +384,7 @@ def test_a_gait_command_on_a_one_legged_body_says_so_in_one_line(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     (tmp_path / "one_leg.py").write_text(
         "from tegotae import System, build\n"
-        "from tegotae.analysis.gaits import Legged\n"
+        "from tegotae.systems.legged import Legged\n"
         "hopper = System(controller=build('V-sector-w8'), omega=8.0)\n"
         "one = Legged(about='', system=hopper, weights=(1,))\n"
     )

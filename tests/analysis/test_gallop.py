@@ -9,9 +9,9 @@ import pytest
 
 from places import ROOT
 from tegotae._support.tables import numbers, read_csv
-from tegotae.analysis.gaits import random_phases, system
 from tegotae.measures.gaits.names import gait_of
-from tegotae.systems.legged import lanes_of
+from tegotae.systems.legged import lanes_of, random_phases
+from tegotae.systems.resolve import legged_system as system
 
 KEPT = ROOT / "docs" / "_static" / "gaits"
 

@@ -17,17 +17,18 @@ from tegotae import (
     Timing,
     build,
 )
-from tegotae.analysis.gaits import system
-from tegotae.analysis.generalisation import (
-    CATALOGUE,
-    ControllersUnderTest,
+from tegotae.analysis.generalisation.disturbances import CATALOGUE, disturbances_named
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
+from tegotae.analysis.generalisation.retention import GaitRetention, Walked
+from tegotae.analysis.generalisation.run import (
     Retention,
-    disturbances_named,
+    Trial,
+    curve,
+    generalise,
+    margin,
     margins,
     tried,
 )
-from tegotae.analysis.generalisation.retention import GaitRetention, Walked
-from tegotae.analysis.generalisation.run import Trial, curve, generalise, margin
 from tegotae.cli import main
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts.bodies.base import Interface
@@ -36,6 +37,7 @@ from tegotae.questions.generalising import Generalisation
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
+from tegotae.systems.resolve import legged_system as system
 
 REFLEX = build("V-reflex-w8")
 CHOSEN = disturbances_named(

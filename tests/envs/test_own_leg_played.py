@@ -14,7 +14,7 @@ pytest.importorskip("mujoco")
 pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError
-from tegotae.analysis.generalisation import disturbances_named
+from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _models
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv

@@ -51,15 +51,17 @@ import numpy as np
 import tiny
 from reproduction.plan import plan
 from tegotae import Hopper, System, Timing, build, cli, find
-from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.map import Axis, map_gaits
-from tegotae.analysis.generalisation import ControllersUnderTest, disturbances_named, tried
+from tegotae.analysis.generalisation.disturbances import disturbances_named
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
+from tegotae.analysis.generalisation.run import tried
 from tegotae.export.c import Export
 from tegotae.export.c.package import header
 from tegotae.export.c.source import source
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
+from tegotae.systems.resolve import legged_system as system
 
 KEPT = TESTS / "kept" / "pins.json"
 LIBRARIES = ("evosax", "jax", "jaxlib", "llvmlite", "numpy")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.analysis.gaits import gait_of, leg_names, named
 from tegotae.measures.gaits.lags import (
     OfPhases,
     OfTouchdowns,
@@ -25,6 +24,9 @@ from tegotae.measures.gaits.names import (
     NO_GAIT,
     PATTERNS,
     distance,
+    gait_of,
+    leg_names,
+    named,
     names_of,
     patterns_for,
 )

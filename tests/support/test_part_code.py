@@ -17,7 +17,7 @@ from studies.tuning.storage import opened
 from tegotae import TegotaeError, find
 from tegotae._support.documents import differing
 from tegotae._support.part_code import code_of_file
-from tegotae.analysis.generalisation import ControllersUnderTest
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import Trial
 from tegotae.cli import main
 from tegotae.study import CellResult

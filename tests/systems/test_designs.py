@@ -10,7 +10,6 @@ import pytest
 
 from tegotae import Experiment, TegotaeError, Timing
 from tegotae._support.tables import read_csv
-from tegotae.analysis.gaits import system
 from tegotae.analysis.gaits.releases import MEASURES, release_all
 from tegotae.cli import main
 from tegotae.measures.objectives.fitness import HoppingLegs
@@ -24,6 +23,7 @@ from tegotae.parts.terms import (
 from tegotae.systems import controller_file
 from tegotae.systems.designs import all_designs, design, is_design
 from tegotae.systems.grammar import BUDGET
+from tegotae.systems.resolve import legged_system as system
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
@@ -48,7 +48,7 @@ def test_a_bare_architecture_is_its_plainest_member():
 
 def test_a_users_own_system_has_designs_too(tmp_path):
     (tmp_path / "mine.py").write_text(
-        "from tegotae.analysis.gaits import system\nrobot = system('bar-light')\n"
+        "from tegotae.systems.resolve import legged_system as system\nrobot = system('bar-light')\n"
     )
     found = design(f"AR@{tmp_path / 'mine.py'}:robot")
     assert found.name == "AR-rF@robot"

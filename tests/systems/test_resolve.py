@@ -18,7 +18,7 @@ PARTS = """
 import numpy as np
 from tegotae import Experiment, System, build
 from tegotae.systems.controller_file import SavedController
-from tegotae.analysis.gaits import system
+from tegotae.systems.resolve import legged_system as system
 hopper = System(controller=build("V-reflex-w8"), omega=8.0)
 training = Experiment(name="mine", system=System(controller=build("AR"), omega=8.0))
 several = [training, training.replaced(name="other")]

@@ -229,7 +229,7 @@ class HoppingTask(Task):
         )
 
     def tested(self, starts: int) -> Tested:
-        from tegotae.analysis.generalisation import ControllersUnderTest
+        from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 
         return ControllersUnderTest.of(self.runs, starts)
 

@@ -63,7 +63,7 @@ class Task:
         return {}
 
     def tested(self, starts: int) -> Tested:
-        """The runs, ready to be disturbed (`tegotae.analysis.generalisation`)."""
+        """The runs, ready to be disturbed (`tegotae.analysis.generalisation.disturbances`)."""
         raise NotImplementedError
 
     def on(self, body: Body) -> Self:

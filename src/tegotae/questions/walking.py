@@ -204,6 +204,6 @@ class WalkingTask(Task):
         )
 
     def tested(self, starts: int) -> Tested:
-        from tegotae.analysis.generalisation import ControllersUnderTest
+        from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 
         return ControllersUnderTest.of(self.runs, starts)

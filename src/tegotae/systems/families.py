@@ -250,7 +250,7 @@ def nominal_speed_m_per_s(legged: Legged, omega: float) -> float | None:
         omega: ω [rad/s].
 
     Example:
-        >>> from tegotae.analysis.gaits import system
+        >>> from tegotae.systems.resolve import legged_system as system
         >>> round(nominal_speed_m_per_s(system("quadruped-c"), 2.0), 3)
         0.255
     """

@@ -159,7 +159,7 @@ class Legged:
             TegotaeError: for a body that does not go with the rest, or cannot hop from there.
 
         Example:
-            >>> from tegotae.analysis.gaits import system
+            >>> from tegotae.systems.resolve import legged_system as system
             >>> found = system("quadruped-c")
             >>> higher = found.with_body(dataclasses.replace(found.body, com_z_m=-0.3))
             >>> higher.system.release.height_m > found.system.release.height_m

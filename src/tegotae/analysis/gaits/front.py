@@ -8,7 +8,7 @@ the search has not seen, and only these releases count.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -30,7 +30,7 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Summary, Timing
-from tegotae.study import Arrays, CellResult, Study, measured_in_turn
+from tegotae.study import Arrays, Cell, CellResult, Study, measured_in_turn
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of
 from tegotae.systems.tuned import NUMBERS, Numbers, TunedFamily
@@ -171,7 +171,7 @@ class VerifiedSummary:
 
 
 @dataclass(frozen=True)
-class FrontPart:
+class FrontPart(Cell):
     """Some walkers of a search, advanced together: what is kept of a search.
 
     Args:
@@ -198,14 +198,6 @@ class FrontPart:
         """The system, the family, the search, and which part of it."""
         own = {"family": self.family, "search": self.search, "part": self.number}
         return {**describe(self.legged), **as_json(own)}
-
-    @property
-    def program(self) -> Hashable:
-        """Parts are measured in turn."""
-        return None
-
-    def prepare(self) -> None:
-        """Nothing: parts are not sent anywhere."""
 
     def measure(self) -> CellResult:
         """Release walkers from all phases: their `shares` of the ranges, and their speed and cost,

@@ -251,7 +251,7 @@ def aftermath(
         TegotaeError: for a lesion that the body cannot have, or at a time outside the rollout.
 
     Example:
-        >>> from tegotae.analysis.gaits import system
+        >>> from tegotae.systems.resolve import legged_system as system
         >>> found = aftermath(system("bar-light"), GaitLesion(at_s=30.0, drop_m=0.05), starts=4)
         >>> found.share[0], found.frame.gait_after.tolist()
         (1.0, ['antiphase', 'antiphase', 'antiphase', 'antiphase'])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import FieldNumber, numbers_of, with_fields
 from tegotae.simulation.world import Scenario, with_changes
-from tegotae.study import CellResult, measured_in_turn
+from tegotae.study import Cell, CellResult, measured_in_turn
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
@@ -241,7 +241,7 @@ _MEDIANS = ("lock_time_s", "speed_m_per_s", "cost_of_transport")
 
 
 @dataclass(frozen=True)
-class MapPart:
+class MapPart(Cell):
     """Some cells of a map, advanced together: what is kept of a map.
 
     Args:
@@ -256,21 +256,13 @@ class MapPart:
     where: Sequence[Setting]
     phase_rad: np.ndarray
     at_once: int
-    name = "map"
+    name = "map"  # type: ignore[assignment]
 
     @property
     def document(self) -> Document:
         """The system, the places of its cells, and the phases."""
         places = [dict(each.at) for each in self.where]
         return {**describe(self.legged), "at": places, "phase_rad": self.phase_rad.tolist()}
-
-    @property
-    def program(self) -> Hashable:
-        """All parts are advanced by the same one."""
-        return None
-
-    def prepare(self) -> None:
-        """Nothing: parts are not sent anywhere."""
 
     def measure(self) -> CellResult:
         """The coordination of all lanes, a cell's starts beside each other."""
@@ -313,7 +305,7 @@ def map_gaits(
             body refuses all cells.
 
     Example:
-        >>> from tegotae.analysis.gaits import system
+        >>> from tegotae.systems.resolve import legged_system as system
         >>> axes = Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (1.0, 1.5))
         >>> map_gaits(system("bar-light"), *axes, starts=2).cells.gait.tolist()
         ['antiphase', 'in phase', 'antiphase', 'in phase']

@@ -166,7 +166,7 @@ def simulate(
         TegotaeError: for phases of another number of legs, or what the engine refuses.
 
     Example:
-        >>> from tegotae.analysis.gaits import system
+        >>> from tegotae.systems.resolve import legged_system as system
         >>> simulate(system("bar-heavy"), (0.0, 2.0)).gait
         'in phase'
     """
@@ -334,7 +334,7 @@ def release_all(
             not positive.
 
     Example:
-        >>> from tegotae.analysis.gaits import system
+        >>> from tegotae.systems.resolve import legged_system as system
         >>> found = release_all(system("bar-light"), starts=4)
         >>> found.outcomes[["gait", "share"]].values.tolist()
         [['antiphase', 1.0]]

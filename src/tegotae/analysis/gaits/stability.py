@@ -182,7 +182,7 @@ def stability(
             that cannot be at any value.
 
     Example:
-        >>> from tegotae.analysis.gaits import system
+        >>> from tegotae.systems.resolve import legged_system as system
         >>> near = Axis("inertia_ratio", (0.98, 1.02))
         >>> found = stability(system("bar-light"), near, ["in phase"])
         >>> found.crossings["at"].round(2).tolist()

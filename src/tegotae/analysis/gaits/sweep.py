@@ -156,7 +156,7 @@ def sweep(
             what the engine refuses.
 
     Example:
-        >>> from tegotae.analysis.gaits import system
+        >>> from tegotae.systems.resolve import legged_system as system
         >>> found = sweep(system("bar-light"), [7.5, 8.0], dwell_s=40.0, starts=2)
         >>> set(found.frame.gait)
         {'antiphase'}
