@@ -253,14 +253,20 @@ class ControllersUnderTest(Tested):
         there is to be kept.
         """
         check_senses(self.controller, self.body)
-        lanes = _Lanes(self.meeting(disturbances), disturbances)
-        first = disturbances[0]
-        nothing = [(first, np.array([first.neutral]))]
-        usual = lanes.measured(nothing, np.full((1, self.size), np.inf))
-        at_s = np.atleast_2d(lanes.criterion.at_s(usual))
-        plan = [(each, np.array(each.outwards)) for each in disturbances]
-        then = lanes.measured(plan, at_s)
-        return lanes.criterion.kept(usual, then, lanes.weight_ratio(plan, at_s))
+        tested = self.meeting(disturbances)
+        lanes = _Lanes(tested, disturbances)
+        nothing = disturbances[0].changes(
+            tested, np.full(self.size, disturbances[0].neutral), np.full(self.size, np.inf)
+        )
+        usual = lanes.measured([(nothing, 1)])
+        at_s = np.ravel(lanes.criterion.at_s(usual))
+        meets = []
+        for disturbance in disturbances:
+            levels = np.array(disturbance.outwards)
+            each_lane = np.repeat(levels, self.size), np.tile(at_s, len(levels))
+            meets.append((disturbance.changes(tested, *each_lane), len(levels)))
+        then = lanes.measured(meets)
+        return lanes.criterion.kept(usual, then, lanes.weight_ratio(meets))
 
 
 def _around(kind: type, body: Body) -> bool:
@@ -279,6 +285,10 @@ def _number(change: Any, usual: Any) -> Any:
     return float(np.ravel(value)[0])
 
 
+Meets = Sequence[tuple[dict[str, LaneNumbers], int]]
+"""The changes that each disturbance makes to its lanes, level by level, and how many levels."""
+
+
 class _Lanes:
     """The lanes of a set: run by run, release by release."""
 
@@ -288,16 +298,11 @@ class _Lanes:
         self.size = tested.size
         self.engine = tested.system.engine(self.criterion.summary, tested.timing)
 
-    def measured(self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray) -> Any:
-        """What the criterion measures at every level, arrays [..., levels, lanes of the set].
-
-        Args:
-            plan: disturbances, and the levels of each.
-            at_s: when what happens at a time happens [s], [1, lanes of the set].
-        """
-        levels = sum(len(each) for _, each in plan)
+    def measured(self, meets: Meets) -> Any:
+        """What the criterion measures at every level, arrays [..., levels, lanes of the set]."""
+        levels = sum(number for _, number in meets)
         count = levels * self.size
-        scenario = self._scenario(plan, at_s)
+        scenario = self._scenario(meets, count)
         weights = np.repeat(self.tested.weights, self.tested.starts, axis=0).T
         weights = np.tile(np.asarray(weights, "float32"), levels)
         parts = []
@@ -308,32 +313,21 @@ class _Lanes:
             )
             recorded = self.engine.run_lanes(own, self.tested.prepared)
             whole = filled((recorded, own.scenario), slice(None), LANES)
-            found = self.criterion.of(*whole)
-            parts.append(jax.tree.map(np.asarray, found))
+            parts.append(jax.tree.map(np.asarray, self.criterion.of(*whole)))
         joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
-    def _scenario(
-        self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
-    ) -> Scenario:
+    def _scenario(self, meets: Meets, count: int) -> Scenario:
         """What the lanes meet, level by level; all that some disturbance changes is in it."""
         tested = self.tested
-        whole = [self._changes(each, levels, at_s) for each, levels in plan]
-        counts = [len(levels) * self.size for _, levels in plan]
-
-        def joined(name: str, usual: Any) -> Any:
-            """Of one name: what each disturbance gives, or what is usual."""
-            given = [changes.get(name) for changes in whole]
-            parts = [
-                _lanes(usual if x is None else x, n) for x, n in zip(given, counts, strict=True)
-            ]
-            return jax.tree.map(_concatenated, *parts)
-
         phases = np.tile(tested.phase_rad, len(tested.weights))
         release = tested.system.scenario(phase_rad=phases)
-        usual = jax.tree.map(lambda x: _lanes(x, sum(counts)), release)
-        changes = {name: joined(name, x) for name, x in self._neutral(release).items()}
-        return with_changes(usual, tested.prepared, changes)
+        changes = {}
+        for name, usual in self._neutral(release).items():
+            parts = [_lanes(made.get(name, usual), n * self.size) for made, n in meets]
+            changes[name] = jax.tree.map(_concatenated, *parts)
+        every = jax.tree.map(lambda x: _lanes(x, count), release)
+        return with_changes(every, tested.prepared, changes)
 
     def _neutral(self, release: Scenario) -> dict[str, Any]:
         """Of every name that some disturbance changes: the change that changes nothing."""
@@ -348,18 +342,11 @@ class _Lanes:
                 found[name] = _without(change, usual)
         return found
 
-    def _changes(self, each: Disturbance, levels: np.ndarray, at_s: np.ndarray) -> dict[str, Any]:
-        at = np.broadcast_to(at_s, (len(levels), self.size)).ravel()
-        return each.changes(self.tested, np.repeat(levels, self.size), at)
-
-    def weight_ratio(
-        self, plan: Sequence[tuple[Disturbance, np.ndarray]], at_s: np.ndarray
-    ) -> np.ndarray:
+    def weight_ratio(self, meets: Meets) -> np.ndarray:
         """Weight of the body over the usual one, [levels, lanes of the set]."""
         parts = []
-        for each, levels in plan:
-            changes = self._changes(each, levels, at_s)
-            ratio = np.ones(len(levels) * self.size)
+        for changes, levels in meets:
+            ratio = np.ones(levels * self.size)
             for name in ("mass_kg", "gravity_m_per_s2"):
                 if name in changes:
                     ratio = ratio * changes[name] / self.tested.usual(name)
