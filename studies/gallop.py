@@ -476,7 +476,7 @@ def film() -> None:
     off = DETUNING * np.random.default_rng(0).normal(size=phase.shape)
     climb = Staircase(np.array([RISE[1] - RISE[0]]), timing.duration_s / len(RISE), len(RISE) + 0.0)
     scenario = legged.scenario(phase, changes={"omega": climb})._replace(omega=RISE[0] * (1 + off))
-    levels = LevelsSummary(len(RISE), legged.summary())
+    levels = legged.summary(LevelsSummary, levels=len(RISE))
 
     def closely(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
         return trajectory, levels(trajectory, scenario, body, timing)

@@ -30,7 +30,6 @@ from tegotae.analysis.generalisation.run import (
     tried,
 )
 from tegotae.cli import main
-from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
 from tegotae.questions.generalising import Generalisation
@@ -145,9 +144,7 @@ STAYS = {
 
 
 def walks(**found) -> dict[str, np.ndarray]:
-    kept = GaitRetention(Walked(CoordinationSummary(), True), 1.0).kept(
-        STAYS, STAYS | found, np.ones(1)
-    )
+    kept = GaitRetention(Walked(looks=True), 1.0).kept(STAYS, STAYS | found, np.ones(1))
     return {name: x.item() for name, x in kept.items()}
 
 

@@ -40,6 +40,7 @@ from tegotae.systems.registry import kinds_of
 from tegotae.systems.system import WALKING, WALKING_TICK, System, usual_system
 from tegotae.systems.user_objects import is_reference, named
 
+S = TypeVar("S", bound=CoordinationSummary)
 T = TypeVar("T")
 
 
@@ -176,10 +177,9 @@ class Legged:
         """
         return self.system.scenario(phase_rad=phase_rad, **more)
 
-    def summary(self, **more: Any) -> CoordinationSummary:
-        """The summary of how its legs are coordinated; `more` are arguments of the summary."""
-        given = {"reference": self.reference, **more}
-        return CoordinationSummary.on(self.controller, self.body, **given)
+    def summary(self, kind: type[S] = CoordinationSummary, **more: Any) -> S:
+        """The summary of how its legs are coordinated; `more` are arguments of its kind."""
+        return kind.on(self.controller, self.body, **{"reference": self.reference, **more})
 
     def engine(self, summary: Summary, timing: Timing | None = None) -> Engine:
         """What advances it, by its own timing if none is given."""

@@ -144,30 +144,21 @@ class TravelSummary:
         )
 
 
-class Verified(NamedTuple):
-    """What finalists do."""
-
-    travel: Travel
-    coordination: Coordination
-
-
-@dataclass(frozen=True)
-class VerifiedSummary:
+@dataclass(frozen=True, kw_only=True)
+class VerifiedSummary(CoordinationSummary):
     """An `Engine`'s summary: how lanes travel, and how their legs go together."""
-
-    own: CoordinationSummary
 
     @property
     def needs(self) -> tuple[str, ...]:
         """The channels that are recorded for it."""
-        return tuple(dict.fromkeys((*self.own.needs, *TravelSummary.needs)))
+        return tuple(dict.fromkeys((*super().needs, *TravelSummary.needs)))
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Verified:
+    ) -> tuple[Travel, Coordination]:
         """Both."""
         given = trajectory, scenario, body, timing
-        return Verified(TravelSummary()(*given), self.own(*given))
+        return TravelSummary()(*given), super().__call__(*given)
 
 
 @dataclass(frozen=True)
@@ -333,14 +324,13 @@ def evaluated(
         seed: of their phases.
     """
     phase = family.phases(legged, starts, seed)
-    summary = VerifiedSummary(legged.summary())
+    summary = legged.summary(VerifiedSummary)
     walkers = len(numbers["omega"])
     if not walkers:
         return pd.DataFrame(columns=list(COLUMNS), dtype=float)
     own_timing = legged.timing
     timing = dataclasses.replace(own_timing, frame_s=2.0 * own_timing.frame_s)
-    found: Verified = _run(legged, family, numbers, phase, summary, timing)
-    travel, own = found
+    travel, own = _run(legged, family, numbers, phase, summary, timing)
 
     measured = over_starts(coordination_frame(own, legged.names, TOLERANCE), starts, legged.body)
     speeds = np.asarray(own.speed_m_per_s).reshape(walkers, starts)

@@ -173,26 +173,19 @@ class Aftermath:
         return support_margin_m(dataclasses.replace(body, **changes))
 
 
-@dataclass(frozen=True)
-class BeforeAndAfter:
+@dataclass(frozen=True, kw_only=True)
+class BeforeAndAfter(CoordinationSummary):
     """An `Engine`'s summary: the coordination in the ends of both parts of a recording.
 
     Args:
         cut: how many frames the first part has.
         window: how many frames of either part's end are measured.
         left: the legs of the second part.
-        own: how each part is summarised.
     """
 
     cut: int
     window: int
     left: tuple[int, ...]
-    own: CoordinationSummary
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """The channels that are recorded for it."""
-        return self.own.needs
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -200,15 +193,8 @@ class BeforeAndAfter:
         """The coordination of every lane, before and after."""
 
         def of_part(part: Trajectory, its_body: Body, reference: int) -> Coordination:
-            return coordination(
-                part,
-                its_body,
-                frame_s=timing.frame_s,
-                begins=len(part.time_s) - self.window,
-                reference=reference,
-                tolerance=self.own.tolerance,
-                rhythm=self.own.rhythm,
-            )
+            begins = len(part.time_s) - self.window
+            return coordination(self, part, its_body, timing.frame_s, begins, reference)
 
         first = jax.tree.map(lambda x: x[: self.cut], trajectory)
         second = jax.tree.map(lambda x: _of_legs(x[self.cut :], self.left), trajectory)
@@ -216,16 +202,16 @@ class BeforeAndAfter:
         last = jnp.asarray(timing.n_frames * timing.ticks_per_frame - 1)
         changes = dict(scenario.changes)
         harmed, _ = apply_changes(body, scenario.omega, changes, last, timing.tick_s)
-        reference = self.left.index(self.own.reference)
+        reference = self.left.index(self.reference)
         after = of_part(second, harmed, reference)
         # Legs that have never felt each other are no more locked after a lesion than before it.
-        whole = _of_legs(self.own.rhythm.lag(trajectory, self.own.reference), self.left)
+        whole = _of_legs(self.rhythm.lag(trajectory, self.reference), self.left)
         after = after._replace(
             lock_time_s=after.lock_time_s - begun,
             fall_time_s=after.fall_time_s - begun,
             moved=jnp.where(jnp.isnan(after.moved), jnp.nan, moved(whole)),
         )
-        return of_part(first, body, self.own.reference), after
+        return of_part(first, body, self.reference), after
 
 
 def aftermath(
@@ -270,7 +256,9 @@ def aftermath(
     left, legs = lesion.left(legged), legged.names
     reference = legged.reference if legged.reference in left else left[0]
     phase = random_phases(len(legs), starts, seed)
-    summary = BeforeAndAfter(cut, shorter // 4, left, legged.summary(reference=reference))
+    summary = legged.summary(
+        BeforeAndAfter, reference=reference, cut=cut, window=shorter // 4, left=left
+    )
     before, after = lanes_of(legged.run(summary, lesion.scenario(legged, phase)))
     left_legs = [legs[i] for i in left]
     stood = ~np.isfinite(before.fall_time_s)

@@ -135,16 +135,16 @@ class GaitRun:
         return table
 
 
-@dataclass(frozen=True)
-class _Closely:
-    """A summary that keeps the trajectory beside the coordination."""
+@dataclass(frozen=True, kw_only=True)
+class _Closely(CoordinationSummary):
+    """A summary that keeps the trajectory, all of it, beside the coordination."""
 
-    own: CoordinationSummary
+    needs = None  # type: ignore[assignment]
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[Trajectory, Coordination]:
-        return trajectory, self.own(trajectory, scenario, body, timing)
+        return trajectory, super().__call__(trajectory, scenario, body, timing)
 
 
 def simulate(
@@ -176,8 +176,8 @@ def simulate(
         raise TegotaeError(f"{phase.size} phases are given; this body has {limbs} legs")
     for angle in phase:
         require_finite("a phase", angle)
-    summary = legged.summary()
-    trajectory, found = legged.run(_Closely(summary), legged.scenario(phase[:, None]))
+    summary = legged.summary(_Closely)
+    trajectory, found = legged.run(summary, legged.scenario(phase[:, None]))
     found = lanes_of(found)
     return GaitRun(
         legged=legged,

@@ -76,22 +76,15 @@ class GaitSweep:
         return self.omega[distance(up, down) > self.tolerance]
 
 
-@dataclass(frozen=True)
-class LevelsSummary:
+@dataclass(frozen=True, kw_only=True)
+class LevelsSummary(CoordinationSummary):
     """An `Engine`'s summary: the coordination at every level of a staircase, [levels, ...].
 
     Args:
         levels: how many levels of equal length the recording has.
-        own: how each of them is summarised.
     """
 
     levels: int
-    own: CoordinationSummary
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """The channels that are recorded for it."""
-        return self.own.needs
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -103,23 +96,14 @@ class LevelsSummary:
         """
         frames = timing.n_frames // self.levels
         split = jax.tree.map(lambda x: x.reshape(self.levels, frames, *x.shape[1:]), trajectory)
-
-        def of_level(level: Trajectory) -> Coordination:
-            return coordination(
-                level,
-                body,
-                frame_s=timing.frame_s,
-                begins=round((1.0 - MEASURED) * frames),
-                reference=self.own.reference,
-                tolerance=self.own.tolerance,
-                rhythm=self.own.rhythm,
-            )
-
-        found = jax.vmap(of_level)(split)
+        begins = round((1.0 - MEASURED) * frames)
+        found = jax.vmap(lambda level: coordination(self, level, body, timing.frame_s, begins))(
+            split
+        )
         begun = split.time_s[:, 0] - timing.frame_s
-        lag = self.own.rhythm.lag(trajectory, self.own.reference)
+        lag = self.rhythm.lag(trajectory, self.reference)
         omega = jnp.broadcast_to(scenario.omega, lag.shape[1:])
-        own_way = drift(omega, trajectory.time_s, self.own.reference)
+        own_way = drift(omega, trajectory.time_s, self.reference)
         rounded = rounding(trajectory.time_s / timing.tick_s)
         ever = moved_until(lag - own_way, rounded)[frames - 1 :: frames]
         return found._replace(
@@ -185,7 +169,7 @@ def sweep(
             )
         },
     )._replace(omega=np.where(up, levels[0], levels[-1]) * (1.0 + np.tile(off, 2)))
-    summary = LevelsSummary(len(levels), legged.summary())
+    summary = legged.summary(LevelsSummary, levels=len(levels))
     whole = lanes_of(legged.run(summary, scenario, timing))
     ways = {
         UP: [x[..., :starts] for x in whole],

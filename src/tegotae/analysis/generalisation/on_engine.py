@@ -22,7 +22,7 @@ from tegotae.analysis.generalisation.retention import (
     Walked,
 )
 from tegotae.measures.gaits.names import HEADING, leg_names, reference_leg
-from tegotae.measures.gaits.summary import CoordinationSummary, has_mass
+from tegotae.measures.gaits.summary import has_mass
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Actuators, Blows, Body, BodyWrapper, Sensors
 from tegotae.parts.channels import FORCE
@@ -167,8 +167,8 @@ class ControllersUnderTest(Tested):
             path = path_of(self.prepared, "rest_length_m")
             return HopRetention(path, float(self.body.rest_length_m), event_s)
         pair = self.controller, self.prepared
-        legs = CoordinationSummary.on(*pair, reference=reference_leg(leg_names(self.body)))
-        return GaitRetention(Walked(legs, set(HEADING) <= set(declared(*pair))), event_s)
+        reference, looks = reference_leg(leg_names(self.body)), set(HEADING) <= {*declared(*pair)}
+        return GaitRetention(Walked.on(*pair, reference=reference, looks=looks), event_s)
 
     @property
     def height_m(self) -> float:

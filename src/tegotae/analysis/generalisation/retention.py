@@ -153,28 +153,26 @@ def _hop_measures(
     }
 
 
-@dataclass(frozen=True)
-class Walked:
+@dataclass(frozen=True, kw_only=True)
+class Walked(CoordinationSummary):
     """An engine's summary: the `Coordination` of every lane, and its speed ahead [m/s].
 
     Args:
-        legs: the summary of the coordination.
         looks: whether the body knows where it looks; else the speed is that over ground.
     """
 
-    legs: CoordinationSummary
     looks: bool
 
     @property
     def needs(self) -> tuple[str, ...]:
         """The channels that are recorded for it."""
-        return tuple(dict.fromkeys((*self.legs.needs, *(HEADING if self.looks else ()))))
+        return tuple(dict.fromkeys((*super().needs, *(HEADING if self.looks else ()))))
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[Coordination, AnyArray]:
         """What every lane does in the last quarter of the time."""
-        found = self.legs(trajectory, scenario, body, timing)
+        found = super().__call__(trajectory, scenario, body, timing)
         if not self.looks:
             return found, found.speed_m_per_s
         frames = len(trajectory.time_s)

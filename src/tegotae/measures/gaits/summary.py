@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -127,7 +127,7 @@ class CoordinationSummary:
         require_count("reference", self.reference, least=0)
 
     @classmethod
-    def on(cls, controller: Controller, body: Body, **more: Any) -> CoordinationSummary:
+    def on(cls, controller: Controller, body: Body, **more: Any) -> Self:
         """The summary of a controller on a body: of its oscillators, or else of its footfalls.
 
         Args:
@@ -162,8 +162,8 @@ class CoordinationSummary:
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Coordination:
-        """The coordination of every lane.
+    ) -> Any:
+        """The `Coordination` of every lane; more, of a kind that measures more.
 
         Raises:
             TegotaeError: for a recording of fewer than eight frames.
@@ -171,39 +171,30 @@ class CoordinationSummary:
         frames = len(trajectory.time_s)
         require_frames(frames, timing)
         window = frames // 4 if self.window_s is None else round(self.window_s / timing.frame_s)
-        return coordination(
-            trajectory,
-            body,
-            frame_s=timing.frame_s,
-            begins=frames - min(max(window, 2), frames),
-            reference=self.reference,
-            tolerance=self.tolerance,
-            rhythm=self.rhythm,
-        )
+        begins = frames - min(max(window, 2), frames)
+        return coordination(self, trajectory, body, timing.frame_s, begins)
 
 
 def coordination(
+    summary: CoordinationSummary,
     trajectory: Trajectory,
     body: Body,
-    *,
     frame_s: float,
     begins: int,
-    reference: int = 0,
-    tolerance: float = TOLERANCE,
-    rhythm: Rhythm = OfPhases(),  # noqa: B008 - immutable
+    reference: int | None = None,
 ) -> Coordination:
     """The coordination of the legs in the end of a recording.
 
     Args:
+        summary: how it is measured; its window does not count.
         trajectory: of several limbs; frames of shape [frames, limbs, lanes] or [frames, lanes].
         body: the body, for its weight and size.
         frame_s: recording period [s].
         begins: the frame with which the window begins that is measured.
-        reference: the leg that lags are measured from.
-        tolerance: how far the lags of a locked gait may stray from their mean [cycles].
-        rhythm: where lags are read from.
+        reference: the leg that lags are measured from, if it is not the summary's.
     """
-    t = trajectory
+    t, rhythm = trajectory, summary.rhythm
+    reference = summary.reference if reference is None else reference
     hz = rhythm.frequency_hz(t, reference, begins)
     raw = rhythm.lag(t, reference)
     frames, limbs, _ = raw.shape
@@ -217,7 +208,7 @@ def coordination(
     frame = jnp.arange(frames)[:, None, None]
     measured = frame > first[None, None]
     mean = circular_mean(jnp.where(measured, raw, jnp.nan))
-    lock = time_to_lock(lag, mean, t.time_s, tolerance)
+    lock = time_to_lock(lag, mean, t.time_s, summary.tolerance)
     begun = t.time_s[begins]
     footfalls = OfTouchdowns().lag(t, reference)
 
