@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from synthetic import Hopping, seconds
-from tegotae.measures.hopping import gait
-from tegotae.measures.hopping.catalogue import oscillator
+from tegotae.measures.hopping import catalogue, gait
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.simulation.rollout import Trajectory
 
-METRICS = (oscillator.FEEDBACK_SHARE, oscillator.FEEDBACK_WHILE_PUSHING, oscillator.PHASE_SHARE)
+METRICS = (catalogue.FEEDBACK_SHARE, catalogue.FEEDBACK_WHILE_PUSHING, catalogue.PHASE_SHARE)
 ALPHA = 4.0
 
 

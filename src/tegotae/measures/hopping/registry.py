@@ -1,6 +1,6 @@
 """The metrics there are: those of the package, and those that a user registers.
 
-What is in the list of `tegotae.measures.hopping.catalogue`, or registered, is evaluated, compared,
+What is in `tegotae.measures.hopping.catalogue`, or registered, is evaluated, compared,
 exported, drawn and reported.
 """
 
