@@ -35,6 +35,8 @@ class WalkOutcome(NamedTuple):
     """Speed in the direction in which the body looked when the window began [m/s]."""
     cot_inverse: jax.Array
     """CoT⁻¹ = m g v / P; of a walk backwards negative."""
+    omega: jax.Array
+    """The frequency ω of the episode [rad/s]."""
 
 
 class WalkingData(NamedTuple):
@@ -44,8 +46,54 @@ class WalkingData(NamedTuple):
     tracking: Numeric
 
 
+class _SettledWalk(Objective):
+    """Part of a fitness of walking: what is taken of an episode, from when it has settled on."""
+
+    settle_s: float
+    tracking: float
+
+    needs = ("time_s", "x_m", "y_m", "yaw_rad", "work_absolute_j", "failed")
+    COT_UNIT = ""
+
+    def __post_init__(self) -> None:
+        require_finite("settle_s", self.settle_s, least=0.0)
+        require_finite("tracking", self.tracking, least=0.0)
+
+    def check(self, timing: Timing) -> None:
+        """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
+        least = self.settle_s + 2.0 * timing.frame_s
+        if timing.duration_s < least:
+            raise TegotaeError(
+                f"an episode of {timing.duration_s:g} s leaves nothing after settling for "
+                f"{self.settle_s:g} s; make it at least {least:g} s"
+            )
+
+    def outcome(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> WalkOutcome:
+        """Speed ahead, CoT⁻¹ and frequency of every lane.
+
+        A change of the body for the whole episode counts, such as another mass.
+        """
+        t = trajectory
+        walker = unwrapped(whole_run(body, dict(scenario.changes))[0])
+        first = round(self.settle_s / timing.frame_s)
+        time = t.time_s[-1] - t.time_s[first]
+        speed = speed_along_heading_m_per_s(t, first)
+        power = (t.work_absolute_j[-1] - t.work_absolute_j[first]) / time
+        weight = walker.mass_kg * walker.gravity_m_per_s2  # type: ignore[attr-defined]
+        typical = jnp.sqrt(walker.gravity_m_per_s2 * walker.rest_length_m)  # type: ignore[attr-defined]
+        moves = power > _LEAST_POWER * weight * typical
+        cot_inverse = jnp.where(moves, weight * speed / jnp.where(moves, power, 1.0), 0.0)
+        return WalkOutcome(
+            speed_m_per_s=speed,
+            cot_inverse=jnp.clip(cot_inverse, -_MOST_COT_INVERSE, _MOST_COT_INVERSE),
+            omega=jnp.broadcast_to(jnp.asarray(scenario.omega, speed.dtype), speed.shape),
+        )
+
+
 @dataclass(frozen=True, kw_only=True)
-class Walking(Objective):
+class Walking(_SettledWalk):
     """`fitness = CoT⁻¹ - w |v / v* - 1|` over the settled part of an episode of a `Walker`.
 
     `CoT⁻¹ = m g v / P`, with P the mean of the actuators' |power| and v the speed in the direction
@@ -69,17 +117,9 @@ class Walking(Objective):
     settle_s: float
     tracking: float = TRACKING
 
-    needs = ("time_s", "x_m", "y_m", "yaw_rad", "work_absolute_j", "failed")
-    COT_UNIT = ""
-
     def __post_init__(self) -> None:
+        super().__post_init__()
         require_finite("speed_m_per_s", self.speed_m_per_s, above=0.0)
-        require_finite("settle_s", self.settle_s, least=0.0)
-        require_finite("tracking", self.tracking, least=0.0)
-
-    def check(self, timing: Timing) -> None:
-        """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
-        check_settled(self.settle_s, timing)
 
     @property
     def program(self) -> Walking:
@@ -91,60 +131,11 @@ class Walking(Objective):
         """The speed that is wanted and the weight of it."""
         return WalkingData(np.float32(self.speed_m_per_s), np.float32(self.tracking))
 
-    def outcome(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> WalkOutcome:
-        """Speed and CoT⁻¹ of every lane."""
-        return walked(trajectory, scenario, body, timing, self.settle_s)
-
     def score(self, outcome: WalkOutcome, data: WalkingData) -> dict[str, jax.Array]:
         """`fitness` and `cot_inverse`, [lanes] each."""
         off = jnp.abs(outcome.speed_m_per_s / data.speed_m_per_s - 1.0)
         fitness = outcome.cot_inverse - data.tracking * off
         return {"fitness": fitness, "cot_inverse": outcome.cot_inverse}
-
-
-def check_settled(settle_s: float, timing: Timing) -> None:
-    """Raise `TegotaeError` if an episode leaves less than two frames after settling.
-
-    Args:
-        settle_s: time left to settle [s].
-        timing: of the episode.
-    """
-    least = settle_s + 2.0 * timing.frame_s
-    if timing.duration_s < least:
-        raise TegotaeError(
-            f"an episode of {timing.duration_s:g} s leaves nothing after settling for "
-            f"{settle_s:g} s; make it at least {least:g} s"
-        )
-
-
-def walked(
-    trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing, settle_s: float
-) -> WalkOutcome:
-    """Speed ahead and CoT⁻¹ over the settled part of an episode of a `Walker`, [lanes] each.
-
-    Args:
-        trajectory: arrays of shape [frames, lanes].
-        scenario: whose changes of the body for the whole episode count, such as another mass.
-        body: the walker.
-        timing: of the episode.
-        settle_s: time left to settle [s].
-    """
-    t = trajectory
-    walker = unwrapped(whole_run(body, dict(scenario.changes))[0])
-    first = round(settle_s / timing.frame_s)
-    time = t.time_s[-1] - t.time_s[first]
-    speed = speed_along_heading_m_per_s(t, first)
-    power = (t.work_absolute_j[-1] - t.work_absolute_j[first]) / time
-    weight = walker.mass_kg * walker.gravity_m_per_s2  # type: ignore[attr-defined]
-    typical = jnp.sqrt(walker.gravity_m_per_s2 * walker.rest_length_m)  # type: ignore[attr-defined]
-    moves = power > _LEAST_POWER * weight * typical
-    cot_inverse = jnp.where(moves, weight * speed / jnp.where(moves, power, 1.0), 0.0)
-    return WalkOutcome(
-        speed_m_per_s=speed,
-        cot_inverse=jnp.clip(cot_inverse, -_MOST_COT_INVERSE, _MOST_COT_INVERSE),
-    )
 
 
 COMMANDED_TRACKING = 2.0
@@ -154,17 +145,6 @@ _LEAST_GAIN = 0.25
 logarithm, and the next step up must count."""
 _MOST_GAIN = 20.0
 """Beyond this share of the front, above or below, nothing counts."""
-
-
-class CommandedOutcome(NamedTuple):
-    """What of an episode at a commanded frequency counts, [lanes] each."""
-
-    speed_m_per_s: jax.Array
-    """Speed in the direction in which the body looked when the window began [m/s]."""
-    cot_inverse: jax.Array
-    """CoT⁻¹ = m g v / P; of a walk backwards negative."""
-    omega: jax.Array
-    """The frequency ω that is commanded [rad/s]."""
 
 
 class CommandedData(NamedTuple):
@@ -177,7 +157,7 @@ class CommandedData(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CommandedWalking(Objective):
+class CommandedWalking(_SettledWalk):
     """`fitness = ln(c(v) CoT⁻¹) - w |v / (b ω) - 1|` over the settled part of an episode.
 
     c(v) is the cost of transport of a baseline at the same speed, its *front*: the logarithm is 0
@@ -209,10 +189,8 @@ class CommandedWalking(Objective):
     settle_s: float
     tracking: float = COMMANDED_TRACKING
 
-    needs = ("time_s", "x_m", "y_m", "yaw_rad", "work_absolute_j", "failed")
-    COT_UNIT = ""
-
     def __post_init__(self) -> None:
+        super().__post_init__()
         if len(self.front) < 2:
             raise TegotaeError(f"a front has two speeds at least; this one has {len(self.front)}")
         for speed, cost in self.front:
@@ -222,12 +200,6 @@ class CommandedWalking(Objective):
         if any(b <= a for a, b in pairwise(speeds)):
             raise TegotaeError(f"the speeds of the front are {speeds}; they must rise")
         require_finite("advance_m_per_rad", self.advance_m_per_rad, above=0.0)
-        require_finite("settle_s", self.settle_s, least=0.0)
-        require_finite("tracking", self.tracking, least=0.0)
-
-    def check(self, timing: Timing) -> None:
-        """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
-        check_settled(self.settle_s, timing)
 
     def check_frequencies(self, least: float, most: float) -> None:
         """Raise `TegotaeError` if no walker of the front is as slow or as fast as is commanded."""
@@ -263,15 +235,7 @@ class CommandedWalking(Objective):
             speeds, costs, np.float32(self.advance_m_per_rad), np.float32(self.tracking)
         )
 
-    def outcome(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> CommandedOutcome:
-        """Speed, CoT⁻¹ and the commanded frequency of every lane."""
-        speed, cot_inverse = walked(trajectory, scenario, body, timing, self.settle_s)
-        omega = jnp.broadcast_to(jnp.asarray(scenario.omega, speed.dtype), speed.shape)
-        return CommandedOutcome(speed, cot_inverse, omega)
-
-    def score(self, outcome: CommandedOutcome, data: CommandedData) -> dict[str, jax.Array]:
+    def score(self, outcome: WalkOutcome, data: CommandedData) -> dict[str, jax.Array]:
         """`fitness`, `cot_inverse` and `gain`, CoT⁻¹ over that of the front, [lanes] each."""
         speed = outcome.speed_m_per_s
         gain = outcome.cot_inverse * jnp.interp(speed, data.speeds_m_per_s, data.costs)
