@@ -25,10 +25,9 @@ def test_the_interval_covers_the_true_mean_about_as_often_as_it_says():
     assert 0.88 < covered < 0.99
 
 
-def test_the_same_values_give_the_same_interval_and_another_seed_another():
+def test_the_same_values_give_the_same_interval():
     values = np.random.default_rng(0).normal(size=15)
-    assert interval(values, seed=3) == interval(values, seed=3)
-    assert interval(values, seed=3).low != interval(values, seed=4).low
+    assert interval(values) == interval(values)
 
 
 def test_undefined_values_are_counted_and_stay_out():
@@ -114,11 +113,6 @@ def test_of_a_sample_that_lost_all_but_one_value_nothing_is_known():
     assert stratified_difference(strata, single_is_exact=True).mean == pytest.approx(1.0)
 
 
-def test_a_multiple_of_the_baseline_is_subtracted():
-    found = stratified_difference([([3.0, 3.2], [1.0, 1.2])], factor=1.5)
-    assert found.mean == pytest.approx(3.1 - 1.5 * 1.1)
-
-
 @pytest.mark.parametrize("n", [2, 3, 5, 7])
 def test_intervals_of_few_values_are_wide_enough(n):
     random = np.random.default_rng(n)
@@ -190,12 +184,6 @@ def test_a_difference_of_what_has_one_end_has_none():
     a, b, positive = [3.0, 0.0, 0.1], [9.0, 0.0, 0.0], (0.0, math.inf)
     assert difference(a, b, within=positive) == difference(a, b)
     assert paired_difference(a, b, within=positive) == paired_difference(a, b)
-
-
-def test_a_multiple_of_a_share_reaches_as_far_as_it_can():
-    found = balanced_difference([[0.0, 0.1]], [[1.0, 0.2]], factor=1.5, within=(0.0, 1.0))
-    assert found.low == -1.5
-    assert found.high == 1.0
 
 
 @pytest.mark.parametrize("value", [-0.01, 1.44])

@@ -64,10 +64,11 @@ class Interval:
     """How the interval was found; empty if there is none."""
 
 
-def interval(values: ArrayLike, *, within: Range = UNBOUNDED, seed: int = 0) -> Interval:
+def interval(values: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
     """Mean of independent values, such as one per seed, and its 95 % interval.
 
-    That is the percentile bootstrap's, or Student's t for fewer than `FEW` values.
+    That is the percentile bootstrap's, or Student's t for fewer than `FEW` values. The same values
+    give the same interval.
 
     Student's t knows nothing of the values' range, and of few values it reaches beyond it. The true
     mean is not there, so what reaches beyond is cut off: the rest covers the mean just as often.
@@ -77,7 +78,6 @@ def interval(values: ArrayLike, *, within: Range = UNBOUNDED, seed: int = 0) -> 
         values: shape [n]; NaN where undefined.
         within: least and largest possible value, such as 0 and 1 of a share
             (`tegotae.measures.hopping.Metric`).
-        seed: of the resampling, so that the same values give the same interval.
 
     Raises:
         TegotaeError: for anything but a row of numbers, or a value out of its range.
@@ -101,12 +101,12 @@ def interval(values: ArrayLike, *, within: Range = UNBOUNDED, seed: int = 0) -> 
         half = _t(count - 1) * std / math.sqrt(count)
         low, high = _cut(mean - half, mean + half, within)
         return Interval(mean, std, low, high, count, undefined, STUDENT)
-    low, high = np.quantile(_resampled_means(defined, seed), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    low, high = np.quantile(_resampled_means(defined), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return Interval(mean, std, float(low), float(high), count, undefined, BOOTSTRAP)
 
 
 def paired_difference(
-    values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUNDED, seed: int = 0
+    values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUNDED
 ) -> Interval:
     """Mean of `values - baseline`, pair by pair (such as the same seed), and its interval.
 
@@ -117,7 +117,6 @@ def paired_difference(
         baseline: of the same runs, shape [n].
         within: least and largest possible value of either; a difference of two shares lies in
             [-1, 1].
-        seed: as for `interval`.
 
     Raises:
         TegotaeError: for rows of different lengths.
@@ -132,7 +131,7 @@ def paired_difference(
             f"{len(values)} values cannot be paired with {len(baseline)}; both rows must be of the "
             "same runs"
         )
-    return interval(values - baseline, within=_of_difference(within, 1.0), seed=seed)
+    return interval(values - baseline, within=_of_difference(within))
 
 
 def difference(
@@ -171,11 +170,10 @@ def difference(
 def stratified_difference(
     strata: Iterable[tuple[ArrayLike, ArrayLike]],
     *,
-    factor: float = 1.0,
     single_is_exact: bool = False,
     within: Range = UNBOUNDED,
 ) -> Interval:
-    """Mean over strata of `mean(values) - factor · mean(baseline)`, and its interval.
+    """Mean over strata of `mean(values) - mean(baseline)`, and its interval.
 
     Like is compared with like: where strata differ in level and in how much is undefined, the
     difference of the overall means is that of the mixtures. A stratum is left out if one of its
@@ -183,7 +181,6 @@ def stratified_difference(
 
     Args:
         strata: pairs of independent rows, values and baseline.
-        factor: of the baseline.
         single_is_exact: whether a row of one value is no sample but exact, such as the outcome of a
             search without randomness.
         within: least and largest possible value of either row, as for `interval`.
@@ -196,20 +193,17 @@ def stratified_difference(
     pairs = [(_row("values", values), _row("baseline", base)) for values, base in strata]
     used = [pair for pair in pairs if all(_has_mean(row, single_is_exact) for row in pair)]
     rows, baselines = [a for a, _ in used], [b for _, b in used]
-    return balanced_difference(
-        rows, baselines, factor=factor, single_is_exact=single_is_exact, within=within
-    )
+    return balanced_difference(rows, baselines, single_is_exact=single_is_exact, within=within)
 
 
 def balanced_difference(
     values: Iterable[ArrayLike],
     baseline: Iterable[ArrayLike] = (),
     *,
-    factor: float = 1.0,
     single_is_exact: bool = False,
     within: Range = UNBOUNDED,
 ) -> Interval:
-    """Mean of the means of some rows, minus `factor` times that of others, and its interval.
+    """Mean of the means of some rows, minus that of others, and its interval.
 
     Rows count alike, however many values they have; those with fewer than two defined ones are left
     out. The interval is Student's t with the degrees of freedom of Welch and Satterthwaite. `std`
@@ -218,7 +212,6 @@ def balanced_difference(
     Args:
         values: independent rows.
         baseline: rows to subtract; without any, the mean of the first is found.
-        factor: of the baseline.
         single_is_exact: as for `stratified_difference`.
         within: least and largest possible value of every row, as for `interval`.
 
@@ -237,7 +230,7 @@ def balanced_difference(
     undefined = sum(map(len, (*ours, *theirs))) - count
     if not ours or (baseline and not theirs):
         return Interval(math.nan, count=count, undefined=undefined)
-    weights = [1.0 / len(ours)] * len(ours) + [-factor / max(len(theirs), 1)] * len(theirs)
+    weights = [1.0 / len(ours)] * len(ours) + [-1.0 / max(len(theirs), 1)] * len(theirs)
     mean = sum(w * m for w, (m, _, _) in zip(weights, terms, strict=True))
     if all(n == 1 for _, _, n in terms):
         return Interval(mean, count=count, undefined=undefined)
@@ -245,7 +238,7 @@ def balanced_difference(
     variance = sum(part for part, _ in parts)
     freedom = variance**2 / sum(part**2 / n for part, n in parts) if parts else np.inf
     half = _t(freedom) * math.sqrt(variance)
-    possible = _of_difference(within, factor if baseline else 0.0)
+    possible = _of_difference(within) if baseline else within
     low, high = _cut(mean - half, mean + half, possible)
     return Interval(mean, math.sqrt(variance), low, high, count, undefined, WELCH)
 
@@ -271,11 +264,9 @@ def _t(freedom: float) -> float:
     return float(stdtrit(min(freedom, 1e9), (1.0 + LEVEL) / 2.0))
 
 
-def _of_difference(within: Range, factor: float) -> Range:
-    """The range of a value minus `factor` times another, both within the same range."""
-    # Nothing times an infinite bound is nothing here, not undefined.
-    low, high = sorted(factor * bound if factor else 0.0 for bound in within)
-    return within[0] - high, within[1] - low
+def _of_difference(within: Range) -> Range:
+    """The range of the difference of two values, both within the same range."""
+    return within[0] - within[1], within[1] - within[0]
 
 
 def _cut(low: float, high: float, within: Range) -> Range:
@@ -291,10 +282,9 @@ def mean_defined(values: np.ndarray) -> np.ndarray:
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def _resampled_means(values: np.ndarray, seed: int) -> np.ndarray:
+def _resampled_means(values: np.ndarray) -> np.ndarray:
     """Means of samples drawn with replacement, [RESAMPLES]."""
-    require_count("seed", seed, least=0)
-    drawn = np.random.default_rng(seed).integers(0, len(values), (RESAMPLES, len(values)))
+    drawn = np.random.default_rng(0).integers(0, len(values), (RESAMPLES, len(values)))
     return values[drawn].mean(axis=1)
 
 
