@@ -28,7 +28,14 @@ from tegotae.measures.hopping.metric import (
     GaitMetric,
     Metric,
 )
-from tegotae.measures.hopping.recording import Samples, checked, denoised, frames_of, step_of
+from tegotae.measures.hopping.recording import (
+    TOTALS,
+    Samples,
+    checked,
+    denoised,
+    frames_of,
+    step_of,
+)
 from tegotae.measures.hopping.registry import built_in_gait, channels_of, derived, metrics
 from tegotae.measures.hopping.signals import FORCE_PERIOD_S, check_work, cot_inverse, work_total
 from tegotae.parts._shapes import Numeric
@@ -294,19 +301,14 @@ def measure(
     height_m: ArrayLike,
     *,
     rest_length_m: float,
-    ground_m: ArrayLike = 0.0,
-    phase_rad: ArrayLike | None = None,
     omega: float | None = None,
-    force_n: ArrayLike | None = None,
-    work_j: ArrayLike | None = None,
-    climb_flight_m: ArrayLike | None = None,
-    climb_m: ArrayLike | None = None,
     max_force_n: float | None = None,
     disturbed_at_s: float | None = None,
     limit_cycle: LimitCycle | None = None,
     lowpass_hz: float | None = None,
     work: str = "absolute",
     body: Body | None = None,
+    **more: ArrayLike | None,
 ) -> Measured:
     """The metrics of one recorded gait, from a robot or another simulator.
 
@@ -319,15 +321,7 @@ def measure(
         time_s: sampling times, uniform, at most 20 ms apart [s], shape [samples].
         height_m: height of the centre of mass y [m], [samples].
         rest_length_m: height over ground at which the foot leaves it, l0 [m].
-        ground_m: height of the ground h [m], a number or [samples].
-        phase_rad: oscillator phase φ [rad], [samples]; None without an oscillator.
         omega: prescribed frequency ω [rad/s].
-        force_n: actuator force F_a [N], [samples].
-        work_j: running total of the actuator's work [J], [samples], which is then not computed
-            from the force: what a motor took from its battery, say.
-        climb_flight_m: running total of the heights climbed in flight [m], [samples], which are
-            then not taken from the samples of the height.
-        climb_m: running total of all heights climbed [m], [samples], likewise.
         max_force_n: largest actuator force α [N].
         disturbed_at_s: when a disturbance, such as a drop of the ground, took place [s]; of time
             stamps, such as Unix's, from the first sample on.
@@ -338,6 +332,9 @@ def measure(
             error, and one without noise is not (`tegotae.measures.hopping.recording`).
         work: definition of work, one of "absolute", "positive", "net".
         body: the body, for metrics that take it, such as the share of its optimum.
+        more: further columns, [samples] or None, as for `from_samples`: `ground_m`, `phase_rad`,
+            `force_n`; `work_j`, which is then not computed from the force (what a motor took from
+            its battery, say); `climb_flight_m` and `climb_m`, likewise.
 
     Returns:
         The metrics as floats, with the reason of each that is undefined.
@@ -360,9 +357,7 @@ def measure(
     if max_force_n is not None:
         require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
     check_work(work)
-    totals = {"work_j": work_j, "climb_flight_m": climb_flight_m, "climb_m": climb_m}
-    columns = {"ground_m": ground_m, "phase_rad": phase_rad, "force_n": force_n, **totals}
-    samples = checked({"time_s": time_s, "height_m": height_m, **columns}, rest_length_m)
+    samples = checked({"time_s": time_s, "height_m": height_m, **more}, rest_length_m)
     if step_of(samples) > 1.01 * FORCE_PERIOD_S:
         raise TegotaeError(
             f"the samples are {step_of(samples):g} s apart; the metrics need at least "
@@ -396,8 +391,8 @@ def measure(
         ).lane()
     # How far the ground dropped, if that was the disturbance, no recording says.
     conditions = Conditions(body, work, 0.0 if at_s is None else np.inf)
-    more = derived({name: np.asarray(x) for name, x in of_gait.values.items()}, conditions)
-    values = {**of_gait.values, **{name: float(value) for name, value in more.items()}}
+    follow = derived({name: np.asarray(x) for name, x in of_gait.values.items()}, conditions)
+    values = {**of_gait.values, **{name: float(value) for name, value in follow.items()}}
     table, known = _hops_of(frames, rest_length_m), _missing(samples, omega, max_force_n)
     if at_s is None:
         known["disturbance"] = "there was no disturbance"
@@ -422,7 +417,7 @@ def measure(
         np.nan if omega is None else float(omega),
         (
             *([stamps] if stamped else []),
-            *_own_totals([name for name in totals if name in samples]),
+            *_own_totals([name for name in TOTALS if name in samples]),
             *clean.notes,
             *([] if span is None else contradictions(frames, table, span, rest_length_m)),
         ),

@@ -23,8 +23,9 @@ Samples = Mapping[str, np.ndarray]
 _UNIFORM = 0.01  # largest deviation of a time step from the mean one, as a share of it
 _MOST = 1e9  # largest value in SI units that a recording may hold
 _RESTART = 3.0  # a fall of so many times the largest rise, and the steps beside it, is a restart
-_TOTALS = ("work_j", "climb_flight_m", "climb_m")
-COLUMNS = ("time_s", "height_m", "ground_m", "phase_rad", "force_n", *_TOTALS)
+TOTALS = ("work_j", "climb_flight_m", "climb_m")
+"""Running totals, each of which stands in place of what would follow from the samples."""
+COLUMNS = ("time_s", "height_m", "ground_m", "phase_rad", "force_n", *TOTALS)
 """What a recording may have."""
 
 
@@ -94,7 +95,7 @@ def checked(columns: Mapping[str, ArrayLike | None], rest_length_m: float) -> Sa
         for name, column in given.items()
     }
     _check_spikes(samples["height_m"], rest_length_m)
-    for name in _TOTALS:
+    for name in TOTALS:
         if name in samples:
             _check_total(name, samples[name])
     return samples
@@ -225,7 +226,7 @@ def frames_of(
         "work_j": mean_force * climb,
         "climb_flight_m": np.maximum(over_touchdown[1:] - before, 0.0),
         "climb_m": np.maximum(climb, 0.0),
-    } | {name: np.diff(samples[name]) for name in _TOTALS if name in samples}
+    } | {name: np.diff(samples[name]) for name in TOTALS if name in samples}
     work = absolute = positive = gains["work_j"]
     if "work_j" not in samples:
         absolute, positive = np.abs(work), np.maximum(work, 0.0)
