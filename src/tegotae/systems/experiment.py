@@ -20,12 +20,7 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.draws import check_conditions, check_releases
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import OMEGA, Condition, Scenario
-from tegotae.systems.descriptions import (
-    UsersPartError,
-    check_kept,
-    describe,
-    restore,
-)
+from tegotae.systems.descriptions import UsersPartError, check_kept, describe, restore
 from tegotae.systems.system import FIELDS, System
 
 GAINS = np.linspace(0.1, 12.0, 240)

@@ -15,26 +15,14 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite,
 from tegotae.measures.gaits.names import leg_names, reference_leg
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts._shapes import AnyArray, ArrayTree, LaneNumbers
-from tegotae.parts.bodies import (
-    Bar,
-    Body,
-    Interface,
-    Plate,
-    Sensors,
-    Walker,
-)
+from tegotae.parts.bodies import Bar, Body, Interface, Plate, Sensors, Walker
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.terrains import Terrain
-from tegotae.simulation.rollout import (
-    Engine,
-    Scenario,
-    Summary,
-    Timing,
-)
+from tegotae.simulation.rollout import Engine, Scenario, Summary, Timing
 from tegotae.systems.models import build
 from tegotae.systems.registry import kinds_of
 from tegotae.systems.system import WALKING, WALKING_TICK, System, usual_system

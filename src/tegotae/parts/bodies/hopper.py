@@ -13,19 +13,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.transforms import cond
-from tegotae.parts.bodies.base import (
-    Body,
-    Contact,
-    Push,
-    Sensation,
-)
-from tegotae.parts.bodies.frame import (
-    LARGEST_TURN_RAD,
-    ORDER,
-    crossing_time,
-    rise,
-    series,
-)
+from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
+from tegotae.parts.bodies.frame import LARGEST_TURN_RAD, ORDER, crossing_time, rise, series
 from tegotae.parts.parameters import traceable
 
 

@@ -11,12 +11,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import Number, PerLane
-from tegotae.parts.bodies.base import (
-    Body,
-    Contact,
-    Push,
-    Sensation,
-)
+from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
 from tegotae.parts.bodies.frame import (
     LARGEST_TURN_RAD,
     FrameModes,

@@ -13,22 +13,9 @@ import jax.numpy as jnp
 from tegotae._support.errors import TegotaeError, require_count, require_finite, require_kind
 from tegotae._support.transforms import iota
 from tegotae.parts._shapes import Number, PerLane, StateTree
-from tegotae.parts.bodies.base import (
-    Body,
-    Contact,
-    Push,
-    Sensation,
-    for_limbs,
-)
+from tegotae.parts.bodies.base import Body, Contact, Push, Sensation, for_limbs
 from tegotae.parts.bodies.hopper import Hopper
-from tegotae.parts.channels import (
-    FORCE,
-    Channel,
-    Combined,
-    RecordedFrame,
-    State,
-    Tick,
-)
+from tegotae.parts.channels import FORCE, Channel, Combined, RecordedFrame, State, Tick
 from tegotae.parts.parameters import STATIC, traceable, within
 
 T = TypeVar("T")

@@ -1,28 +1,16 @@
 """Oscillators: the rhythm generators of decentralised control, and their names in models."""
 
 from tegotae._support.errors import unknown
-from tegotae.parts.oscillators.base import Oscillator
-from tegotae.parts.oscillators.hopf import AdaptiveHopf, Hopf
-from tegotae.parts.oscillators.matsuoka import Matsuoka
-from tegotae.parts.oscillators.phase import PhaseOscillator, PhaseState
+from tegotae.parts.oscillators.base import Oscillator as Oscillator
+from tegotae.parts.oscillators.hopf import AdaptiveHopf as AdaptiveHopf, Hopf as Hopf
+from tegotae.parts.oscillators.matsuoka import Matsuoka as Matsuoka
+from tegotae.parts.oscillators.phase import (
+    PhaseOscillator as PhaseOscillator,
+    PhaseState as PhaseState,
+)
 from tegotae.parts.oscillators.planar import Planar
-from tegotae.parts.oscillators.van_der_pol import VanDerPol
-from tegotae.parts.oscillators.wrappers import Clamped, Learned
-
-__all__ = [
-    "OSCILLATORS",
-    "PLANAR",
-    "AdaptiveHopf",
-    "Clamped",
-    "Hopf",
-    "Learned",
-    "Matsuoka",
-    "Oscillator",
-    "PhaseOscillator",
-    "PhaseState",
-    "VanDerPol",
-    "oscillator_named",
-]
+from tegotae.parts.oscillators.van_der_pol import VanDerPol as VanDerPol
+from tegotae.parts.oscillators.wrappers import Clamped as Clamped, Learned as Learned
 
 PHASE = "phase"
 """The paper's oscillator."""

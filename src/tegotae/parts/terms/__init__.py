@@ -1,45 +1,30 @@
 """Terms of the controller: Action, Reaction, Gain and Actuation, vanilla and learned."""
 
 from tegotae.parts.terms.actuation import (
-    Actuation,
-    LearnedActuation,
-    Reflex,
-    Sector,
-    SectorAndReflex,
-    with_vanilla_settings,
+    Actuation as Actuation,
+    LearnedActuation as LearnedActuation,
+    Reflex as Reflex,
+    Sector as Sector,
+    SectorAndReflex as SectorAndReflex,
+    with_vanilla_settings as with_vanilla_settings,
 )
-from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.terms.base import Signals as Signals, Term as Term
 from tegotae.parts.terms.feedback import (
-    ConstantGain,
-    OffsetAction,
-    UnitAction,
-    VanillaAction,
-    VanillaReaction,
+    ConstantGain as ConstantGain,
+    OffsetAction as OffsetAction,
+    UnitAction as UnitAction,
+    VanillaAction as VanillaAction,
+    VanillaReaction as VanillaReaction,
 )
-from tegotae.parts.terms.foot import CorrectedFoot, EllipticFoot, LearnedFoot, TunedFoot
-from tegotae.parts.terms.network import Network
-from tegotae.parts.terms.whole_body import WholeBody, WholeBodyCorrectedFoot, WholeBodyFoot
-
-__all__ = [
-    "Actuation",
-    "ConstantGain",
-    "CorrectedFoot",
-    "EllipticFoot",
-    "LearnedActuation",
-    "LearnedFoot",
-    "Network",
-    "OffsetAction",
-    "Reflex",
-    "Sector",
-    "SectorAndReflex",
-    "Signals",
-    "Term",
-    "TunedFoot",
-    "UnitAction",
-    "VanillaAction",
-    "VanillaReaction",
-    "WholeBody",
-    "WholeBodyCorrectedFoot",
-    "WholeBodyFoot",
-    "with_vanilla_settings",
-]
+from tegotae.parts.terms.foot import (
+    CorrectedFoot as CorrectedFoot,
+    EllipticFoot as EllipticFoot,
+    LearnedFoot as LearnedFoot,
+    TunedFoot as TunedFoot,
+)
+from tegotae.parts.terms.network import Network as Network
+from tegotae.parts.terms.whole_body import (
+    WholeBody as WholeBody,
+    WholeBodyCorrectedFoot as WholeBodyCorrectedFoot,
+    WholeBodyFoot as WholeBodyFoot,
+)

@@ -10,13 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import Number, PerLane, Scalar
-from tegotae.parts.bodies.base import (
-    Body,
-    Contact,
-    Push,
-    Sensation,
-    for_limbs,
-)
+from tegotae.parts.bodies.base import Body, Contact, Push, Sensation, for_limbs
 from tegotae.parts.bodies.frame import rise
 from tegotae.parts.bodies.walker.mechanics import (
     CHANNELS,
