@@ -10,14 +10,13 @@ import jax.numpy as jnp
 from tegotae._support.errors import (
     TegotaeError,
     is_of,
-    require_count,
-    require_finite,
     require_kind,
     whole_numbers,
 )
 from tegotae.parts._shapes import Number, PerCommand, PerLimb, StateTree, Weights, WeightVector
 from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
+from tegotae.parts.parameters import Part, positive, whole
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.terms.feedback import ConstantGain
@@ -25,7 +24,7 @@ from tegotae.parts.weight_names import WeightName, inside, numbered
 
 
 @dataclass(frozen=True)
-class Tegotae:
+class Tegotae(Part):
     """The feedback law `f = G · A′(φ) · R(s)` [rad/s] (paper equation 4).
 
     Args:
@@ -47,11 +46,7 @@ class Tegotae:
     action: Term
     reaction: Term
     gain: Term
-    limit_rad_per_s: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.limit_rad_per_s is not None:
-            require_finite("limit_rad_per_s", self.limit_rad_per_s, above=0.0)
+    limit_rad_per_s: float | None = positive(None)
 
     def feedback(self, action: PerLimb, reaction: PerLimb, gain: PerLimb) -> PerLimb:
         """f [rad/s], of the values of the terms."""
@@ -61,7 +56,7 @@ class Tegotae:
 
 
 @dataclass(frozen=True)
-class Controller:
+class Controller(Part):
     """What drives a body: oscillator, Tegotae feedback and actuation, a unit of these a limb.
 
     Without `oscillator` and `tegotae` it is the single network that the paper compares with: its
@@ -102,13 +97,13 @@ class Controller:
     actuation: Actuation
     oscillator: Oscillator | None = None
     tegotae: Tegotae | None = None
-    limbs: int = 1
+    limbs: int = whole(1)
     coupling: Coupling | None = None
     sharing: tuple[int, ...] | None = None
     wiring: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
-        require_count("limbs", self.limbs)
+        super().__post_init__()
         if self.coupling is not None:
             require_kind("coupling", self.coupling, Coupling, "a Coupling")
             if self.oscillator is None:

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_finite, whole_numbers
+from tegotae._support.errors import TegotaeError, whole_numbers
 from tegotae.parts._shapes import Weights
+from tegotae.parts.parameters import Part, finite
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.weight_names import WeightName, inside, numbered
 
 
-class Coupling(ABC):
+class Coupling(Part, ABC):
     """What each oscillator gets from those of the other limbs: a frozen dataclass.
 
     No coupling at all is Tegotae control's own way: what couples the limbs is the body. Everything
@@ -30,7 +31,7 @@ class Coupling(ABC):
     READS: tuple[str, ...] = ("sin_phase", "cos_phase")
     """Names of the signals that it reads, as for terms."""
 
-    def check(self, limbs: int) -> None:  # noqa: B027 - optional
+    def check(self, limbs: int) -> None:
         """Raise `TegotaeError` if it does not go with so many limbs."""
 
     def n_weights(self, limbs: int) -> int:
@@ -116,10 +117,11 @@ class Neighbours(Coupling):
     """
 
     links: tuple[tuple[int, int], ...]
-    strength_rad_per_s: float
-    lag_rad: float = 0.0
+    strength_rad_per_s: float = finite()
+    lag_rad: float = finite(0.0)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         try:
             links = tuple((to, of) for to, of in self.links)
         except (TypeError, ValueError):
@@ -129,8 +131,6 @@ class Neighbours(Coupling):
             ) from None
         whole = tuple(whole_numbers("a link", link) for link in links)
         object.__setattr__(self, "links", whole)  # a list could not be hashed
-        require_finite("strength_rad_per_s", self.strength_rad_per_s)
-        require_finite("lag_rad", self.lag_rad)
 
     def check(self, limbs: int) -> None:
         """Raise `TegotaeError` for a link that names a limb that is not there, or itself."""

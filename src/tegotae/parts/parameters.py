@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from tegotae._support.errors import require_count, require_finite, require_kind
 from tegotae._support.transforms import register_pytree
 from tegotae.parts._shapes import Number
 
@@ -19,6 +21,80 @@ STATIC = {"static": True}
 program."""
 
 
+_CHECK = "check"
+
+
+def finite(
+    default: Any = dataclasses.MISSING,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+) -> Any:
+    """A field that is a finite number within bounds; None is one where it is the default.
+
+    Args:
+        default: of the field; without one it has to be given.
+        above: what it must be greater than.
+        least: what it must not be less than.
+        most: what it must not be greater than.
+
+    Example:
+        >>> @dataclasses.dataclass(frozen=True)
+        ... class Spring(Part):
+        ...     stiffness_n_per_m: float = finite(5.0, above=0.0)
+        >>> Spring(-1.0)
+        Traceback (most recent call last):
+        tegotae.TegotaeError: stiffness_n_per_m is -1; it must be greater than 0
+    """
+    check = partial(require_finite, above=above, least=least, most=most)
+    return dataclasses.field(default=default, metadata={_CHECK: check})
+
+
+def positive(default: float | None) -> Any:
+    """A field that is a finite number above zero."""
+    return finite(default, above=0.0)
+
+
+def not_negative(default: float) -> Any:
+    """A field that is a finite number of at least zero."""
+    return finite(default, least=0.0)
+
+
+def whole(default: Any = dataclasses.MISSING, *, least: int = 1, static: bool = False) -> Any:
+    """A field that is a whole number.
+
+    Args:
+        default: of the field; without one it has to be given.
+        least: the smallest that it may be.
+        static: whether it gives arrays their shape (`STATIC`).
+    """
+    check = {_CHECK: partial(require_count, least=least)}
+    return dataclasses.field(default=default, metadata=check | (STATIC if static else {}))
+
+
+def a_part(kind: type, right: str, default: Callable[[], object]) -> Any:
+    """A field that is another part.
+
+    Args:
+        kind: what it must be an instance of.
+        right: what that is called in errors, such as "an EllipticFoot".
+        default: makes the usual one.
+    """
+    check = partial(require_kind, kind=kind, right=right)
+    return dataclasses.field(default_factory=default, metadata={_CHECK: check})
+
+
+class Part:
+    """A frozen dataclass whose fields are checked where they say what they may be (`finite`)."""
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(cast("DataclassInstance", self)):
+            value = getattr(self, field.name)
+            if _CHECK in field.metadata and not (value is None is field.default):
+                field.metadata[_CHECK](field.name, value)
+
+
 def traceable(cls: type[T]) -> type[T]:
     """Make a frozen dataclass a JAX pytree whose fields are leaves, but for `STATIC` ones.
 
@@ -26,7 +102,7 @@ def traceable(cls: type[T]) -> type[T]:
     changed mass or stiffness does not compile a new program.
     """
     fields = dataclasses.fields(cast("type[DataclassInstance]", cls))
-    static = [field.name for field in fields if dict(field.metadata) == STATIC]
+    static = [field.name for field in fields if "static" in field.metadata]
     names = [field.name for field in fields if field.name not in static]
 
     def flatten(value: T) -> tuple[tuple[object, ...], tuple[object, ...]]:

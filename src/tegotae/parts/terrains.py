@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae._support.transforms import jvp
-from tegotae.parts.parameters import traceable
+from tegotae.parts.parameters import Part, a_part, finite, not_negative, positive, traceable
+
+A_TERRAIN = "a Terrain, such as Flat()"
+"""What errors call one."""
 
 
-class Terrain(ABC):
+class Terrain(Part, ABC):
     """A ground h(x, y): a frozen dataclass of numbers, made a pytree by `traceable`.
 
     Its numbers may differ from lane to lane (`Scenario.changes`), so its methods are elementwise.
@@ -63,14 +65,10 @@ class Slope(Terrain):
         0.2
     """
 
-    along: float = 0.0
+    along: float = finite(0.0)
     """Rise per metre forward: the tangent of the angle."""
-    across: float = 0.0
+    across: float = finite(0.0)
     """Rise per metre to the left."""
-
-    def __post_init__(self) -> None:
-        require_finite("along", self.along)
-        require_finite("across", self.across)
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
         """The plane's height [m]."""
@@ -93,17 +91,12 @@ class Steps(Terrain):
         [0.0, 0.1, 0.2]
     """
 
-    rise_m: float = 0.0
+    rise_m: float = finite(0.0)
     """How much higher each step is [m]."""
-    tread_m: float = 1.0
+    tread_m: float = positive(1.0)
     """How long each step is [m]."""
-    start_m: float = 1.0
+    start_m: float = finite(1.0)
     """Where the first one is [m]."""
-
-    def __post_init__(self) -> None:
-        require_finite("rise_m", self.rise_m)
-        require_finite("tread_m", self.tread_m, above=0.0)
-        require_finite("start_m", self.start_m)
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
         """The height of the step [m]."""
@@ -144,20 +137,14 @@ class Rough(Terrain):
             not positive.
     """
 
-    rms_m: float = 0.0
+    rms_m: float = not_negative(0.0)
     """Root mean square of the height [m]."""
-    wavelength_m: float = 1.0
+    wavelength_m: float = positive(1.0)
     """Typical wavelength [m]."""
-    start_m: float = 1.0
+    start_m: float = finite(1.0)
     """Where it begins [m]."""
-    place: float = 0.0
+    place: float = finite(0.0)
     """Which part of the ground: any number."""
-
-    def __post_init__(self) -> None:
-        require_finite("rms_m", self.rms_m, least=0.0)
-        require_finite("wavelength_m", self.wavelength_m, above=0.0)
-        require_finite("start_m", self.start_m)
-        require_finite("place", self.place)
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
         """The height of the waves [m]."""
@@ -185,13 +172,8 @@ class Sum(Terrain):
         0.65
     """
 
-    first: Terrain = field(default_factory=Flat)
-    second: Terrain = field(default_factory=Flat)
-
-    def __post_init__(self) -> None:
-        for terrain in (self.first, self.second):
-            if not is_of(terrain, Terrain):
-                raise TegotaeError(f"{terrain!r} is no Terrain, such as Flat()")
+    first: Terrain = a_part(Terrain, A_TERRAIN, Flat)
+    second: Terrain = a_part(Terrain, A_TERRAIN, Flat)
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
         """Both heights together [m]."""

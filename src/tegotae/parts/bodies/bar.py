@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Number, PerLane
 from tegotae.parts.bodies.frame import Turn, hips_at, require_level
 from tegotae.parts.bodies.upright import Upright, UprightState
-from tegotae.parts.parameters import traceable
+from tegotae.parts.parameters import positive, traceable
 
 _WANTED = "two to four places from back to front, such as (-0.5, 0.5)"
 
@@ -47,12 +47,11 @@ class Bar(Upright):
 
     hips_m: tuple[float, ...] = (-0.5, 0.5)
     """Where along the bar the hips are, from its centre of mass, back to front [m]; mean 0."""
-    inertia_ratio: float = 1.0
+    inertia_ratio: float = positive(1.0)
     """j = J / (n m a²)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite("inertia_ratio", self.inertia_ratio, above=0.0)
         object.__setattr__(self, "hips_m", hips_at("hips_m", self.hips_m, _WANTED))
         if not (2 <= self.limbs <= 4 and all(a < b for a, b in pairwise(self.hips_m))):
             raise TegotaeError(f"hips_m is {self.hips_m}; name {_WANTED}")

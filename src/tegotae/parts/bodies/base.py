@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple, TypeVar, cast
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import (
     MaskPerLane,
     Number,
@@ -22,7 +22,7 @@ from tegotae.parts._shapes import (
     StateTree,
 )
 from tegotae.parts.channels import FORCE, Channel
-from tegotae.parts.parameters import STATIC, traceable
+from tegotae.parts.parameters import STATIC, Part, positive, traceable, whole
 
 T = TypeVar("T")
 
@@ -74,7 +74,7 @@ class Contact(NamedTuple):
     """Mean force of the actuator over the tick [N], where it is not the commanded one."""
 
 
-class Body(ABC):
+class Body(Part, ABC):
     """A mechanical system with one actuated leg, or several.
 
     A body is a frozen dataclass of numbers, made a pytree by `tegotae.parts.parameters.traceable`,
@@ -123,10 +123,10 @@ class Body(ABC):
         """What its release takes beside height and velocity, by name (`Scenario.initial_pose`)."""
         return tuple(inspect.signature(self.release).parameters)[2:]
 
-    def check_tick(self, tick_s: float) -> None:  # noqa: B027 - optional
+    def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` if this control period [s] is too long for the body."""
 
-    def check_release(self, height_m: float) -> None:  # noqa: B027 - optional
+    def check_release(self, height_m: float) -> None:
         """Raise `TegotaeError` if, released at rest from this height [m], it can never hop."""
 
     @abstractmethod
@@ -224,7 +224,7 @@ def require_one_limb(body: Body, what: str) -> None:
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class Interface:
+class Interface(Part):
     """Signals, commands and scales of limbs; None for what is not known.
 
     It stands for a body whose mechanics are in another simulator or in a robot.
@@ -252,31 +252,22 @@ class Interface:
 
     senses: tuple[str, ...] = field(default=("spring_force",), metadata=STATIC)
     scales: tuple[float | None, ...] | None = None
-    limbs: int = field(default=1, metadata=STATIC)
+    limbs: int = whole(1, static=True)
     commands: tuple[str, ...] = field(default=FORCE, metadata=STATIC)
-    max_force_n: float | None = None
-    rest_length_m: float | None = None
-    feedback_scale: float | None = None
+    max_force_n: float | None = positive(None)
+    rest_length_m: float | None = positive(None)
+    feedback_scale: float | None = positive(None)
 
     def __post_init__(self) -> None:
-        require_count("limbs", self.limbs)
+        super().__post_init__()
         if self.scales is not None and len(self.scales) != len(self.senses):
             raise TegotaeError(
                 f"there are {len(self.scales)} scales for {len(self.senses)} senses; give one "
                 "each, None where it is not known"
             )
-        numbers = {
-            "max_force_n": self.max_force_n,
-            "rest_length_m": self.rest_length_m,
-            "feedback_scale": self.feedback_scale,
-            **{
-                f"the scale of {name}": scale
-                for name, scale in zip(self.senses, self.scales or (), strict=False)
-            },
-        }
-        for name, value in numbers.items():
-            if value is not None:
-                require_finite(name, value, above=0.0)
+        for name, scale in zip(self.senses, self.scales or (), strict=False):
+            if scale is not None:
+                require_finite(f"the scale of {name}", scale, above=0.0)
 
     @property
     def known_scales(self) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -11,11 +11,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae._support.transforms import cond
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
 from tegotae.parts.bodies.frame import LARGEST_TURN_RAD, ORDER, crossing_time, rise, series
-from tegotae.parts.parameters import traceable
+from tegotae.parts.parameters import not_negative, positive, traceable
 
 
 class HopperState(NamedTuple):
@@ -65,28 +65,20 @@ class Hopper(Body):
 
     SENSES = ("spring_force", "velocity", "height")
 
-    mass_kg: float = 0.1
+    mass_kg: float = positive(0.1)
     """Mass m [kg]."""
-    stiffness_n_per_m: float = 5.0
+    stiffness_n_per_m: float = positive(5.0)
     """Spring stiffness k [N/m]."""
-    damping_ns_per_m: float = 0.2
+    damping_ns_per_m: float = not_negative(0.2)
     """Leg damping c [N s/m], in stance."""
-    rest_length_m: float = 1.0
+    rest_length_m: float = positive(1.0)
     """Rest length of the leg l0 [m]."""
-    gravity_m_per_s2: float = 9.81
+    gravity_m_per_s2: float = positive(9.81)
     """Gravity g [m/s²]."""
-    max_force_n: float = 4.0
+    max_force_n: float = positive(4.0)
     """Largest actuator force α [N]."""
-    flight_damping_ns_per_m: float = 0.0
+    flight_damping_ns_per_m: float = not_negative(0.0)
     """Damping of the body in flight [N s/m]; 0 in the paper."""
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name.endswith("damping_ns_per_m"):
-                require_finite(field.name, value, least=0.0)
-            else:
-                require_finite(field.name, value, above=0.0)
 
     @property
     def weight_n(self) -> float:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Number, PerLane
 from tegotae.parts.bodies.frame import Turn, hips_at, require_level
 from tegotae.parts.bodies.upright import Upright, UprightState
-from tegotae.parts.parameters import traceable
+from tegotae.parts.parameters import not_negative, positive, traceable
 
 _WANTED = "three to eight places, such as (0.5, 0.5, -0.5, -0.5)"
 
@@ -62,23 +62,18 @@ class Plate(Upright):
     """How far forward of the centre of mass each hip is [m]; mean 0."""
     hips_z_m: tuple[float, ...] = (0.3, -0.3, 0.3, -0.3)
     """How far to the left of it [m]; mean 0."""
-    pitch_inertia_ratio: float = 1.0
+    pitch_inertia_ratio: float = positive(1.0)
     """j_p = J_p / (m Σ x_i²)."""
-    roll_inertia_ratio: float = 1.0
+    roll_inertia_ratio: float = positive(1.0)
     """j_r = J_r / (m Σ z_i²)."""
-    twist_inertia_ratio: float | None = None
+    twist_inertia_ratio: float | None = positive(None)
     """j_t = J_t / (m Σ w_i²); None for a plate that does not twist."""
-    twist_stiffness_nm_per_rad: float = 0.0
+    twist_stiffness_nm_per_rad: float = not_negative(0.0)
     """Stiffness K of the spine against the twist τ [N m/rad]; 0 if it is limp."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite("pitch_inertia_ratio", self.pitch_inertia_ratio, above=0.0)
-        require_finite("roll_inertia_ratio", self.roll_inertia_ratio, above=0.0)
-        require_finite("twist_stiffness_nm_per_rad", self.twist_stiffness_nm_per_rad, least=0.0)
-        if self.twist_inertia_ratio is not None:
-            require_finite("twist_inertia_ratio", self.twist_inertia_ratio, above=0.0)
-        elif self.twist_stiffness_nm_per_rad > 0.0:
+        if self.twist_inertia_ratio is None and self.twist_stiffness_nm_per_rad > 0.0:
             raise TegotaeError(
                 f"twist_stiffness_nm_per_rad is {self.twist_stiffness_nm_per_rad:g}, and this "
                 "plate does not twist; give it a twist_inertia_ratio"

@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Number, PerLane
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
 from tegotae.parts.bodies.frame import (
@@ -24,6 +24,7 @@ from tegotae.parts.bodies.frame import (
 )
 from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import Channel, RecordedFrame, State
+from tegotae.parts.parameters import not_negative, positive
 
 
 class UprightState(NamedTuple):
@@ -81,31 +82,21 @@ class Upright(Body):
     A body is a subclass with fields of its own, that names its `turns`.
     """
 
-    mass_kg: float = 0.1
+    mass_kg: float = positive(0.1)
     """Mass of the frame per leg m [kg]."""
-    stiffness_n_per_m: float = 5.0
+    stiffness_n_per_m: float = positive(5.0)
     """Spring stiffness of a leg k [N/m]."""
-    damping_ns_per_m: float = 0.2
+    damping_ns_per_m: float = not_negative(0.2)
     """Damping of a leg c [N s/m], in stance."""
-    rest_length_m: float = 1.0
+    rest_length_m: float = positive(1.0)
     """Rest length of a leg l0 [m]."""
-    gravity_m_per_s2: float = 9.81
+    gravity_m_per_s2: float = positive(9.81)
     """Gravity g [m/s²]."""
-    max_force_n: float = 4.0
+    max_force_n: float = positive(4.0)
     """Largest force of an actuator α [N]."""
     present: tuple[float, ...] | None = None
     """1 for each leg that is there, 0 for one that is lost and bears nothing; None if none can
     be lost."""
-
-    def __post_init__(self) -> None:
-        for field in fields(Upright):
-            value = getattr(self, field.name)
-            if field.name == "present":
-                continue
-            if field.name == "damping_ns_per_m":
-                require_finite(field.name, value, least=0.0)
-            else:
-                require_finite(field.name, value, above=0.0)
 
     def _require_present(self) -> None:
         """Raise `TegotaeError` unless each leg is declared present or absent, one present."""

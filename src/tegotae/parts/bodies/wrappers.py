@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite, require_kind
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.transforms import iota
 from tegotae.parts._shapes import Number, PerLane, StateTree
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation, for_limbs
 from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import FORCE, Channel, Combined, RecordedFrame, State, Tick
-from tegotae.parts.parameters import STATIC, traceable, within
+from tegotae.parts.parameters import a_part, finite, not_negative, traceable, whole, within
 
 T = TypeVar("T")
 
@@ -45,10 +45,7 @@ class BodyWrapper(Body):
         TegotaeError: for what is no body.
     """
 
-    body: Body = field(default_factory=Hopper)
-
-    def __post_init__(self) -> None:
-        require_kind("body", self.body, Body, "a Body, such as Hopper()")
+    body: Body = a_part(Body, "a Body, such as Hopper()", Hopper)
 
     SENSES = within("body")
     COMMANDS = within("body")
@@ -157,13 +154,11 @@ class Actuators(BodyWrapper):
         4.0
     """
 
-    strength: float = 1.0
-    lag_s: float = 0.0
+    strength: float = not_negative(1.0)
+    lag_s: float = not_negative(0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite("strength", self.strength, least=0.0)
-        require_finite("lag_s", self.lag_s, least=0.0)
         if self.strength != 1.0 and self.COMMANDS != FORCE:
             raise TegotaeError(
                 f"strength is {self.strength:g}, and a {type(self.body).__name__} takes places "
@@ -276,17 +271,10 @@ class Sensors(BodyWrapper):
         True
     """
 
-    delay_s: float = 0.0
-    noise: float = 0.0
-    seed: float = 0.0
-    most_ticks: int = field(default=16, metadata=STATIC)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite("delay_s", self.delay_s, least=0.0)
-        require_finite("noise", self.noise, least=0.0)
-        require_finite("seed", self.seed)
-        require_count("most_ticks", self.most_ticks)
+    delay_s: float = not_negative(0.0)
+    noise: float = not_negative(0.0)
+    seed: float = finite(0.0)
+    most_ticks: int = whole(16, static=True)
 
     def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` for a tick too long for the body, or a delay beyond what is kept."""
@@ -411,12 +399,11 @@ class Blows(BodyWrapper):
         1
     """
 
-    impulse_ns: float = 0.0
+    impulse_ns: float = finite(0.0)
     at_s: float = math.inf
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite("impulse_ns", self.impulse_ns)
         if self.at_s != math.inf:
             require_finite("at_s", self.at_s, least=0.0)
 

@@ -10,13 +10,14 @@ import jax.numpy as jnp
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import PerLimb, StateTree, Weights, WeightVector
 from tegotae.parts.channels import Channel
+from tegotae.parts.parameters import Part
 from tegotae.parts.weight_names import WeightName, numbered
 
 MOST_DECAY_PER_TICK = 0.3
 """Decay of an oscillator's state over a tick up to which the integrators follow it well."""
 
 
-class Oscillator(ABC):
+class Oscillator(Part, ABC):
     """A rhythm generator: a frozen dataclass without state of its own.
 
     Its state is a pytree of arrays (a NamedTuple, say), passed in and out; every method is

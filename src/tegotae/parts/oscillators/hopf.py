@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 
-from tegotae._support.errors import require_finite
 from tegotae.parts import maths
 from tegotae.parts._shapes import PerLimb, StateTree, Weights
 from tegotae.parts.oscillators.planar import Planar, Ranges
+from tegotae.parts.parameters import not_negative, positive
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,13 +40,8 @@ class Hopf(Planar):
 
     RANGES: ClassVar[Ranges] = {**Planar.RANGES, "recovery_per_s": (1.0, 10.0)}
 
-    mu: float = 1.0
-    recovery_per_s: float = 4.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite("mu", self.mu, above=0.0)
-        require_finite("recovery_per_s", self.recovery_per_s, above=0.0)
+    mu: float = positive(1.0)
+    recovery_per_s: float = positive(4.0)
 
     @property
     def on_cycle(self) -> dict[str, float]:
@@ -100,11 +95,7 @@ class AdaptiveHopf(Hopf):
     STATE = ("radius", "shift_rad_per_s")
     RANGES: ClassVar[Ranges] = {**Hopf.RANGES, "learning_per_s": (0.05, 5.0)}
 
-    learning_per_s: float = 0.5
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite("learning_per_s", self.learning_per_s, least=0.0)
+    learning_per_s: float = not_negative(0.5)
 
     @property
     def on_cycle(self) -> dict[str, float]:

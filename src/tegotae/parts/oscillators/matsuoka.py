@@ -9,10 +9,10 @@ from typing import ClassVar, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import require_finite
 from tegotae.parts import maths
 from tegotae.parts._shapes import PerLimb, StateTree
 from tegotae.parts.oscillators.planar import NEAR, Planar, Ranges
+from tegotae.parts.parameters import finite
 
 
 class Cycle(NamedTuple):
@@ -71,15 +71,9 @@ class Matsuoka(Planar):
         "inhibition_share": (0.1, 0.6),
     }
 
-    slowness: float = 2.0
-    adaptation: float = 2.5
-    inhibition_share: float = 0.35
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in ("slowness", "adaptation", "inhibition_share"):
-            low, high = self.RANGES[name] or (None, None)
-            require_finite(name, getattr(self, name), least=low, most=high)
+    slowness: float = finite(2.0, least=1.0, most=2.5)
+    adaptation: float = finite(2.5, least=1.5, most=3.5)
+    inhibition_share: float = finite(0.35, least=0.1, most=0.6)
 
     @property
     def inhibition(self) -> float:

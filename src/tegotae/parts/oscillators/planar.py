@@ -12,11 +12,11 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import require_finite
 from tegotae.parts import maths
 from tegotae.parts._shapes import PerLimb, StateTree, Weights
 from tegotae.parts.channels import Channel, Latest, RecordedFrame, State, Tick
 from tegotae.parts.oscillators.base import Oscillator
+from tegotae.parts.parameters import finite
 
 Ranges = Mapping[str, tuple[float, float] | None]
 """Parameters by name, each with its bounds, or None for any number."""
@@ -58,18 +58,13 @@ class Planar(Oscillator):
     State: ClassVar[Any]
     """Its state, (phase, *STATE)."""
 
-    pace: float = 1.0
-    turn: float = 1.0
-    push: float = 0.0
+    pace: float = finite(1.0, above=0.0, most=10.0)
+    turn: float = finite(1.0)
+    push: float = finite(0.0)
 
     def __init_subclass__(cls) -> None:
         cls.State = namedtuple(f"{cls.__name__}State", ("phase", *cls.STATE))  # type: ignore[misc]
         cls.State.__module__, cls.State.__qualname__ = cls.__module__, f"{cls.__qualname__}.State"
-
-    def __post_init__(self) -> None:
-        require_finite("pace", self.pace, above=0.0, most=10.0)
-        require_finite("turn", self.turn)
-        require_finite("push", self.push)
 
     @property
     def on_cycle(self) -> dict[str, float]:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from tegotae._support.errors import require_finite
 from tegotae.parts._shapes import PerLimb, StateTree
 from tegotae.parts.oscillators.planar import Planar, Ranges
-
-_MOST_MU = 5.0
+from tegotae.parts.parameters import finite
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,11 +43,7 @@ class VanDerPol(Planar):
 
     RANGES: ClassVar[Ranges] = {**Planar.RANGES, "mu": (0.05, 2.0)}
 
-    mu: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite("mu", self.mu, least=0.0, most=_MOST_MU)
+    mu: float = finite(1.0, least=0.0, most=5.0)
 
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """The equations in polar coordinates."""

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import require_finite
 from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import FORCE
 from tegotae.parts.maths import TWO_PI
+from tegotae.parts.parameters import finite, not_negative, positive
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.terms.network import Network
 
@@ -75,14 +75,9 @@ class Sector(Actuation):
         TegotaeError: for a non-finite value or a negative width.
     """
 
-    start_rad: float = 1.75 * math.pi
-    width_rad: float = 0.1 * math.pi
-    duration_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_finite("start_rad", self.start_rad)
-        require_finite("width_rad", self.width_rad, least=0.0)
-        require_finite("duration_s", self.duration_s, least=0.0)
+    start_rad: float = finite(1.75 * math.pi)
+    width_rad: float = not_negative(0.1 * math.pi)
+    duration_s: float = not_negative(0.0)
 
     def full_force(
         self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
@@ -128,10 +123,7 @@ class Reflex(Actuation):
 
     READS = ("feedback",)
 
-    newtons_per_feedback: float = 1.0
-
-    def __post_init__(self) -> None:
-        require_finite("newtons_per_feedback", self.newtons_per_feedback, above=0.0)
+    newtons_per_feedback: float = positive(1.0)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """-s min(0, f)."""
@@ -161,11 +153,7 @@ class SectorAndReflex(Sector):
 
     READS = ("feedback",)
 
-    newtons_per_feedback: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite("newtons_per_feedback", self.newtons_per_feedback, above=0.0)
+    newtons_per_feedback: float = positive(1.0)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The reflex part."""

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import Number, PerCommand, PerLimb, Weights, WeightVector
+from tegotae.parts.parameters import Part
 from tegotae.parts.weight_names import WeightName, numbered
 
 
@@ -50,7 +51,7 @@ class Signals:
         return Signals({**self.values, **values}, scales)
 
 
-class Term(ABC):
+class Term(Part, ABC):
     """One of A′, R, G or T: a frozen dataclass, called with its weights and the signals.
 
     A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with

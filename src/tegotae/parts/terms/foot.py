@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import require_finite, require_kind
 from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import FOOT
+from tegotae.parts.parameters import a_part, finite, not_negative, positive
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.terms.network import Network, without_outputs
@@ -40,16 +40,10 @@ class EllipticFoot(Actuation):
     NEEDS_PHASE = True
     READS = ("sin_phase", "cos_phase")
 
-    stride_m: float = 0.2
-    lift_m: float = 0.12
-    press_m: float = 0.03
-    shift_rad: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_finite("stride_m", self.stride_m, least=0.0)
-        require_finite("lift_m", self.lift_m, least=0.0)
-        require_finite("press_m", self.press_m, least=0.0)
-        require_finite("shift_rad", self.shift_rad)
+    stride_m: float = not_negative(0.2)
+    lift_m: float = not_negative(0.12)
+    press_m: float = not_negative(0.03)
+    shift_rad: float = finite(0.0)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
@@ -86,10 +80,7 @@ class TunedFoot(Actuation):
     READS = EllipticFoot.READS
     WEIGHTS = ("stride_m", "lift_m", "press_m", "shift_rad")
 
-    start: EllipticFoot = EllipticFoot()
-
-    def __post_init__(self) -> None:
-        require_kind("start", self.start, EllipticFoot, "an EllipticFoot")
+    start: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """The numbers of the ellipse to start from, whatever the key."""
@@ -128,10 +119,10 @@ class LearnedFoot(Actuation):
 
     inputs: tuple[str, ...]
     hidden: int
-    reach_m: float = 0.1
+    reach_m: float = positive(0.1)
 
     def __post_init__(self) -> None:
-        require_finite("reach_m", self.reach_m, above=0.0)
+        super().__post_init__()
         Network(self.inputs, self.hidden)
 
     @property
@@ -186,11 +177,7 @@ class CorrectedFoot(LearnedFoot):
 
     NEEDS_PHASE = True
 
-    around: EllipticFoot = EllipticFoot()
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_kind("around", self.around, EllipticFoot, "an EllipticFoot")
+    around: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
 
     @property
     def reads(self) -> tuple[str, ...]:

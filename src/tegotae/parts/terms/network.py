@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Weights
 from tegotae.parts.maths import sum_of_ratios, tanh_ratio
+from tegotae.parts.parameters import whole
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName
 
@@ -55,12 +56,12 @@ class Network(Term):
     """
 
     inputs: tuple[str, ...]
-    hidden: int
+    hidden: int = whole()
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.inputs:
             raise TegotaeError("a network has no inputs; name at least one signal")
-        require_count("hidden", self.hidden)
 
     @property
     def reads(self) -> tuple[str, ...]:

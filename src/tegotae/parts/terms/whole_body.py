@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite, require_kind
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import FOOT
+from tegotae.parts.parameters import a_part, positive, whole
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.terms.foot import EllipticFoot
@@ -45,14 +46,13 @@ class WholeBody(Actuation):
 
     of_each: tuple[str, ...]
     of_body: tuple[str, ...]
-    limbs: int
-    hidden: int
+    limbs: int = whole(least=2)
+    hidden: int = whole()
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not (*self.of_each, *self.of_body):
             raise TegotaeError("a network has no inputs; name at least one signal")
-        require_count("limbs", self.limbs, least=2)
-        require_count("hidden", self.hidden)
 
     def check(self, limbs: int, sets: int) -> None:
         """Raise `TegotaeError` for other legs than its own, or legs with weights of their own."""
@@ -142,11 +142,7 @@ class WholeBodyFoot(WholeBody):
 
     COMMANDS = FOOT
 
-    reach_m: float = 0.1
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite("reach_m", self.reach_m, above=0.0)
+    reach_m: float = positive(0.1)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
@@ -179,12 +175,11 @@ class WholeBodyCorrectedFoot(WholeBodyFoot):
 
     NEEDS_PHASE = True
 
-    around: EllipticFoot = field(default_factory=EllipticFoot)
+    around: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
     lead_rad: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_kind("around", self.around, EllipticFoot, "an EllipticFoot")
         if len(self.lead_rad) != self.limbs:
             raise TegotaeError(
                 f"lead_rad has {len(self.lead_rad)} numbers; give it {self.limbs}, one a leg"

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from typing import cast
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, is_of, require_finite
-from tegotae.parts.terrains import Flat, Terrain
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.parts.parameters import Part, a_part, finite, not_negative, positive
+from tegotae.parts.terrains import A_TERRAIN, Flat, Terrain
 
 LARGEST_STEP = 0.5
 """Rate of the stiffest motion times the tick [rad] that is accepted. Up to here lags, speed and
@@ -22,7 +23,7 @@ LOWEST_SHARE = 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
-class WalkerNumbers:
+class WalkerNumbers(Part):
     """Where the legs are, what the torso weighs, how stiff the legs are, on what ground.
 
     Defaults are the dimensionless quadruped C (l0 = m = g = 1).
@@ -34,47 +35,48 @@ class WalkerNumbers:
     """How far to the left they are [m]."""
     present: tuple[float, ...] = ()
     """1 of a leg that is there, 0 of one that is lost; all are there if nothing is said."""
-    com_x_m: float = 0.0
+    com_x_m: float = finite(0.0)
     """How far before the middle of the torso its centre of mass is [m]."""
-    com_y_m: float = 0.0
+    com_y_m: float = finite(0.0)
     """How far to the left of it [m]."""
-    com_z_m: float = -0.39
+    com_z_m: float = finite(-0.39)
     """How far above the hips [m]; below them if negative."""
-    mass_kg: float = 1.0
+    mass_kg: float = positive(1.0)
     """Mass m [kg]."""
-    inertia_x_kg_m2: float = 0.10
+    inertia_x_kg_m2: float = positive(0.10)
     """Moment of inertia in roll [kg m²]."""
-    inertia_y_kg_m2: float = 0.24
+    inertia_y_kg_m2: float = positive(0.24)
     """In pitch [kg m²]."""
-    inertia_z_kg_m2: float = 0.29
+    inertia_z_kg_m2: float = positive(0.29)
     """In yaw [kg m²]."""
-    stiffness_x_n_per_m: float = 10.0
+    stiffness_x_n_per_m: float = positive(10.0)
     """Stiffness of a leg fore and aft K_x [N/m]."""
-    stiffness_y_n_per_m: float = 3.7
+    stiffness_y_n_per_m: float = positive(3.7)
     """Sideways K_y [N/m]."""
-    stiffness_z_n_per_m: float = 14.0
+    stiffness_z_n_per_m: float = positive(14.0)
     """Up and down K_z [N/m]."""
-    damping_xy_ns_per_m: float = 1.3
+    damping_xy_ns_per_m: float = positive(1.3)
     """Damping of a leg along the ground D_x = D_y [N s/m]."""
-    damping_z_ns_per_m: float = 0.9
+    damping_z_ns_per_m: float = not_negative(0.9)
     """Up and down D_z [N s/m]."""
-    friction: float = 0.8
+    friction: float = not_negative(0.8)
     """Coefficient of friction μ."""
-    rest_length_m: float = 1.0
+    rest_length_m: float = positive(1.0)
     """Length of a leg at rest l0 [m]."""
-    gravity_m_per_s2: float = 1.0
+    gravity_m_per_s2: float = positive(1.0)
     """Gravity g [m/s²]."""
-    push_x_n: float = 0.0
+    push_x_n: float = finite(0.0)
     """External force on the centre of mass, in the world's x [N]."""
-    push_y_n: float = 0.0
+    push_y_n: float = finite(0.0)
     """In its y [N]."""
-    push_z_n: float = 0.0
+    push_z_n: float = finite(0.0)
     """Upwards [N]."""
-    terrain: Terrain = field(default_factory=Flat)
+    terrain: Terrain = a_part(Terrain, A_TERRAIN, Flat)
     """The ground."""
 
     def __post_init__(self) -> None:
-        self._check_numbers()
+        super().__post_init__()
+        self._check_places()
         self._check_legs()
         self._check_inertia()
         standing = sum(self.present)
@@ -87,20 +89,7 @@ class WalkerNumbers:
                 f"it must be more than {sag / (1.0 - LOWEST_SHARE) / height:.2g} times that"
             )
 
-    def _check_numbers(self) -> None:
-        positive = ("mass", "inertia", "stiffness", "rest", "gravity", "damping_xy")
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if isinstance(each.default, tuple) or each.name == "terrain":
-                continue
-            if each.name.startswith(positive):
-                require_finite(each.name, value, above=0.0)
-            elif each.name.startswith(("damping", "friction")):
-                require_finite(each.name, value, least=0.0)
-            else:
-                require_finite(each.name, value)
-        if not is_of(self.terrain, Terrain):
-            raise TegotaeError(f"terrain is {self.terrain!r}; it must be a Terrain, such as Flat()")
+    def _check_places(self) -> None:
         if any(leaf is self.terrain for leaf in jax.tree.leaves(self.terrain)):
             raise TegotaeError(
                 f"{type(self.terrain).__name__} is no pytree; put "
