@@ -23,7 +23,7 @@ from tegotae.parts.oscillators import (
     VanDerPol,
     oscillator_named,
 )
-from tegotae.parts.oscillators.van_der_pol import period_ratio
+from tegotae.parts.oscillators.planar import period_ratio
 
 STEP_S = 0.005
 OMEGA = 6.0

@@ -62,7 +62,7 @@ def trained(parts, tmp_path_factory) -> Path:
 def test_naming_a_file_registers_the_parts_in_it_and_no_others(parts):
     assert kinds().keys() >= NAMES
     assert "ConstantGain" in kinds()
-    assert kinds()["ConstantGain"].__module__ == "tegotae.parts.terms.feedback"
+    assert kinds()["ConstantGain"].__module__ == "tegotae.parts.terms.base"
 
 
 def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):

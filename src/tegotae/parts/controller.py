@@ -18,8 +18,7 @@ from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.parameters import Part, positive, whole
 from tegotae.parts.terms.actuation import Actuation
-from tegotae.parts.terms.base import Signals, Term
-from tegotae.parts.terms.feedback import ConstantGain
+from tegotae.parts.terms.base import ConstantGain, Signals, Term
 from tegotae.parts.weight_names import WeightName, inside, numbered
 
 

@@ -1,6 +1,5 @@
 """Bodies: the mechanics that a controller drives."""
 
-from tegotae.parts.bodies.bar import Bar as Bar
 from tegotae.parts.bodies.base import (
     Body as Body,
     Contact as Contact,
@@ -11,7 +10,7 @@ from tegotae.parts.bodies.base import (
     require_one_limb as require_one_limb,
 )
 from tegotae.parts.bodies.hopper import Hopper as Hopper, HopperState as HopperState
-from tegotae.parts.bodies.plate import Plate as Plate
+from tegotae.parts.bodies.rigid import Bar as Bar, Plate as Plate
 from tegotae.parts.bodies.walker import Walker as Walker
 from tegotae.parts.bodies.wrappers import (
     Actuators as Actuators,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, TypeVar, cast
@@ -12,7 +13,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.transforms import iota
-from tegotae.parts._shapes import Number, PerLane, StateTree
+from tegotae.parts._shapes import Number, PerLane, Scalar, StateTree
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation, for_limbs
 from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import FORCE, Channel, Combined, RecordedFrame, State, Tick
@@ -68,19 +69,42 @@ class BodyWrapper(Body):
         """Those of the body within."""
         return tuple(map(_within, self.body.channels))
 
+    def release(
+        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
+    ) -> StateTree:
+        """The state at release; an initial pose is the body's."""
+        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
+        return self.released(state, jnp.zeros_like(height_m))
+
+    @abstractmethod
+    def released(self, state: StateTree, zero: PerLane) -> StateTree:
+        """The state at release, of that of the body within and of a zero in every lane."""
+
+    def before(self, state: StateTree, tick_s: Scalar) -> StateTree:
+        """The state with what happens to the body at the beginning of a tick."""
+        return state
+
+    def after(
+        self, state: StateTree, body: StateTree, ground_m: PerLane, tick_s: Scalar
+    ) -> StateTree:
+        """The state at the end of a tick, at which the body within is in the state `body`."""
+        return state._replace(body=body)
+
     def predict(
         self, state: StateTree, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[StateTree, jax.Array, jax.Array]:
-        """As the body within."""
+        """As the body within, with what is before and after."""
+        state = self.before(state, tick_s)
         guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
-        return state._replace(body=guess), begins, ends
+        return self.after(state, guess, ground_m, tick_s), begins, ends
 
     def advance(
         self, state: StateTree, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[StateTree, Contact]:
-        """As the body within."""
+        """As the body within, with what is before and after."""
+        state = self.before(state, tick_s)
         end, contact = self.body.advance(state.body, push, ground_m, tick_s)
-        return state._replace(body=end), contact
+        return self.after(state, end, ground_m, tick_s), contact
 
     def apply_impulse(self, state: StateTree, impulse_ns: jax.Array) -> StateTree:
         """As the body within."""
@@ -176,14 +200,11 @@ class Actuators(BodyWrapper):
                 f"{weight_n:g} N; it cannot hop"
             )
 
-    def release(
-        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
-    ) -> ActuatorsState:
-        """The state at release; an initial pose is the body's."""
-        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
+    def released(self, state: StateTree, zero: PerLane) -> ActuatorsState:
+        """Nothing is reached yet."""
         commands = () if self.COMMANDS == FORCE else (len(self.COMMANDS),)
-        shape = (*commands, *self.limb_shape, *jnp.shape(height_m))
-        return ActuatorsState(state, jnp.zeros(shape, height_m.dtype))
+        shape = (*commands, *self.limb_shape, *jnp.shape(zero))
+        return ActuatorsState(state, jnp.zeros(shape, zero.dtype))
 
     def commanded(self, state: ActuatorsState, command: jax.Array) -> ActuatorsState:
         """As the body's; the actuators are where they are commanded to be."""
@@ -285,22 +306,15 @@ class Sensors(BodyWrapper):
                 f"the sensors keep {self.most_ticks}: give them more most_ticks"
             )
 
-    def release(
-        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
-    ) -> SensorsState:
-        """The state at release; an initial pose is the body's."""
-        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
-        tick = jnp.zeros_like(height_m)
-        felt = self.body.sense(state, tick).values
+    def released(self, state: StateTree, zero: PerLane) -> SensorsState:
+        """What is felt then was felt always."""
+        felt = self.body.sense(state, zero).values
         past = {name: jnp.stack([x] * (self.most_ticks + 1)) for name, x in felt.items()}
-        return SensorsState(state, past, felt, tick)
+        return SensorsState(state, past, felt, zero)
 
     def commanded(self, state: SensorsState, command: jax.Array) -> SensorsState:
         """As the body's; what is felt then was felt always."""
-        placed = self.body.commanded(state.body, command)
-        felt = self.body.sense(placed, jnp.zeros_like(state.tick)).values
-        past = {name: jnp.stack([x] * (self.most_ticks + 1)) for name, x in felt.items()}
-        return SensorsState(placed, past, felt, state.tick)
+        return self.released(self.body.commanded(state.body, command), jnp.zeros_like(state.tick))
 
     def sense(self, state: SensorsState, ground_m: jax.Array) -> Sensation:
         """What the sensors report."""
@@ -316,29 +330,15 @@ class Sensors(BodyWrapper):
         normal = _normal(like, tick, seed, sense)
         return wide(self.noise, like) * wide(scale, like) * normal
 
-    def _felt(
-        self, state: SensorsState, body_state: StateTree, ground_m: jax.Array, tick_s: jax.Array
+    def after(
+        self, state: SensorsState, body: StateTree, ground_m: PerLane, tick_s: Scalar
     ) -> SensorsState:
-        """The state once the body has come to a state."""
-        now = self.body.sense(body_state, ground_m).values
+        """The body's state, and what the sensors report of it."""
+        now = self.body.sense(body, ground_m).values
         felt = {name: jnp.concatenate([now[name][None], x[:-1]]) for name, x in state.felt.items()}
         late = self.delay_s / tick_s
         measured = {name: _at(x, wide(late, x[0])) for name, x in felt.items()}
-        return SensorsState(body_state, felt, measured, state.tick + 1.0)
-
-    def predict(
-        self, state: SensorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[SensorsState, jax.Array, jax.Array]:
-        """The body's guess, and what the sensors would report of it."""
-        guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
-        return self._felt(state, guess, ground_m, tick_s), begins, ends
-
-    def advance(
-        self, state: SensorsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[SensorsState, Contact]:
-        """The body one tick on."""
-        end, contact = self.body.advance(state.body, push, ground_m, tick_s)
-        return self._felt(state, end, ground_m, tick_s), contact
+        return SensorsState(body, felt, measured, state.tick + 1.0)
 
 
 def _at(past: jax.Array, late: Number) -> jax.Array:
@@ -407,26 +407,12 @@ class Blows(BodyWrapper):
         if self.at_s != math.inf:
             require_finite("at_s", self.at_s, least=0.0)
 
-    def release(
-        self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
-    ) -> BlowsState:
-        """The state at release; an initial pose is the body's."""
-        state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
-        return BlowsState(state, jnp.zeros_like(height_m))
+    def released(self, state: StateTree, zero: PerLane) -> BlowsState:
+        """No tick has been."""
+        return BlowsState(state, zero)
 
-    def _with_impulse(self, state: BlowsState, tick_s: jax.Array) -> BlowsState:
+    def before(self, state: BlowsState, tick_s: Scalar) -> BlowsState:
+        """The body is struck, or not."""
         now = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
         impulse = jnp.where(now, self.impulse_ns, 0.0)
         return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)
-
-    def predict(
-        self, state: BlowsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[BlowsState, jax.Array, jax.Array]:
-        """The body's guess, struck or not."""
-        return super().predict(self._with_impulse(state, tick_s), force_n, ground_m, tick_s)
-
-    def advance(
-        self, state: BlowsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
-    ) -> tuple[BlowsState, Contact]:
-        """The body one tick on, struck or not."""
-        return super().advance(self._with_impulse(state, tick_s), push, ground_m, tick_s)

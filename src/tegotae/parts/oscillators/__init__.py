@@ -1,15 +1,18 @@
 """Oscillators: the rhythm generators of decentralised control, and their names in models."""
 
 from tegotae._support.errors import unknown
-from tegotae.parts.oscillators.base import Oscillator as Oscillator
-from tegotae.parts.oscillators.hopf import AdaptiveHopf as AdaptiveHopf, Hopf as Hopf
-from tegotae.parts.oscillators.matsuoka import Matsuoka as Matsuoka
-from tegotae.parts.oscillators.phase import (
+from tegotae.parts.oscillators.base import (
+    Oscillator as Oscillator,
     PhaseOscillator as PhaseOscillator,
     PhaseState as PhaseState,
 )
-from tegotae.parts.oscillators.planar import Planar
-from tegotae.parts.oscillators.van_der_pol import VanDerPol as VanDerPol
+from tegotae.parts.oscillators.matsuoka import Matsuoka as Matsuoka
+from tegotae.parts.oscillators.planar import (
+    AdaptiveHopf as AdaptiveHopf,
+    Hopf as Hopf,
+    Planar,
+    VanDerPol as VanDerPol,
+)
 from tegotae.parts.oscillators.wrappers import Clamped as Clamped, Learned as Learned
 
 PHASE = "phase"

@@ -8,10 +8,11 @@ from tegotae.parts.terms.actuation import (
     SectorAndReflex as SectorAndReflex,
     with_vanilla_settings as with_vanilla_settings,
 )
-from tegotae.parts.terms.base import Signals as Signals, Term as Term
-from tegotae.parts.terms.feedback import (
+from tegotae.parts.terms.base import (
     ConstantGain as ConstantGain,
     OffsetAction as OffsetAction,
+    Signals as Signals,
+    Term as Term,
     UnitAction as UnitAction,
     VanillaAction as VanillaAction,
     VanillaReaction as VanillaReaction,

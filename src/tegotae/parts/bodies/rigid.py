@@ -1,16 +1,92 @@
-"""Hopper legs under a rigid plate that heaves, pitches and rolls, and may twist."""
+"""Hopper legs under a rigid bar, or under a plate that heaves, pitches and rolls, and may twist."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import cast
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import Number, PerLane
-from tegotae.parts.bodies.frame import Turn, hips_at, require_level
+from tegotae.parts.bodies.frame import Turn
 from tegotae.parts.bodies.upright import Upright, UprightState
 from tegotae.parts.parameters import not_negative, positive, traceable
 
-_WANTED = "three to eight places, such as (0.5, 0.5, -0.5, -0.5)"
+_PLACES_OF_BAR = "two to four places from back to front, such as (-0.5, 0.5)"
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Bar(Upright):
+    """Two to four of the paper's hopper legs, upright under a rigid bar (heave and pitch).
+
+    The hip of leg i is at x_i along the bar, at height `y_i = y + x_i θ`. In stance, y_i < l0 + h,
+
+        F_i = k (l0 + h - y_i) - c ẏ_i + F_a,i,    0 <= F_a,i <= α,
+
+    in flight F_i = 0; and with m the mass per leg, of n legs,
+
+        n m ÿ = Σ F_i - n m g,    J θ̈ = Σ x_i F_i,    J = j n m a²,
+
+    a being half the distance of the outermost hips. The inertia ratio j is the number that counts:
+    two legs at j = 1 do not feel each other, and each moves as the hopper does. Released level,
+    with all legs alike, the bar is the hopper at any j.
+
+    Raises:
+        TegotaeError: for a number out of its range, or hips that are not two to four places around
+            the middle.
+
+    Source: of this library; each leg is that of paper equations 8-10.
+
+    Example:
+        >>> bar = Bar(inertia_ratio=0.6)
+        >>> bar.limbs, round(bar.inertia_kg_m2, 3)
+        (2, 0.03)
+    """
+
+    SENSES = ("spring_force", "velocity", "height", "pitch", "pitch_rate")
+
+    hips_m: tuple[float, ...] = (-0.5, 0.5)
+    """Where along the bar the hips are, from its centre of mass, back to front [m]; mean 0."""
+    inertia_ratio: float = positive(1.0)
+    """j = J / (n m a²)."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "hips_m", hips_at("hips_m", self.hips_m, _PLACES_OF_BAR))
+        if not (2 <= self.limbs <= 4 and all(a < b for a, b in pairwise(self.hips_m))):
+            raise TegotaeError(f"hips_m is {self.hips_m}; name {_PLACES_OF_BAR}")
+        require_level("hips_m", self.hips_m, "bar")
+        self._require_present()
+
+    @property
+    def turns(self) -> tuple[Turn]:
+        """Pitch θ."""
+        return (Turn("pitch", self.hips_m, self.half_span_m, self.inertia_ratio),)
+
+    @property
+    def half_span_m(self) -> float:
+        """Half the distance of the outermost hips a [m]."""
+        return 0.5 * (self.hips_m[-1] - self.hips_m[0])
+
+    @property
+    def inertia_kg_m2(self) -> float:
+        """Moment of inertia about the centre of mass J = j n m a² [kg m²]."""
+        return self.inertia_ratio * self.total_mass_kg * self.half_span_m**2
+
+    def release(
+        self,
+        height_m: PerLane,
+        velocity_m_per_s: PerLane,
+        pitch_rad: Number = 0.0,
+        pitch_rate_rad_per_s: Number = 0.0,
+    ) -> UprightState:
+        """State at release: heave, pitch and their rates."""
+        return self._released((height_m, pitch_rad), (velocity_m_per_s, pitch_rate_rad_per_s))
+
+
+_PLACES_OF_PLATE = "three to eight places, such as (0.5, 0.5, -0.5, -0.5)"
 
 
 @traceable
@@ -83,14 +159,14 @@ class Plate(Upright):
 
     def _require_hips(self) -> None:
         for name in ("hips_x_m", "hips_z_m"):
-            object.__setattr__(self, name, hips_at(name, getattr(self, name), _WANTED))
+            object.__setattr__(self, name, hips_at(name, getattr(self, name), _PLACES_OF_PLATE))
         x, z = self.hips_x_m, self.hips_z_m
         if len(x) != len(z):
             raise TegotaeError(
                 f"hips_x_m names {len(x)} hips and hips_z_m {len(z)}; every leg needs a place"
             )
         if not 3 <= len(x) <= 8:
-            raise TegotaeError(f"hips_x_m is {x}; name {_WANTED}")
+            raise TegotaeError(f"hips_x_m is {x}; name {_PLACES_OF_PLATE}")
         require_level("hips_x_m", x, "plate")
         require_level("hips_z_m", z, "plate")
         xx, zz, xz = (
@@ -153,3 +229,43 @@ class Plate(Upright):
 def _typical(arms: tuple[float, ...]) -> float:
     """The root of their mean square [m]; of hips at ±a it is a."""
     return (sum(arm**2 for arm in arms) / len(arms)) ** 0.5
+
+
+def hips_at(name: str, value: object, wanted: str) -> tuple[float, ...]:
+    """The places as a tuple: of a list, say.
+
+    Args:
+        name: what they are called.
+        value: what was given.
+        wanted: what would be right, such as "two to four places, such as (-0.5, 0.5)".
+
+    Raises:
+        TegotaeError: unless they are finite numbers.
+
+    Example:
+        >>> hips_at("hips_m", [-1, 1], "two places")
+        (-1, 1)
+    """
+    if not isinstance(value, Iterable) or isinstance(value, str):
+        raise TegotaeError(f"{name} is {value!r}; name {wanted}")
+    found = tuple(cast(Iterable[float], value))
+    for hip in found:
+        require_finite("a hip", hip)
+    return found
+
+
+def require_level(name: str, hips: tuple[float, ...], body: str) -> None:
+    """Raise `TegotaeError` unless the hips' mean is zero, so that the body rests level.
+
+    Example:
+        >>> require_level("hips_m", (-0.5, 0.7), "bar")
+        Traceback (most recent call last):
+        ...
+        tegotae.TegotaeError: hips_m is (-0.5, 0.7), whose mean is 0.1; it must be 0, for \
+the bar to rest level
+    """
+    if abs(sum(hips)) > 1e-6 * max(map(abs, hips)):
+        raise TegotaeError(
+            f"{name} is {hips}, whose mean is {sum(hips) / len(hips):g}; it must be 0, for the "
+            f"{body} to rest level"
+        )
