@@ -207,9 +207,9 @@ def _quick() -> Plan:
     def plain(model: Model) -> bool:
         if model.is_single_network:
             return True
-        sensed = {x for x in (model.reaction, model.gain) if x}
-        half_learned = model.learned_action != (model.reaction is not None)
-        return model.actuation_name in _PLAIN and len(sensed) < 2 and not half_learned
+        sensed = {x for x in (model.terms.reaction, model.terms.gain) if x}
+        half_learned = model.terms.action != (model.terms.reaction is not None)
+        return model.actuation in _PLAIN and len(sensed) < 2 and not half_learned
 
     models = filter(plain, all_models().values())
     return Plan(scale="quick", experiments=tuple(each.experiment() for each in models), seeds=5)

@@ -275,9 +275,9 @@ def design(model: Model) -> DesignPlace:
         "model": model.name,
         "architecture": model.architecture,
         "learned": "".join(model.learned_terms),
-        "reaction": model.reaction or "",
-        "gain": model.gain or "",
-        "actuation": model.actuation_name,
+        "reaction": model.terms.reaction or "",
+        "gain": model.terms.gain or "",
+        "actuation": model.actuation,
         "observation": "Fv" if "velocity" in model.observation else "F",
         "omega_t": np.nan if model.omega_t is None else model.omega_t,
     }

@@ -72,9 +72,9 @@ def core(whole: Zoo) -> Iterator[ZooEntry]:
     F_k alone, with a reflex, an actuation learned from φ and f, or, where A and R are learned, a
     sector."""
     for name, model in all_models().items():
-        plain = "Fv" not in (model.reaction, model.gain)
-        usual = model.actuation_name in ("reflex", "tphif") or {"A", "R"} <= {*model.learned_terms}
-        kept = model.is_single_network or (plain and usual and model.actuation_name in ACTUATIONS)
+        plain = "Fv" not in (model.terms.reaction, model.terms.gain)
+        usual = model.actuation in ("reflex", "tphif") or {"A", "R"} <= {*model.learned_terms}
+        kept = model.is_single_network or (plain and usual and model.actuation in ACTUATIONS)
         if kept and name in whole.models:
             runs = whole.runs(name)
             own = {field: runs.pop(field) for field in ("seed", "fitness", "generations", "ended")}

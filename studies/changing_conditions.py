@@ -109,7 +109,7 @@ def tables(done: Sequence[Done], pairs) -> None:
         for how, runs in zip(TRAINED, pair, strict=True):
             sets = np.unique(runs.weights, axis=0)  # a search has one outcome, whatever the seed
             found = evaluate(
-                runs.controller, sets, runs.omega_t, runs.body, protocol,
+                runs.controller, sets, runs.omega, runs.body, protocol,
                 metrics=["cot_inverse", "limit_cycle_share"],
             ).runs()  # fmt: skip
             cot = interval(found["cot_inverse"])

@@ -13,7 +13,7 @@ from reproduction.options import HopperParameters
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae.parts.oscillators import PHASE
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.presets import preset
+from tegotae.systems.models import preset
 from tegotae.systems.resolve import oscillator_called
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from tegotae import (
 )
 from tegotae.cli import main
 from tegotae.systems import controller_file
-from tegotae.systems.presets import preset
+from tegotae.systems.models import preset
 from tegotae.systems.simulation import simulate as rolled_out
 
 SHORT = ("--duration", "4")

@@ -20,7 +20,7 @@ from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.registry import register
 from tegotae.measures.recordings import read_columns, recording, resampled
 from tegotae.parts.bodies import Hopper
-from tegotae.systems.presets import preset
+from tegotae.systems.models import preset
 
 TIME = seconds(20.0, 0.01)
 HEIGHT = 1.0 + 0.1 * np.sin(6.0 * TIME)

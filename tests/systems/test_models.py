@@ -51,8 +51,8 @@ def test_the_design_is_a_full_factorial():
     oscillating = [model for model in MODELS.values() if not model.is_single_network]
     assert len(oscillating) == 216
     assert Counter(model.omega_t for model in oscillating) == {4.0: 108, 8.0: 108}
-    feedback = Counter((m.learned_action, m.reaction, m.gain) for m in oscillating)
-    actuation = Counter(m.actuation_name for m in oscillating)
+    feedback = Counter((m.terms.action, m.terms.reaction, m.terms.gain) for m in oscillating)
+    actuation = Counter(m.actuation for m in oscillating)
     assert len(feedback) == 18
     assert set(feedback.values()) == {12}
     assert set(actuation) == {"sector", "reflex", "both", "tphi", "tf", "tphif"}

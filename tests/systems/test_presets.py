@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import odeint
 
 from tegotae import Hopper, Release, System, TegotaeError, Timing
-from tegotae.systems.presets import PRESETS, preset
+from tegotae.systems.models import PRESETS, preset
 from tegotae.systems.simulation import simulate
 
 DURATION_S = 15.0

@@ -148,7 +148,7 @@ def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
 
 def test_what_was_trained_is_evaluated(parts, trained):
     (runs,) = read(trained)
-    found = evaluate(runs.controller, runs.weights, runs.omega_t, runs.body, _protocol(parts))
+    found = evaluate(runs.controller, runs.weights, runs.omega, runs.body, _protocol(parts))
     assert np.isfinite(found.episodes["failed_share"]).all()
 
 

@@ -102,7 +102,7 @@ def test_evaluating_a_controller_gives_its_metrics(file):
     found = evaluate(
         runs.controller,
         runs.weights,
-        runs.omega_t,
+        runs.omega,
         runs.body,
         runs.protocol,
         start=runs.system.scenario(),

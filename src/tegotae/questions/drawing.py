@@ -37,7 +37,7 @@ from tegotae.questions.task import Task
 from tegotae.questions.walking import DrivenOptions, WalkingTask
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.presets import PRESETS
+from tegotae.systems.models import PRESETS
 from tegotae.systems.system import RELEASE_M
 
 if TYPE_CHECKING:

@@ -182,7 +182,7 @@ class HoppingTask(Task):
     def evaluate_options(self) -> HoppingEvaluation:
         """The options of an evaluation."""
         runs = self.runs
-        return HoppingEvaluation(body=runs.body, protocol=runs.protocol, omega=runs.omega_t)
+        return HoppingEvaluation(body=runs.body, protocol=runs.protocol, omega=runs.omega)
 
     def check(self, options: HoppingEvaluation) -> None:
         _ = _metrics(options.metric)

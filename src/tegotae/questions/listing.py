@@ -110,9 +110,9 @@ def _of_model(model: Any, options: ListingOptions) -> JsonObject:
         "architecture": model.architecture,
         "learned_terms": [*model.learned_terms],
         "observation": [*model.observation],
-        "reaction_observation": model.reaction,
-        "gain_observation": model.gain,
-        "actuation": model.actuation_name,
+        "reaction_observation": model.terms.reaction,
+        "gain_observation": model.terms.gain,
+        "actuation": model.actuation,
         "omega_t_rad_per_s": model.omega_t,
         "parameters": model.controller(options.budget).n_weights,
     }

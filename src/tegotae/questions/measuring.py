@@ -22,7 +22,7 @@ from tegotae.parts.bodies import Body, Hopper
 from tegotae.questions.answer import UNDEFINED, AnswerBase
 from tegotae.questions.options import without_unit
 from tegotae.questions.task import Work
-from tegotae.systems.presets import preset
+from tegotae.systems.models import preset
 from tegotae.systems.user_objects import named
 
 if TYPE_CHECKING:

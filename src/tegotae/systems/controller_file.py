@@ -25,7 +25,7 @@ from tegotae.parts.weight_names import flat, nested, spelled
 from tegotae.systems.descriptions import UsersPartError, describe, restore
 from tegotae.systems.env_task import EnvTask
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.system import System, usual_system
+from tegotae.systems.system import OnSystem, System, usual_system
 from tegotae.systems.zoo import documents as zoo_documents, is_zoo_name
 
 FORMAT = "tegotae controller"
@@ -43,20 +43,8 @@ class _More(TypedDict, total=False):
     software: dict[str, str]
 
 
-class _OnSystem:
-    """What a controller and a set of them have from their system."""
-
-    system: System
-
-    @property
-    def controller(self) -> Controller:
-        """The structure."""
-        return self.system.controller
-
-    @property
-    def body(self) -> Body:
-        """The body, which moves here (`System.mechanics`)."""
-        return self.system.mechanics
+class _Weighted(OnSystem):
+    """What a controller and a set of them have in common."""
 
     def replaced(self, **changes: object) -> Self:
         """The same weights in another system: other fields of the system or its release.
@@ -68,7 +56,7 @@ class _OnSystem:
 
 
 @dataclass(frozen=True)
-class SavedController(_OnSystem):
+class SavedController(_Weighted):
     """A system with its weights, and how they were found.
 
     Args:
@@ -118,14 +106,9 @@ class SavedController(_OnSystem):
         body = Hopper() if body is None else body
         return cls(usual_system(controller, body, omega), np.asarray(weights), **more)
 
-    @property
-    def omega(self) -> float | None:
-        """The frequency [rad/s]; None without an oscillator."""
-        return self.system.omega
-
 
 @dataclass(frozen=True)
-class ControllerSet(_OnSystem):
+class ControllerSet(_Weighted):
     """A system with several vectors of weights, such as one per seed of a training.
 
     Args:
@@ -145,11 +128,6 @@ class ControllerSet(_OnSystem):
     training: Mapping[str, Json] = field(default_factory=dict[str, Json])
     experiment: Experiment | None = None
     task: EnvTask | None = None
-
-    @property
-    def omega_t(self) -> float | None:
-        """The frequency they were trained at [rad/s]; None without an oscillator."""
-        return self.system.omega
 
     @property
     def protocol(self) -> Protocol:

@@ -231,15 +231,10 @@ def family_named(name: str) -> Family:
             return NetworkPerLeg(observation=found["observation"])
         clock, added = "phi" in found["kind"], "+" in found["kind"]
         return NetworkOfBody(observation=found["observation"], clock=clock, added=added)
-    terms = learned_terms(name)
-    if terms is None:
+    family = learned_terms(name, TegotaeFamily)
+    if family is None:
         raise unknown("family", name, [family.name for family in FAMILIES])
-    return TegotaeFamily(
-        action=terms.action,
-        reaction=terms.reaction,
-        gain=terms.gain,
-        actuation=terms.actuation,
-    )
+    return family
 
 
 def all_designs() -> dict[str, Design]:

@@ -15,13 +15,11 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts.bodies import Body, Hopper
-from tegotae.parts.controller import Controller
+from tegotae.parts.bodies import Hopper
 from tegotae.simulation.draws import check_conditions, check_releases
-from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import OMEGA, Condition, Scenario
 from tegotae.systems.descriptions import UsersPartError, check_kept, describe, restore
-from tegotae.systems.system import FIELDS, System
+from tegotae.systems.system import FIELDS, OnSystem, System
 
 GAINS = np.linspace(0.1, 12.0, 240)
 """Values of σ that are tried on the paper's hopper [rad/(s N)]."""
@@ -30,7 +28,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+@-]{0,99}")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Experiment:
+class Experiment(OnSystem):
     """A system, what it is to learn, under which conditions, and how what was learned is evaluated.
 
     Trainings of any algorithm, tuning and the study are made of experiments; the 218 models of the
@@ -95,26 +93,6 @@ class Experiment:
             varied = [each.extremes for each in self.conditions if each.name == OMEGA]
             omegas = cast(tuple[float, ...], varied[0] if varied else (self.omega,))
             self.objective.check_frequencies(min(omegas), max(omegas))
-
-    @property
-    def controller(self) -> Controller:
-        """The structure whose weights are learned."""
-        return self.system.controller
-
-    @property
-    def body(self) -> Body:
-        """The body of the system."""
-        return self.system.mechanics
-
-    @property
-    def omega(self) -> float | None:
-        """The prescribed frequency ω_t [rad/s]; None without an oscillator."""
-        return self.system.omega
-
-    @property
-    def timing(self) -> Timing:
-        """The episode of training."""
-        return self.system.timing
 
     def replaced(self, **changes: object) -> Experiment:
         """The experiment with other fields, its own or those of its system and release.

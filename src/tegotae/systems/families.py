@@ -7,6 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from tegotae._support.errors import TegotaeError, unknown
@@ -27,7 +28,7 @@ from tegotae.parts.terms import (
     WholeBodyFoot,
 )
 from tegotae.parts.terms.actuation import Actuation
-from tegotae.systems.grammar import ADDED, LearnedTerms, networks, shared_out, with_networks
+from tegotae.systems.grammar import ADDED, LearnedTerms, networks, shared_out
 from tegotae.systems.legged import Legged
 
 
@@ -166,20 +167,15 @@ class TegotaeFamily(LearnedTerms, Family):
         own = require_system(legged).controller
         if self.architecture == "V":
             return own
-        assert own.tegotae is not None  # require_system
-        learned = networks(
+        added = self.actuation is not None and self.actuation.startswith(ADDED)
+        return self.learned_upon(
+            own,
             self.name,
-            self.inputs(lambda observation: all_of(observation, legged.body)),
+            lambda observation: all_of(observation, legged.body),
             budget,
-            commands=len(own.actuation.COMMANDS),
-            others=int(self.gain is None),
+            sigma=usual_gain(legged),
+            actuation=partial(corrected if added else learned_actuation, legged),
         )
-        vanilla = dataclasses.replace(own.tegotae, gain=ConstantGain(start=usual_gain(legged)))
-        foot = own.actuation
-        if self.actuation is not None:
-            learn = corrected if self.actuation.startswith(ADDED) else learned_actuation
-            foot = learn(legged, learned["T"].inputs, learned["T"].hidden)
-        return dataclasses.replace(own, actuation=foot, tegotae=with_networks(vanilla, learned))
 
 
 def usual_gain(legged: Legged) -> float:

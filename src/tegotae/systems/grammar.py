@@ -14,10 +14,11 @@ import itertools
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 from tegotae._support.errors import TegotaeError, require_count, unknown
-from tegotae.parts.controller import Tegotae
-from tegotae.parts.terms import Network, Term
+from tegotae.parts.controller import Controller
+from tegotae.parts.terms import Actuation, ConstantGain, LearnedActuation, Network
 
 BUDGET = 96
 """Trained numbers per controller in the paper."""
@@ -33,6 +34,9 @@ _NAME = re.compile(
     r"(?P<feedback>V|A|R|AR)(?P<G>G?)(?P<T>T?)"
     r"(?:-r(?P<r>[A-Za-z]+))?(?:-g(?P<g>[A-Za-z]+))?(?:-t(?P<t>\+?[a-z]+))?"
 )
+
+
+L = TypeVar("L", bound="LearnedTerms")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,9 +110,58 @@ class LearnedTerms:
             inputs["T"] = ACTUATION_INPUTS[self._actuation_inputs]
         return inputs
 
+    def learned_upon(
+        self,
+        own: Controller,
+        called: str,
+        senses: Callable[[str], tuple[str, ...]],
+        budget: int,
+        *,
+        sigma: float = 1.0,
+        actuation: Callable[[tuple[str, ...], int], Actuation] = LearnedActuation,
+    ) -> Controller:
+        """A vanilla controller with networks in place of the terms that are learned.
 
-def learned_terms(name: str) -> LearnedTerms | None:
+        Args:
+            own: the vanilla controller.
+            called: the name of what is learned, for errors.
+            senses: the signals of an observation such as "F".
+            budget: largest number of weights.
+            sigma: where a gain that is no network starts.
+            actuation: makes a learned T of its inputs and its hidden neurons.
+
+        Raises:
+            TegotaeError: for a budget that does not give every network a neuron.
+        """
+        terms = own.tegotae
+        assert terms is not None  # of a vanilla controller
+        learned = networks(
+            called,
+            self.inputs(senses),
+            budget,
+            commands=len(own.actuation.COMMANDS),
+            others=(self.gain is None) + (own.oscillator.n_weights if own.oscillator else 0),
+        )
+        return dataclasses.replace(
+            own,
+            actuation=own.actuation
+            if "T" not in learned
+            else actuation(learned["T"].inputs, learned["T"].hidden),
+            tegotae=dataclasses.replace(
+                terms,
+                action=learned.get("A", terms.action),
+                reaction=learned.get("R", terms.reaction),
+                gain=learned.get("G", ConstantGain(start=sigma)),
+            ),
+        )
+
+
+def learned_terms(name: str, kind: type[L] = LearnedTerms) -> L | None:
     """The terms of a name; None for one that is no name of them.
+
+    Args:
+        name: such as `ART-rF-tphif`; what its terms sense may be left out.
+        kind: the class of the result.
 
     Raises:
         TegotaeError: for a sense of a term that is not learned, or an unknown input of T.
@@ -125,7 +178,7 @@ def learned_terms(name: str) -> LearnedTerms | None:
         if found[term] and not given:
             raise TegotaeError(f"{name} says what {term.upper()} senses, and it is not learned")
     chosen = {term: found[term] or _USUAL[term] for term, given in learned.items() if given}
-    return LearnedTerms(
+    return kind(
         action="A" in found["feedback"],
         reaction=chosen.get("r"),
         gain=chosen.get("g"),
@@ -162,21 +215,6 @@ def networks(
         costs["T"] *= commands
     sizes = shared_out(called, costs, others, budget)
     return {term: Network(inputs[term], size) for term, size in sizes.items()}
-
-
-def with_networks(own: Tegotae, learned: Mapping[str, Term]) -> Tegotae:
-    """Tegotae feedback with networks in place of the terms A, R and G that are learned.
-
-    Args:
-        own: the feedback.
-        learned: networks by "A", "R" and "G".
-    """
-    return dataclasses.replace(
-        own,
-        action=learned.get("A", own.action),
-        reaction=learned.get("R", own.reaction),
-        gain=learned.get("G", own.gain),
-    )
 
 
 def shared_out(called: str, costs: dict[str, int], others: int, budget: int) -> dict[str, int]:

@@ -25,7 +25,7 @@ from tegotae.parts.terrains import Terrain
 from tegotae.simulation.rollout import Engine, Scenario, Summary, Timing
 from tegotae.systems.models import build
 from tegotae.systems.registry import kinds_of
-from tegotae.systems.system import WALKING, WALKING_TICK, System, usual_system
+from tegotae.systems.system import WALKING, WALKING_TICK, OnSystem, System, usual_system
 from tegotae.systems.user_objects import is_reference, named
 
 S = TypeVar("S", bound=CoordinationSummary)
@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Legged:
+class Legged(OnSystem):
     """A system on several legs with its weights, as questions about gaits take it.
 
     Args:
@@ -76,26 +76,6 @@ class Legged:
         if self.reference == -1:
             object.__setattr__(self, "reference", reference_leg(self.names))
         require_count("reference", self.reference, least=0, most=self.body.limbs - 1)
-
-    @property
-    def controller(self) -> Controller:
-        """The structure of the controller."""
-        return self.system.controller
-
-    @property
-    def body(self) -> Body:
-        """The body."""
-        return self.system.mechanics
-
-    @property
-    def omega(self) -> float | None:
-        """The prescribed frequency ω [rad/s]; None without an oscillator."""
-        return self.system.omega
-
-    @property
-    def timing(self) -> Timing:
-        """Of a rollout that is long enough to settle."""
-        return self.system.timing
 
     @property
     def names(self) -> tuple[str, ...]:

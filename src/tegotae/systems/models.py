@@ -1,4 +1,6 @@
-"""The 218 models of the paper's study: every pairing of feedback, actuation and frequency.
+"""Vanilla controllers by presets, and the 218 models of the paper's study.
+
+The models are every pairing of feedback, actuation and frequency.
 
 The paper gives the count, not the list. This full factorial gives exactly 218:
 
@@ -17,14 +19,16 @@ the others can have another oscillator than the paper's: `ART-rF-tphif-w8+hopf`.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae._support.limits import MOST_WEIGHTS
 from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.oscillators import PHASE, oscillator_named
+from tegotae.parts.oscillators import PHASE, Oscillator, PhaseOscillator, oscillator_named
 from tegotae.parts.terms import (
     Actuation,
     ConstantGain,
@@ -36,15 +40,83 @@ from tegotae.parts.terms import (
     VanillaReaction,
 )
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.grammar import BUDGET, LearnedTerms, learned_terms, networks, with_networks
+from tegotae.systems.grammar import ACTUATION_INPUTS, BUDGET, LearnedTerms, learned_terms, networks
 from tegotae.systems.system import System
 
-_OBSERVATIONS = {"F": ("spring_force",), "Fv": ("spring_force", "velocity")}
-_VANILLA_ACTUATION: dict[str, tuple[str, Actuation]] = {
-    "phi": ("sector", Sector()),
-    "f": ("reflex", Reflex()),
-    "phif": ("both", SectorAndReflex()),
+PAPERS = PhaseOscillator()
+"""The paper's oscillator."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preset:
+    """A hopper, its vanilla controller's numbers, and how it is released."""
+
+    about: str
+    """One line on where the numbers come from."""
+    hopper: Hopper = field(default_factory=Hopper)
+    sector: Sector = field(default_factory=Sector)
+    actuation: str = "sector"
+    """The actuation that the preset stands for: "sector", "reflex" or "both"."""
+    omega_rad_per_s: float = 5.0
+    """Frequency ω [rad/s]."""
+    sigma: float = 2.753
+    """Gain σ [rad/(s N)]."""
+    height_m: float = 1.2
+    """Release height [m], at rest."""
+
+    def controller(self, actuation: str, oscillator: Oscillator = PAPERS) -> Controller:
+        """The vanilla controller with this actuation: "sector", "reflex" or "both".
+
+        Args:
+            actuation: its name.
+            oscillator: the paper's by default.
+
+        Raises:
+            TegotaeError: for another actuation.
+        """
+        sector = self.sector
+        known: dict[str, Actuation] = {
+            "sector": sector,
+            "reflex": Reflex(),
+            "both": SectorAndReflex(sector.start_rad, sector.width_rad, sector.duration_s),
+        }
+        if actuation not in known:
+            raise unknown("actuation", actuation, known)
+        terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
+        return Controller(known[actuation], oscillator, terms)
+
+
+PRESETS: dict[str, Preset] = {
+    "paper": Preset(
+        about="the paper's hopper; numbers from its co-author's program, the paper prints none"
+    ),
+    "pyTegotaeCPG": Preset(
+        about="the exact rules of the program daiowaki1229/pyTegotaeCPG (2025): damping in flight "
+        "too, a sector from 1.6π of width 0.02·ω·π, released at the rest length",
+        hopper=Hopper(flight_damping_ns_per_m=0.2),
+        sector=Sector(start_rad=1.6 * math.pi, width_rad=0.0, duration_s=0.02 * math.pi),
+        height_m=1.0,
+    ),
 }
+
+
+def preset(name: str) -> Preset:
+    """The preset of that name.
+
+    Raises:
+        TegotaeError: for an unknown name, with the nearest ones.
+    """
+    if name not in PRESETS:
+        raise unknown("preset", name, PRESETS)
+    return PRESETS[name]
+
+
+_OBSERVATIONS = {"F": ("spring_force",), "Fv": ("spring_force", "velocity")}
+_ACTUATIONS = {
+    **dict.fromkeys(("sector", "reflex", "both")),
+    **{f"t{inputs}": inputs for inputs in ACTUATION_INPUTS},
+}
+"""What a learned one depends on, by the names of all."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +124,9 @@ class Model:
     """One cell of the study's design: which terms are learned, from what, at which frequency.
 
     Args:
-        learned_action: whether A is learned.
-        reaction: what a learned R senses, "F" or "Fv"; None for the vanilla R.
-        gain: what a learned G senses besides φ, "F" or "Fv"; None for a constant gain.
-        learned_actuation: whether T is learned.
-        actuation: what the actuation depends on: "phi", "f" or "phif"; for the single network
-            what it senses, "F" or "Fv".
+        terms: which terms are learned beside an oscillator; none of the single network.
+        actuation: "sector", "reflex" or "both"; or `t` and what a learned actuation depends on,
+            such as "tphif", or what the single network senses, "tF" or "tFv".
         omega_t: training frequency ω_t [rad/s]; None for the single network.
         oscillator: by its name (`tegotae.parts.oscillators.OSCILLATORS`); the paper's by default.
 
@@ -65,10 +134,7 @@ class Model:
         TegotaeError: for an unknown oscillator, or one in a single network.
     """
 
-    learned_action: bool
-    reaction: str | None
-    gain: str | None
-    learned_actuation: bool
+    terms: LearnedTerms
     actuation: str
     omega_t: float | None
     oscillator: str = PHASE
@@ -86,33 +152,16 @@ class Model:
         return self.omega_t is None
 
     @property
-    def terms(self) -> LearnedTerms:
-        """Which terms are learned beside an oscillator."""
-        return LearnedTerms(
-            action=self.learned_action,
-            reaction=self.reaction,
-            gain=self.gain,
-            actuation=self.actuation if self.learned_actuation else None,
-        )
-
-    @property
     def architecture(self) -> str:
         """The paper's name of the architecture: V, VG, VT, VGT, AR, ..., ARGT, or T."""
         return "T" if self.is_single_network else self.terms.architecture
 
     @property
-    def actuation_name(self) -> str:
-        """`sector`, `reflex`, `both`, or `t` and the inputs of a learned actuation."""
-        if self.is_single_network or self.learned_actuation:
-            return f"t{self.actuation}"
-        return _VANILLA_ACTUATION[self.actuation][0]
-
-    @property
     def name(self) -> str:
         """The stable name."""
         if self.is_single_network:
-            return f"T-{self.actuation}"
-        given = "" if self.learned_actuation else f"-{self.actuation_name}"
+            return f"T-{self.actuation[1:]}"
+        given = "" if self.terms.actuation else f"-{self.actuation}"
         name = f"{self.terms.name}{given}-w{self.omega_t:g}"
         return name if self.oscillator == PHASE else f"{name}+{self.oscillator}"
 
@@ -124,7 +173,7 @@ class Model:
     @property
     def observation(self) -> tuple[str, ...]:
         """All that the model senses of the body."""
-        sensed = {self.reaction, self.gain, self.actuation if self.is_single_network else None}
+        sensed = {self.terms.reaction, self.terms.gain, self.actuation[1:]}
         return _OBSERVATIONS["Fv" if "Fv" in sensed else "F"]
 
     @property
@@ -139,22 +188,13 @@ class Model:
             TegotaeError: for a budget too small for one neuron per network.
         """
         require_count("budget", budget, most=MOST_WEIGHTS)
-        oscillator = oscillator_named(self.oscillator)
-        others = oscillator.n_weights
         if self.is_single_network:
-            inputs = {"T": _OBSERVATIONS[self.actuation]}
-        else:
-            inputs = self.terms.inputs(_OBSERVATIONS.__getitem__)
-            others += self.gain is None
-        learned = networks(self.name, inputs, budget, others=others)
-        if "T" in learned:
-            actuation = LearnedActuation(learned["T"].inputs, learned["T"].hidden)
-        else:
-            actuation = _VANILLA_ACTUATION[self.actuation][1]
-        if self.is_single_network:
-            return Controller(actuation)
-        vanilla = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
-        return Controller(actuation, oscillator, with_networks(vanilla, learned))
+            inputs = {"T": _OBSERVATIONS[self.actuation[1:]]}
+            network = networks(self.name, inputs, budget)["T"]
+            return Controller(LearnedActuation(network.inputs, network.hidden))
+        given = "sector" if self.terms.actuation else self.actuation
+        vanilla = PRESETS["paper"].controller(given, oscillator_named(self.oscillator))
+        return self.terms.learned_upon(vanilla, self.name, _OBSERVATIONS.__getitem__, budget)
 
     def experiment(self, *, budget: int = BUDGET, **settings: object) -> Experiment:
         """The training and evaluation of this model, as in the paper but for what is given.
@@ -178,14 +218,14 @@ class Model:
 @cache
 def all_models() -> dict[str, Model]:
     """The 218 models by name, in a fixed order."""
-    feedback = itertools.product((False, True), (None, "F", "Fv"), (None, "F", "Fv"))
+    observed = (None, "F", "Fv")
     models = [
-        Model(action, reaction, gain, learned, inputs, omega)
-        for (action, reaction, gain), learned, inputs, omega in itertools.product(
-            feedback, (False, True), ("phi", "f", "phif"), (4.0, 8.0)
+        Model(LearnedTerms(action=a, reaction=r, gain=g, actuation=t), actuation, omega)
+        for a, r, g, (actuation, t), omega in itertools.product(
+            (False, True), observed, observed, _ACTUATIONS.items(), (4.0, 8.0)
         )
     ]
-    models += [Model(False, None, None, True, observed, None) for observed in ("F", "Fv")]
+    models += [Model(LearnedTerms(), f"t{senses}", None) for senses in _OBSERVATIONS]
     return {model.name: model for model in models}
 
 
@@ -213,10 +253,7 @@ def find(name: str) -> Model:
     if name == "T":
         return models["T-F"]
     if (terms := learned_terms(name)) is not None:
-        actuation = terms.actuation or "f"
-        model = Model(
-            terms.action, terms.reaction, terms.gain, "T" in terms.learned, actuation, 8.0
-        )
+        model = Model(terms, f"t{terms.actuation}" if terms.actuation else "reflex", 8.0)
         if model.name in models:
             return models[model.name]
     raise unknown("model", name, [*{m.architecture: 0 for m in models.values()}, *models])

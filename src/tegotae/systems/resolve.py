@@ -40,8 +40,7 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.legged import SYSTEMS, Legged, require_legs, settling
-from tegotae.systems.models import all_models, find
-from tegotae.systems.presets import PRESETS, preset
+from tegotae.systems.models import PRESETS, all_models, find, preset
 from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import Release, System
 from tegotae.systems.tuned import front_walker, is_front_name

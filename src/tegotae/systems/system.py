@@ -288,6 +288,32 @@ class System:
         return self.engine(summary).run(weights, episode, self.mechanics, dtype=dtype)
 
 
+class OnSystem:
+    """What has a system, and is asked for the system's controller, body, frequency and timing."""
+
+    system: System
+
+    @property
+    def controller(self) -> Controller:
+        """The structure, whose weights are learned or given."""
+        return self.system.controller
+
+    @property
+    def body(self) -> Body:
+        """The body, which moves here (`System.mechanics`)."""
+        return self.system.mechanics
+
+    @property
+    def omega(self) -> float | None:
+        """The prescribed frequency ω [rad/s]; None without an oscillator."""
+        return self.system.omega
+
+    @property
+    def timing(self) -> Timing:
+        """Duration, control period and recording period of an episode."""
+        return self.system.timing
+
+
 _OF_RELEASE = {field.name for field in dataclasses.fields(Release)}
 FIELDS = frozenset({field.name for field in dataclasses.fields(System)} | _OF_RELEASE)
 """Names that `System.replaced` takes."""
