@@ -22,7 +22,7 @@ from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.pilot import Pilot
 from tegotae.simulation.integrators import Hold
-from tegotae.systems.legged import quadruped_a
+from tegotae.systems.legged import system
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play
@@ -145,7 +145,7 @@ def test_pushes_and_other_models_are_of_single_lanes():
 def test_the_quadruped_walks_under_vanilla_tegotae():
     """Set C of the walkers at the size of a small robot, feet on springs."""
     second = math.sqrt(0.2 / 9.81)
-    vanilla = quadruped_a().controller
+    vanilla = system("quadruped-a").controller
     foot = dataclasses.replace(
         vanilla.actuation, stride_m=0.04, lift_m=0.024, press_m=0.006, shift_rad=0.4
     )

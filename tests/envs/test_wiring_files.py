@@ -58,9 +58,9 @@ def test_wirings_of_the_packages_models_can_be_read_written_and_fit(tmp_path, na
     save_wiring(wiring, tmp_path / "again.toml")
     assert load_wiring(tmp_path / "again.toml") == wiring
     if name == "quadruped":
-        from tegotae.systems.legged import quadruped_a
+        from tegotae.systems.legged import system
 
-        wiring = wiring.reading(quadruped_a().controller)
+        wiring = wiring.reading(system("quadruped-a").controller)
     else:
         wiring = wiring.reading(build("V-sector-w8"))
     assert check_wiring(ModelEnv(model=name), wiring, steps=0) == []

@@ -53,7 +53,7 @@ def main(names: list[str]) -> None:
     install_import_hook(["tegotae.parts", "tegotae.simulation"], "shapes.checked")
     from tegotae.parts.bodies import Actuators, Blows, Hopper, Sensors
     from tegotae.simulation.rollout import Timing
-    from tegotae.systems.legged import bar, plate, quadruped_c
+    from tegotae.systems.legged import SYSTEMS, bar, plate
     from tegotae.systems.models import build
     from tegotae.systems.system import System
 
@@ -68,7 +68,7 @@ def main(names: list[str]) -> None:
         "wrapped hopper": lambda: hopping(Blows(body=Actuators(body=Sensors(body=Hopper())))),
         "bar": lambda: legged(bar(1.0)),
         "plate": lambda: legged(plate(1.0, 1.0, 1.0)),
-        "walker": lambda: legged(quadruped_c()),
+        "walker": lambda: legged(SYSTEMS["quadruped-c"]()),
     }
     for name in names:
         system, weights = made[name]()

@@ -16,10 +16,7 @@ from tegotae.measures.gaits.names import leg_names, reference_leg
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts._shapes import AnyArray, ArrayTree, LaneNumbers
 from tegotae.parts.bodies import Bar, Body, Interface, Plate, Sensors, Walker
-from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.fields import unwrapped
-from tegotae.parts.oscillators import PhaseOscillator
-from tegotae.parts.terms import ConstantGain, VanillaAction, VanillaReaction
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.terrains import Terrain
 from tegotae.simulation.rollout import Engine, Scenario, Summary, Timing
@@ -267,81 +264,12 @@ def walking(
         omega: frequency ω [rad/s].
         tick: control tick [√(l0 / g)].
     """
-    controller = Controller(
-        foot,
-        PhaseOscillator(),
-        Tegotae(VanillaAction(), VanillaReaction(), ConstantGain()),
-        limbs=body.limbs,
-    )
+    controller = dataclasses.replace(build("V-sector-w8"), actuation=foot, limbs=body.limbs)
     system = usual_system(controller, body, omega, tick)
     return Legged(about=about, system=system, weights=(sigma,))
 
 
-def quadruped_a() -> Legged:
-    """Set A: broad and high, stiff legs sideways."""
-    body = Walker(
-        hips_x_m=(0.7, 0.7, -0.7, -0.7),
-        hips_y_m=(0.45, -0.45, 0.45, -0.45),
-        com_z_m=-0.2,
-        inertia_x_kg_m2=0.10,
-        inertia_y_kg_m2=0.25,
-        inertia_z_kg_m2=0.30,
-        stiffness_x_n_per_m=15.0,
-        stiffness_y_n_per_m=8.0,
-        stiffness_z_n_per_m=8.0,
-        damping_xy_ns_per_m=1.5,
-        damping_z_ns_per_m=1.2,
-        friction=0.6,
-    )
-    foot = EllipticFoot(stride_m=0.25, lift_m=0.08, press_m=0.02, shift_rad=0.0)
-    return walking("a quadruped that walks and trots, set A", body, foot, 1.0, 2.0)
-
-
-def quadruped_c() -> Legged:
-    """Set C: long and low, the defaults of `Walker`."""
-    foot = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
-    return walking("a quadruped that walks and trots, set C", Walker(), foot, 1.25, 2.0)
-
-
-def quadruped_g() -> Legged:
-    """Set G: light in roll, heavy in pitch, its mass ahead of the middle; short and low steps."""
-    body = Walker(
-        hips_x_m=(1.0457, 1.0457, -1.0457, -1.0457),
-        hips_y_m=(0.4044, -0.4044, 0.4044, -0.4044),
-        com_x_m=0.2188,
-        com_z_m=-0.3413,
-        inertia_x_kg_m2=0.02383,
-        inertia_y_kg_m2=0.7942,
-        inertia_z_kg_m2=0.7781,
-        stiffness_x_n_per_m=7.198,
-        stiffness_y_n_per_m=11.996,
-        stiffness_z_n_per_m=22.144,
-        damping_xy_ns_per_m=0.9013,
-        damping_z_ns_per_m=1.2410,
-        friction=1.179,
-    )
-    foot = EllipticFoot(stride_m=0.0890, lift_m=0.0460, press_m=0.0102, shift_rad=0.6400)
-    about = "a quadruped that walks, trots and gallops, set G"
-    # Its light roll is too fast for the tick of the others.
-    return walking(about, body, foot, 2.3979, 4.6, tick=0.5 * WALKING_TICK)
-
-
-def hexapod() -> Legged:
-    """The legs of set C, three on either side."""
-    body = Walker(
-        hips_x_m=(0.85, 0.85, 0.0, 0.0, -0.85, -0.85),
-        hips_y_m=(0.44, -0.44, 0.44, -0.44, 0.44, -0.44),
-    )
-    foot = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
-    return walking("a hexapod with the legs of set C", body, foot, 1.25, 2.0)
-
-
-def biped() -> Legged:
-    """Two legs of set C, side by side. It falls: it has no ankle, and feels no tilt."""
-    foot = EllipticFoot(stride_m=0.15, lift_m=0.08, press_m=0.03, shift_rad=0.4)
-    body = Walker(hips_x_m=(0.0, 0.0), hips_y_m=(0.44, -0.44))
-    return walking("a biped with the legs of set C; it falls", body, foot, 1.25, 2.0)
-
+_FOOT_OF_C = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
 
 SYSTEMS: dict[str, Callable[[], Legged]] = {
     "bar-light": lambda: bar(LIGHT),
@@ -351,11 +279,73 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
     "plate-light-both": lambda: plate(LIGHT, LIGHT),
     "plate-heavy": lambda: plate(HEAVY, HEAVY),
     "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
-    "quadruped-a": quadruped_a,
-    "quadruped-c": quadruped_c,
-    "quadruped-g": quadruped_g,
-    "hexapod": hexapod,
-    "biped": biped,
+    # Broad and high, stiff legs sideways.
+    "quadruped-a": lambda: walking(
+        "a quadruped that walks and trots, set A",
+        Walker(
+            hips_x_m=(0.7, 0.7, -0.7, -0.7),
+            hips_y_m=(0.45, -0.45, 0.45, -0.45),
+            com_z_m=-0.2,
+            inertia_x_kg_m2=0.10,
+            inertia_y_kg_m2=0.25,
+            inertia_z_kg_m2=0.30,
+            stiffness_x_n_per_m=15.0,
+            stiffness_y_n_per_m=8.0,
+            stiffness_z_n_per_m=8.0,
+            damping_xy_ns_per_m=1.5,
+            damping_z_ns_per_m=1.2,
+            friction=0.6,
+        ),
+        EllipticFoot(stride_m=0.25, lift_m=0.08, press_m=0.02, shift_rad=0.0),
+        sigma=1.0,
+        omega=2.0,
+    ),
+    # Long and low, the defaults of `Walker`.
+    "quadruped-c": lambda: walking(
+        "a quadruped that walks and trots, set C", Walker(), _FOOT_OF_C, sigma=1.25, omega=2.0
+    ),
+    # Light in roll, heavy in pitch, its mass ahead of the middle; short and low steps.
+    "quadruped-g": lambda: walking(
+        "a quadruped that walks, trots and gallops, set G",
+        Walker(
+            hips_x_m=(1.0457, 1.0457, -1.0457, -1.0457),
+            hips_y_m=(0.4044, -0.4044, 0.4044, -0.4044),
+            com_x_m=0.2188,
+            com_z_m=-0.3413,
+            inertia_x_kg_m2=0.02383,
+            inertia_y_kg_m2=0.7942,
+            inertia_z_kg_m2=0.7781,
+            stiffness_x_n_per_m=7.198,
+            stiffness_y_n_per_m=11.996,
+            stiffness_z_n_per_m=22.144,
+            damping_xy_ns_per_m=0.9013,
+            damping_z_ns_per_m=1.2410,
+            friction=1.179,
+        ),
+        EllipticFoot(stride_m=0.0890, lift_m=0.0460, press_m=0.0102, shift_rad=0.6400),
+        sigma=2.3979,
+        omega=4.6,
+        tick=0.5 * WALKING_TICK,  # its light roll is too fast for that of the others
+    ),
+    # Three legs of set C on either side.
+    "hexapod": lambda: walking(
+        "a hexapod with the legs of set C",
+        Walker(
+            hips_x_m=(0.85, 0.85, 0.0, 0.0, -0.85, -0.85),
+            hips_y_m=(0.44, -0.44, 0.44, -0.44, 0.44, -0.44),
+        ),
+        _FOOT_OF_C,
+        sigma=1.25,
+        omega=2.0,
+    ),
+    # Two of them side by side. It has no ankle, and feels no tilt.
+    "biped": lambda: walking(
+        "a biped with the legs of set C; it falls",
+        Walker(hips_x_m=(0.0, 0.0), hips_y_m=(0.44, -0.44)),
+        EllipticFoot(stride_m=0.15, lift_m=0.08, press_m=0.03, shift_rad=0.4),
+        sigma=1.25,
+        omega=2.0,
+    ),
 }
 """What makes each of the named systems."""
 

@@ -25,10 +25,6 @@ class HopperState(NamedTuple):
     velocity: jax.Array
 
 
-_Motion = tuple[jax.Array, jax.Array]
-"""Height over touchdown [m] and velocity [m/s]."""
-
-
 class _Law(NamedTuple):
     """The linear law of one contact mode, all per mass, x being the height over touchdown:
 
@@ -217,26 +213,7 @@ class Hopper(Body):
         # Few ticks see any lane change its mode: a quarter of the work is for those alone.
         before, v_mid, x1, v1 = cond(jnp.any(crosses), across, along)
         x_mid = jnp.where(crosses, 0.0, x_whole)
-        end = HopperState(rest + x1, v1)
-        return end, self._contact(
-            (x0, v0), (x_mid, v_mid), (x1, v1), crosses, before, tick_s - before, rest, push, tick_s
-        )
-
-    def _contact(
-        self,
-        start: _Motion,
-        middle: _Motion,
-        end: _Motion,
-        crosses: jax.Array,
-        before: jax.Array,
-        after: jax.Array,
-        rest: jax.Array,
-        push: Push,
-        tick_s: jax.Array,
-    ) -> Contact:
-        """What happened in a tick that passed (height over touchdown, velocity) at three times."""
-        (x0, v0), (x_mid, v_mid), (x1, v1) = start, middle, end
-        stance = x0 < 0.0
+        after = tick_s - before
         rise_before = rise(x0, v0, x_mid, v_mid, before)
         rise_after = rise(x_mid, v_mid, x1, v1, after)
         # The flight part of the tick, from a to b.
@@ -246,7 +223,7 @@ class Hopper(Body):
         apex = flies & (va > 0.0) & (vb <= 0.0)
         to_apex = jnp.where(stance, after, before) * va / jnp.where(apex, va - vb, 1.0)
         apex_s = jnp.where(stance, before, 0.0) + to_apex
-        return Contact(
+        return HopperState(rest + x1, v1), Contact(
             stance_share=jnp.where(stance, before, after) / tick_s,
             work_j=push.mean_n * jnp.where(stance, x_mid - x0, x1 - x_mid),
             climb_flight_m=jnp.where(stance, rise_after, rise_before),

@@ -13,7 +13,7 @@ from tegotae.parts.channels import FOOT
 from tegotae.parts.parameters import a_part, finite, not_negative, positive
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
-from tegotae.parts.terms.network import Network, without_outputs
+from tegotae.parts.terms.network import Network
 from tegotae.parts.weight_names import WeightName, inside
 
 
@@ -156,8 +156,29 @@ class LearnedFoot(Actuation):
         return self.reach_m * jnp.stack(places)
 
 
+class AddedToEllipse(Actuation):
+    """What a learned place of the foot is where it is added to an ellipse, `around`.
+
+    Its random weights to start from add nothing: training begins with the ellipse.
+    """
+
+    NEEDS_PHASE = True
+
+    around: EllipticFoot
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """What ellipse and networks read."""
+        return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Those of the networks, but for their outputs, which are zero; shape [n_weights]."""
+        outputs = jnp.array(["output" in path for path in self.weight_names])
+        return jnp.where(outputs, 0.0, super().initial(key))
+
+
 @dataclass(frozen=True)
-class CorrectedFoot(LearnedFoot):
+class CorrectedFoot(AddedToEllipse, LearnedFoot):
     """An ellipse, and what two networks add to it.
 
     Its random weights to start from add nothing: training begins with the ellipse.
@@ -175,18 +196,7 @@ class CorrectedFoot(LearnedFoot):
         32
     """
 
-    NEEDS_PHASE = True
-
     around: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """What ellipse and networks read."""
-        return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
-
-    def initial(self, key: jax.Array) -> jax.Array:
-        """Those of the networks, but for their outputs, which are zero; shape [n_weights]."""
-        return without_outputs(self.weight_names, super().initial(key))
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""

@@ -28,11 +28,6 @@ def as_read(inputs: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for each in inputs for name in pairs.get(each, (each,)))
 
 
-def without_outputs(names: Sequence[WeightName], weights: jax.Array) -> jax.Array:
-    """Weights of networks whose outputs have none: they add nothing."""
-    return jnp.where(jnp.array(["output" in path for path in names]), 0.0, weights)
-
-
 @dataclass(frozen=True)
 class Network(Term):
     """A network with one tanh layer, `Σ_j v_j tanh(Σ_i w_ji x_i + b_j)`, h·(inputs + 2) weights.

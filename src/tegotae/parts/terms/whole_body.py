@@ -14,8 +14,8 @@ from tegotae.parts.channels import FOOT
 from tegotae.parts.parameters import a_part, positive, whole
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
-from tegotae.parts.terms.foot import EllipticFoot
-from tegotae.parts.terms.network import as_read, without_outputs
+from tegotae.parts.terms.foot import AddedToEllipse, EllipticFoot
+from tegotae.parts.terms.network import as_read
 from tegotae.parts.weight_names import WeightName
 
 
@@ -150,7 +150,7 @@ class WholeBodyFoot(WholeBody):
 
 
 @dataclass(frozen=True)
-class WholeBodyCorrectedFoot(WholeBodyFoot):
+class WholeBodyCorrectedFoot(AddedToEllipse, WholeBodyFoot):
     """An ellipse for every leg, all driven by one clock, and what one network adds to them.
 
     The clock is the first leg's oscillator, φ; leg i is at φ + λ_i on its ellipse, whatever the
@@ -173,8 +173,6 @@ class WholeBodyCorrectedFoot(WholeBodyFoot):
         90
     """
 
-    NEEDS_PHASE = True
-
     around: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
     lead_rad: tuple[float, ...] = ()
 
@@ -186,15 +184,6 @@ class WholeBodyCorrectedFoot(WholeBodyFoot):
             )
         for lead in self.lead_rad:
             require_finite("lead_rad", lead)
-
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """What ellipse and network read."""
-        return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
-
-    def initial(self, key: jax.Array) -> jax.Array:
-        """Those of the network, but for its outputs, which are zero; shape [n_weights]."""
-        return without_outputs(self.weight_names, super().initial(key))
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""

@@ -12,26 +12,8 @@ import jax.numpy as jnp
 from tegotae.parts._shapes import Number, PerLane, Scalar
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation, for_limbs
 from tegotae.parts.bodies.frame import rise
-from tegotae.parts.bodies.walker.mechanics import (
-    CHANNELS,
-    Legs,
-    WalkerState,
-    accelerations,
-    angles,
-    com_of,
-    commanded_feet,
-    cross,
-    from_angles,
-    gyration,
-    legs_of,
-    reloaded,
-    rotation,
-    springs_of,
-    stance_of,
-    turned,
-    unit,
-    vector,
-)
+from tegotae.parts.bodies.walker import mechanics
+from tegotae.parts.bodies.walker.mechanics import CHANNELS, WalkerState, vector
 from tegotae.parts.bodies.walker.numbers import LOWEST_SHARE, WalkerNumbers
 from tegotae.parts.channels import FOOT, Channel
 from tegotae.parts.parameters import traceable
@@ -111,8 +93,10 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         """
         zero = jnp.zeros_like(height_m)
         height_m = height_m + self.terrain.height_m(zero, zero)
-        attitude = from_angles(*(zero + angle for angle in (roll_rad, pitch_rad, yaw_rad)))
-        ahead = rotation(attitude).x[0], rotation(attitude).y[0]
+        attitude = mechanics.from_angles(
+            *(zero + angle for angle in (roll_rad, pitch_rad, yaw_rad))
+        )
+        ahead = mechanics.rotation(attitude).x[0], mechanics.rotation(attitude).y[0]
         of_limbs = jnp.zeros((self.limbs, *zero.shape), zero.dtype)
         state = WalkerState(
             position=jnp.stack([zero, zero, height_m]),
@@ -126,14 +110,14 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             slip=jnp.stack([of_limbs, of_limbs]),
             push=jnp.stack([zero, zero, zero]),
             twist=jnp.stack([zero, zero, zero]),
-            com=com_of(self, zero),
+            com=mechanics.com_of(self, zero),
         )
         return self.commanded(state, state.command)
 
     def commanded(self, state: WalkerState, command: jax.Array) -> WalkerState:
         """The state with the feet where they are commanded to be; those below the ground stand."""
-        turn = rotation(for_limbs(state.attitude))
-        foot = turn.to_world(commanded_feet(self, state._replace(command=command)))
+        turn = mechanics.rotation(for_limbs(state.attitude))
+        foot = turn.to_world(mechanics.commanded_feet(self, state._replace(command=command)))
         place = [x + at for x, at in zip(foot, for_limbs(state.position), strict=True)]
         return state._replace(foot=jnp.stack(place[:2]), command=command)
 
@@ -143,14 +127,14 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         The spring's alone: with the damper's, feedback would feel its own command at once. Networks
         see the load over the weight, angles over one radian, rates over √(g / l0).
         """
-        state = reloaded(self, state)
-        stance = stance_of(self, state, ground_m)
+        state = mechanics.reloaded(self, state)
+        stance = mechanics.stance_of(self, state, ground_m)
         arm, contact, stiffness = stance.arm, stance.contact, for_limbs(self.stiffness_z_n_per_m)
         load = jnp.maximum(stiffness * (arm[2] - stance.feet[2]), 0.0)
         moves = stance.turn.to_body(vector(for_limbs(state.velocity)))
-        swings = cross(vector(for_limbs(state.turn)), arm)
+        swings = mechanics.cross(vector(for_limbs(state.turn)), arm)
         rate = -stiffness * (moves[2] + swings[2])
-        roll, pitch, _ = angles(state.attitude)
+        roll, pitch, _ = mechanics.angles(state.attitude)
         each = partial(jnp.broadcast_to, shape=load.shape)
         zero = jnp.zeros_like(load)
         return Sensation(
@@ -178,12 +162,14 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         self, state: WalkerState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[WalkerState, jax.Array, jax.Array]:
         """The state one tick on at the accelerations of the last one, feet on their way."""
-        state = reloaded(self, state)
+        state = mechanics.reloaded(self, state)
         mean = state.turn + 0.5 * tick_s * state.twist
         guess = state._replace(
             position=state.position + tick_s * (state.velocity + 0.5 * tick_s * state.push),
             velocity=state.velocity + tick_s * state.push,
-            attitude=unit(state.attitude + tick_s * turned(state.attitude, vector(mean))),
+            attitude=mechanics.unit(
+                state.attitude + tick_s * mechanics.turned(state.attitude, vector(mean))
+            ),
             turn=state.turn + tick_s * state.twist,
             foot=state.foot + tick_s * state.slip,
             command=force_n,
@@ -195,23 +181,23 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         self, state: WalkerState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[WalkerState, Contact]:
         """The state one tick on, the feet on their way to where they are commanded to be."""
-        state = reloaded(self, state)
+        state = mechanics.reloaded(self, state)
         aim = push.mean_n
         rate = (aim - state.command) / tick_s
-        now = legs_of(self, state, rate, ground_m)
-        slower = gyration(self, state.turn)
-        lift, spin = accelerations(self, now.force, now.torque, slower)
-        turns = turned(state.attitude, vector(state.turn))
+        now = mechanics.legs_of(self, state, rate, ground_m)
+        slower = mechanics.gyration(self, state.turn)
+        lift, spin = mechanics.accelerations(self, now.force, now.torque, slower)
+        turns = mechanics.turned(state.attitude, vector(state.turn))
         ahead = state._replace(
             position=state.position + tick_s * state.velocity,
             velocity=state.velocity + tick_s * lift,
-            attitude=unit(state.attitude + tick_s * turns),
+            attitude=mechanics.unit(state.attitude + tick_s * turns),
             turn=state.turn + tick_s * spin,
             foot=_slid(now.stance.anchor, now.slip, tick_s),
             stands=_as_shares(now.stance.contact, state.stands),
             command=aim,
         )
-        then = legs_of(self, ahead, rate, ground_m)
+        then = mechanics.legs_of(self, ahead, rate, ground_m)
         # Where in the tick a foot comes down or lifts off; what has no such moment is a mean.
         crosses = now.stance.contact != then.stance.contact
         falls = now.stance.clearance - then.stance.clearance
@@ -221,14 +207,14 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         def mean(first: Iterable[jax.Array], second: Iterable[jax.Array]) -> list[jax.Array]:
             return [share * a + (1.0 - share) * b for a, b in zip(first, second, strict=True)]
 
-        lift, spin = accelerations(
+        lift, spin = mechanics.accelerations(
             self,
             vector(mean(now.force, then.force)),
             vector(mean(now.torque, then.torque)),
-            0.5 * (slower + gyration(self, ahead.turn)),
+            0.5 * (slower + mechanics.gyration(self, ahead.turn)),
         )
         velocity = state.velocity + tick_s * lift
-        turns = 0.5 * (turns + turned(ahead.attitude, vector(ahead.turn)))
+        turns = 0.5 * (turns + mechanics.turned(ahead.attitude, vector(ahead.turn)))
         slips = mean(now.slip, then.slip)
         # A foot that came down stands where it met the ground.
         touches = then.stance.contact & ~now.stance.contact
@@ -237,7 +223,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         end = WalkerState(
             position=state.position + 0.5 * tick_s * (state.velocity + velocity),
             velocity=velocity,
-            attitude=unit(state.attitude + tick_s * turns),
+            attitude=mechanics.unit(state.attitude + tick_s * turns),
             turn=state.turn + tick_s * spin,
             foot=_slid(begun, slips, tick_s),
             stands=_as_shares(then.stance.contact, state.stands),
@@ -249,47 +235,26 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             com=state.com,
         )
         along, _, down = mean(now.of_body, then.of_body)
-        return end, self._contact(
-            state,
-            end,
-            now,
-            then,
-            work_j=-tick_s * (along * rate[0] + down * rate[1]),
-            load_n=mean([now.load], [then.load])[0],
-            share=share,
-            tick_s=tick_s,
+        stance = jnp.where(
+            now.stance.contact,
+            jnp.where(then.stance.contact, 1.0, share),
+            jnp.zeros_like(share),
         )
-
-    def _contact(
-        self,
-        start: WalkerState,
-        end: WalkerState,
-        now: Legs,
-        then: Legs,
-        *,
-        work_j: jax.Array,
-        load_n: jax.Array,
-        share: jax.Array,
-        tick_s: jax.Array,
-    ) -> Contact:
-        zero = jnp.zeros_like(share)
-        stance = jnp.where(now.stance.contact, jnp.where(then.stance.contact, 1.0, share), zero)
-        stance = jnp.where(then.stance.contact & ~now.stance.contact, 1.0 - share, stance)
-        z0, z1 = start.position[2], end.position[2]
-        v0, v1 = start.velocity[2], end.velocity[2]
+        z0, z1 = state.position[2], end.position[2]
+        v0, v1 = state.velocity[2], end.velocity[2]
         climb = rise(z0, v0, z1, v1, tick_s)
         flies = ~(now.stance.contact | then.stance.contact).any(axis=0)
         apex = flies & (v0 > 0.0) & (v1 <= 0.0)
         to_apex = v0 / jnp.where(apex, v0 - v1, 1.0)
-        return Contact(
-            stance_share=stance,
-            work_j=work_j,
+        return end, Contact(
+            stance_share=jnp.where(touches, 1.0 - share, stance),
+            work_j=-tick_s * (along * rate[0] + down * rate[1]),
             climb_flight_m=jnp.where(flies, climb, 0.0),
             climb_m=climb,
             apex_share=jnp.where(apex, jnp.clip(to_apex, 0.0, 1.0), jnp.nan),
             apex_height_m=jnp.where(apex, z0 + 0.5 * v0 * to_apex * tick_s, jnp.nan),
-            touchdown_share=jnp.where(then.stance.contact & ~now.stance.contact, share, jnp.nan),
-            force_n=load_n,
+            touchdown_share=jnp.where(touches, share, jnp.nan),
+            force_n=mean([now.load], [then.load])[0],
         )
 
     def apply_impulse(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
@@ -301,7 +266,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         """True of a torso that lies: tilted by more than 60°, or with its mass near the ground."""
         x, y, z = state.position
         low = LOWEST_SHARE * (self.rest_length_m + self.com_z_m)
-        tilts = rotation(state.attitude).z[2] < LARGEST_TILT_COS
+        tilts = mechanics.rotation(state.attitude).z[2] < LARGEST_TILT_COS
         return tilts | (z - self.terrain.height_m(x, y) - ground_m < low)
 
     def height(self, state: WalkerState) -> jax.Array:
@@ -314,8 +279,8 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
 
     def energy(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
         """½ m v² + ½ ω·I ω + m g z + ½ Σ d·K d over the feet on the ground [J]."""
-        stance = stance_of(self, state, ground_m)
-        each = zip(springs_of(self)[0], stance.arm, stance.feet, strict=True)
+        stance = mechanics.stance_of(self, state, ground_m)
+        each = zip(mechanics.springs_of(self)[0], stance.arm, stance.feet, strict=True)
         springs = sum(k * (r - c) ** 2 for k, r, c in each)
         inertia = self.inertia_x_kg_m2, self.inertia_y_kg_m2, self.inertia_z_kg_m2
         turns = sum(j * w**2 for j, w in zip(inertia, state.turn, strict=True))
