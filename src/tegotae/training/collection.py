@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 
@@ -45,15 +45,6 @@ def read(place: str | Path) -> list[ControllerSet]:
             cut short, without permission.
     """
     return sets_of(resolve(place))
-
-
-def gathered(places: Iterable[str | Path]) -> list[tuple[str, ControllerSet]]:
-    """The sets of several names, each with the name that it is of (`read`).
-
-    Raises:
-        TegotaeError: also for runs that two names hold.
-    """
-    return distinct([(str(place), runs) for place in places for runs in read(place)])
 
 
 def distinct(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:

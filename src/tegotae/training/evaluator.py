@@ -60,7 +60,21 @@ class Evaluator(ABC):
     The optimiser's loop (`tegotae.training.evolution`) hands it arrays and gets arrays.
     """
 
+    @property
     @abstractmethod
+    def repeats(self) -> int:
+        """As how many candidates one meets the evaluation set."""
+
+    @abstractmethod
+    def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
+        """Scores of rows of weights, [going, rows].
+
+        Args:
+            weights: of the seeds that are going, [going, rows, n_weights].
+            others: how many rows of a seed come first that do not meet the evaluation set.
+            generation: the seeds, and their generation.
+        """
+
     def evaluate(self, candidates: np.ndarray, generation: Generation) -> Scores:
         """Scores of every candidate of the seeds that are going.
 
@@ -68,6 +82,25 @@ class Evaluator(ABC):
             candidates: weights, [seeds, candidates, n_weights].
             generation: the seeds, and their generation.
         """
+        per_seed, going = candidates.shape[1], generation.going
+        others = 0 if generation.number is None else per_seed - 1
+        # What meets the evaluation set does so as several candidates.
+        times = np.where(np.arange(per_seed) < others, 1, self.repeats)
+        rows = np.repeat(candidates[going], times, axis=1)
+
+        def of_candidates(values: np.ndarray) -> np.ndarray:
+            """[seeds, candidates], over the rows of each."""
+            again = values[:, others:].reshape(len(values), -1, self.repeats)
+            together = again.any(axis=-1) if values.dtype == bool else self.mean(again)
+            whole = np.zeros(candidates.shape[:2], values.dtype)
+            whole[going] = np.concatenate([values[:, :others], together], axis=1)
+            return whole
+
+        return Scores(*map(of_candidates, self.scored(rows, others, generation)))
+
+    def mean(self, values: np.ndarray) -> np.ndarray:
+        """Means over the last axis."""
+        return values.mean(axis=-1)
 
     @property
     def program(self) -> tuple[Any, ...]:
@@ -129,43 +162,32 @@ class EngineEvaluator(Evaluator):
         engine, *_ = self.program
         one = np.zeros((1, 1, engine.controller.n_weights))
         episode = self.varied.evaluation_set(1, self.episodes)
-        return engine.runs_on(self._lanes(one, np.array([0]), episode), self.varied.body)
+        return engine.runs_on(self._lanes(one, np.array([True]), episode), self.varied.body)
 
-    def evaluate(self, candidates: np.ndarray, generation: Generation) -> Scores:
-        """Scores of every candidate; ended seeds cost nothing, but for a block's rest."""
-        seeds, per_seed, _ = candidates.shape
-        repeats = self.varied.repeats(self.episodes)
-        of_set = repeats * self.episodes
+    @property
+    def repeats(self) -> int:
+        """As how many candidates one meets the evaluation set."""
+        return self.varied.repeats(self.episodes)
+
+    def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
+        """Scores of rows of weights; ended seeds cost nothing, but for a block's rest."""
+        going, of_set = generation.going, self.repeats * self.episodes
         if generation.number is None:
-            first = 0  # of the candidates that meet the evaluation set
-            episode = self.varied.evaluation_set(seeds * per_seed, of_set)
+            candidates = len(going) * weights.shape[1] // self.repeats
+            episode = self.varied.evaluation_set(candidates, of_set)
         else:
-            first = per_seed - 1
-            drawn = generation.number, first, self.episodes, of_set
+            drawn = generation.number, others, self.episodes, of_set
             episode = self.varied.generation(generation.seeds, *drawn)
-        # What meets the evaluation set does so as several candidates.
-        again = np.repeat(candidates[:, first:], repeats, axis=1)
-        candidates = np.concatenate([candidates[:, :first], again], axis=1)
-        going = np.flatnonzero(generation.going)
         engine, fitness, _ = self.program
-        outcome = engine.run_lanes(self._lanes(candidates, going, episode), self.varied.body)
+        outcome = engine.run_lanes(self._lanes(weights, going, episode), self.varied.body)
         score = partial(_scored, fitness, data=self.fitness.data)
         of_lanes = by_blocks(score, outcome, _LANES_SCORED)
+        of_rows = (of_lanes[name].reshape(*weights.shape[:2], -1) for name in Scores._fields)
+        return Scores(*((x.any if x.dtype == bool else x.mean)(axis=-1) for x in of_rows))
 
-        def of_candidates(name: str) -> np.ndarray:
-            """[seeds, candidates], over the episodes of each."""
-            together = np.any if name == "failed" else np.mean
-            whole = np.zeros(candidates.shape[:2], of_lanes[name].dtype)
-            whole[going] = together(of_lanes[name].reshape(len(going), -1, self.episodes), axis=-1)
-            once, again = whole[:, :first], whole[:, first:].reshape(seeds, -1, repeats)
-            return np.concatenate([once, together(again, axis=-1)], axis=1)
-
-        return Scores(*map(of_candidates, Scores._fields))
-
-    def _lanes(self, candidates: np.ndarray, going: np.ndarray, episode: Scenario) -> LaneInputs:
-        """A lane for each episode of each candidate of the seeds that are going."""
-        seeds, per_seed, n_weights = candidates.shape
-        per_seed *= self.episodes
+    def _lanes(self, weights: np.ndarray, going: np.ndarray, episode: Scenario) -> LaneInputs:
+        """A lane for each episode of each row of weights."""
+        seeds, per_seed = len(going), weights.shape[1] * self.episodes
 
         def of_lanes(x: Any) -> np.ndarray:
             """One a lane, seed by seed; what is the same for all may come as one."""
@@ -174,9 +196,9 @@ class EngineEvaluator(Evaluator):
             by_seed = every.reshape(*every.shape[:-1], seeds, per_seed)[..., going, :]
             return by_seed.reshape(*every.shape[:-1], -1)
 
-        rows = np.repeat(np.asarray(candidates[going], "float32"), self.episodes, axis=1)
-        weights = np.ascontiguousarray(rows.reshape(-1, n_weights).T)
-        return LaneInputs(weights, jax.tree.map(of_lanes, episode))
+        rows = np.repeat(np.asarray(weights, "float32"), self.episodes, axis=1)
+        columns = np.ascontiguousarray(rows.reshape(-1, weights.shape[-1]).T)
+        return LaneInputs(columns, jax.tree.map(of_lanes, episode))
 
 
 def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
@@ -216,11 +238,20 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
         omegas = [experiment.omega + offset for offset in experiment.search_offsets]
         tried_in = [experiment.replaced(omega=omega) for omega in omegas]
     gains = experiment.gains
-    weights = gains[None, :, None].astype("float32")
-    tried = []
-    for at_omega in tried_in:
-        with evaluator_of(at_omega, workers) as evaluator:
-            tried.append(evaluator.evaluate(weights, Generation.alike()).fitness[0])
+    tried = [gains_tried(there, gains, workers).fitness for there in tried_in]
     fitness = np.mean(tried, axis=0)
     best = int(np.argmax(fitness))
     return float(gains[best]), float(fitness[best])
+
+
+def gains_tried(experiment: Trainable, gains: np.ndarray, workers: int | None = None) -> Scores:
+    """Scores of values of σ, [gains] each, which all meet the same episodes.
+
+    Args:
+        experiment: one whose controller's only weight is σ.
+        gains: what is tried [rad/(s N)], [gains].
+        workers: worker processes, where episodes are not the engine's.
+    """
+    with evaluator_of(experiment, workers) as evaluator:
+        weights = gains[None, :, None].astype("float32")
+        return Scores(*(x[0] for x in evaluator.evaluate(weights, Generation.alike())))

@@ -11,7 +11,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.evaluator import Generation, Scores, evaluator_of
+from tegotae.training.evaluator import Scores, gains_tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +67,11 @@ def sweep_vanilla(
         for one in omega
     ]
     gains = np.concatenate([[0.0], experiment.gains])
-    weights = gains[None, :, None].astype("float32")
     tried: list[Scores] = []
     with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
         for there in at_omega:
-            with evaluator_of(there, workers) as evaluator:
-                tried.append(evaluator.evaluate(weights, Generation.alike()))
+            tried.append(gains_tried(there, gains, workers))
             best = f"ω {there.omega:g} rad/s  fitness {tried[-1].fitness.max():+.3f}"
             reporter.update(len(tried), best)
-    columns = (np.stack([x[0] for x in column], axis=1) for column in zip(*tried, strict=True))
+    columns = (np.stack(column, axis=1) for column in zip(*tried, strict=True))
     return VanillaSweep(gains, np.asarray(omega, float), *columns)

@@ -62,45 +62,32 @@ class EnvEvaluator(Evaluator):
         self.troubles: Counter[str] = Counter()
         """The number of failed samples, by kind of failure."""
 
-    def evaluate(self, candidates: np.ndarray, generation: Generation) -> Scores:
-        """Scores of every candidate of the seeds that are going."""
-        (seeds, per_seed, n_weights), going = candidates.shape, generation.going
-        starts = self._starts(per_seed, generation)
-        # What meets the evaluation set does so as several candidates.
-        times = np.array([len(of_candidate) for of_candidate in starts[0]])
-        weights = np.repeat(np.asarray(candidates[going], float), times, axis=1)
+    @property
+    def repeats(self) -> int:
+        """As how many candidates one meets the evaluation set."""
+        return len(self._experiment.evaluation_starts)
+
+    def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
+        """Scores of rows of weights."""
+        own, (going, rows, n_weights) = self._experiment, weights.shape
+        fixed = np.tile(own.evaluation_starts, ((rows - others) // self.repeats, 1))
+        going_on = [s for s, goes in zip(generation.seeds, generation.going, strict=True) if goes]
+        draws = [own.starts(seed, generation.number or 0) for seed in going_on]
+        starts = [x for draw in draws for x in (np.repeat(draw[:1], others, axis=0), fixed)]
+        most = len(generation.going) * rows
         trials = self._tried(
-            weights.reshape(-1, n_weights),
-            np.concatenate([np.concatenate(of_seed) for of_seed in starts]),
-            most=seeds * int(times.sum()),
+            weights.reshape(-1, n_weights).astype(float), np.concatenate(starts), most
         )
         self._warn(trials)
-        begin = np.cumsum(times) - times
-
-        def of_candidates(values: np.ndarray, ended: float) -> np.ndarray:
-            """[seeds, candidates], over the episodes of each."""
-            rows = values.reshape(-1, times.sum())
-            whole = np.full((seeds, per_seed), ended, values.dtype)
-            if values.dtype == bool:
-                whole[going] = np.logical_or.reduceat(rows, begin, axis=1)
-            else:
-                whole[going] = np.add.reduceat(rows, begin, axis=1) / times
-            return whole
-
         return Scores(
-            of_candidates(trials.fitness.astype(np.float32), 0.0),
-            of_candidates(trials.cot_inverse.astype(np.float32), np.nan),
-            of_candidates(trials.failed, True),
+            trials.fitness.astype(np.float32).reshape(going, rows),
+            trials.cot_inverse.astype(np.float32).reshape(going, rows),
+            trials.failed.reshape(going, rows),
         )
 
-    def _starts(self, per_seed: int, generation: Generation) -> list[list[np.ndarray]]:
-        """Seeds of the starts of each seed that goes and its candidates, [times, episodes] each."""
-        fixed = self._experiment.evaluation_starts
-        going = [s for s, goes in zip(generation.seeds, generation.going, strict=True) if goes]
-        if generation.number is None:
-            return [[fixed] * per_seed for _ in going]
-        drawn = [self._experiment.starts(seed, generation.number) for seed in going]
-        return [[draw] * (per_seed - 1) + [fixed] for draw in drawn]
+    def mean(self, values: np.ndarray) -> np.ndarray:
+        """Means over the last axis, in an order of summation that kept trainings have."""
+        return np.add.reduceat(values, [0], axis=-1)[..., 0] / values.shape[-1]
 
     def _tried(self, weights: np.ndarray, starts: np.ndarray, most: int) -> Trials:
         """All of them, some at a time; always as many lanes, so that arithmetic is the same."""
