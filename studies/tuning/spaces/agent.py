@@ -57,7 +57,7 @@ def learned(
     for seed in seeds:
         fitness = []
         with suppress(DivergedError):
-            for point in learn(
+            for point, _ in learn(
                 training, seed=seed, episodes=episodes, evaluate_every=max(1, episodes // _POINTS)
             ):
                 fitness.append(point.fitness)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import Any
 
 import jax
@@ -21,12 +22,13 @@ from tegotae.parts.terms import (
     VanillaAction,
     VanillaReaction,
 )
-from tegotae.training.agents.settings import PPOSettings, SACSettings
+from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
 
 require("stable_baselines3", "sb3")
 
 import torch  # noqa: E402
 from stable_baselines3 import PPO, SAC  # noqa: E402
+from stable_baselines3.common.base_class import BaseAlgorithm  # noqa: E402
 from stable_baselines3.common.policies import ActorCriticPolicy  # noqa: E402
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor  # noqa: E402
 from stable_baselines3.common.type_aliases import Schedule  # noqa: E402
@@ -202,13 +204,10 @@ class Feedback(nn.Module):
         return np.concatenate(parts)
 
 
-_SHARED = ("learning_rate", "batch_size", "gamma")
-_OF_PPO = (
-    *("n_steps", "n_epochs", "gae_lambda", "clip_range"),
-    *("ent_coef", "vf_coef", "max_grad_norm"),
-)
-_OF_SAC = ("buffer_size", "learning_starts", "train_freq", "gradient_steps", "tau")
-"""Settings that Stable-Baselines3 calls the same."""
+def _taken_by(algorithm: type[BaseAlgorithm], settings: AgentSettings) -> dict[str, Any]:
+    """The settings that Stable-Baselines3 calls the same."""
+    names = signature(algorithm).parameters
+    return {name: value for name, value in vars(settings).items() if name in names}
 
 
 class FeedbackPPOPolicy(ActorCriticPolicy):
@@ -234,7 +233,7 @@ def make_ppo(settings: PPOSettings, env: VecEnv, feedback: Feedback, seed: int) 
     return PPO(
         FeedbackPPOPolicy,
         env,
-        **{name: getattr(settings, name) for name in (*_SHARED, *_OF_PPO)},
+        **_taken_by(PPO, settings),
         policy_kwargs={
             "feedback": feedback,
             "log_std_init": math.log(settings.noise),
@@ -276,12 +275,13 @@ class FeedbackSACPolicy(SACPolicy):
 
 def make_sac(settings: SACSettings, env: VecEnv, feedback: Feedback, seed: int) -> SAC:
     """The agent, not yet trained."""
+    options = _taken_by(SAC, settings)
+    options |= {"target_entropy": settings.target_entropy * feedback.limbs}
     return SAC(
         FeedbackSACPolicy,
         env,
-        **{name: getattr(settings, name) for name in (*_SHARED, *_OF_SAC)},
+        **options,
         n_steps=settings.td_steps,
-        target_entropy=settings.target_entropy * feedback.limbs,
         policy_kwargs={
             "feedback": feedback,
             "noise": settings.noise,

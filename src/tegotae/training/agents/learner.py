@@ -117,14 +117,11 @@ class AgentLearner(Learner):
             if seed in done:
                 continue
             best = -math.inf
-            for reached in learn(
+            for point, reached in learn(
                 task, seed=seed, episodes=self.episodes, evaluate_every=self.evaluate_every
             ):
-                point = CurvePoint(
-                    seed, reached.episode, reached.simulated_s, reached.fitness, reached.cot_inverse
-                )
                 if point.fitness > best or best == -math.inf:
-                    best, weights = point.fitness, {**weights, _named(seed): reached.weights}
+                    best, weights = point.fitness, {**weights, _named(seed): reached}
                 points = (*points, point)
                 yield TrainingState(
                     i * self.episodes + min(round(point.step), self.episodes),

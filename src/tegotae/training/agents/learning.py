@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -26,7 +25,7 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Engine, Scenario
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents.settings import AgentSettings, agent_controller, initial_weights
-from tegotae.training.learner import Trainable
+from tegotae.training.learner import CurvePoint, Trainable
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class AgentTask:
         actions_per_episode: actions in a whole episode.
         make_env: makes the episodes side by side in which the agent acts; its action is the
             feedback.
-        judge: CoT⁻¹ [m/J] and fitness of the deterministic policy with weights [n_weights].
+        judge: fitness and CoT⁻¹ [m/J] of the deterministic policy with weights [n_weights].
     """
 
     settings: AgentSettings
@@ -77,7 +76,7 @@ def task_of(experiment: Trainable, settings: AgentSettings) -> AgentTask:
 
     def judge(weights: np.ndarray) -> tuple[float, float]:
         outcome = engine.run(weights, scenario, body)
-        return float(outcome["cot_inverse"][0]), float(outcome["fitness"][0])
+        return float(outcome["fitness"][0]), float(outcome["cot_inverse"][0])
 
     return AgentTask(
         settings,
@@ -121,21 +120,6 @@ class DivergedError(TegotaeError):
     """The learning led to weights that are no numbers."""
 
 
-class Point(NamedTuple):
-    """A point of a learning curve: the deterministic policy, evaluated."""
-
-    episode: float
-    """Simulated time learned from, in whole episodes: one that failed early counts in part."""
-    simulated_s: float
-    """Simulated time learned from [s]."""
-    cot_inverse: float
-    """CoT⁻¹ of an undisturbed episode [m/J]."""
-    fitness: float
-    """Its fitness."""
-    weights: np.ndarray
-    """The policy's weights, shape [n_weights]."""
-
-
 def make_agent(
     task: AgentTask, *, seed: int, weights: np.ndarray | None = None
 ) -> tuple[BaseAlgorithm, Feedback]:
@@ -158,8 +142,11 @@ def make_agent(
 
 def learn(
     task: AgentTask, *, seed: int, episodes: int, evaluate_every: int = 10
-) -> Iterator[Point]:
+) -> Iterator[tuple[CurvePoint, np.ndarray]]:
     """Learn from random weights; the same seed gives the same points.
+
+    The step of a point is the simulated time learned from, in whole episodes: one that failed early
+    counts in part.
 
     Args:
         task: what and how.
@@ -169,7 +156,8 @@ def learn(
         evaluate_every: episodes between points, or the next update after so many.
 
     Yields:
-        the policy before training, then one point after the other.
+        the policy before training, then one point after the other: its place in the learning curve
+        and its weights, [n_weights].
 
     Raises:
         TegotaeError: for a count that is none.
@@ -183,12 +171,13 @@ def learn(
     try:
         while True:
             weights, episode = feedback.flat(), agent.num_timesteps / per_episode
-            yield Point(episode, episode * task.duration_s, *task.judge(weights), weights)
+            judged = task.judge(weights)
+            yield CurvePoint(seed, episode, episode * task.duration_s, *judged), weights
             done = agent.num_timesteps // per_episode
             if done >= episodes:
                 return
             target = min(episodes, done - done % evaluate_every + evaluate_every)
-            with _one_thread(), _noticing_divergence(feedback, seed, done):
+            with _on_one_thread(feedback, seed, done):
                 agent.learn(target * per_episode - agent.num_timesteps, reset_num_timesteps=False)
     finally:
         if agent.env is not None:
@@ -196,24 +185,17 @@ def learn(
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
-    """torch on one thread: networks as small as these lose by sharing."""
+def _on_one_thread(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
+    """Networks as small as these lose by sharing. Weights that are no numbers are noticed here."""
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
-
-
-@contextmanager
-def _noticing_divergence(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
-    """Weights that are no numbers any more, named as what they mean."""
     try:
         yield
     except ValueError:  # torch's and the environment's for actions that are no numbers
         if np.isfinite(feedback.flat()).all():
             raise
+    finally:
+        torch.set_num_threads(threads)
     if not np.isfinite(feedback.flat()).all():
         raise DivergedError(
             f"seed {seed} diverged after {done} episodes: its weights are not finite any more; a "

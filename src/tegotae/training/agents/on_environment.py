@@ -54,7 +54,7 @@ def task_on_environment(experiment: EnvExperiment, settings: AgentSettings) -> A
         trials = rollouts[0].try_out(np.tile(weights, (len(starts), 1)), starts=starts)
         if troubles := [trouble for trouble in trials.troubles if trouble]:
             raise TegotaeError(f"{experiment.spec.env}: {troubles[0]}")
-        return float(trials.cot_inverse.mean()), float(trials.fitness.mean())
+        return float(trials.fitness.mean()), float(trials.cot_inverse.mean())
 
     observed = Observed(names, scales)
     return AgentTask(
