@@ -34,7 +34,7 @@ from tegotae._support.files import read_arrays
 from tegotae._support.pages import as_script
 from tegotae.systems import controller_file
 from tegotae.training.curves import read_curves
-from tegotae.training.folder import claim, write_curves
+from tegotae.training.run import claim, write_curves
 from tegotae.training.settings import load
 
 
@@ -222,7 +222,9 @@ def test_learning_curves_ask_a_schema_of_their_training(tmp_path, place, value):
     changes = changed(document, ("configuration", *place), value)
     (tmp_path / "run.json").write_text(changes)
     write_curves(tmp_path / "curves.csv", [])
-    with pytest.raises(TegotaeError, match=rf"run\.json is damaged: its {'.'.join(place)} is "):
+    with pytest.raises(
+        TegotaeError, match=rf"run\.json is damaged: its configuration.{'.'.join(place)} is "
+    ):
         read_curves([tmp_path])
 
 

@@ -26,8 +26,7 @@ from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.user_objects import imported
 from tegotae.training.agents import AgentLearner
-from tegotae.training.folder import claim
-from tegotae.training.run import Run
+from tegotae.training.run import Run, claim
 
 PART = '''"""A hopper and how to learn, by a user."""
 

@@ -43,8 +43,11 @@ from tegotae.training.agents.learning import hopper_settings, learn, make_agent,
 from tegotae.training.algorithms import PGPE  # noqa: E402
 from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolution import Evolution  # noqa: E402
-from tegotae.training.folder import COLUMNS  # noqa: E402
-from tegotae.training.run import Run, train  # noqa: E402
+from tegotae.training.run import (  # noqa: E402
+    COLUMNS,
+    Run,
+    train,
+)
 from tegotae.training.settings import learner  # noqa: E402
 
 TIMING = Timing(duration_s=6.0, tick_s=0.002)

@@ -14,8 +14,8 @@ from tegotae.cli import main
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.figures.style import write_tables
 from tegotae.training.curves import COLUMNS, LearningCurve, groups, read_curves, shared
-from tegotae.training.folder import COLUMNS as POINT, write_curves
 from tegotae.training.learner import CurvePoint
+from tegotae.training.run import COLUMNS as POINT, write_curves
 
 MODEL = "AR-rF-sector-w8"
 

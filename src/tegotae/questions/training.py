@@ -33,9 +33,8 @@ from tegotae.training.algorithms import Algorithm
 from tegotae.training.collection import group
 from tegotae.training.curves import FITNESS, longest_s, read_curves
 from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH, Evolution, Stopping
-from tegotae.training.folder import COLUMNS, curves_of
 from tegotae.training.learner import Trainable, TrainingState
-from tegotae.training.run import Run, train as train_run
+from tegotae.training.run import COLUMNS, Run, curves_of, train as train_run
 from tegotae.training.settings import settings_named
 
 if TYPE_CHECKING:

@@ -392,8 +392,8 @@ class VanillaBaseline(AnswerBase):
 
     def _save_best(self, folder: Path) -> Path:
         from tegotae.training.evolution import SEARCH
-        from tegotae.training.folder import save_controller
         from tegotae.training.learner import LearnedController
+        from tegotae.training.run import save_controller
 
         sweep, experiment = self.sweep, self.experiment
         row, column = sweep.best

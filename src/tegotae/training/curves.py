@@ -14,7 +14,7 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import numbers, read_csv
 from tegotae._support.workplace import is_earlier
-from tegotae.training.folder import RunDocument, curves_of
+from tegotae.training.run import curves_of, run_document
 
 COT, FITNESS = "cot_inverse", "fitness"
 """What a learning curve can be of: CoT⁻¹, or the fitness that was trained."""
@@ -147,7 +147,7 @@ def _in_folder(place: Path) -> list[_Training]:
     if not place.is_dir():
         raise TegotaeError(f"there is no folder {place}")
     trainings = [
-        (path.parent, RunDocument.read(path.parent).configuration, curves_of(path))
+        (path.parent, run_document(path.parent)["configuration"], curves_of(path))
         for path in sorted(place.rglob("curves.csv"))
         if (path.parent / "run.json").exists()
         and not any(map(is_earlier, path.parent.relative_to(place).parts))

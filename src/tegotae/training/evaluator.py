@@ -12,7 +12,13 @@ import jax
 import numpy as np
 
 from tegotae._support.engines import XLA
-from tegotae.measures.objectives.objective import EpisodeOutcome, EpisodeSummary, Objective, scores
+from tegotae.measures.objectives.objective import (
+    EpisodeOutcome,
+    EpisodeSummary,
+    Objective,
+    Scores,
+    scores,
+)
 from tegotae.simulation.draws import Randomization
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.loop import check_senses
@@ -24,17 +30,6 @@ from tegotae.training.learner import Trainable
 
 _LANES_SCORED = 64
 """Lanes of a block that is scored at a time."""
-
-
-class Scores(NamedTuple):
-    """How good candidates are; arrays [seeds, candidates]. What it says of ended seeds is void."""
-
-    fitness: Any
-    """The larger, the better."""
-    cot_inverse: Any
-    """CoT⁻¹ [m/J]; NaN where it is not measured."""
-    failed: Any
-    """Whether the episode failed."""
 
 
 class Generation(NamedTuple):

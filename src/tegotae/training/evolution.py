@@ -17,11 +17,12 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import require_memory
 from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.objectives.objective import Scores
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import PGPE, Algorithm, Parameters, SearchState, algorithm_document
-from tegotae.training.evaluator import Generation, Scores, best_gain, evaluator_of
+from tegotae.training.evaluator import Generation, best_gain, evaluator_of
 from tegotae.training.learner import (
     CurvePoint,
     LearnedController,

@@ -29,6 +29,17 @@ def with_failures(fitness: AnyArray, failed: AnyArray, survived: AnyArray) -> ja
     return jnp.where(failed, FAILED_FITNESS + survived, fitness)
 
 
+class Scores(NamedTuple):
+    """How good episodes are, or candidates over theirs: arrays of one shape."""
+
+    fitness: Any
+    """The larger, the better."""
+    cot_inverse: Any
+    """CoT⁻¹ [m/J]; NaN where it is not measured."""
+    failed: Any
+    """Whether the episode failed."""
+
+
 class Objective(ABC):
     """The measure by which an episode is evaluated, a frozen dataclass of its settings.
 

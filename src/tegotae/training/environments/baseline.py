@@ -10,8 +10,9 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
+from tegotae.measures.objectives.objective import Scores
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.evaluator import Scores, gains_tried
+from tegotae.training.evaluator import gains_tried
 
 
 @dataclass(frozen=True, eq=False)

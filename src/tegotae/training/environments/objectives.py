@@ -20,12 +20,11 @@ from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.hopping.signals import check_work
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.objectives.objective import FAILED_FITNESS, Scores
 from tegotae.parts.bodies import Body, Interface
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
 from tegotae.systems.user_objects import named, source_of
-from tegotae.training.evaluator import Scores
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from tegotae.envs.mujoco.sensing import is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.pilot import Pilot
 from tegotae.envs.wires import Wires
-from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.objectives.objective import FAILED_FITNESS, Scores
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import EpisodeBatch, Scores
+from tegotae.training.environments.objectives import EpisodeBatch
 
 Beat = Callable[[int], None]
 """Called with the lane that takes a step before it, and with -1 after: this shows a hang."""
