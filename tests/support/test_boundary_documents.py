@@ -223,7 +223,7 @@ def test_learning_curves_ask_a_schema_of_their_training(tmp_path, place, value):
     (tmp_path / "run.json").write_text(changes)
     write_curves(tmp_path / "curves.csv", [])
     with pytest.raises(
-        TegotaeError, match=rf"run\.json is damaged: its configuration.{'.'.join(place)} is "
+        TegotaeError, match=rf"run\.json is damaged: its configuration\.{'.'.join(place)} is "
     ):
         read_curves([tmp_path])
 

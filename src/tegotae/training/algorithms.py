@@ -284,8 +284,8 @@ class OpenES(Algorithm):
             """evosax's deviation is a part of the program."""
 
             def _tell(self, key, population, fitness, state, params):
-                told = super()._tell(key, population, fitness, state, params)
-                return told.replace(std=state.std)
+                after = super()._tell(key, population, fitness, state, params)
+                return after.replace(std=state.std)
 
         optimizer: Any = optax.inject_hyperparams(optax.adam)(self.learning_rate)
         return FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)

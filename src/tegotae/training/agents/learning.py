@@ -171,8 +171,8 @@ def learn(
     try:
         while True:
             weights, episode = feedback.flat(), agent.num_timesteps / per_episode
-            judged = task.judge(weights)
-            yield CurvePoint(seed, episode, episode * task.duration_s, *judged), weights
+            point = CurvePoint(seed, episode, episode * task.duration_s, *task.judge(weights))
+            yield point, weights
             done = agent.num_timesteps // per_episode
             if done >= episodes:
                 return
