@@ -36,8 +36,6 @@ _CONTRACTS = {
 _MORE_PARTS = (
     "tegotae.measures.objectives.fitness",
     "tegotae.measures.objectives.walking",
-    "tegotae.measures.objectives.walking",
-    "tegotae.measures.objectives.fitness",
 )
 
 _registered: dict[str, type] = {}
