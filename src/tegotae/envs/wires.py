@@ -4,7 +4,7 @@ and whether what is wired there looks as it should."""
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,90 +57,82 @@ def controller_of(wiring: Wiring) -> Controller:
     """The controller of all limbs: a unit each, with weights in common or of their own.
 
     Raises:
-        TegotaeError: for a controller of another number of limbs.
+        TegotaeError: for a controller of another number of limbs, or one without an oscillator.
     """
-    limbs, own = len(wiring.limbs), wiring.controller
-    if own.limbs == limbs:
-        return own
-    if own.limbs != 1:
+    limbs, controller = len(wiring.limbs), wiring.controller
+    if controller.oscillator is None:
         raise TegotaeError(
-            f"the controller has {own.limbs} units and the wiring {limbs} limbs; give one unit a "
-            "limb, or a controller of one limb, which each of them then has"
+            "the controller has no oscillator; take one that has, such as V-sector-w8"
+        )
+    if controller.limbs == limbs:
+        return controller
+    if controller.limbs != 1:
+        raise TegotaeError(
+            f"the controller has {controller.limbs} units and the wiring {limbs} limbs; give one "
+            "unit a limb, or a controller of one limb, which each of them then has"
         )
     free = wiring.weights is not None and np.ndim(wiring.weights) == 2
-    return dataclasses.replace(own, limbs=limbs, sharing=tuple(range(limbs)) if free else None)
+    return dataclasses.replace(
+        controller, limbs=limbs, sharing=tuple(range(limbs)) if free else None
+    )
 
 
 def weights_of(wiring: Wiring) -> tuple[np.ndarray, list[str]]:
-    """The weights as one vector of the controller of all limbs, and what is wrong with them."""
+    """The weights as one vector of the controller of all limbs, and what they lack to be used."""
     if wiring.weights is None:
         return np.zeros(0), ["the wiring has no weights; train it, or give weights="]
     own, limbs = wiring.controller.n_weights, len(wiring.limbs)
     weights = np.asarray(wiring.weights, np.float32)
     shapes = [(own,)] if wiring.controller.limbs > 1 else [(own,), (limbs, own)]
+    problems = []
     if weights.shape not in shapes:
-        return weights, [
+        problems.append(
             f"the weights have shape {weights.shape}; this controller needs "
             f"{' or '.join(map(str, shapes))}"
-        ]
-    if not np.isfinite(weights).all():
-        return weights, ["the weights are not all finite"]
-    return weights.ravel(), []
+        )
+    elif not np.isfinite(weights).all():
+        problems.append("the weights are not all finite")
+    if wiring.omega is None:
+        problems.append("the wiring has weights but no frequency; give omega= [rad/s]")
+    return weights.ravel(), problems
 
 
 def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     """The wires, or what stands in their way; weights and frequency apart."""
-    problems: list[str] = []
+    limbs = list(wiring.limbs)
     try:
         observed = _names("observation", wiring.observation_names, observation_names(env))
         driven = _names("action", wiring.action_names, action_names(env))
+        if not limbs:
+            raise TegotaeError("there are no limbs; name at least one Limb(senses=..., drives=...)")
+        controller = controller_of(wiring)
     except TegotaeError as error:
         return None, [str(error)]
-    limbs = list(wiring.limbs)
-    if not limbs:
-        problems.append("there are no limbs; name at least one Limb(senses=..., drives=...)")
-    reads = _reads(wiring.controller, problems)
-    commands = wiring.controller.actuation.COMMANDS
-    for i, limb in enumerate(limbs):
-        problems += _limb_problems(i, limb, reads, observed, driven, commands)
-        if wiring.weights is not None:  # one that is yet to be trained may offer more
-            problems += _unread(i, limb, reads)
-    entries = [name for limb in limbs for name in limb.entries]
-    for name in sorted(set(entries)):
-        if entries.count(name) > 1:
-            problems.append(f"several limbs drive {name!r}; an action entry takes one limb")
-    for what in ("height", "work", "work_positive", "work_net"):
-        name = getattr(wiring, what)
-        if name is not None and name not in observed:
-            problems.append(f"{what}: {unknown_entry('observation', name, observed)}")
     step_s = getattr(env.unwrapped, "dt", None) if wiring.step_s is None else wiring.step_s
-    if step_s is None:
-        problems.append("the environment has no dt; give the time between two steps as step_s [s]")
-    problems += _number_problems(wiring, step_s)
-    problems += misnamed_scales(wiring.scales, [*reads, "feedback"])
-    controller = wiring.controller
-    if limbs:
-        try:
-            controller = controller_of(wiring)
-        except TegotaeError as error:
-            problems.append(str(error))
+    problems = [*_of_names(wiring, observed, driven), *_of_numbers(wiring, step_s)]
     if problems or step_s is None:
         return None, problems
+    commands = range(len(controller.actuation.COMMANDS))
+    at = np.array([[driven.index(limb.entries[c]) for limb in limbs] for c in commands])
+    rests, pushes = [limb.rest for limb in limbs], [limb.push for limb in limbs]
     space = env.action_space
     assert isinstance(space, Box)
-    at = np.array([[driven.index(limb.entries[c]) for limb in limbs] for c in range(len(commands))])
-    places = not controller.actuation.commands_force
-    ends = [(0.0, 1.0) if places else _ends(space, i, limb, int(at[0, i]), problems)
-            for i, limb in enumerate(limbs)]  # fmt: skip
+    low, high = space.low[at[0]].astype(float), space.high[at[0]].astype(float)
+    with np.errstate(invalid="ignore"):  # the middle of an entry without bounds
+        middle = 0.5 * (low + high)
+    rest = np.array([x if x is not None else middle[i] for i, x in enumerate(rests)], float)
+    push = np.array([x if x is not None else high[i] for i, x in enumerate(pushes)], float)
+    if controller.actuation.commands_force:
+        problems = list(_of_ends(limbs, rest, push, low, high))
     if problems:
         return None, problems
     wires = Wires(
         controller=controller,
-        sensed={signal: _places(limbs, signal, observed) for signal in reads},
+        sensed={name: _places(limbs, name, observed) for name in read_by(wiring.controller)},
         driven=at,
         free=np.array([k for k in range(len(driven)) if k not in at], np.intp),
-        rest=np.array([rest for rest, _ in ends]),
-        push=np.array([push for _, push in ends]),
+        rest=rest,
+        push=push,
         low=space.low,
         high=space.high,
         step_s=float(step_s),
@@ -149,11 +141,11 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     return wires, []
 
 
-def unknown_entry(what: str, name: str, known: Sequence[str]) -> TegotaeError:
-    """The error for an entry that is not there; numbered entries have no nearest names."""
+def _unknown_entry(what: str, name: str, known: Sequence[str]) -> str:
+    """What to say of an entry that is not there; numbered entries have no nearest names."""
     if all(entry.startswith(f"{what}[") for entry in known):
-        return TegotaeError(f"no {what} entry is called {name!r}; known: {', '.join(known)}")
-    return unknown(f"{what} entry", name, known)
+        return f"no {what} entry is called {name!r}; known: {', '.join(known)}"
+    return str(unknown(f"{what} entry", name, known))
 
 
 def _places(
@@ -166,11 +158,11 @@ def _places(
     return np.array(at), np.array(sign)
 
 
-def _names(what: str, given: Sequence[str] | None, found: Sequence[str]) -> list[str]:
-    names = list(found if given is None else given)
-    if len(names) != len(found):
+def _names(what: str, given: Sequence[str] | None, known: Sequence[str]) -> list[str]:
+    names = list(known if given is None else given)
+    if len(names) != len(known):
         raise TegotaeError(
-            f"there are {len(names)} {what} names for {len(found)} entries; give one per entry"
+            f"there are {len(names)} {what} names for {len(known)} entries; give one per entry"
         )
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -178,54 +170,50 @@ def _names(what: str, given: Sequence[str] | None, found: Sequence[str]) -> list
     return names
 
 
-def _reads(controller: Controller, problems: list[str]) -> list[str]:
-    """Signals that the environment must provide."""
-    if controller.oscillator is None:
-        problems.append("the controller has no oscillator; take one that has, such as V-sector-w8")
-    return read_by(controller)
-
-
-def _limb_problems(
-    i: int,
-    limb: Limb,
-    reads: Sequence[str],
-    observed: Sequence[str],
-    driven: Sequence[str],
-    commands: Sequence[str],
-) -> list[str]:
-    problems = []
-    for signal in reads:
-        if signal not in limb.senses:
-            problems.append(
-                f"limb {i}: the controller reads {signal!r}; say in senses which observation entry "
-                "that is"
+def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) -> Iterator[str]:
+    """What is wrong with the names of what limbs sense and drive, and of what is measured."""
+    reads, commands = read_by(wiring.controller), wiring.controller.actuation.COMMANDS
+    for i, limb in enumerate(wiring.limbs):
+        for signal in reads:
+            if signal not in limb.senses:
+                yield (
+                    f"limb {i}: the controller reads {signal!r}; say in senses which observation "
+                    "entry that is"
+                )
+        for signal, name in limb.senses.items():
+            if name not in observed and name.removeprefix("-") not in observed:
+                yield f"limb {i}: {_unknown_entry('observation', name, observed)}"
+            # A wiring that is yet to be trained may offer more.
+            if wiring.weights is not None and signal not in reads:
+                yield (
+                    f"limb {i}: no term of the controller reads {signal!r}; it reads "
+                    f"{', '.join(reads)}"
+                )
+        if len(limb.entries) != len(commands):
+            yield (
+                f"limb {i} drives {', '.join(limb.entries) or 'nothing'}; the controller commands "
+                f"{' and '.join(commands)}, one action entry each"
             )
-    for name in limb.senses.values():
-        if name not in observed and name.removeprefix("-") not in observed:
-            problems.append(f"limb {i}: {unknown_entry('observation', name, observed)}")
-    if len(limb.entries) != len(commands):
-        problems.append(
-            f"limb {i} drives {', '.join(limb.entries) or 'nothing'}; the controller commands "
-            f"{' and '.join(commands)}, one action entry each"
-        )
-    for name in limb.entries:
-        if name not in driven:
-            problems.append(f"limb {i}: {unknown_entry('action', name, driven)}")
-    _try(problems, f"limb {i}: phase_rad", limb.phase_rad)
-    return problems
+        for name in limb.entries:
+            if name not in driven:
+                yield f"limb {i}: {_unknown_entry('action', name, driven)}"
+    entries = [name for limb in wiring.limbs for name in limb.entries]
+    for name in sorted(set(entries)):
+        if entries.count(name) > 1:
+            yield f"several limbs drive {name!r}; an action entry takes one limb"
+    for what in ("height", "work", "work_positive", "work_net"):
+        name = getattr(wiring, what)
+        if name is not None and name not in observed:
+            yield f"{what}: {_unknown_entry('observation', name, observed)}"
+    yield from misnamed_scales(wiring.scales, [*reads, "feedback"])
 
 
-def _unread(i: int, limb: Limb, reads: Sequence[str]) -> list[str]:
-    return [
-        f"limb {i}: no term of the controller reads {signal!r}; it reads {', '.join(reads)}"
-        for signal in limb.senses
-        if signal not in reads
-    ]
-
-
-def _number_problems(wiring: Wiring, step_s: float | None) -> list[str]:
-    problems: list[str] = []
-    numbers = {
+def _of_numbers(wiring: Wiring, step_s: float | None) -> Iterator[str]:
+    """What is wrong with the numbers."""
+    if step_s is None:
+        yield "the environment has no dt; give the time between two steps as step_s [s]"
+    phases = {f"limb {i}: phase_rad": limb.phase_rad for i, limb in enumerate(wiring.limbs)}
+    positive = {
         "omega": wiring.omega,
         "step_s": step_s,
         "max_force": wiring.max_force,
@@ -233,38 +221,31 @@ def _number_problems(wiring: Wiring, step_s: float | None) -> list[str]:
         "rest_length_m": wiring.rest_length_m,
         **{f"scales[{name!r}]": scale for name, scale in wiring.scales.items()},
     }
-    for name, value in numbers.items():
-        if value is not None:
-            _try(problems, name, value, 0.0)
-    return problems
+    for name, value in {**phases, **positive}.items():
+        try:
+            if value is not None:
+                require_finite(name, value, above=None if name in phases else 0.0)
+        except TegotaeError as error:
+            yield str(error)
 
 
-def _ends(space: Box, i: int, limb: Limb, entry: int, problems: list[str]) -> tuple[float, float]:
-    """The action at no force and at full force."""
-    low, high = float(space.low[entry]), float(space.high[entry])
-    rest = 0.5 * (low + high) if limb.rest is None else limb.rest
-    push = high if limb.push is None else limb.push
-    for name, value in (("rest", rest), ("push", push)):
-        if not np.isfinite(value) and getattr(limb, name) is not None:
-            problems.append(f"limb {i}: {name} is {value}; it must be finite")
-        elif not np.isfinite(value):
-            problems.append(
-                f"limb {i}: {limb.drives!r} has no bounds to take {name} from; give {name}="
-            )
-        elif not low <= value <= high:
-            problems.append(
-                f"limb {i}: {name} is {value:g}; {limb.drives!r} takes {low:g} to {high:g}"
-            )
-    if rest == push:
-        problems.append(f"limb {i}: rest and push are both {rest:g}, so that no push has an effect")
-    return rest, push
-
-
-def _try(problems: list[str], name: str, value: float, above: float | None = None) -> None:
-    try:
-        require_finite(name, value, above=above)
-    except TegotaeError as error:
-        problems.append(str(error))
+def _of_ends(
+    limbs: Sequence[Limb], rest: np.ndarray, push: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> Iterator[str]:
+    """What is wrong with the actions at no force and at full force."""
+    for i, limb in enumerate(limbs):
+        for name, value in (("rest", rest[i]), ("push", push[i])):
+            if not np.isfinite(value) and getattr(limb, name) is not None:
+                yield f"limb {i}: {name} is {value}; it must be finite"
+            elif not np.isfinite(value):
+                yield f"limb {i}: {limb.drives!r} has no bounds to take {name} from; give {name}="
+            elif not low[i] <= value <= high[i]:
+                yield (
+                    f"limb {i}: {name} is {value:g}; {limb.drives!r} takes {low[i]:g} to "
+                    f"{high[i]:g}"
+                )
+        if rest[i] == push[i]:
+            yield f"limb {i}: rest and push are both {rest[i]:g}, so that no push has an effect"
 
 
 def check_wiring(env: AnyEnv, wiring: Wiring, *, steps: int = 200, seed: int = 0) -> list[str]:
@@ -294,20 +275,10 @@ def check_wiring(env: AnyEnv, wiring: Wiring, *, steps: int = 200, seed: int = 0
 observation[2]"]
     """
     env = with_contact(env, wiring.contact_bodies)
-    problems = missing(env, wiring)
-    if problems or steps <= 0:
-        return problems
-    return _run(env, wiring, steps, seed)
-
-
-def missing(env: AnyEnv, wiring: Wiring) -> list[str]:
-    """The same without running the environment, whose contact forces are observed already."""
     _, problems = look_up(env, wiring)
     if wiring.weights is not None:
         problems += weights_of(wiring)[1]
-        if wiring.omega is None:
-            problems.append("the wiring has weights but no frequency; give omega= [rad/s]")
-    return problems
+    return problems if problems or steps <= 0 else _run(env, wiring, steps, seed)
 
 
 def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:

@@ -9,10 +9,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -33,6 +33,8 @@ from tegotae.systems.user_objects import is_reference
 _OWN = {"sin_phase", "cos_phase", "feedback"}
 """Signals that an environment need not provide."""
 _MOST_BYTES = 2**20
+_ENDS = {".toml": documents.parse_toml, ".json": documents.parse}
+_PACKAGED = Path(__file__).parent / "mujoco" / "wirings"
 _NUMBERS = (
     "height",
     "work",
@@ -271,26 +273,24 @@ def load_wiring(path: Path | str) -> Wiring:
         'leg'
     """
     if str(path) in packaged():
-        text = (resources.files("tegotae.envs.mujoco") / "wirings" / f"{path}.toml").read_text(
-            "utf-8"
-        )
-        return _parsed(text, ".toml", Path(f"{path}.toml"))
+        return load_wiring(_PACKAGED / f"{path}.toml")
     path = Path(path)
-    if path.suffix not in (".toml", ".json"):
+    if path.suffix not in _ENDS:
         if path.name == str(path) and not path.exists():
             raise unknown("wiring", str(path), packaged())
         raise TegotaeError(f"{path} is no wiring; its name must end in .toml or .json")
     try:
         with path.open("rb") as stream:
             content = stream.read(_MOST_BYTES + 1)
-        text = content.decode("utf-8")
+        if len(content) > _MOST_BYTES:
+            raise DamagedDocumentError(f"it is larger than {_MOST_BYTES >> 20} MiB")
+        return wiring_of(_ENDS[path.suffix](content.decode("utf-8")), path.parent)
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     except UnicodeDecodeError:
         raise TegotaeError(f"{path} is no wiring: it is no text in UTF-8") from None
-    if len(content) > _MOST_BYTES:
-        raise TegotaeError(f"{path} is no wiring: it is larger than {_MOST_BYTES >> 20} MiB")
-    return _parsed(text, path.suffix, path)
+    except DamagedDocumentError as error:
+        raise TegotaeError(f"{path} is no wiring: {error}") from None
 
 
 def save_wiring(
@@ -324,17 +324,19 @@ def wiring_document(wiring: Wiring) -> JsonObject:
         >>> wiring_document(load_wiring("hopper"))["height"]
         'root_height'
     """
-    limbs = []
-    for limb in wiring.limbs:
-        drives = limb.drives if isinstance(limb.drives, str) else list(limb.drives)
-        optional = {"rest": limb.rest, "push": limb.push, "phase_rad": float(limb.phase_rad)}
-        limbs.append({"senses": dict(limb.senses), "drives": drives, **_given(optional)})
-    numbers = {name: getattr(wiring, name) for name in _NUMBERS}
-    lists = {name: getattr(wiring, name) for name in _LISTS}
+    limbs = [
+        {
+            "senses": dict(limb.senses),
+            "drives": limb.drives if isinstance(limb.drives, str) else list(limb.drives),
+            **_given({"rest": limb.rest, "push": limb.push, "phase_rad": limb.phase_rad}),
+        }
+        for limb in wiring.limbs
+    ]
+    lists = {name: list(getattr(wiring, name) or ()) for name in _LISTS}
     return {
         "format": WIRING_FORMAT,
-        **_given(numbers),
-        **{name: list(each) for name, each in lists.items() if each},
+        **_given({name: getattr(wiring, name) for name in _NUMBERS}),
+        **{name: values for name, values in lists.items() if values},
         "scales": {name: float(scale) for name, scale in wiring.scales.items()},
         "limbs": limbs,
     }
@@ -351,37 +353,28 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
         DamagedDocumentError: for values that are no wiring's.
         TegotaeError: for a controller file that cannot be read.
     """
-    found = (
-        document
-        if isinstance(document, WiringDocument)
-        else documents.fitted(documents.checked(document), WiringDocument)
-    )
-    if found.format != WIRING_FORMAT:
-        raise DamagedDocumentError(f"its format is {found.format!r}; it must be {WIRING_FORMAT!r}")
-    limbs = tuple(
-        Limb(
-            senses=each.senses,
-            drives=each.drives if isinstance(each.drives, str) else tuple(each.drives),
-            rest=each.rest,
-            push=each.push,
-            phase_rad=each.phase_rad,
+    if not isinstance(document, WiringDocument):
+        document = documents.fitted(documents.checked(document), WiringDocument)
+    if document.format != WIRING_FORMAT:
+        raise DamagedDocumentError(
+            f"its format is {document.format!r}; it must be {WIRING_FORMAT!r}"
         )
-        for each in found.limbs
-    )
-    lists: dict[str, Any] = {name: getattr(found, name) for name in _LISTS}
-    numbers = {name: getattr(found, name) for name in _NUMBERS}
-    lists = {name: None if each is None else tuple(each) for name, each in lists.items()}
-    wiring = Wiring(
-        limbs=limbs,
-        scales=found.scales,
-        weights=None if found.weights is None else np.asarray(found.weights),
-        **numbers,
-        **lists,
-    )
-    if found.controller is None:
+    fields: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in msgspec.structs.asdict(document).items()
+        if name not in ("format", "controller", "limbs")
+    }
+    limbs: list[Limb] = []
+    for limb in document.limbs:
+        drives = limb.drives if isinstance(limb.drives, str) else tuple(limb.drives)
+        limbs.append(Limb(**{**msgspec.structs.asdict(limb), "drives": drives}))
+    if document.weights is not None:
+        fields["weights"] = np.asarray(document.weights)
+    wiring = Wiring(limbs=tuple(limbs), **fields)
+    if document.controller is None:
         return wiring
-    held = wiring.holding(_controller(found.controller, folder or Path()))
-    return held if found.omega is None else dataclasses.replace(held, omega=found.omega)
+    held = wiring.holding(_controller(document.controller, folder or Path()))
+    return held if document.omega is None else dataclasses.replace(held, omega=document.omega)
 
 
 def _controller(name: str, folder: Path) -> SavedController:
@@ -393,16 +386,7 @@ def _controller(name: str, folder: Path) -> SavedController:
 
 def packaged() -> list[str]:
     """Names of the wirings that come with the package, for its MuJoCo models."""
-    files = (resources.files("tegotae.envs.mujoco") / "wirings").iterdir()
-    return sorted(file.name[:-5] for file in files if file.name.endswith(".toml"))
-
-
-def _parsed(text: str, suffix: str, path: Path) -> Wiring:
-    try:
-        parse = documents.parse_toml if suffix == ".toml" else documents.parse
-        return wiring_of(parse(text), path.parent)
-    except DamagedDocumentError as error:
-        raise TegotaeError(f"{path} is no wiring: {error}") from None
+    return sorted(file.stem for file in _PACKAGED.glob("*.toml"))
 
 
 def _given(values: Mapping[str, str | float | None]) -> JsonObject:

@@ -56,11 +56,8 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         env = self.env
         wires, problems = look_up(env, wiring)
         weights, wrong = weights_of(wiring)
-        problems += wrong
-        if wiring.omega is None and wiring.weights is not None:
-            problems.append("the wiring has weights but no frequency; give omega= [rad/s]")
-        if wires is None or problems:
-            raise TegotaeError("; ".join(problems))
+        if wires is None or problems or wrong:
+            raise TegotaeError("; ".join([*problems, *wrong]))
         for remark in remarks(wiring, contact_names(env)):
             warnings.warn(remark, WiringWarning, stacklevel=2)
         self.wiring = wiring
