@@ -7,7 +7,6 @@ controller commands the same.
 import numpy as np
 
 import tegotae as tg
-from tegotae.export.live import LiveController
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 
 exported = tg.export_c("V-reflex-w8", tick=0.001, prefix="leg")
@@ -15,7 +14,7 @@ for path in exported.save("robot"):
     print(path)
 
 run = exported.frame()
-live = LiveController.load("V-reflex-w8")
+live = tg.export_native("V-reflex-w8").live()
 replayed = np.zeros(len(run))
 for tick, (phase, force) in enumerate(
     zip(run["state.phase"], run["in.spring_force_n"], strict=True)

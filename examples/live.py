@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae.export.live import LiveController, drive_hardware, new_recording
+import tegotae as tg
+from tegotae.export.live import drive_hardware, new_recording
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 
 HARDWARE = Path(__file__).parent / "hardware"
@@ -27,12 +28,11 @@ try:
     port = Serial(simulated.stdout.readline().strip(), 921600, timeout=5.0)
     leg = SerialLeg(port)
     report = drive_hardware(
-        LiveController.load("V-reflex-w8"),
+        tg.export_native("V-reflex-w8").live(),
         leg.read,
         leg.write,
         rate_hz=500,
         duration_s=4,
-        safe=0.0,
         watchdog_s=5.0,
         recording=recording,
     )

@@ -17,6 +17,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 
+from tegotae import export_native
 from tegotae.export.live import LiveController, LoopReport, drive_hardware
 
 matplotlib.use("Agg")
@@ -70,7 +71,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
-    live = LiveController.load("V-sector-w4")
+    live = export_native("V-sector-w4").live()
     alone = steps_alone_s(live)
     live.reset()
     leg = page_leg()

@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_N
-from tegotae.export.live.file import NativeController
+from tegotae.export.live.controller import NativeController
 from tegotae.lowering.function import compile_function
 from tegotae.parts._shapes import Number, PerLimb, StateTree
 from tegotae.parts.bodies import Body, Interface

@@ -18,7 +18,7 @@ from tegotae.export.c import LAYOUTS, Export, texts
 from tegotae.export.c.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
 from tegotae.export.c.package import LayoutName
 from tegotae.export.c.plan import facts, usual_tick_s
-from tegotae.export.live.file import NativeController, write_native
+from tegotae.export.live.controller import LiveController, NativeController, write_native
 from tegotae.export.robot import compiled
 from tegotae.questions.answer import AnswerBase
 from tegotae.questions.question import Names, NoOptions, Tasks, question
@@ -137,6 +137,10 @@ class ExportedNative(AnswerBase):
     @property
     def notes(self) -> list[str]:
         return ['use it: tegotae.export.live.LiveController.load("FILE")']
+
+    def live(self) -> LiveController:
+        """The controller, to be stepped in this process."""
+        return LiveController(self.native)
 
     def texts(self) -> list[pd.DataFrame]:
         return []

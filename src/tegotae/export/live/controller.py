@@ -1,25 +1,93 @@
-"""A controller that is stepped from Python: measurements in, commands out, microseconds between."""
+"""A controller as native code, in a file and stepped from Python: measurements in, commands out,
+microseconds between."""
 
 from __future__ import annotations
 
 import reprlib
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, is_of, require_finite
+from tegotae._support.files import write_atomically
 from tegotae._support.limits import MOST_RAD_PER_S, MOST_STEP_S
-from tegotae.export.live.file import NativeController, is_native, read_native
+from tegotae.lowering.machine import NativeStep, load_step, sealed, unsealed
 
-if TYPE_CHECKING:
-    from tegotae.systems.controller_file import SavedController
-
+_FORMAT, _VERSION = b"tegotae native controller ", b"3\n"
 _MOST = float(np.finfo(np.float32).max)
 """Of a measurement, in its units."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NativeController:
+    """A compiled controller: its code, and what its caller must know.
+
+    Args:
+        name: of the controller; None if it has none.
+        senses: the signals that a step takes.
+        commands: what it commands, limb by limb.
+        limbs: how many limbs there are.
+        omega_rad_per_s: ω [rad/s]; None without an oscillator.
+        phase_entry: the entry of the state that is the phase; None if no single one is.
+        start: the state at the release, by entry, as nested lists of numbers.
+        code: of a step, from `FunctionKernel.to_bytes`.
+    """
+
+    name: str | None
+    senses: tuple[str, ...]
+    commands: tuple[str, ...]
+    limbs: int
+    omega_rad_per_s: float | None
+    phase_entry: str | None
+    start: dict[str, Any]
+    code: bytes
+
+    def step(self) -> NativeStep:
+        """The code in this process.
+
+        Raises:
+            TegotaeError: for code that was altered, or is of another kind of processor.
+        """
+        return load_step(self.code)
+
+
+def write_native(native: NativeController, path: Path) -> None:
+    """Write a compiled controller: what it is, and the whole of it with a checksum.
+
+    Raises:
+        TegotaeError: if it cannot be written.
+    """
+    write_atomically(path, _FORMAT + _VERSION + sealed(msgspec.msgpack.encode(native)))
+
+
+def read_native(path: Path | str) -> NativeController:
+    """Read a compiled controller.
+
+    Its code runs as it is: load files from whom you trust.
+
+    Raises:
+        TegotaeError: for a file that is damaged, of another version, or none of these.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    if not content.startswith(_FORMAT + _VERSION):
+        raise TegotaeError(
+            f"{path} is damaged, of another version, or no native controller; write one: "
+            f"tegotae export native NAME --out {path}"
+        )
+    try:
+        about = unsealed(content.removeprefix(_FORMAT + _VERSION))
+    except TegotaeError as error:
+        raise TegotaeError(f"{path}: {error}") from None
+    return msgspec.msgpack.decode(about, type=NativeController)
 
 
 class LiveController:
@@ -29,15 +97,17 @@ class LiveController:
     for the time since; then evaluates terms and actuation on the measurements. Hold the command
     until the next step. At equal steps these are the numbers of the `Hold` integrator.
 
-    A step takes a few microseconds, and no JAX. Make one from a name or a file (`load`). A copy
-    (`copy.copy`, `copy.deepcopy`, pickle) goes on by itself from where this one is.
+    A step takes a few microseconds, and no JAX. Make one from a file (`load`), or from any name of
+    a controller by `tegotae.export_native(NAME).live()`. A copy (`copy.copy`, `copy.deepcopy`,
+    pickle) goes on by itself from where this one is.
 
     Args:
         native: the compiled controller.
         clock: the time [s] if `step` gets no duration; any origin.
 
     Example:
-        >>> live = LiveController.load("V-reflex-w8")
+        >>> import tegotae
+        >>> live = tegotae.export_native("V-reflex-w8").live()
         >>> live.step({"spring_force": 0.0}, dt_s=0.001).tolist()
         [0.0]
     """
@@ -65,47 +135,18 @@ class LiveController:
 
     @classmethod
     def load(
-        cls,
-        name: Path | str,
-        *,
-        max_force_n: float | None = None,
-        clock: Callable[[], float] = time.monotonic,
+        cls, path: Path | str, *, clock: Callable[[], float] = time.monotonic
     ) -> LiveController:
-        """The controller of a name, a controller file, or a file of `tegotae export native`.
-
-        Only the last needs no JAX, and is there at once.
+        """The controller in a file of `tegotae export native`, at once and without JAX.
 
         Args:
-            name: what every command takes for a controller with weights.
-            max_force_n: the force at full push [N], where the file does not know it.
+            path: the file.
             clock: the time [s].
 
         Raises:
-            TegotaeError: for what cannot be read, or has no weights.
+            TegotaeError: for a file that cannot be read, or is no whole one of these.
         """
-        if is_native(Path(name)):
-            if max_force_n is not None:
-                raise TegotaeError(
-                    f"{name} is compiled with its force; give it to `tegotae export native` instead"
-                )
-            return cls(read_native(Path(name)), clock=clock)
-        from tegotae.export.robot import compiled
-        from tegotae.systems.resolve import resolve
-        from tegotae.training.collection import controller_of
-
-        saved = controller_of(resolve(str(name)))
-        return cls(compiled(saved, max_force_n), clock=clock)
-
-    @classmethod
-    def of(cls, saved: SavedController, *, max_force_n: float | None = None) -> LiveController:
-        """The same of a controller in memory.
-
-        Raises:
-            TegotaeError: for a largest force that is missing, known already or out of range.
-        """
-        from tegotae.export.robot import compiled
-
-        return cls(compiled(saved, max_force_n))
+        return cls(read_native(path), clock=clock)
 
     def __getstate__(self) -> dict[str, Any]:
         own = {name: vars(self)[name] for name in _KEPT}
