@@ -270,20 +270,20 @@ def test_limit_cycles_are_told_apart_by_period_turns_and_height():
         winding=[1, 1, 1, 2, 1, 1, 1.2, np.nan],
         apex=[1.50, 1.51, 1.70, 1.50, 1.50, 1.505, 1.5, np.nan],
     )
-    index, attractors = distinct(outcome)
+    index, cycles = distinct(outcome)
     assert index[[0, 1, 5]].tolist() == [0, 0, 0]
     assert sorted(index[2:5].tolist()) == [1, 2, 3]
     assert index[6:].tolist() == [-1, -1]
-    assert [a.share for a in attractors] == [3 / 8, 1 / 8, 1 / 8, 1 / 8]
-    assert attractors[index[3]].turns == 2
-    assert attractors[index[4]].hops == 2
-    assert attractors[index[2]].apex_height_m == pytest.approx(1.7)
+    assert cycles["share"].tolist() == [3 / 8, 1 / 8, 1 / 8, 1 / 8]
+    assert cycles["turns"][index[3]] == 2
+    assert cycles["hops"][index[4]] == 2
+    assert cycles["apex_height_m"][index[2]] == pytest.approx(1.7)
 
 
 def test_no_limit_cycle_at_all():
-    index, attractors = distinct(_outcomes([FAILED, AT_REST], [np.nan] * 2, [np.nan] * 2))
+    index, cycles = distinct(_outcomes([FAILED, AT_REST], [np.nan] * 2, [np.nan] * 2))
     assert index.tolist() == [-1, -1]
-    assert attractors == ()
+    assert cycles.empty
 
 
 def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
@@ -291,12 +291,12 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
     saved = SavedController.of(build("V-reflex-w4"), np.array([3.0]), 5.0)
     timing = Timing(duration_s=30.0, tick_s=0.002)
     found = map_basin(saved, np.array([1.05, 2.2]), np.array([0.0, 0.5]), timing=timing)
-    assert found.attractor.shape == (2, 2)
-    assert [(a.hops, a.turns) for a in found.attractors] in ([(1, 1), (1, 2)], [(1, 2), (1, 1)])
-    high = found.attractors[found.attractor[1, 0]]
-    low = found.attractors[found.attractor[0, 0]]
-    assert (high.turns, low.turns) == (1, 2)
-    assert high.apex_height_m > 2.0 > 1.2 > low.apex_height_m
+    number = found.grid("limit_cycle")
+    assert number.shape == (2, 2)
+    assert found.cycles["hops"].tolist() == [1, 1]
+    low, high = (found.cycles.loc[number[row, 0]] for row in range(2))
+    assert (high["turns"], low["turns"]) == (1, 2)
+    assert high["apex_height_m"] > 2.0 > 1.2 > low["apex_height_m"]
 
 
 @pytest.mark.thorough
@@ -304,10 +304,9 @@ def test_without_an_oscillator_velocities_take_the_place_of_phases():
     controller = build("T")
     saved = SavedController.of(controller, np.zeros(controller.n_weights), None)
     found = map_basin(saved, np.array([1.1, 1.2]), np.array([-1.0, 0.0, 1.0]), timing=TIMING)
-    assert found.phase_rad is None
-    assert found.velocity_m_per_s.tolist() == [-1.0, 0.0, 1.0]
-    assert (found.outcome.regime == AT_REST).all()
-    assert found.attractors == ()
+    assert found.frame["velocity_m_per_s"].tolist() == [-1.0, 0.0, 1.0] * 2
+    assert set(found.frame["regime"]) == {"at rest"}
+    assert found.cycles.empty
 
 
 def _outcomes(regime, period, winding, apex=None) -> Outcome:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import LimitCycle, hops, settled
-from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE
+from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
@@ -261,37 +262,26 @@ SAME_HEIGHT_M = 0.02
 
 
 @dataclass(frozen=True)
-class Attractor:
-    """A limit cycle that releases end in."""
-
-    hops: int
-    """Period k [hops]."""
-    turns: int | None
-    """Turns of the oscillator in it; None without an oscillator."""
-    apex_height_m: float
-    """Mean height of its apexes [m]."""
-    cot_inverse: float
-    """CoT⁻¹ A [m/J], mean over the releases."""
-    share: float
-    """Share of the releases that end in it."""
-
-
-@dataclass(frozen=True)
 class HopperBasin:
     """What releases lead to."""
 
-    height_m: np.ndarray
-    """Release heights [m], shape [heights]."""
-    phase_rad: np.ndarray | None
-    """Phases at release [rad], shape [columns]; None without an oscillator."""
-    velocity_m_per_s: np.ndarray
-    """Release velocity [m/s]: zero, shape [1], or without an oscillator the columns'."""
-    outcome: Outcome
-    """Maps of shape [heights, columns]."""
-    attractor: np.ndarray
-    """Index into `attractors`, -1 without limit cycle, shape [heights, columns]."""
-    attractors: tuple[Attractor, ...]
-    """The limit cycles, by falling share."""
+    frame: pd.DataFrame
+    """A row a release, height by height: `height_m`, and `phase_rad` or, without an oscillator,
+    `velocity_m_per_s`; the regime, the number of its limit cycle in `cycles` (-1 without), and the
+    outcome."""
+    cycles: pd.DataFrame
+    """The limit cycles that releases end in, by falling `share`: `hops`, `turns` of the oscillator
+    (None without one), and the means of `apex_height_m` and `cot_inverse_a_m_per_j`."""
+
+    @property
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The heights [m], and the phases [rad] or velocities [m/s]."""
+        height, across = (self.frame.iloc[:, i].unique() for i in range(2))
+        return np.asarray(height), np.asarray(across)
+
+    def grid(self, column: str) -> np.ndarray:
+        """A column of the frame, [heights, columns]."""
+        return self.frame[column].to_numpy().reshape(*map(len, self.axes))
 
 
 def map_basin(
@@ -319,8 +309,8 @@ def map_basin(
         >>> from tegotae import build
         >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = map_basin(saved, np.array([1.1, 1.2]), np.array([0.0, 3.0]))
-        >>> [(a.hops, a.turns, a.share) for a in found.attractors]
-        [(1, 1, 1.0)]
+        >>> found.cycles[["hops", "turns", "share"]].values.tolist()
+        [[1.0, 1.0, 1.0]]
     """
     require_one_limb(saved.body, "a map of basins")
     with_phase = saved.controller.oscillator is not None
@@ -334,27 +324,29 @@ def map_basin(
         phase_rad=column if with_phase else 0.0,
     )
     outcome = engine.run(saved.weights, scenario, saved.body)
-    attractor, attractors = distinct(outcome)
-    if not with_phase:
-        attractors = tuple(replace(found, turns=None) for found in attractors)
-    return HopperBasin(
-        height_m=np.asarray(height_m),
-        phase_rad=np.asarray(across) if with_phase else None,
-        velocity_m_per_s=np.zeros(1) if with_phase else np.asarray(across),
-        outcome=as_maps(outcome, height_m, across),
-        attractor=attractor.reshape(len(height_m), len(across)),
-        attractors=attractors,
-    )
+    number, cycles = distinct(outcome)
+    frame = {
+        "height_m": height,
+        "phase_rad" if with_phase else "velocity_m_per_s": column,
+        "regime": np.asarray(REGIMES)[outcome.regime],
+        "limit_cycle": number,
+        "limit_cycle_period_hops": outcome.limit_cycle_period,
+        "winding_ratio": outcome.winding_ratio,
+        "apex_height_m": outcome.apex_height_m,
+        "cot_inverse_a_m_per_j": outcome.cot_inverse,
+    }
+    return HopperBasin(pd.DataFrame(frame), cycles if with_phase else cycles.assign(turns=None))
 
 
-def distinct(outcome: Outcome) -> tuple[np.ndarray, tuple[Attractor, ...]]:
+def distinct(outcome: Outcome) -> tuple[np.ndarray, pd.DataFrame]:
     """Distinguish limit cycles by period, turns of the oscillator, and mean apex height.
 
     Args:
         outcome: of rollouts of one controller, arrays of shape [lanes].
 
     Returns:
-        Index of each lane's limit cycle, -1 without one, [lanes]; and the cycles by falling share.
+        Number of each lane's limit cycle, -1 without one, [lanes]; and the cycles
+        (`HopperBasin.cycles`).
     """
     settled = np.flatnonzero(outcome.regime == LIMIT_CYCLE)
     period = outcome.limit_cycle_period[settled]
@@ -367,20 +359,14 @@ def distinct(outcome: Outcome) -> tuple[np.ndarray, tuple[Attractor, ...]]:
         | (np.diff(turns[order]) != 0)
         | (np.diff(height[order]) > SAME_HEIGHT_M)
     )
-    groups = np.split(settled[order], np.flatnonzero(new)[1:]) if len(settled) else []
+    groups = np.split(order, np.flatnonzero(new)[1:]) if len(settled) else []
     groups.sort(key=len, reverse=True)
-    index = np.full(len(outcome.regime), -1)
-    attractors = []
-    for number, members in enumerate(groups):
-        index[members] = number
-        k = int(outcome.limit_cycle_period[members[0]])
-        attractors.append(
-            Attractor(
-                hops=k,
-                turns=round(float(outcome.winding_ratio[members[0]]) * k),
-                apex_height_m=float(outcome.apex_height_m[members].mean()),
-                cot_inverse=float(outcome.cot_inverse[members].mean()),
-                share=len(members) / len(index),
-            )
-        )
-    return index, tuple(attractors)
+    number, rows = np.full(len(outcome.regime), -1), []
+    for i, members in enumerate(groups):
+        lanes_in = settled[members]
+        number[lanes_in] = i
+        means = (float(x[lanes_in].mean()) for x in (outcome.apex_height_m, outcome.cot_inverse))
+        first = members[0]
+        rows.append((int(period[first]), int(turns[first]), *means, len(members) / len(number)))
+    names = ["hops", "turns", "apex_height_m", "cot_inverse_a_m_per_j", "share"]
+    return number, pd.DataFrame(rows, columns=names)

@@ -16,13 +16,12 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from tegotae.analysis.maps import Attractor, GainSweep, HopperBasin, locking_ratios
+from tegotae.analysis.maps import GainSweep, HopperBasin, locking_ratios
 from tegotae.figures.cycles import phase_axis
 from tegotae.figures.style import (
     COLOURS,
     COLUMN_IN,
     SEQUENTIAL,
-    Table,
     long_table,
     new_figure,
     styled,
@@ -127,51 +126,30 @@ _MOST = 5  # limit cycles with a colour of their own
 @styled()
 def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
     """Which limit cycle each release ends in; the legend says how common it is."""
-    labels = [describe(attractor) for attractor in basin.attractors[:_MOST]]
-    if rest := basin.attractors[_MOST:]:
-        share = sum(attractor.share for attractor in rest)
-        labels.append(f"{len(rest)} other limit cycles ({share:.1%})")
+    labels = [describe(cycle) for cycle in basin.cycles[:_MOST].itertuples()]
+    if len(rest := basin.cycles[_MOST:]):
+        labels.append(f"{len(rest)} other limit cycles ({sum(rest['share']):.1%})")
     figure = new_figure(COLUMN_IN, 2.9 + 0.13 * min(len(labels), _MOST))
     axes = figure.subplots()
-    x = basin.velocity_m_per_s if basin.phase_rad is None else basin.phase_rad
-    draw_regimes(axes, x, basin.height_m, basin.outcome.regime)
-    category = np.minimum(basin.attractor, _MOST)
-    patches = draw_categories(axes, x, basin.height_m, category, labels)
-    if basin.phase_rad is None:
-        axes.set_xlabel("velocity at release ẏ [m/s]")
-    else:
+    height, across = basin.axes
+    regime = np.vectorize(REGIMES.index)(basin.grid("regime"))
+    draw_regimes(axes, across, height, regime)
+    category = np.minimum(basin.grid("limit_cycle"), _MOST)
+    patches = draw_categories(axes, across, height, category, labels)
+    if "phase_rad" in basin.frame:
         phase_axis(axes, "phase at release φ [rad]")
+    else:
+        axes.set_xlabel("velocity at release ẏ [m/s]")
     axes.set(ylabel="release height y [m]", title=note)
-    regime_legend(figure, basin.outcome.regime, *patches, ncols=1)
+    regime_legend(figure, regime, *patches, ncols=1)
     return figure
 
 
-def describe(attractor: Attractor) -> str:
-    """A limit cycle in a line: hops, turns, height, share of releases."""
-    hops = "1 hop" if attractor.hops == 1 else f"{attractor.hops} hops"
-    turns = {None: "", 1: ", 1 turn"}.get(attractor.turns, f", {attractor.turns} turns")
-    return f"{hops}{turns}, apex {attractor.apex_height_m:.2f} m ({attractor.share:.1%})"
-
-
-def basin_tables(basin: HopperBasin) -> dict[str, Table]:
-    """What the figure shows, release by release, and `cycles`."""
-    across = (
-        ("velocity_m_per_s", basin.velocity_m_per_s)
-        if basin.phase_rad is None
-        else ("phase_rad", basin.phase_rad)
-    )
-    outcome = {
-        "regime": np.asarray(REGIMES)[basin.outcome.regime],
-        "limit_cycle": basin.attractor,
-        "limit_cycle_period_hops": basin.outcome.limit_cycle_period,
-        "winding_ratio": basin.outcome.winding_ratio,
-        "apex_height_m": basin.outcome.apex_height_m,
-        "cot_inverse_a_m_per_j": basin.outcome.cot_inverse,
-    }
-    names = ["hops", "turns", "apex_height_m", "cot_inverse_a_m_per_j", "share"]
-    rows = [(x.hops, x.turns, x.apex_height_m, x.cot_inverse, x.share) for x in basin.attractors]
-    cycles = pd.DataFrame(rows, columns=names).rename_axis("limit_cycle").reset_index()
-    return {"": long_table(("height_m", basin.height_m), across, outcome), "cycles": cycles}
+def describe(cycle: Any) -> str:
+    """A limit cycle, a row of `HopperBasin.cycles`: hops, turns, height, share of releases."""
+    hops = "1 hop" if cycle.hops == 1 else f"{cycle.hops} hops"
+    turns = {None: "", 1: ", 1 turn"}.get(cycle.turns, f", {cycle.turns} turns")
+    return f"{hops}{turns}, apex {cycle.apex_height_m:.2f} m ({cycle.share:.1%})"
 
 
 _RATIOS = tuple(Fraction(*ratio) for ratio in ((1, 1), (2, 1), (1, 2), (3, 2), (0, 1)))

@@ -495,7 +495,7 @@ class HoppingBasin(HoppingOptions):
     def picture(self, task: HoppingTask) -> Picture:
         """The basins of the releases."""
         from tegotae.analysis.maps import axis, map_basin
-        from tegotae.figures.maps import basin_figure, basin_tables, describe
+        from tegotae.figures.maps import basin_figure, describe
 
         saved, points = task.controller(self), self.resolution
         heights = axis("height", *self.height, points, above=0.0, most=MOST_M)
@@ -506,15 +506,19 @@ class HoppingBasin(HoppingOptions):
         )
         timing = saved.system.timing_over(self.duration_s)
         basin = map_basin(saved, heights, across, timing=timing)
-        without = 1.0 - sum(attractor.share for attractor in basin.attractors)
-        cycles = [f"{describe(x)}, CoT⁻¹ {x.cot_inverse:.3f} m/J" for x in basin.attractors]
+        rows: list[Any] = list(basin.cycles.itertuples())
+        without = 1.0 - sum(x.share for x in rows)
+        cycles = [f"{describe(x)}, CoT⁻¹ {x.cot_inverse_a_m_per_j:.3f} m/J" for x in rows]
         return Picture(
             basin,
             lambda: basin_figure(basin, _titled(saved)),
-            basin_tables(basin),
+            {
+                "": basin.frame,
+                "cycles": basin.cycles.rename_axis("limit_cycle").reset_index(),
+            },
             self,
             remarks=(*cycles, f"no limit cycle: {without:.1%} of the releases"),
-            numbers={"limit_cycles": basin.attractors},
+            numbers={"limit_cycles": basin.cycles.to_dict("records")},
         )
 
 
