@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from reproduction.calibration.posterior import CalibrationPosterior
 from reproduction.calibration.prior import LOGARITHMIC, PRIOR, place
 from reproduction.readings.readings import AnalysisChoice, Reading
-from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.measures.objectives.fitness import HERTZ
 
 _COLUMNS = 4
@@ -180,7 +180,7 @@ def statements_figure(
         bars.tick_params(axis="y", length=0)
         bars.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.0)
         shown = np.where(np.eye(n, dtype=bool), np.nan, together)
-        image = matrix.imshow(shown, cmap=DIVERGING, vmin=0.0, vmax=2.0, aspect="auto")
+        image = matrix.imshow(shown, cmap="PuOr", vmin=0.0, vmax=2.0, aspect="auto")
         for row, column in np.ndindex(n, n):
             value = shown[row, column]
             if np.isfinite(value):

@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from reproduction.ridge import Ridge, find_losses, find_resonance
 from tegotae.analysis.maps import GainSweep
-from tegotae.figures.maps import draw_quantity, regime_legend
+from tegotae.figures.maps import draw_regimes, quantities, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, long_table, new_figure, styled
-from tegotae.measures.hopping.metric import REGIMES
+from tegotae.measures.hopping.metric import REGIMES, UNSETTLED
 from tegotae.measures.optimum import curve
 from tegotae.parts._shapes import AnyArray
 
@@ -192,3 +193,17 @@ def _joined(tables: Mapping[str, Any]) -> pd.DataFrame:
     """Tables of the same columns below each other, each with its actuation."""
     frames = {name: pd.DataFrame(table) for name, table in tables.items()}
     return pd.concat(frames, names=["actuation"]).reset_index("actuation")
+
+
+def draw_quantity(
+    axes: Axes, x: np.ndarray, y: np.ndarray, value: AnyArray, regime: AnyArray, **how: Any
+) -> QuadMesh:
+    """Draw a quantity where there is a limit cycle, and elsewhere the regime; returns the mesh.
+
+    Args:
+        value: shape [rows, columns], NaN where undefined.
+        how: limits and colours, as for matplotlib's `pcolormesh`.
+    """
+    draw_regimes(axes, x, y, regime)
+    shown = np.ma.masked_where((regime <= UNSETTLED) | ~np.isfinite(value), value)
+    return axes.pcolormesh(x, y, shown, rasterized=True, **{"cmap": quantities(), **how})

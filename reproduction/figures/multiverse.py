@@ -32,7 +32,7 @@ from reproduction.readings.verdicts import (
     shares,
 )
 from reproduction.report.atomic import described
-from tegotae.figures.style import COLOURS, DIVERGING, PAGE_IN, SEQUENTIAL, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, new_figure, styled
 
 OUTCOME_COLOURS = {REPRODUCED: COLOURS[5], TOO_SMALL: "0.75", OPPOSITE: COLOURS[4]}
 """Green is reproduced, grey too small to tell, orange opposite; they differ in lightness, too."""
@@ -105,7 +105,7 @@ def _bar(panel, row: int, findings: list[Finding], colours: Mapping[str, str]) -
 
 def _matrix(figure: Figure, panel, found: list[list[Influence]]) -> None:
     values = np.array([[i.correlation for i in row] for row in found])
-    image = panel.imshow(values, cmap=DIVERGING, vmin=-1.0, vmax=1.0, aspect="auto")
+    image = panel.imshow(values, cmap="PuOr", vmin=-1.0, vmax=1.0, aspect="auto")
     labels = [influence.choice.label for influence in found[0]]
     panel.set_xticks(range(len(labels)), labels, rotation=45, ha="right")
     panel.tick_params(length=0)

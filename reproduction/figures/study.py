@@ -15,7 +15,7 @@ from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
 from reproduction.claims.designs import MODELS, correlation, designs
 from reproduction.table import ARCHITECTURES, Table
-from tegotae.figures.style import COLOURS, COLUMN_IN, DIVERGING, PAGE_IN, new_figure, styled
+from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.metric import FIGURE, Metric
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import SHARE, Interval, balanced_difference, mean_defined
@@ -257,7 +257,7 @@ def correlation_figure(table: Table) -> Figure:
     with styled():
         figure = new_figure(COLUMN_IN, 1.0 + 0.3 * len(labels))
         panel = figure.subplots()
-        image = panel.imshow(values, cmap=DIVERGING, vmin=-1.0, vmax=1.0, aspect="auto")
+        image = panel.imshow(values, cmap="PuOr", vmin=-1.0, vmax=1.0, aspect="auto")
         panel.set_xticks(range(len(labels)), labels, rotation=45, ha="right")
         panel.set_yticks(range(len(labels)), labels)
         for i, row in enumerate(values):

@@ -236,38 +236,32 @@ def _at(replay: Replay) -> np.ndarray:
 
 
 def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
-    from tegotae.envs.mujoco.env import ModelBatch
     from tegotae.envs.mujoco.sensing import sensing
+    from tegotae.training.environments.rollouts import ModelLanes
 
     mujoco = require("mujoco", "mujoco")
-    sensed = sensing(settings)
-    model = sensed.model
-    batch = ModelBatch(sensed, 1, settings.control_s, threads=1)
-    noise = None
-    if settings.noise:
-        drawn = np.random.default_rng(replay.seed).standard_normal((1, model.nv))
-        noise = settings.noise * drawn
+    lanes, every, sensed = ModelLanes(settings, 1), np.ones(1, bool), sensing(settings)
+    shown = _at(replay).tolist()
+    states: dict[int, np.ndarray] = {}
     try:
-        seen = batch.reset(settings.release_m, noise)
+        seen = lanes.reset(replay.seed, every)
         far = _DISTANCE * max(float(seen[0][sensed.names.index("root_height")]), 1e-2)
-        wanted = {*_at(replay).tolist()}
-        states: dict[int, np.ndarray] = {}
         for step, action in enumerate(replay.episode.action):
-            batch.step(action[None].astype(float))
-            if step in wanted:
-                states[step] = batch.states[0]
+            lanes.step(action[None].astype(float), every)
+            if step in shown:
+                states[step] = lanes.batch.states[0]
     finally:
-        batch.close()
-    model.vis.headlight.ambient[:] = 0.45  # models without lights are dark
-    model.vis.headlight.diffuse[:] = 0.5
-    with _camera(model, far) as picture:
-        data = mujoco.MjData(model)
+        lanes.close()
+    sensed.model.vis.headlight.ambient[:] = 0.45  # models without lights are dark
+    sensed.model.vis.headlight.diffuse[:] = 0.5
+    with _camera(sensed.model, far) as picture:
+        data = mujoco.MjData(sensed.model)
         found = {}
         for step, state in states.items():
-            mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-            mujoco.mj_forward(model, data)
+            mujoco.mj_setState(sensed.model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+            mujoco.mj_forward(sensed.model, data)
             found[step] = picture(data)
-    return [found[step] for step in _at(replay).tolist()]
+    return [found[step] for step in shown]
 
 
 @contextmanager

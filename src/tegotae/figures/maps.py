@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -66,20 +65,6 @@ def _draw_steps(axes: Axes, x: np.ndarray, y: np.ndarray, step: AnyArray, colour
     cells = np.ma.masked_where(step < 0, step)
     limits = {"vmin": -0.5, "vmax": len(colours) - 0.5, "cmap": ListedColormap(colours)}
     axes.pcolormesh(x, y, cells, rasterized=True, **limits)
-
-
-def draw_quantity(
-    axes: Axes, x: np.ndarray, y: np.ndarray, value: AnyArray, regime: AnyArray, **how: Any
-) -> QuadMesh:
-    """Draw a quantity where there is a limit cycle, and elsewhere the regime; returns the mesh.
-
-    Args:
-        value: shape [rows, columns], NaN where undefined.
-        how: limits and colours, as for matplotlib's `pcolormesh`.
-    """
-    draw_regimes(axes, x, y, regime)
-    shown = np.ma.masked_where((regime <= UNSETTLED) | ~np.isfinite(value), value)
-    return axes.pcolormesh(x, y, shown, rasterized=True, **{"cmap": quantities(), **how})
 
 
 def draw_categories(

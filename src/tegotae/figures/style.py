@@ -32,8 +32,6 @@ COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#C
 """Line colours."""
 SEQUENTIAL = "viridis"
 """Colour map of quantities: monotonic in lightness."""
-DIVERGING = "PuOr"
-"""Colour map of signed quantities."""
 
 STYLE: Any = {
     "font.size": 8,
