@@ -102,6 +102,14 @@ def test_that_no_candidate_came_through_its_episode_is_said(tiny_training, tmp_p
     assert said.startswith("1 of 2 learned nothing: no candidate survived")
 
 
+def test_all_runs_of_a_training_are_evaluated_together(tiny_training):
+    trained = TrainedControllers(
+        "ART", tiny_training, tuple(tiny.controllers(tiny_training)), "generation"
+    )
+    judged = trained.evaluate(metric=("failed_share",), undisturbed=2.0).frame()
+    assert judged["run"].nunique() == len(tiny.SEEDS)
+
+
 @pytest.mark.parametrize("seed", tiny.SEEDS)
 def test_simulate_reads_a_trained_controller(capsys, tiny_training, seed):
     path = tiny.controllers(tiny_training)[seed]

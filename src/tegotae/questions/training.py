@@ -30,7 +30,6 @@ from tegotae.systems.registry import name_of
 from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentLearner, AgentSettings
 from tegotae.training.algorithms import Algorithm
-from tegotae.training.collection import group
 from tegotae.training.curves import FITNESS, longest_s, read_curves
 from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH, Evolution, Stopping
 from tegotae.training.learner import Trainable, TrainingState
@@ -233,7 +232,7 @@ class TrainedControllers(AnswerBase):
         Args:
             options: of `tegotae.evaluate`.
         """
-        return evaluate(*group([(path, load(path)) for path in self.files]), **options)
+        return evaluate(self.folder, **options)
 
     def frame(self) -> pd.DataFrame:
         """The learning curves, a row a point; of a search none."""
