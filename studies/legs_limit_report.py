@@ -20,7 +20,7 @@ from tegotae.figures.gaits.style import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.fronts import front
 from tegotae.measures.gaits.lags import stances
-from tegotae.measures.gaits.limit import COLUMNS, FEET, bound, limit_table
+from tegotae.measures.gaits.limit import FEET, bound, limit_table
 from tegotae.measures.gaits.names import named
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
@@ -164,7 +164,7 @@ def controllers_on_ellipse() -> list[dict[str, Any]]:
         family = walker["cell"].partition("@")[0].partition("+")[0].partition("-w")[0]
         if family in ON_ELLIPSE and np.isfinite(walker["cost_of_transport"]):
             name = f"{walker['cell']} run {walker['run']}"
-            row = dict.fromkeys(COLUMNS, np.nan) | {"feet": "ellipse", "source": name}
+            row = dict.fromkeys(limit_table(), np.nan) | {"feet": "ellipse", "source": name}
             row |= {n: walker[n] for n in ("speed", "cost_of_transport", "gait")}
             found[name, row["speed"]] = row
     return list(found.values())
@@ -235,7 +235,7 @@ def row(feet: str, gait: Gait, seen: Look) -> dict[str, Any]:
         seen.flight,
         "search",
     )
-    return dict(zip(COLUMNS, values, strict=True))
+    return dict(zip(limit_table(), values, strict=True))
 
 
 def document(gait: Gait) -> dict[str, Any]:

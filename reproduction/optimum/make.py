@@ -16,7 +16,7 @@ from reproduction.optimum.trajectory import highest_frequency, optimise
 from tegotae._support.errors import TegotaeError, require, require_count, require_finite
 from tegotae._support.progress import reporting
 from tegotae._support.tables import write_csv
-from tegotae.measures.optimum import COLUMNS
+from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
 
 _SLOW = (1.0, 1.5, 2.0, 2.5, 2.75)  # rad/s
@@ -54,7 +54,9 @@ class Make:
             for row in pool.map(partial(_row, self.starts), omegas.tolist()):
                 rows.append(row)
                 reporter.update(len(rows), f"{row['omega']:.2f} rad/s")
-        table = {name: np.array(column) for name, column in _columns(list(COLUMNS), rows).items()}
+        table = {
+            name: np.array(column) for name, column in _columns(list(curve().columns), rows).items()
+        }
         write_bounds(table)
         names = ["omega", "time_s", "height_m", "velocity_m_per_s", "force_n"]
         stances = _columns(names, _stance_rows(names, self.starts))

@@ -26,7 +26,7 @@ from tegotae._support.files import read_arrays, write_arrays
 from tegotae._support.progress import reporting
 from tegotae._support.tables import write_csv
 from tegotae.measures import optimum
-from tegotae.measures.optimum import COLUMNS, curve
+from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
 
 FILE = Path(__file__).with_name("proofs.npz")
@@ -242,7 +242,7 @@ def write_bounds(columns: dict[str, np.ndarray]) -> None:
     """Prove bounds for a table of gaits, and write both in their places: `TABLE` and `FILE`.
 
     Args:
-        columns: those of `tegotae.measures.optimum.COLUMNS`; bounds are replaced.
+        columns: those of `tegotae.measures.optimum.curve`; bounds are replaced.
 
     Raises:
         TegotaeError: if a certificate does not hold.
@@ -253,5 +253,5 @@ def write_bounds(columns: dict[str, np.ndarray]) -> None:
         name: [getattr(row, name) for row in bounds] for name in ("upper_bound", "upper_bound_any")
     }
     write(certificates)
-    table = {name: {**columns, **proved}[name] for name in COLUMNS}
+    table = {name: {**columns, **proved}[name] for name in curve().columns}
     write_csv(TABLE, table, digits=DIGITS)

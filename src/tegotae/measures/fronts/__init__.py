@@ -12,26 +12,40 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import unknown
 from tegotae._support.tables import numbers, parse_csv
 
-COLUMNS = {
-    "family": "what drives the legs",
-    "speed": "mean speed of all starts [√(g l0)]",
-    "cost_of_transport": "mean power / (weight · mean speed)",
-    "omega": "frequency ω [√(g / l0)]",
-    "sigma": "gain σ, or c of the cosine law [√(g / l0) / (m g)]",
-    "offset": "o of the cosine law",
-    "stride": "stride B [l0]",
-    "lift": "lift A [l0]",
-    "press": "press A′ [l0]",
-    "shift": "shift δ [rad]",
-    "upright": "share of the unseen starts that do not fall",
-    "steady": "share of them whose speed is steady",
-    "locked": "share of them whose legs lock into one gait",
-    "speed_spread": "standard deviation of the speed over the starts [√(g l0)]",
-    "gait": "the gait of most starts",
-    "gait_share": "the share of the starts that have it",
-    "duty_factor": "mean share of the stride in stance",
-}
-"""Columns of a table; empty cells of settings that a family does not have."""
+COLUMNS = (
+    *(
+        "family",
+        "speed",
+        "cost_of_transport",
+        "omega",
+        "sigma",
+        "offset",
+        "stride",
+        "lift",
+        "press",
+    ),
+    *("shift", "upright", "steady", "locked", "speed_spread", "gait", "gait_share", "duty_factor"),
+)
+"""Columns of a table; empty cells of settings that a family does not have.
+
+- `family`: what drives the legs
+- `speed`: mean speed of all starts [√(g l0)]
+- `cost_of_transport`: mean power / (weight · mean speed)
+- `omega`: frequency ω [√(g / l0)]
+- `sigma`: gain σ, or c of the cosine law [√(g / l0) / (m g)]
+- `offset`: o of the cosine law
+- `stride`: stride B [l0]
+- `lift`: lift A [l0]
+- `press`: press A′ [l0]
+- `shift`: shift δ [rad]
+- `upright`: share of the unseen starts that do not fall
+- `steady`: share of them whose speed is steady
+- `locked`: share of them whose legs lock into one gait
+- `speed_spread`: standard deviation of the speed over the starts [√(g l0)]
+- `gait`: the gait of most starts
+- `gait_share`: the share of the starts that have it
+- `duty_factor`: mean share of the stride in stance
+"""
 
 NEAR = 0.06
 """How far the next point of a front may be from a speed that it reaches [√(g l0)]."""

@@ -16,19 +16,6 @@ from tegotae._support.errors import require_finite, unknown
 from tegotae._support.tables import numbers, parse_csv
 from tegotae.parts.bodies import Walker
 
-COLUMNS = {
-    "feet": "what the feet may do: on C's `ellipse` at any phase, or `free` within reach",
-    "speed": "speed [√(g l0)]",
-    "cost_of_transport": "the least found at this speed",
-    "omega": "its stride frequency ω [√(g/l0)]",
-    "gait": "its gait, by the middles of its stances",
-    "duty_factor": "share of the stride on the ground, mean of the legs",
-    "longest_stance": "the longest time of a foot on the ground [√(l0/g)]",
-    "hind_lag": "lag of the left fore leg behind the left hind leg [cycles]",
-    "flight": "share of the stride without a foot on the ground",
-    "source": "`search`, or the learned controller that showed it",
-}
-"""Columns of the kept table; what is not known of a controller's gait is empty."""
 FEET = ("free", "ellipse")
 """What the feet of the kept limits may do."""
 
@@ -101,7 +88,21 @@ def bound(body: Walker, speed_m_per_s: ArrayLike, stance_s: ArrayLike) -> np.nda
 
 @cache
 def limit_table() -> dict[str, np.ndarray]:
-    """The kept limits of quadruped C, one array [rows] per column of `COLUMNS`."""
+    """The kept limits of quadruped C, one array [rows] per column.
+
+    What is not known of a controller's gait is NaN or empty. The columns:
+
+    - `feet`: what the feet may do: on C's `ellipse` at any phase, or `free` within reach
+    - `speed`: speed [√(g l0)]
+    - `cost_of_transport`: the least found at this speed
+    - `omega`: its stride frequency ω [√(g/l0)]
+    - `gait`: its gait, by the middles of its stances
+    - `duty_factor`: share of the stride on the ground, mean of the legs
+    - `longest_stance`: the longest time of a foot on the ground [√(l0/g)]
+    - `hind_lag`: lag of the left fore leg behind the left hind leg [cycles]
+    - `flight`: share of the stride without a foot on the ground
+    - `source`: `search`, or the learned controller that showed it
+    """
     own = files("tegotae.measures.gaits").joinpath("limit_quadruped_c.csv")
     table = parse_csv(own.read_text(encoding="utf-8"))
     words = ("feet", "gait", "source")

@@ -12,29 +12,13 @@ from numpy.typing import ArrayLike
 from tegotae._support.tables import numbers, parse_csv
 from tegotae.parts.bodies import Hopper
 
-COLUMNS = {
-    "omega": "hop frequency ω [rad/s]",
-    "cot_inverse": "largest CoT⁻¹ found, period 1 [m/J]",
-    "upper_bound": "no gait of period 1 has more [m/J]",
-    "lift_off": "lift-off velocity of the best gait found [m/s]",
-    "stance_s": "time of the best gait that is not its hop's flight [s]",
-    "swings": "swings down and up in that time",
-    "bounces": "flights in that time, too low to count as hops",
-    "converged": "starts that ended at a gait",
-    "cot_inverse_two": "largest CoT⁻¹ found, period 2, ω its mean [m/J]",
-    "lift_off_low": "the lower of its lift-off velocities [m/s]",
-    "lift_off_high": "the higher [m/s]",
-    "upper_bound_any": "no gait of any period has more, ω its mean [m/J]",
-}
-"""Columns of the table."""
-
 
 @dataclass(frozen=True)
 class Curve:
     """The optimum over hop frequency, one array [frequencies] per column.
 
     Args:
-        columns: those of `COLUMNS`; NaN where no gait was found.
+        columns: by name (`curve`); NaN where no gait was found.
     """
 
     columns: dict[str, np.ndarray]
@@ -60,7 +44,20 @@ class Curve:
 def curve() -> Curve:
     """The kept table of the default hopper, for the default definition of work.
 
-    Made and proved in a clone by `python -m reproduction optimum-table`.
+    Made and proved in a clone by `python -m reproduction optimum-table`. Its columns:
+
+    - `omega`: hop frequency ω [rad/s]
+    - `cot_inverse`: largest CoT⁻¹ found, period 1 [m/J]
+    - `upper_bound`: no gait of period 1 has more [m/J]
+    - `lift_off`: lift-off velocity of the best gait found [m/s]
+    - `stance_s`: time of the best gait that is not its hop's flight [s]
+    - `swings`: swings down and up in that time
+    - `bounces`: flights in that time, too low to count as hops
+    - `converged`: starts that ended at a gait
+    - `cot_inverse_two`: largest CoT⁻¹ found, period 2, ω its mean [m/J]
+    - `lift_off_low`: the lower of its lift-off velocities [m/s]
+    - `lift_off_high`: the higher [m/s]
+    - `upper_bound_any`: no gait of any period has more, ω its mean [m/J]
 
     Example:
         >>> found = curve()
