@@ -41,6 +41,7 @@ from tegotae.parts.oscillators import Clamped
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.rollout import (
     Engine,
+    KeptChannels,
     Scenario,
     Summary,
     Timing,
@@ -310,7 +311,7 @@ class EvaluatedEpisodes:
 
     def undisturbed(self, channels: tuple[str, ...] | None = None) -> Trajectory:
         """The undisturbed part alone, with some channels or all."""
-        return self.rolled_out(self.protocol.undisturbed_s, _Kept(channels))
+        return self.rolled_out(self.protocol.undisturbed_s, KeptChannels(channels))
 
     def disturbed(
         self, channels: tuple[str, ...] | None = None
@@ -329,12 +330,12 @@ class EvaluatedEpisodes:
         """
         protocol, body = self.protocol, self.body
         duration_s = protocol.undisturbed_s + protocol.disturbed_s
-        trajectory = self.rolled_out(duration_s, _Kept(channels))
+        trajectory = self.rolled_out(duration_s, KeptChannels(channels))
         if protocol.drop_m == 0.0:
             return trajectory, None
         apex_s = np.asarray(_next_apex_s(trajectory, body.rest_length_m, protocol.undisturbed_s))
         dropped = {"drop_m": protocol.drop_m, "drop_time_s": apex_s}
-        return self.rolled_out(duration_s, _Kept(channels), **dropped), apex_s
+        return self.rolled_out(duration_s, KeptChannels(channels), **dropped), apex_s
 
     def clamped(self) -> ClampedEpisodes:
         """Undisturbed episodes with the oscillator clamped to each of the protocol's phases."""
@@ -400,18 +401,6 @@ class EvaluatedEpisodes:
             return {metric.name: np.full(len(self.weights), np.nan) for metric in metrics}
         episodes = self.clamped()
         return {metric.name: np.asarray(metric.compute(episodes), float) for metric in metrics}
-
-
-@dataclass(frozen=True)
-class _Kept:
-    """The trajectory's channels that are needed, as an `Engine`'s summary."""
-
-    needs: tuple[str, ...] | None
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Trajectory:
-        return trajectory
 
 
 @jax.jit

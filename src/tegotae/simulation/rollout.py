@@ -29,18 +29,25 @@ from tegotae.simulation.timing import Timing
 from tegotae.simulation.world import GROUND, OMEGA, Scenario, map_change
 
 
-def whole_trajectory(
-    trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-) -> Trajectory:
-    """The trajectory as it is: the summary that keeps everything.
+@dataclass(frozen=True)
+class KeptChannels:
+    """The summary that keeps what was recorded, as it is.
 
     Args:
-        trajectory: what was recorded.
-        scenario: the world of every lane.
-        body: the body.
-        timing: duration and periods.
+        needs: the channels that are recorded; all by default.
     """
-    return trajectory
+
+    needs: tuple[str, ...] | None = None
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> Trajectory:
+        """The trajectory."""
+        return trajectory
+
+
+whole_trajectory = KeptChannels()
+"""The summary that keeps everything."""
 
 
 Summary = Callable[[Trajectory, Scenario, Body, Timing], Any]
@@ -162,7 +169,7 @@ def _require_room(engine: Engine, body: Body, weights: np.ndarray) -> None:
     lanes, timing = weights.shape[-1], engine.timing
     limbs = math.prod(engine.controller.limb_shape)
     frame = float(weights.itemsize) * len(engine.recorder(body).channels) * limbs
-    kept = lanes if engine.summary is whole_trajectory else 0
+    kept = lanes if isinstance(engine.summary, KeptChannels) else 0
     if selected() != NATIVE:
         kept = 2 * kept + xla.lanes_of_a_block(lanes)
     require_memory(

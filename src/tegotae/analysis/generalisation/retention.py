@@ -20,6 +20,7 @@ from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import (
+    KeptChannels,
     Scenario,
     Summary,
     Timing,
@@ -46,18 +47,6 @@ Outcomes: TypeAlias = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
-class _HopChannels:
-    """The channels that hops are read from, as an engine's summary."""
-
-    needs: tuple[str, ...] = _CHANNELS
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Trajectory:
-        return trajectory
-
-
-@dataclass(frozen=True)
 class HopRetention:
     """One leg: it hops while it has not failed and its last hops are not long ago; its gait is a
     limit cycle that lasts until the end, and is the same if it has as many hops.
@@ -74,7 +63,7 @@ class HopRetention:
     rest_length_m: float
     event_s: float
 
-    summary = _HopChannels()
+    summary = KeptChannels(_CHANNELS)
 
     def of(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
         """What counts of what was recorded, arrays [..., lanes]."""
