@@ -328,7 +328,7 @@ BODIES = {
     "NoScale": ({"sense": senses}, r"\.sense gives no scale for velocity"),
     "Weightless": (
         {"rate_scale": property(lambda self: 0.0)},
-        r"\.rate_scale is 0; it must be finite and greater than 0",
+        r"\.rate_scale is 0; it must be greater than 0",
     ),
     "NumericalFailed": (
         {"failed": lambda self, state, ground_m: state.height - ground_m},

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, formatted
 from tegotae.measures.hopping.gait import gait
 from tegotae.measures.hopping.hopping import Settled
 from tegotae.measures.hopping.metric import (
@@ -174,7 +174,7 @@ def _attempt(metric: ClampedMetric | DerivedMetric, *arguments: Any) -> np.ndarr
     try:
         return np.asarray(metric.compute(*arguments), float)
     except Exception as error:
-        raise TegotaeError(f"{metric.name}.compute raised {probing.first_line(error)}") from error
+        raise TegotaeError(f"{metric.name}.compute raised {formatted(error)}") from error
 
 
 def _require_value(

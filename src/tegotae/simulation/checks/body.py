@@ -10,13 +10,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import is_of
+from tegotae._support.errors import is_of, require_finite
 from tegotae._support.transforms import jit
 from tegotae.parts._shapes import MaskPerLane, Number, PerCommand, PerLane, Scalar, StateTree
 from tegotae.parts.bodies import Body, Contact, Hopper, Push, Sensation
 from tegotae.parts.channels import FORCE
 from tegotae.simulation.checks.probing import DTYPES, LANES, PartTrial, listed
 from tegotae.simulation.loop import over_limbs
+from tegotae.simulation.native import numbers_of
 
 _TICK_S = 0.001
 _TICKS = 2000
@@ -51,19 +52,16 @@ def check_body(body: Body) -> None:
     right = "put @tegotae.parts.parameters.traceable above its @dataclass"
     trial.require(not any(leaf is body for leaf in leaves), f" is no pytree; {right}")
     for leaf in leaves:
-        number = isinstance(leaf, int | float | np.number | jax.Array) and not isinstance(
-            leaf, bool
-        )
+        number = isinstance(leaf, _NUMBERS) and not isinstance(leaf, bool)
         trial.require(number, f" has a field {leaf!r}; its fields must be numbers")
-    trial.attempt(" inside a compiled program", _itself, body)
     trial.names(".SENSES", body.SENSES)
     trial.require(body.SENSES, ".SENSES is empty; name at least one sensed quantity")
     for quantity in ("max_force_n", "rest_length_m", "rate_scale"):
-        trial.positive(f".{quantity}", getattr(body, quantity))
+        require_finite(f"{trial.name}.{quantity}", getattr(body, quantity), above=0.0)
     body.check_tick(_TICK_S)
     for dtype in DTYPES:
         with jax.enable_x64(dtype == "float64"):
-            tried = _BodyTrial(trial.name, dtype, _cast(body, dtype))
+            tried = _BodyTrial(trial.name, dtype, numbers_of(body, dtype))
             _check_release(tried)
             _check_sense(tried)
             _check_predict(tried)
@@ -72,20 +70,9 @@ def check_body(body: Body) -> None:
                 given = tried.body, tried.state, tried.ground
                 tried.value(f".{method}", _method(method), *given, dtype=of)
     with jax.enable_x64(True):
-        tried = _BodyTrial(trial.name, "float64", _cast(body, "float64"))
+        tried = _BodyTrial(trial.name, "float64", numbers_of(body, "float64"))
         _check_small_ticks(tried)
         _check_energy(tried)
-
-
-def _itself(body: Body) -> Body:
-    return body
-
-
-def _cast(body: Body, dtype: str) -> Body:
-    def cast(x: Number) -> jax.Array:
-        return jnp.asarray(x, dtype)
-
-    return jax.tree.map(cast, body)
 
 
 @cache
@@ -169,7 +156,8 @@ def _check_sense(trial: _BodyTrial) -> None:
         trial.arrays(f".sense's {quantity}", felt.values[quantity], before=body.limb_shape)
         right = "networks see quantity / scale, so add one"
         trial.require(quantity in felt.scales, f".sense gives no scale for {quantity}; {right}")
-        trial.positive(f".sense's scale of {quantity}", felt.scales[quantity])
+        scale = float(felt.scales[quantity])
+        require_finite(f"{trial.name}.sense's scale of {quantity}", scale, above=0.0)
     trial.independent(".sense", _sensed, body, *given)
 
 

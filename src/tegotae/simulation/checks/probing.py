@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpy.typing as npt
 
-from tegotae._support.errors import TegotaeError, is_of
+from tegotae._support.errors import TegotaeError, formatted, is_of
 from tegotae._support.transforms import jit
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class PartTrial:
             same = bool(part == dataclasses.replace(cast("DataclassInstance", part)))
         except Exception as error:
             raise TegotaeError(
-                f"{self.name} cannot be compared with a copy of itself ({first_line(error)})"
+                f"{self.name} cannot be compared with a copy of itself ({formatted(error)})"
             ) from None
         right += ", and leave __eq__ to the dataclass"
         self.require(same, f" does not equal a copy of itself; {right}")
@@ -93,15 +93,6 @@ class PartTrial:
         are = f"gives {', '.join(given)}; {field} names {', '.join(names)}"
         self.require(given == names, f"{what} {are}: they must be the same")
 
-    def positive(self, what: str, value: object) -> None:
-        """That a value is a single finite number above zero."""
-        try:
-            number = float(cast(float, value))
-        except (TypeError, ValueError):
-            raise TegotaeError(f"{self.name}{what} is {value!r}; it must be one number") from None
-        holds = np.isfinite(number) and number > 0.0
-        self.require(holds, f"{what} is {number:g}; it must be finite and greater than 0")
-
     def attempt(self, what: str, function: Callable[..., T], *args: object) -> T:
         """The function's result inside a compiled program; it must not need a value in Python."""
         try:
@@ -118,7 +109,7 @@ class PartTrial:
                 "use jnp functions, and jnp.where in place of if"
             ) from None
         except Exception as error:
-            raise TegotaeError(f"{self.name}{what} raised {first_line(error)}") from error
+            raise TegotaeError(f"{self.name}{what} raised {formatted(error)}") from error
 
     def arrays(
         self,
@@ -197,12 +188,6 @@ class PartTrial:
     def lanes(self, low: float, high: float, seed: int) -> jax.Array:
         """Trial values, all different, in [low, high)."""
         return jnp.asarray(np.random.default_rng(seed).uniform(low, high, LANES), self.dtype)
-
-
-def first_line(error: Exception) -> str:
-    """An exception in one line."""
-    lines = str(error).strip().splitlines()
-    return f"{type(error).__name__}: {lines[0]}" if lines else type(error).__name__
 
 
 def listed(array: npt.ArrayLike | jax.Array) -> str:
