@@ -10,7 +10,7 @@ from tegotae.measures.hopping import catalogue, gait
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.simulation.rollout import Trajectory
 
-METRICS = (catalogue.FEEDBACK_SHARE, catalogue.FEEDBACK_WHILE_PUSHING, catalogue.PHASE_SHARE)
+METRICS = (catalogue.feedback_share, catalogue.feedback_while_pushing, catalogue.phase_share)
 ALPHA = 4.0
 
 

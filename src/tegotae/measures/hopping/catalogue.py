@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae.measures.hopping import signals
 from tegotae.measures.hopping.metric import (
     AT_REST,
     FAILED,
@@ -15,6 +16,7 @@ from tegotae.measures.hopping.metric import (
     REGIME,
     REPORT,
     TABLE,
+    ClampedEpisodes,
     ClampedMetric,
     Conditions,
     DerivedMetric,
@@ -22,10 +24,15 @@ from tegotae.measures.hopping.metric import (
     GaitMetric,
     Metric,
 )
-from tegotae.measures.hopping.signals import cot_inverse, delta_omega, delta_w, smoothness
 from tegotae.measures.hopping.statistics import POSITIVE, SHARE
 from tegotae.measures.optimum import has_table, share
 from tegotae.parts._shapes import AnyArray
+
+Values = Mapping[str, np.ndarray]
+"""Values of other metrics by name, of one shape."""
+
+WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
+"""The channels of the actuator's work, by every definition."""
 
 
 def over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
@@ -34,71 +41,66 @@ def over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
     Zero for a body at rest or one that does no work, and undefined without a limit cycle.
     """
     done = episode.work_j
+    efficiency = signals.cot_inverse(episode.over_cycles(climbed_m), done)
     # Negative work (and work that was not recorded) has no efficiency.
-    value = jnp.where(done > -1e-6, cot_inverse(episode.over_cycles(climbed_m), done), jnp.nan)
+    value = jnp.where(done > -1e-6, efficiency, jnp.nan)
     return jnp.where(episode.regime == AT_REST, 0.0, episode.where_settled(value))
 
 
 # Source: paper equation 12, the variant A of Fig. 4.
-COT_INVERSE = GaitMetric(
-    name="cot_inverse",
+@GaitMetric.described(
     label="CoT⁻¹",
     unit="m/J",
-    about="height climbed in flight per work, over the settled part (equation 12)",
     more_is_better=True,
     range=POSITIVE,
-    channels=("work_absolute_j", "work_positive_j", "work_net_j", "climb_flight_m"),
-    compute=lambda episode: over_cycles(episode, episode.whole.climb_flight_m),
+    channels=(*WORK, "climb_flight_m"),
 )
+def cot_inverse(episode: Episode) -> jax.Array:
+    """height climbed in flight per work, over the settled part (equation 12)"""
+    return over_cycles(episode, episode.whole.climb_flight_m)
 
 
-def _optimum_share(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
+# Source: of this library (`tegotae.measures.optimum`).
+@DerivedMetric.described(
+    label="of optimum",
+    more_is_better=True,
+    range=POSITIVE,
+    of=("cot_inverse", "hop_rate", "limit_cycle_period"),
+    needs_body=True,
+)
+def optimum_share(values: Values, conditions: Conditions) -> np.ndarray:
+    """CoT⁻¹ over the largest that any force can have at the gait's own hop rate"""
     cot, rate = values["cot_inverse"], values["hop_rate"]
     if not has_table(conditions.body, conditions.work):
         return np.full(np.shape(cot), np.nan)
     return share(cot, rate, values["limit_cycle_period"])
 
 
-# Source: of this library (`tegotae.measures.optimum`).
-OPTIMUM_SHARE = DerivedMetric(
-    name="optimum_share",
-    label="of optimum",
-    about="CoT⁻¹ over the largest that any force can have at the gait's own hop rate",
-    more_is_better=True,
-    range=POSITIVE,
-    of=("cot_inverse", "hop_rate", "limit_cycle_period"),
-    compute=_optimum_share,
-    needs_body=True,
-)
-
-
 # Source: paper equation 12, the variant B of Fig. 4.
-COT_INVERSE_TOTAL = GaitMetric(
-    name="cot_inverse_total",
+@GaitMetric.described(
     label="CoT⁻¹ B",
     unit="m/J",
-    about="height climbed in flight and in stance per work, over the settled part",
     more_is_better=True,
     range=POSITIVE,
-    channels=("work_absolute_j", "work_positive_j", "work_net_j", "climb_m"),
+    channels=(*WORK, "climb_m"),
     shown=(TABLE, REPORT),
-    compute=lambda episode: over_cycles(episode, episode.whole.climb_m),
 )
+def cot_inverse_total(episode: Episode) -> jax.Array:
+    """height climbed in flight and in stance per work, over the settled part"""
+    return over_cycles(episode, episode.whole.climb_m)
 
 
 # Source: paper IV-A, T0.
-T0 = GaitMetric(
-    name="t0_s",
-    label="T0",
-    unit="s",
-    about="time from release until settled",
-    more_is_better=False,
-    range=POSITIVE,
-    compute=lambda episode: episode.where_settled(episode.cycle.time_s),
-)
+@GaitMetric.described(label="T0", unit="s", more_is_better=False, range=POSITIVE)
+def t0_s(episode: Episode) -> jax.Array:
+    """time from release until settled"""
+    return episode.where_settled(episode.cycle.time_s)
 
 
-def _t1(episode: Episode) -> jax.Array:
+# Source: paper IV-A, T1.
+@GaitMetric.described(label="T1", unit="s", more_is_better=False, range=POSITIVE, disturbed=True)
+def t1_s(episode: Episode) -> jax.Array:
+    """time from the first touchdown after a drop of the ground until settled again"""
     if episode.disturbed_at_s is None:
         return jnp.full_like(episode.cycle.time_s, jnp.nan)
     touchdowns = jnp.asarray(episode.whole.touchdown_time_s)
@@ -109,212 +111,168 @@ def _t1(episode: Episode) -> jax.Array:
     return episode.where_settled(jnp.where(fell, jnp.nan, again.time_s - touchdown))
 
 
-# Source: paper IV-A, T1.
-T1 = GaitMetric(
-    name="t1_s",
-    label="T1",
-    unit="s",
-    about="time from the first touchdown after a drop of the ground until settled again",
-    more_is_better=False,
-    range=POSITIVE,
-    disturbed=True,
-    compute=_t1,
-)
-
-
-def _delta_omega(episode: Episode) -> jax.Array:
-    if not episode.has_oscillator:  # no prescribed frequency to deviate from, as in the fitness
-        return episode.where_settled(jnp.zeros_like(episode.cycle.time_s))
-    return episode.where_settled(delta_omega(episode.omega, *episode.peak))
-
-
 # Source: paper equation 13.
-DELTA_OMEGA = GaitMetric(
-    name="delta_omega",
+@GaitMetric.described(
     label="ΔΩ",
     unit="rad²/s²",
-    about="deviation from a pure oscillation at ω (equation 13)",
     more_is_better=True,
     range=(-float("inf"), 0.0),
     channels=("height_m",),
     parameters=("omega",),
     shown=(TABLE, REPORT),
-    compute=_delta_omega,
 )
+def delta_omega(episode: Episode) -> jax.Array:
+    """deviation from a pure oscillation at ω (equation 13)"""
+    if not episode.has_oscillator:  # no prescribed frequency to deviate from, as in the fitness
+        return episode.where_settled(jnp.zeros_like(episode.cycle.time_s))
+    return episode.where_settled(signals.delta_omega(episode.omega, *episode.peak))
 
 
 # Source: paper equation 14.
-DELTA_W = GaitMetric(
-    name="delta_w",
+@GaitMetric.described(
     label="Δw",
     unit="rad/s",
-    about="distance of the spectrum's peaks from ω (equation 14)",
     more_is_better=False,
     range=POSITIVE,
     channels=("height_m",),
     parameters=("omega",),
-    compute=lambda episode: episode.where_settled(delta_w(episode.spectrum, episode.omega)),
 )
+def delta_w(episode: Episode) -> jax.Array:
+    """distance of the spectrum's peaks from ω (equation 14)"""
+    return episode.where_settled(signals.delta_w(episode.spectrum, episode.omega))
 
 
 # Source: paper IV-A.
-CPGU = ClampedMetric(
-    name="cpgu",
-    label="CPGu",
-    about="share of clamped phases without a limit cycle: 1 depends fully on the oscillator",
-    more_is_better=None,
-    range=SHARE,
-    compute=lambda clamped: 1.0 - clamped.on_cycle.mean(axis=-1),
-)
+@ClampedMetric.described(label="CPGu", more_is_better=None, range=SHARE)
+def cpgu(clamped: ClampedEpisodes) -> np.ndarray:
+    """share of clamped phases without a limit cycle: 1 depends fully on the oscillator"""
+    return 1.0 - clamped.on_cycle.mean(axis=-1)
 
 
 # Source: of this library; the paper (IV-A) asks for a limit cycle of any period.
-LIMIT_CYCLE_PERIOD = GaitMetric(
-    name="limit_cycle_period",
-    label="period",
-    unit="hops",
-    about="hops after which the limit cycle repeats itself",
-    more_is_better=None,
-    range=(1.0, float("inf")),
-    shown=(),
-    compute=lambda episode: episode.where_settled(episode.cycle.period),
+@GaitMetric.described(
+    label="period", unit="hops", more_is_better=None, range=(1.0, float("inf")), shown=()
 )
+def limit_cycle_period(episode: Episode) -> jax.Array:
+    """hops after which the limit cycle repeats itself"""
+    return episode.where_settled(episode.cycle.period)
 
 
 # Source: of this library; the paper (IV-A) asks of every episode whether a limit cycle forms.
-LIMIT_CYCLE_SHARE = DerivedMetric(
-    name="limit_cycle_share",
-    label="limit cycles",
-    about="share of the episodes with a limit cycle",
-    more_is_better=True,
-    range=SHARE,
-    of=(REGIME,),
-    compute=lambda values, conditions: (values[REGIME] == LIMIT_CYCLE).astype(float),
-)
-
-
-def _recovery_share(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
-    tested = (values["limit_cycle_share"] == 1.0) & (conditions.drop_m > 0.0)
-    return np.where(tested, np.isfinite(values["t1_s"]), np.nan)
+@DerivedMetric.described(label="limit cycles", more_is_better=True, range=SHARE, of=(REGIME,))
+def limit_cycle_share(values: Values, conditions: Conditions) -> np.ndarray:
+    """share of the episodes with a limit cycle"""
+    return (values[REGIME] == LIMIT_CYCLE).astype(float)
 
 
 # Source: paper IV-A, on T1: "new limit cycle formation, if any".
-RECOVERY_SHARE = DerivedMetric(
-    name="recovery_share",
+@DerivedMetric.described(
     label="recovers",
-    about="share of the settled episodes that settle again after a drop of the ground",
     more_is_better=True,
     range=SHARE,
     shown=(),
     of=("limit_cycle_share", "t1_s"),
-    compute=_recovery_share,
 )
+def recovery_share(values: Values, conditions: Conditions) -> np.ndarray:
+    """share of the settled episodes that settle again after a drop of the ground"""
+    tested = (values["limit_cycle_share"] == 1.0) & (conditions.drop_m > 0.0)
+    return np.where(tested, np.isfinite(values["t1_s"]), np.nan)
 
 
 # Source: of this library.
-FAILED_SHARE = DerivedMetric(
-    name="failed_share",
-    label="failed",
-    about="share of the episodes in which the body fails before it is disturbed",
+@DerivedMetric.described(label="failed", more_is_better=False, range=SHARE, shown=(), of=(REGIME,))
+def failed_share(values: Values, conditions: Conditions) -> np.ndarray:
+    """share of the episodes in which the body fails before it is disturbed"""
+    return (values[REGIME] == FAILED).astype(float)
+
+
+# Source: of this library; such an episode has no limit cycle, and a CoT⁻¹ of zero.
+@DerivedMetric.described(
+    label="at rest",
     more_is_better=False,
     range=SHARE,
     shown=(),
-    of=(REGIME,),
-    compute=lambda values, conditions: (values[REGIME] == FAILED).astype(float),
+    of=("limit_cycle_share", "cot_inverse"),
 )
-
-
-def _at_rest_share(values: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
+def at_rest_share(values: Values, conditions: Conditions) -> np.ndarray:
+    """share of the episodes in which the body no longer hops before it is disturbed"""
     # Of what does not settle, a body at rest alone has a CoT⁻¹.
     rests = (values["limit_cycle_share"] == 0.0) & (values["cot_inverse"] == 0.0)
     return rests.astype(float)
 
 
-# Source: of this library; such an episode has no limit cycle, and a CoT⁻¹ of zero.
-AT_REST_SHARE = DerivedMetric(
-    name="at_rest_share",
-    label="at rest",
-    about="share of the episodes in which the body no longer hops before it is disturbed",
-    more_is_better=False,
-    range=SHARE,
-    shown=(),
-    of=("limit_cycle_share", "cot_inverse"),
-    compute=_at_rest_share,
-)
-
-
-def _smoothness(episode: Episode) -> jax.Array:
-    impulse_ns = episode.trajectory.impulse_ns
-    value = smoothness(impulse_ns, episode.max_force_n, episode.frame_s, episode.start_s)
-    return episode.where_settled(value)
-
-
 # Source: of this library; the paper (V) calls actuation smooth and gives no measure.
-SMOOTHNESS = GaitMetric(
-    name="smoothness",
+@GaitMetric.described(
     label="dF/dt",
     unit="1/s",
-    about="root-mean-square rate of change of the actuator force over its largest value",
     more_is_better=False,
     range=POSITIVE,
     channels=("impulse_ns",),
     parameters=("max_force_n",),
     shown=(TABLE, REPORT),
-    compute=_smoothness,
 )
+def smoothness(episode: Episode) -> jax.Array:
+    """root-mean-square rate of change of the actuator force over its largest value"""
+    impulse_ns = episode.trajectory.impulse_ns
+    value = signals.smoothness(impulse_ns, episode.max_force_n, episode.frame_s, episode.start_s)
+    return episode.where_settled(value)
 
 
 # Source: paper equation 13, w_peak.
-W_PEAK = GaitMetric(
-    name="w_peak",
+@GaitMetric.described(
     label="w peak",
     math=r"$w_\mathrm{peak}$",
     unit="rad/s",
-    about="frequency of the highest peak of the height's spectrum, over the settled part",
     more_is_better=None,
     range=POSITIVE,
     channels=("height_m",),
     shown=(),
-    compute=lambda episode: episode.where_settled(episode.peak[0]),
 )
+def w_peak(episode: Episode) -> jax.Array:
+    """frequency of the highest peak of the height's spectrum, over the settled part"""
+    return episode.where_settled(episode.peak[0])
 
 
 # Source: paper equation 13, A_peak.
-A_PEAK = GaitMetric(
-    name="a_peak",
+@GaitMetric.described(
     label="A peak",
     math=r"$A_\mathrm{peak}$",
-    about="square root of the power's share in the spectrum's highest peak",
     more_is_better=None,
     range=SHARE,
     channels=("height_m",),
     shown=(),
-    compute=lambda episode: episode.where_settled(episode.peak[1]),
 )
+def a_peak(episode: Episode) -> jax.Array:
+    """square root of the power's share in the spectrum's highest peak"""
+    return episode.where_settled(episode.peak[1])
 
 
-def _hop_rate(episode: Episode) -> jax.Array:
+# Source: of this library.
+@GaitMetric.described(
+    label="hop rate", unit="rad/s", more_is_better=None, range=POSITIVE, shown=(TABLE, REPORT)
+)
+def hop_rate(episode: Episode) -> jax.Array:
+    """2π times hops over time, over the cycles of CoT⁻¹"""
     cycle = episode.cycle
     cycles_s = episode.apex_s(cycle.to_hop) - episode.apex_s(cycle.from_hop)
     hops_s = cycles_s / (cycle.to_hop - cycle.from_hop).astype(cycles_s.dtype)
     return episode.where_settled(2.0 * jnp.pi / hops_s)
 
 
-# Source: of this library.
-HOP_RATE = GaitMetric(
-    name="hop_rate",
-    label="hop rate",
-    unit="rad/s",
-    about="2π times hops over time, over the cycles of CoT⁻¹",
+# Source: of this library, for the paper's "switches off the oscillator feedback mechanism" (V).
+@GaitMetric.described(
+    label="by feedback",
     more_is_better=None,
-    range=POSITIVE,
-    shown=(TABLE, REPORT),
-    compute=_hop_rate,
+    range=SHARE,
+    channels=("feedback_rad_per_s",),
+    parameters=("omega",),
+    shown=(REPORT,),
 )
+def feedback_share(episode: Episode) -> jax.Array:
+    """size of the feedback, mean |f| over ω + mean |f|
 
-
-def _feedback_share(episode: Episode) -> jax.Array:
-    """Mean |f| over ω + mean |f|, over the settled part: 0 if the feedback is off."""
+    Over the settled part: 0 if the feedback is off.
+    """
     feedback = jnp.abs(jnp.asarray(episode.trajectory.feedback_rad_per_s))
     if not episode.has_oscillator:
         return jnp.full(feedback.shape[1:], jnp.nan)
@@ -322,30 +280,24 @@ def _feedback_share(episode: Episode) -> jax.Array:
     return episode.where_settled(mean / (jnp.asarray(episode.omega) + mean))
 
 
-# Source: of this library, for the paper's "switches off the oscillator feedback mechanism" (V).
-FEEDBACK_SHARE = GaitMetric(
-    name="feedback_share",
-    label="by feedback",
-    about="size of the feedback, mean |f| over ω + mean |f|",
-    more_is_better=None,
-    range=SHARE,
-    channels=("feedback_rad_per_s",),
-    parameters=("omega",),
-    shown=(REPORT,),
-    compute=_feedback_share,
-)
-
-
 _BINS = 12
 """Of the spring force, from zero to its largest; in each of them the force may follow a line."""
-
 
 _STILL = 1e-3
 """A force that varies less than this, over its own size, has no variance to be explained."""
 
 
-def _phase_share(episode: Episode) -> jax.Array:
-    """The force's variance left beside a line in each of 12 bins of F_k, over its whole variance.
+# Source: of this library, for the paper's "independence of the actuation instant from the
+# oscillator state, while the actuation force is solely modulated by F_k" (V).
+@GaitMetric.described(
+    label="by phase",
+    more_is_better=None,
+    range=SHARE,
+    channels=("spring_force_n", "actuator_force_n"),
+    shown=(REPORT,),
+)
+def phase_share(episode: Episode) -> jax.Array:
+    """share of the force's variance in stance left beside a line in each of 12 bins of F_k
 
     All in stance of the settled part: about E[Var(F_a | F_k)] / Var(F_a).
 
@@ -384,39 +336,21 @@ def _phase_share(episode: Episode) -> jax.Array:
     return episode.where_settled(jnp.clip(share, 0.0, 1.0))
 
 
-# Source: of this library, for the paper's "independence of the actuation instant from the
-# oscillator state, while the actuation force is solely modulated by F_k" (V).
-PHASE_SHARE = GaitMetric(
-    name="phase_share",
-    label="by phase",
-    about="share of the force's variance in stance left beside a line in each of 12 bins of F_k",
+# Source: of this library, for the paper's "the oscillator is slowed down during actuation" (V).
+@GaitMetric.described(
+    label="f pushing",
+    unit="rad/s",
     more_is_better=None,
-    range=SHARE,
-    channels=("spring_force_n", "actuator_force_n"),
-    shown=(REPORT,),
-    compute=_phase_share,
+    channels=("feedback_rad_per_s", "actuator_force_n"),
+    shown=(),
 )
-
-
-def _feedback_while_pushing(episode: Episode) -> jax.Array:
+def feedback_while_pushing(episode: Episode) -> jax.Array:
+    """mean feedback while the actuator pushes; below zero it slows the oscillator"""
     feedback = jnp.asarray(episode.trajectory.feedback_rad_per_s)
     if not episode.has_oscillator:
         return jnp.full(feedback.shape[1:], jnp.nan)
     pushes = jnp.asarray(episode.trajectory.actuator_force_n) > 0.0
     return episode.where_settled(episode.mean_where(feedback, pushes))
-
-
-# Source: of this library, for the paper's "the oscillator is slowed down during actuation" (V).
-FEEDBACK_WHILE_PUSHING = GaitMetric(
-    name="feedback_while_pushing",
-    label="f pushing",
-    unit="rad/s",
-    about="mean feedback while the actuator pushes; below zero it slows the oscillator",
-    more_is_better=None,
-    channels=("feedback_rad_per_s", "actuator_force_n"),
-    shown=(),
-    compute=_feedback_while_pushing,
-)
 
 
 METRICS = tuple(metric for metric in tuple(globals().values()) if isinstance(metric, Metric))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, SupportsIndex
+from typing import Any, NamedTuple, Self, SupportsIndex
 
 import jax
 import jax.numpy as jnp
@@ -211,6 +212,31 @@ class Metric:
     range: Range = UNBOUNDED
     math: str = ""
     shown: tuple[str, ...] = PLACES
+
+    @classmethod
+    def described(cls, **fields: Any) -> Callable[[Callable[..., Any]], Self]:
+        """A decorator that makes a metric of the function that computes it.
+
+        The function's name is the metric's, and the first line of its docstring the meaning.
+
+        Args:
+            fields: all other fields.
+
+        Example:
+            >>> @GaitMetric.described(label="first apex", unit="m", more_is_better=None)
+            ... def first_apex_m(episode):
+            ...     '''height of the first apex'''
+            ...     return episode.hops.height_m[0]
+            >>> first_apex_m.about
+            'height of the first apex'
+        """
+
+        def made(compute: Callable[..., Any]) -> Self:
+            about = (inspect.getdoc(compute) or "").partition("\n")[0]
+            named = {"name": compute.__name__, "about": about, "compute": compute}
+            return cls(**named, **fields)
+
+        return made
 
     @property
     def heading(self) -> str:
