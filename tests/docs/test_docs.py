@@ -18,8 +18,7 @@ from tegotae.cli.asking import Asked, options_by_subject
 from tegotae.questions.options import without_unit
 from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, described
 
-FOLDERS = (".", "extending", "gaits", "deploy", "guides")
-PAGES = sorted(page for folder in FOLDERS for page in (DOCS / folder).glob("*.md"))
+PAGES = sorted(page for page in DOCS.rglob("*.md") if "_static" not in page.parts)
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 EXAMPLES = [
     *(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs", "generalisation"))
