@@ -20,9 +20,13 @@ from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, de
 
 PAGES = sorted(page for page in DOCS.rglob("*.md") if "_static" not in page.parts)
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
-EXAMPLES = [
-    *(DOCS / f"{name}.md" for name in ("getting-started", "concepts", "legs", "generalisation"))
-]
+PLAIN = (
+    *("getting-started", "concepts", "legs", "generalisation", "architecture", "native"),
+    *("oscillators", "api/questions", "figures/index", "gaits/index", "gaits/front"),
+    "studies/legs_limit",
+)
+"""Pages whose Python needs no file of the reader's."""
+EXAMPLES = [DOCS / f"{name}.md" for name in PLAIN]
 # The page on live control needs its commands, too: test_guides.py follows it whole.
 EXAMPLES += [*DOCS.glob("extending/*.md"), DOCS / "deploy" / "controller-file.md"]
 
