@@ -115,7 +115,7 @@ class EnvironmentTask(Task):
     @cached_property
     def experiment(self) -> EnvExperiment:
         """The experiment in which they were trained."""
-        return EnvExperiment.of_set(self.runs)
+        return EnvExperiment.of(self.runs)
 
     def on(self, body: Body) -> EnvironmentTask:
         raise TegotaeError(f"{self.name} was trained on an environment, and has its body there")

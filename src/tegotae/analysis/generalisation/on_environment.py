@@ -88,7 +88,7 @@ class ModelUnderTest(Tested):
     @cached_property
     def experiment(self) -> EnvExperiment:
         """Where they were trained."""
-        return EnvExperiment.of_set(self.controllers)
+        return EnvExperiment.of(self.controllers)
 
     @property
     def omega(self) -> float | None:

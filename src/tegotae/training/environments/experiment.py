@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 import numpy as np
@@ -22,7 +22,7 @@ from tegotae.envs.wiring import Wiring, read_by, wiring_document, wiring_of
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.systems.controller_file import ControllerSet, SavedController
-from tegotae.systems.descriptions import describe
+from tegotae.systems.descriptions import describe, restore
 from tegotae.systems.env_task import EnvTask, WiringDocument
 from tegotae.systems.experiment import require_name
 from tegotae.systems.grammar import BUDGET
@@ -32,8 +32,11 @@ from tegotae.training.environments.objectives import (
     EnvObjective,
     Hopping,
     Return,
-    objective_of,
+    UserObjective,
 )
+
+_OF_EPISODES = ("duration_s", "episodes", "seed", "evaluation_episodes")
+"""Fields that a file's task calls the same."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,6 +86,9 @@ class EnvExperiment:
     seed: int = 0
     evaluation_episodes: int = 0
     limit_s: float = 60.0
+
+    cot_unit: ClassVar[str] = "m/J"
+    """The unit of CoT⁻¹."""
 
     def __post_init__(self) -> None:
         require_name(self.name)
@@ -154,16 +160,6 @@ class EnvExperiment:
         own = {"name": model.name, "spec": spec, "wiring": wiring, "objective": objective}
         return cls(**{**own, **settings})
 
-    @classmethod
-    def of_set(cls, runs: ControllerSet) -> EnvExperiment:
-        """The experiment in which the runs of a set were trained.
-
-        Raises:
-            TegotaeError: for runs that were not trained on an environment.
-        """
-        name = runs.name.partition(" (")[0]
-        return cls.of(SavedController(runs.system, runs.weights[0], name, task=runs.task))
-
     @property
     def controller(self) -> Controller:
         """The structure whose weights are learned: a unit a limb."""
@@ -203,18 +199,15 @@ class EnvExperiment:
             env=self.spec.env,
             settings=dict(self.spec.settings),
             wiring=fitted(wiring_document(self.wiring), WiringDocument),
-            objective=self.objective.document,
-            duration_s=self.duration_s,
-            episodes=self.episodes,
+            objective=describe(self.objective),
             omegas=list(self.omegas),
-            seed=self.seed,
-            evaluation_episodes=self.evaluation_episodes,
             sha256=self._sha256,
+            **{name: getattr(self, name) for name in _OF_EPISODES},
         )
 
     @classmethod
-    def of(cls, saved: SavedController) -> EnvExperiment:
-        """The experiment in which a saved controller was trained.
+    def of(cls, saved: SavedController | ControllerSet) -> EnvExperiment:
+        """The experiment in which a saved controller, or the runs of a set, were trained.
 
         Raises:
             TegotaeError: for a controller that was not trained on an environment.
@@ -230,17 +223,14 @@ class EnvExperiment:
                 f"{saved.name or 'the controller'} was not trained on an environment; give one "
                 "that was (tegotae train --env)"
             )
-        wiring = wiring_of(task.wiring)
+        wiring = wiring_of(task.wiring).reading(saved.system.controller)
         return cls(
-            name=saved.name,
+            name=saved.name.partition(" (")[0],  # of a set what differs in it follows
             spec=EnvSpec(env=task.env, settings=tuple(task.settings.items())),
-            wiring=dataclasses.replace(wiring.reading(saved.controller), omega=saved.omega),
-            objective=objective_of(task.objective),
-            duration_s=task.duration_s,
-            episodes=task.episodes,
+            wiring=dataclasses.replace(wiring, omega=saved.system.omega),
+            objective=restore(task.objective, Return | Hopping | UserObjective, "objective"),
             omegas=tuple(task.omegas),
-            seed=task.seed,
-            evaluation_episodes=task.evaluation_episodes,
+            **{name: getattr(task, name) for name in _OF_EPISODES},
         )
 
     @cached_property
@@ -304,11 +294,6 @@ class EnvExperiment:
     def is_searched(self) -> bool:
         """Whether all there is to learn is a constant gain σ, which a search finds."""
         return self.controller.has_a_gain_alone
-
-    @property
-    def cot_unit(self) -> str:
-        """The unit of CoT⁻¹."""
-        return "m/J"
 
     @property
     def gains(self) -> np.ndarray:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import reprlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, SupportsFloat, cast
+from typing import Any, ClassVar, SupportsFloat, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.documents import JsonObject, described_fields
 from tegotae._support.errors import TegotaeError, formatted, unknown
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.recording import from_samples
@@ -111,6 +110,9 @@ ENTRY_OF_WORK = {"absolute": "work", "positive": "work_positive", "net": "work_n
 class EnvObjective(ABC):
     """The measure of an episode: a frozen dataclass of its settings."""
 
+    NAME: ClassVar[str]
+    """What files call it."""
+
     def entries(self, wiring: Wiring) -> tuple[str, ...] | None:
         """Which of the observation's entries it reads; None for all, with actions and phases."""
         return ()
@@ -123,11 +125,6 @@ class EnvObjective(ABC):
         """The user's file that it comes from, if any."""
         return None
 
-    @property
-    def document(self) -> JsonObject:
-        """Kind and settings as plain JSON values."""
-        return {"kind": type(self).__name__, **described_fields(self)}
-
     @abstractmethod
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
         """Scores of every lane."""
@@ -136,6 +133,8 @@ class EnvObjective(ABC):
 @dataclass(frozen=True)
 class Return(EnvObjective):
     """The sum of the environment's own rewards."""
+
+    NAME = "Return"
 
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
         """Scores of every lane; an episode that ends early has not failed by that."""
@@ -159,6 +158,8 @@ class Hopping(EnvObjective):
     Raises:
         TegotaeError: for an unknown definition of work.
     """
+
+    NAME = "Hopping"
 
     settle_s: float = 12.0
     follow_omega: bool = True
@@ -250,6 +251,8 @@ def _as_rollout(
 class UserObjective(EnvObjective):
     """A function of your own of an `EnvEpisode`: `FILE.py:FUNCTION` or `MODULE:FUNCTION`."""
 
+    NAME = "UserObjective"
+
     function: str
 
     @property
@@ -314,24 +317,3 @@ def env_objective_named(name: str, **settings: Any) -> EnvObjective:
     raise TegotaeError(
         f"no fitness is called {name!r}; it is hopping, return, FILE.py:FUNCTION or MODULE:FUNCTION"
     )
-
-
-def objective_of(document: Mapping[str, Any]) -> EnvObjective:
-    """The objective of its document.
-
-    Raises:
-        TegotaeError: for a document that is none.
-
-    Example:
-        >>> objective_of({"kind": "Hopping", "settle_s": 4.0}).settle_s
-        4.0
-    """
-    kinds = {kind.__name__: kind for kind in (Return, Hopping, UserObjective)}
-    settings = dict(document)
-    kind = kinds.get(settings.pop("kind", ""))
-    try:
-        if kind is not None:
-            return kind(**settings)
-    except TypeError:
-        pass
-    raise TegotaeError(f"no objective on an environment is {reprlib.repr(dict(document))}")
