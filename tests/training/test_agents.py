@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
-import shutil
 import subprocess
 import sys
 
@@ -41,7 +40,6 @@ from tegotae.training.agents import (  # noqa: E402
 )
 from tegotae.training.agents.learning import hopper_settings, learn, make_agent, task_of  # noqa: E402
 from tegotae.training.algorithms import PGPE  # noqa: E402
-from tegotae.training.curves import read_curves  # noqa: E402
 from tegotae.training.evolution import Evolution  # noqa: E402
 from tegotae.training.run import (  # noqa: E402
     COLUMNS,
@@ -154,10 +152,6 @@ class TestPolicy:
         ours = initial_weights(agent_controller(model.experiment(), SAC), 7)
         np.testing.assert_allclose(ours, evolved, rtol=1e-6)
 
-    def test_is_as_large_as_pgpes(self):
-        model = find("AR-rF-reflex-w8")
-        assert agent_controller(model.experiment(), PPO).layout == model.controller().layout
-
     @BOTH
     def test_explores_with_the_same_deviation_everywhere(self, settings):
         learner = training(settings, noise=0.05)
@@ -253,12 +247,6 @@ class TestLearning:
         with pytest.raises(TegotaeError, match=r"seed 0 diverged .* learning_rate"):
             list(learn(wild, seed=0, episodes=8, evaluate_every=2))
 
-    @pytest.mark.parametrize("count", ["episodes", "evaluate_every", "seed"])
-    def test_refuses_counts_that_are_none(self, count):
-        counts = {"seed": 0, "episodes": 2, "evaluate_every": 1, count: -1}
-        with pytest.raises(TegotaeError, match=f"{count} is -1"):
-            next(learn(training(PPO), **counts))
-
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -295,15 +283,6 @@ class TestFolder:
             outcome = played(training(PPO), saved.weights)
             assert outcome["fitness"][0] == pytest.approx(saved.training["best_fitness"], rel=1e-5)
 
-    def test_its_controllers_are_read_by_what_reads_controllers(self, folder):
-        path = folder / "AR-rF-sector-w8-seed0.json"
-        assert main(["simulate", str(path), "--duration", "2"]) == 0
-
-    def test_its_curves_are_read_beside_pgpes(self, folder):
-        curves = read_curves([folder])
-        assert [(c.algorithm, c.seed) for c in curves] == [("ppo", 0), ("ppo", 1)]
-        assert curves[0].simulated_s.tolist() == [0.0, 12.0, 24.0]
-
     def test_seeds_that_are_done_are_left_as_they_are(self, folder):
         before = (folder / "curves.csv").read_text()
         seen = []
@@ -331,18 +310,6 @@ class TestFolder:
         assert self.rows(tmp_path) == self.rows(folder)
         for name in ("AR-rF-sector-w8-seed0.json", "AR-rF-sector-w8-seed1.json"):
             assert (tmp_path / name).read_text() == (folder / name).read_text()
-
-    def test_another_training_does_not_go_into_it(self, folder):
-        with pytest.raises(
-            TegotaeError, match=r"differs in algorithm\.gamma; choose another folder"
-        ):
-            train(run(dataclasses.replace(PPO, gamma=0.9), seeds=(0, 1)), folder)
-
-    def test_a_damaged_checkpoint_is_named(self, folder, tmp_path):
-        shutil.copytree(folder, tmp_path / "damaged")
-        (tmp_path / "damaged" / "checkpoint.npz").write_bytes(b"")
-        with pytest.raises(TegotaeError, match=r"checkpoint\.npz is damaged"):
-            train(run(seeds=(0, 1)), tmp_path / "damaged")
 
 
 class TestTuning:
@@ -403,10 +370,6 @@ class TestBadInput:
     def test_senses_that_do_not_exist(self):
         with pytest.raises(TegotaeError, match="no observation of this environment is called"):
             training(SAC, critic_senses=("colour",))
-
-    def test_an_episode_too_short_to_be_judged(self):
-        with pytest.raises(TegotaeError, match="leaves less than 1 s after settling"):
-            find("AR").experiment(timing=Timing(duration_s=4.5))
 
     @pytest.mark.parametrize(
         ("arguments", "message"),

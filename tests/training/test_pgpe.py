@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 
 import jax
@@ -121,12 +120,6 @@ def test_samples_come_in_pairs_around_the_mean():
         assert np.isfinite(state.mean).all()
 
 
-def test_samples_spread_as_the_standard_deviation_says():
-    many = PGPE(population=4000, std=0.25)
-    samples, _, _ = next(generations(many, peak_at_one, 1))
-    np.testing.assert_allclose(np.std(samples, axis=0), 0.25, rtol=0.05)
-
-
 @pytest.mark.precise
 def test_equal_fitness_moves_nothing():
     for _, state, _ in generations(SETTINGS, lambda samples: np.full(len(samples), -3.0), 3):
@@ -152,17 +145,11 @@ def test_the_fitness_rises():
 # Misuse.
 
 
-@pytest.mark.parametrize("population", [1, 7, 63])
+@pytest.mark.parametrize("population", [1, 7, 63, 0, 2.5, math.nan])
 def test_an_odd_population_is_refused(population):
     with pytest.raises(TegotaeError, match=f"^population is {population}; ") as raised:
         PGPE(population=population)
     assert "\n" not in str(raised.value)
-
-
-@pytest.mark.parametrize("value", [0, -2, 2.5, math.nan])
-def test_a_population_that_is_no_count_is_refused(value):
-    with pytest.raises(TegotaeError, match=r"^population is .*whole number of at least 2$"):
-        PGPE(population=value)
 
 
 @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
@@ -202,21 +189,6 @@ def test_a_seed_starts_alike_whichever_others_go_with_it():
     together = RUN.learner.start(RUN.experiment, RUN.seeds)
     np.testing.assert_array_equal(alone.best_weights[0], together.best_weights[1])
     assert not np.array_equal(together.best_weights[0], together.best_weights[1])
-
-
-def test_a_seeds_training_does_not_depend_on_the_others():
-    run = replace(RUN, seeds=(5,))
-    *_, (alone, _) = run.learner.evolve(run.experiment, run.seeds)
-    together, _ = trained()[-1]
-    np.testing.assert_allclose(alone.search.mean[0], together.search.mean[1], atol=1e-4)
-    np.testing.assert_allclose(alone.best_fitness[0], together.best_fitness[1], atol=1e-3)
-
-
-def test_training_is_bit_identical_from_run_to_run():
-    again = list(RUN.learner.evolve(RUN.experiment, RUN.seeds))
-    for (_, one), (_, other) in zip(trained(), again, strict=True):
-        jax.tree.map(np.testing.assert_array_equal, one, other)
-    np.testing.assert_array_equal(trained()[-1][0].search.mean, again[-1][0].search.mean)
 
 
 def test_a_training_that_is_continued_is_the_same_as_one_without_pause():

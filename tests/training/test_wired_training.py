@@ -246,17 +246,6 @@ def hops(**power_w) -> EpisodeBatch:
     )
 
 
-def test_a_function_of_ones_own_judges_an_episode():
-    own = dataclasses.replace(
-        experiment("V-reflex-w8", budget=96),
-        objective=UserObjective(f"{HERE / 'wired_env.py'}:pushes"),
-    )
-    with evaluator_of(own, 0) as evaluator:
-        lazy, busy = evaluator.evaluate(np.array([[[0.0], [8.0]]]), ALL).fitness[0]
-    assert lazy == 0.0
-    assert busy > 0.05
-
-
 def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_its_own_set():
     pytest.importorskip("mujoco")
     spec = EnvSpec(env="leg", settings=(("noise", 0.02),))
@@ -415,9 +404,6 @@ def test_a_wiring_that_lacks_something_is_refused_with_all_that_it_lacks():
     limb = Limb(senses={"spring_force": "lod"}, drives="knee")
     with pytest.raises(TegotaeError, match=r"did you mean load.*; limb 0: no action"):
         experiment(wiring=Wiring(limbs=[limb])).check()
-
-
-def test_a_model_without_an_oscillator_is_refused():
     with pytest.raises(TegotaeError, match="has no oscillator"):
         experiment("T", budget=96)
 

@@ -244,7 +244,11 @@ class Evolution(Learner):
         parameters = algorithm.parameters(progress.best_weights.shape[-1])
         curve = [*fitness]
         with evaluator_of(experiment, self.workers) as evaluator:
-            while (going := self._going(curve, len(seeds))).any():
+            while True:
+                ended = self.stopping.reasons(np.array(curve).reshape(len(curve), len(seeds)))
+                going = np.array([reason == RUNNING for reason in ended])
+                if not going.any():
+                    return
                 # As host arrays the start and later progress are of the same type: one compilation.
                 progress = jax.tree.map(np.asarray, progress)
                 search, drawn = _ask(algorithm.program, parameters, progress, numbers)
@@ -255,11 +259,6 @@ class Evolution(Learner):
                 curves = jax.tree.map(np.asarray, curves)
                 curve.append(curves.centre_fitness)
                 yield progress, curves
-
-    def _going(self, curve: Sequence[AnyArray], n_seeds: int) -> np.ndarray:
-        """Which seeds go on, [seeds]."""
-        reasons = self.stopping.reasons(np.array(curve).reshape(len(curve), n_seeds))
-        return np.array([reason == RUNNING for reason in reasons])
 
     # As a `Learner`.
 
@@ -369,13 +368,8 @@ class Evolution(Learner):
     def _searched(self, experiment: Trainable, seed: int) -> TrainingState:
         """The gain σ of a pure V model."""
         gain, fitness = best_gain(experiment, self.workers)
-        outcome = {
-            "seed": seed,
-            "best_fitness": fitness,
-            "generations": 0,
-            "ended": SEARCH,
-            "best_generation": 0,
-        }
+        outcome = {"seed": seed, "best_fitness": fitness, "ended": SEARCH}
+        outcome |= {"generations": 0, "best_generation": 0}
         learned = LearnedController(experiment.controller, np.array([gain]), outcome)
         return TrainingState(1, f"fitness {fitness:+.3f}", learned=(learned,))
 

@@ -17,7 +17,7 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import TegotaeError
 from tegotae.envs.sb3 import HopperVecEnv
 from tegotae.envs.settings import HopReward, TegotaeHopperSettings
 from tegotae.measures.hopping.signals import WORK
@@ -160,12 +160,8 @@ def learn(
         and its weights, [n_weights].
 
     Raises:
-        TegotaeError: for a count that is none.
         DivergedError: if the learning leads to weights that are no numbers.
     """
-    require_count("seed", seed, least=0)
-    require_count("episodes", episodes)
-    require_count("evaluate_every", evaluate_every)
     agent, feedback = make_agent(task, seed=seed)
     per_episode = task.actions_per_episode
     try:
