@@ -16,8 +16,8 @@ import numpy as np
 from tegotae._support.errors import require
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
-from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring import load_wiring
+from tegotae.envs.wrapper import Pilot
 from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import GymLanes, Lanes, ModelLanes

@@ -16,8 +16,8 @@ from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring import Limb, Wiring, load_wiring
+from tegotae.envs.wrapper import Pilot
 from tegotae.parts.controller import Controller
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment

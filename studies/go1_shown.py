@@ -16,7 +16,7 @@ from go1_report import of_seeds
 from kept import write_rows
 from reproduction.zoo import ZooEntry, write
 from tegotae._support.documents import JsonObject
-from tegotae.envs.pilot import Pilot
+from tegotae.envs.wrapper import Pilot
 from tegotae.export.c import Export
 from tegotae.export.c.plan import usual_tick_s
 from tegotae.figures.animation import film, write_film

@@ -29,7 +29,7 @@ from tegotae import build, find
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import sensing
-from tegotae.envs.pilot import Pilot
+from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import interval
 from tegotae.parts.controller import Controller

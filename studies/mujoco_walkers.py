@@ -26,8 +26,8 @@ from kept import write_rows, write_text
 from tegotae import find
 from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.pilot import Pilot
 from tegotae.envs.wiring import load_wiring
+from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
 from tegotae.training.environments.experiment import EnvExperiment

@@ -20,7 +20,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.pilot import Pilot
+from tegotae.envs.wrapper import Pilot
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.legged import system
 from tegotae.training.environments.experiment import EnvExperiment

@@ -13,7 +13,7 @@ from compiled import FLAGS, Compiled, needs_gcc
 from tegotae import find
 from tegotae.envs import Limb, Wiring
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.pilot import Pilot
+from tegotae.envs.wrapper import Pilot
 from tegotae.export.c import Export
 from tegotae.export.c.plan import usual_tick_s
 from tegotae.systems.controller_file import SavedController

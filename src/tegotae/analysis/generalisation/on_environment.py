@@ -17,7 +17,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.analysis.generalisation.disturbances import Disturbance, LackingError, Tested
 from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE, STANDING_SHARE
 from tegotae.envs.mujoco.sensing import scale_model, sensing
-from tegotae.envs.pilot import Pilot
+from tegotae.envs.wrapper import Pilot
 from tegotae.simulation.world import Step
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import ModelLanes

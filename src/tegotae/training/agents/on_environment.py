@@ -11,10 +11,10 @@ from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.envs._types import Info
-from tegotae.envs.pilot import Pilot
 from tegotae.envs.sb3 import LaneVecEnv
 from tegotae.envs.settings import HopReward, feedback_controller
 from tegotae.envs.wiring import read_by
+from tegotae.envs.wrapper import Pilot
 from tegotae.training.agents.actor import Observed
 from tegotae.training.agents.learning import AgentTask
 from tegotae.training.agents.settings import AgentSettings, agent_controller

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
-from tegotae.envs.pilot import Pilot
+from tegotae.envs.wrapper import Pilot
 from tegotae.measures.hopping.gait import Measured, measure
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EnvEpisode, Hopping

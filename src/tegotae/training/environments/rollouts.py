@@ -16,8 +16,8 @@ from tegotae.envs.contact import flat, with_contact
 from tegotae.envs.mujoco.env import Fate, ModelBatch
 from tegotae.envs.mujoco.sensing import is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.pilot import Pilot
 from tegotae.envs.wires import Wires
+from tegotae.envs.wrapper import Pilot
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Scores
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch
