@@ -17,9 +17,7 @@ from tegotae.export.c.plan import (
     Export,
     constants,
     facts,
-    meaning,
     member,
-    unit_of,
     wired_limbs,
 )
 from tegotae.export.c.source import source
@@ -165,12 +163,12 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
         "omega_rad_per_s": saved.omega,
         "inputs": [
             {
-                "name": member(name),
-                "unit": unit_of(name),
-                "what": meaning(name),
-                "scale": export.scales.get(name),
+                "name": sense["member"],
+                "unit": sense["unit"],
+                "what": sense["what"],
+                "scale": export.scales.get(sense["name"]),
             }
-            for name in export.senses
+            for sense in facts(export)["senses"]
         ],
         "outputs": [
             {"name": name, "range": [0.0, most]} if name == "force_n" else {"name": name}

@@ -202,11 +202,6 @@ _WHAT = {
 """What the senses of the package's bodies are."""
 
 
-def meaning(sense: str) -> str:
-    """What a sense is."""
-    return _WHAT.get(sense, plain(sense))
-
-
 def wired_limbs(export: Export) -> list[LimbDocument]:
     """The limbs of the wiring; none of a controller for a body of the package."""
     return [] if export.saved.task is None else export.saved.task.wiring.limbs
@@ -257,7 +252,7 @@ def facts(export: Export) -> dict[str, Any]:
         "limbs": export.limbs,
         "constants": [{"name": n, "value": value, "what": what} for n, value, what in named],
         "senses": [
-            {"name": n, "member": member(n), "unit": unit_of(n), "what": meaning(n)}
+            {"name": n, "member": member(n), "unit": unit_of(n), "what": _WHAT.get(n, plain(n))}
             for n in export.senses
         ],
         "commands": [

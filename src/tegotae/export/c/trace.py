@@ -14,7 +14,6 @@ from tegotae.export.c.text import commented
 from tegotae.export.robot import RobotController
 from tegotae.lowering.nodes import Node, array_of, given, keeping_calls, scalars
 from tegotae.parts._shapes import ArrayTree, StateTree, Weights
-from tegotae.parts.controller import Tegotae
 from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms.actuation import Actuation
@@ -56,8 +55,7 @@ class TracedTick:
         self._averages = averages
         self._reader = CReader()
         oscillator = self._controller.oscillator
-        rhythm = () if oscillator is None else tuple(oscillator.SIGNALS)
-        self._signals = (*robot.senses, *rhythm)
+        self._signals = (*robot.senses, *(oscillator.SIGNALS if oscillator else ()))
         self._scales = {name: scale_name(name) for name in robot.signal_scales}
         self.state_names, self._structure = _state(oscillator)
         """Names of the numbers of the oscillator's state."""
@@ -76,24 +74,30 @@ class TracedTick:
             yield self._coupling(controller.coupling)
         for role, term in controller.terms.items():
             yield self._term(role, term, unit[role])
-        yield self._feedback(controller.tegotae)
-        if self._averages and oscillator is not None:
-            yield self._ahead(
-                oscillator,
-                "phase_after",
-                oscillator.phase,
-                ["reached"],
-                "The phase at the end of the tick [rad], whole turns not taken off.",
+        if law := controller.tegotae:
+            yield self._trace(
+                "feedback_law",
+                lambda values: law.feedback(**values),
+                ("feedback",),
+                "The Tegotae feedback f = G A' R [rad/s].",
+                values={name: name for name in ("action", "reaction", "gain")},
             )
+        else:
+            yield self._trace(
+                "feedback_law",
+                lambda nothing: jnp.zeros_like(nothing),
+                ("feedback",),
+                "There is no Tegotae feedback.",
+                nothing="nothing",
+            )
+        if self._averages and oscillator is not None:
+            about = "The phase at the end of the tick [rad], whole turns not taken off."
+            yield self._ahead(oscillator, "phase_after", oscillator.phase, ["reached"], about)
         yield self._command(controller.actuation)
         if oscillator is not None:
-            yield self._ahead(
-                oscillator,
-                "advanced",
-                lambda state: jax.tree.leaves(oscillator.settle(state)),
-                self.state_names,
-                f"The oscillator a tick later, its rate held: {described(oscillator)}",
-            )
+            about = f"The oscillator a tick later, its rate held: {described(oscillator)}"
+            names = self.state_names
+            yield self._ahead(oscillator, "advanced", oscillator.settle, names, about)
 
     def _trace(
         self,
@@ -136,22 +140,21 @@ class TracedTick:
 
     def _of_oscillator(self, oscillator: Oscillator) -> Iterator[Piece]:
         """Its state at a phase, what terms may read of it, and its phase."""
-
-        def started(phase: jax.Array) -> list[jax.Array]:
-            return jax.tree.leaves(oscillator.start(phase))
+        names, state = oscillator.SIGNALS, self._state
 
         def rhythm(state: Sequence[jax.Array]) -> list[jax.Array]:
             values = oscillator.signals(self._of_leaves(state))
-            return [values[name] for name in oscillator.SIGNALS]
+            return [values[name] for name in names]
 
         def phase_of(state: Sequence[jax.Array]) -> jax.Array:
             return oscillator.phase(self._of_leaves(state))
 
-        state = self._state
         about = "The oscillator at a phase [rad]."
-        yield self._trace("started", started, self.state_names, about, phase="phase")
+        yield self._trace(
+            "started", lambda phase: oscillator.start(phase), self.state_names, about, phase="phase"
+        )
         about = "What the terms read of the oscillator."
-        yield self._trace("rhythm", rhythm, oscillator.SIGNALS, about, state=state)
+        yield self._trace("rhythm", rhythm, names, about, state=state)
         if oscillator.has_phase:
             yield self._trace("phase_of", phase_of, ("phase",), "The phase [rad].", state=state)
 
@@ -176,19 +179,6 @@ class TracedTick:
             values=values,
             scales=self._scales,
         )
-
-    def _feedback(self, law: Tegotae | None) -> Piece:
-        """The law that makes the terms one feedback: `Tegotae.feedback`."""
-        names = ["nothing"] if law is None else ["action", "reaction", "gain"]
-        about = (
-            "The Tegotae feedback f = G A' R [rad/s]." if law else "There is no Tegotae feedback."
-        )
-
-        def evaluate(values: _Arrays) -> jax.Array:
-            return law.feedback(**values) if law else jnp.zeros_like(values["nothing"])
-
-        values = {name: name for name in names}
-        return self._trace("feedback_law", evaluate, ("feedback",), about, values=values)
 
     def _command(self, actuation: Actuation) -> Piece:
         """The command over a tick: `Controller.bounded` and the sector."""

@@ -213,7 +213,11 @@ class LiveController:
             try:
                 given[:] = measurements[name]
             except KeyError:
-                raise unknown_signal(name, self.senses, measurements) from None
+                raise TegotaeError(
+                    f"the measurements lack {name!r}; the controller reads "
+                    f"{', '.join(self.senses)}, and was given "
+                    f"{', '.join(map(str, measurements)) or 'nothing'}"
+                ) from None
             except (TypeError, ValueError, OverflowError):
                 raise self._no_measurement(name, measurements) from None
             if not all(abs(x) <= _MOST for x in given.tolist()):  # NaN is not, either
@@ -301,11 +305,3 @@ class LiveController:
 
 _KEPT = ("_native", "_clock", "_omega_rad_per_s", "_last_s", "_began", "steps")
 """What a copy takes over beside the memory of the code."""
-
-
-def unknown_signal(name: str, senses: tuple[str, ...], given: Mapping[str, object]) -> TegotaeError:
-    """What to say of measurements that lack a signal."""
-    return TegotaeError(
-        f"the measurements lack {name!r}; the controller reads {', '.join(senses)}, and was given "
-        f"{', '.join(map(str, given)) or 'nothing'}"
-    )
