@@ -39,7 +39,7 @@ def test_a_name_means_the_same_terms_for_the_hopper_and_for_legs(name):
     terms = learned_terms(name)
     assert terms is not None
     assert find(name).terms == terms
-    assert design(f"{name}@plate-light-pitch").family.learned == terms.learned
+    assert design(f"{name}@plate-light-pitch").family.name == terms.name
 
 
 def test_a_name_gives_its_terms_back():

@@ -17,16 +17,8 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.families import (
-    COSINE,
-    CosineLaw,
-    Family,
-    NetworkOfBody,
-    NetworkPerLeg,
-    TegotaeFamily,
-    nominal_speed_m_per_s,
-)
-from tegotae.systems.grammar import BUDGET, learned_terms
+from tegotae.systems.families import FAMILIES, Family, family_named, nominal_speed_m_per_s
+from tegotae.systems.grammar import BUDGET
 from tegotae.systems.legged import SYSTEMS, Legged, random_phases, system
 
 EPISODE_SHARE = 0.3
@@ -87,7 +79,7 @@ class Design:
             TegotaeError: for a budget too small for one neuron per network.
         """
         require_count("budget", budget, most=MOST_WEIGHTS)
-        return self.family.controller(self.system, budget)
+        return self.family.make(self.system, budget)
 
     @property
     def fitness(self) -> Objective:
@@ -155,24 +147,6 @@ def _start(limbs: int) -> tuple[float, ...]:
     return tuple(random_phases(limbs, 1, START_SEED)[:, 0].round(3).tolist())
 
 
-FAMILIES: tuple[Family, ...] = (
-    TegotaeFamily(),
-    TegotaeFamily(gain="F"),
-    TegotaeFamily(action=True, reaction="F"),
-    TegotaeFamily(action=True, reaction="F", actuation="phif"),
-    TegotaeFamily(action=True, reaction="F", gain="F"),
-    TegotaeFamily(action=True, reaction="F", gain="F", actuation="phif"),
-    CosineLaw(),
-    NetworkPerLeg(observation="F"),
-    NetworkPerLeg(observation="Fa"),
-    NetworkOfBody(observation="F"),
-    NetworkOfBody(observation="Fa"),
-    NetworkOfBody(observation="F", clock=True),
-    NetworkOfBody(observation="Fa", clock=True),
-)
-"""The families that are listed; there are more by other senses."""
-
-_NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
 _OMEGA = re.compile(r"(?P<family>.+?)(?:-w(?P<omega>[0-9.]+))?")
 
 
@@ -204,7 +178,7 @@ def design(name: str) -> Design:
     own, _, called = name.partition("@")
     parts = _OMEGA.fullmatch(own)
     if parts is None:
-        raise unknown("family", own, [family.name for family in FAMILIES])
+        raise unknown("family", own, FAMILIES)
     try:
         omega = None if parts["omega"] is None else float(parts["omega"])
     except ValueError:
@@ -212,29 +186,6 @@ def design(name: str) -> Design:
     legged = system(called)
     short = called.rpartition(":")[2] or called
     return Design(family_named(parts["family"]), legged, short, omega)
-
-
-def family_named(name: str) -> Family:
-    """The family of a name; what its networks sense may be left out.
-
-    Raises:
-        TegotaeError: for an unknown one, or a sense of a term that is not learned.
-
-    Example:
-        >>> family_named("VG").name, family_named("W-Fa").about
-        ('VG-gF', "one network for all legs, on its load and the body's pitch and roll")
-    """
-    if name == COSINE:
-        return CosineLaw()
-    if found := _NETWORK.fullmatch(name):
-        if found["kind"] == "T":
-            return NetworkPerLeg(observation=found["observation"])
-        clock, added = "phi" in found["kind"], "+" in found["kind"]
-        return NetworkOfBody(observation=found["observation"], clock=clock, added=added)
-    family = learned_terms(name, TegotaeFamily)
-    if family is None:
-        raise unknown("family", name, [family.name for family in FAMILIES])
-    return family
 
 
 def all_designs() -> dict[str, Design]:
@@ -245,5 +196,6 @@ def all_designs() -> dict[str, Design]:
         True
     """
     legged = {name: make() for name, make in SYSTEMS.items()}
-    found = (Design(family, body, name) for name, body in legged.items() for family in FAMILIES)
-    return {each.name: each for each in found}
+    families = [family_named(name) for name in FAMILIES]
+    designs = (Design(family, body, name) for name, body in legged.items() for family in families)
+    return {design.name: design for design in designs}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -28,39 +28,28 @@ from tegotae.parts.terms import (
     WholeBodyFoot,
 )
 from tegotae.parts.terms.actuation import Actuation
-from tegotae.systems.grammar import ADDED, LearnedTerms, networks, shared_out
+from tegotae.systems.grammar import ADDED, LearnedTerms, learned_terms, networks, shared_out
 from tegotae.systems.legged import Legged
 
 
-class Family(ABC):
-    """A way to control a legged system: a frozen dataclass of what is learned, from what.
+@dataclass(frozen=True, kw_only=True)
+class Family:
+    """A way to control a legged system: what is learned, from what (`family_named`).
 
     What is not learned is as the system has it: its actuation, its oscillator. All legs have the
     same weights.
+
+    Args:
+        name: its part of a design's name, such as `ART-rF-tphif`.
+        about: its meaning, in a line.
+        make: its controller of a system, with as many weights as a budget allows.
+        has_rhythm: whether it has oscillators, and so a frequency.
     """
 
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """Its part of a design's name, such as `ART-rF-tphif`."""
-
-    @property
-    @abstractmethod
-    def about(self) -> str:
-        """Its meaning, in a line."""
-
-    @property
-    def has_rhythm(self) -> bool:
-        """Whether it has oscillators, and so a frequency."""
-        return True
-
-    @abstractmethod
-    def controller(self, legged: Legged, budget: int) -> Controller:
-        """The controller of a system, with as many weights as the budget allows.
-
-        Raises:
-            TegotaeError: for a budget too small, or a system that does not sense what is read.
-        """
+    name: str
+    about: str
+    make: Callable[[Legged, int], Controller]
+    has_rhythm: bool = True
 
 
 def require_system(legged: Legged) -> Legged:
@@ -102,8 +91,7 @@ def of_leg(observation: str, body: Body) -> tuple[str, ...]:
         >>> of_leg("Fv", Walker()), of_leg("Fv", Plate())
         (('spring_force', 'spring_force_rate'), ('spring_force', 'velocity'))
     """
-    if observation not in OBSERVATIONS:
-        raise unknown("observation", observation, OBSERVATIONS)
+    _meaning(observation)
     rates = [name for name in _RATES if name in body.SENSES][:1] if observation == "Fv" else []
     return _sensed(("spring_force", *rates), body, observation, rates or observation != "Fv")
 
@@ -134,6 +122,12 @@ def all_of(observation: str, body: Body) -> tuple[str, ...]:
     return (*of_leg(observation, body), *of_body(observation, body))
 
 
+def _meaning(observation: str) -> str:
+    if observation not in OBSERVATIONS:
+        raise unknown("observation", observation, OBSERVATIONS)
+    return OBSERVATIONS[observation]
+
+
 def _sensed(names: tuple[str, ...], body: Body, observation: str, found: object) -> tuple[str, ...]:
     if not found or not set(names) <= set(body.SENSES):
         raise TegotaeError(
@@ -143,39 +137,117 @@ def _sensed(names: tuple[str, ...], body: Body, observation: str, found: object)
     return names
 
 
-@dataclass(frozen=True, kw_only=True)
-class TegotaeFamily(LearnedTerms, Family):
-    """Tegotae feedback, some of its terms learned: V, VG, AR, ART, ARG, ARGT and the others.
+FAMILIES = (
+    *("V", "VG-gF", "AR-rF", "ART-rF-tphif", "ARG-rF-gF", "ARGT-rF-gF-tphif", "cos"),
+    *("T-F", "T-Fa", "W-F", "W-Fa", "Wphi-F", "Wphi-Fa"),
+)
+"""The families that are listed; there are more by other senses."""
 
-    A leg senses "F" its load, "Fv" its rate, too, or "Fa" the body's angles, too. A learned T with
-    a + before its input is added to the system's own, an ellipse.
+_NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
+
+
+def family_named(name: str) -> Family:
+    """The family of a name; what its networks sense may be left out.
+
+    - `V`, `VG`, `AR`, `ART` and the others: Tegotae feedback, some of its terms learned. A leg
+      senses "F" its load, "Fv" its rate, too, or "Fa" the body's angles, too. A learned T with a
+      + before its input is added to the system's own, an ellipse;
+    - `cos`: the law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers;
+    - `T-F` and the like: the paper's single network, one a leg, without oscillators;
+    - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
+      them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the
+      system's ellipses, which that clock drives in a trot, or for other legs in the first pattern
+      of gaits whose legs step by halves of a cycle.
+
+    Raises:
+        TegotaeError: for an unknown one, or a sense of a term that is not learned.
 
     Example:
-        >>> TegotaeFamily(action=True, reaction="F", actuation="phif").name
-        'ART-rF-tphif'
+        >>> family_named("VG").name, family_named("W-Fa").about
+        ('VG-gF', "one network for all legs, on its load and the body's pitch and roll")
     """
-
-    @property
-    def about(self) -> str:
-        """Which terms are learned."""
-        if self.architecture == "V":
-            return "vanilla Tegotae: its gain σ alone"
-        return f"Tegotae with {', '.join(self.learned)} learned, a unit a leg"
-
-    def controller(self, legged: Legged, budget: int) -> Controller:
-        """The system's controller with networks in place of the learned terms."""
-        own = require_system(legged).controller
-        if self.architecture == "V":
-            return own
-        added = self.actuation is not None and self.actuation.startswith(ADDED)
-        return self.learned_upon(
-            own,
-            self.name,
-            lambda observation: all_of(observation, legged.body),
-            budget,
-            sigma=usual_gain(legged),
-            actuation=partial(corrected if added else learned_actuation, legged),
+    if name == "cos":
+        about = "the cosine law φ̇ = ω - c N (cos φ + o)"
+        return Family(name=name, about=about, make=_cosine_law)
+    if found := _NETWORK.fullmatch(name):
+        kind, observation = found["kind"], found["observation"]
+        on = f"on {_meaning(observation)}"
+        if kind == "T":
+            about = f"a network a leg without an oscillator, {on}"
+            make = partial(_network_per_leg, observation=observation)
+            return Family(name=name, about=about, make=make, has_rhythm=False)
+        clock, added = "phi" in kind, "+" in kind
+        about = "".join(
+            [
+                f"one network for all legs, {on}",
+                " and a clock" * clock,
+                ", added to ellipses" * added,
+            ]
         )
+        make = partial(_network_of_body, observation=observation, clock=clock, added=added)
+        return Family(name=name, about=about, make=make, has_rhythm=clock)
+    terms = learned_terms(name)
+    if terms is None:
+        raise unknown("family", name, FAMILIES)
+    about = f"Tegotae with {', '.join(terms.learned)} learned, a unit a leg"
+    if not terms.learned:
+        about = "vanilla Tegotae: its gain σ alone"
+    return Family(name=terms.name, about=about, make=partial(_tegotae, terms=terms))
+
+
+def _tegotae(legged: Legged, budget: int, *, terms: LearnedTerms) -> Controller:
+    """The system's controller with networks in place of the learned terms."""
+    own = require_system(legged).controller
+    if not terms.learned:
+        return own
+    added = terms.actuation is not None and terms.actuation.startswith(ADDED)
+    return terms.learned_upon(
+        own,
+        terms.name,
+        lambda observation: all_of(observation, legged.body),
+        budget,
+        sigma=usual_gain(legged),
+        actuation=partial(corrected if added else learned_actuation, legged),
+    )
+
+
+def _cosine_law(legged: Legged, budget: int) -> Controller:
+    """The system's controller with another action; two weights, whatever the budget."""
+    own = require_system(legged).controller
+    shared_out("cos", {}, 2, budget)
+    terms = Tegotae(OffsetAction(), VanillaReaction(), ConstantGain(start=usual_gain(legged)))
+    return dataclasses.replace(own, tegotae=terms)
+
+
+def _network_per_leg(legged: Legged, budget: int, *, observation: str) -> Controller:
+    """The networks alone."""
+    inputs = all_of(observation, legged.body)
+    commands = len(legged.controller.actuation.COMMANDS)
+    network = networks(f"T-{observation}", {"T": inputs}, budget, commands=commands)["T"]
+    return Controller(learned_actuation(legged, inputs, network.hidden), limbs=legged.body.limbs)
+
+
+def _network_of_body(
+    legged: Legged, budget: int, *, observation: str, clock: bool, added: bool
+) -> Controller:
+    """The network, and the clock: an oscillator without feedback."""
+    body, limbs = legged.body, legged.body.limbs
+    of_each = of_leg(observation, body)
+    common = (*(["phase"] if clock else []), *of_body(observation, body))
+    kind: type[WholeBody] = WholeBody
+    more: dict[str, Any] = {}
+    if legged.controller.actuation.COMMANDS == FOOT:
+        kind, more = WholeBodyFoot, {"reach_m": reach_m(legged)}
+    if added:
+        kind = WholeBodyCorrectedFoot
+        more |= {"around": ellipse_of(legged), "lead_rad": alternating_rad(legged.names)}
+    cost = kind(of_each, common, limbs, 1, **more).n_weights
+    name = f"W{'+' * added}{'phi' * clock}-{observation}"
+    hidden = shared_out(name, {"W": cost}, 0, budget)["W"]
+    network = kind(of_each, common, limbs, hidden, **more)
+    if not clock:
+        return Controller(network, limbs=limbs)
+    return Controller(network, require_system(legged).controller.oscillator, limbs=limbs)
 
 
 def usual_gain(legged: Legged) -> float:
@@ -254,154 +326,8 @@ def nominal_speed_m_per_s(legged: Legged, omega: float) -> float | None:
     return 2.0 * foot.stride_m * omega / math.pi if isinstance(foot, EllipticFoot) else None
 
 
-COSINE = "cos"
-"""The cosine law's name."""
 ALTERNATING = ("trot", "tripod", "antiphase")
 """Gaits in which one half of the legs steps half a cycle after the other."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CosineLaw(Family):
-    """The law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers."""
-
-    @property
-    def name(self) -> str:
-        """`cos`."""
-        return COSINE
-
-    @property
-    def about(self) -> str:
-        """The law."""
-        return "the cosine law φ̇ = ω - c N (cos φ + o)"
-
-    def controller(self, legged: Legged, budget: int) -> Controller:
-        """The system's controller with another action; two weights, whatever the budget."""
-        own = require_system(legged).controller
-        shared_out(self.name, {}, 2, budget)
-        terms = Tegotae(OffsetAction(), VanillaReaction(), ConstantGain(start=usual_gain(legged)))
-        return dataclasses.replace(own, tegotae=terms)
-
-
-@dataclass(frozen=True, kw_only=True)
-class NetworkFamily(Family):
-    """Networks in place of Tegotae feedback.
-
-    Args:
-        observation: what they sense, "F", "Fv" or "Fa".
-
-    Raises:
-        TegotaeError: for an unknown observation.
-    """
-
-    observation: str
-
-    def __post_init__(self) -> None:
-        if self.observation not in OBSERVATIONS:
-            raise unknown("observation", self.observation, OBSERVATIONS)
-
-
-@dataclass(frozen=True, kw_only=True)
-class NetworkPerLeg(NetworkFamily):
-    """The paper's single network, one a leg, without oscillators: from what a leg senses to its
-    command.
-
-    Args:
-        observation: what it senses, "F", "Fv" or "Fa".
-
-    Raises:
-        TegotaeError: for an unknown observation.
-
-    Example:
-        >>> NetworkPerLeg(observation="Fa").name
-        'T-Fa'
-    """
-
-    @property
-    def name(self) -> str:
-        """The paper's T, and what it senses."""
-        return f"T-{self.observation}"
-
-    @property
-    def about(self) -> str:
-        """One line."""
-        return f"a network a leg without an oscillator, on {OBSERVATIONS[self.observation]}"
-
-    @property
-    def has_rhythm(self) -> bool:
-        """It has none."""
-        return False
-
-    def controller(self, legged: Legged, budget: int) -> Controller:
-        """The networks alone."""
-        inputs = all_of(self.observation, legged.body)
-        commands = len(legged.controller.actuation.COMMANDS)
-        found = networks(self.name, {"T": inputs}, budget, commands=commands)["T"]
-        return Controller(learned_actuation(legged, inputs, found.hidden), limbs=legged.body.limbs)
-
-
-@dataclass(frozen=True, kw_only=True)
-class NetworkOfBody(NetworkFamily):
-    """One network for the whole body: it feels all legs and commands all of them.
-
-    Args:
-        observation: what it feels of each leg, and of the body: "F", "Fv" or "Fa".
-        clock: whether it also sees a phase that turns at ω, whatever is felt.
-        added: whether it is added to the system's ellipses, which the clock drives in a trot, or
-            for other legs in the first pattern of gaits whose legs step by halves of a cycle.
-
-    Raises:
-        TegotaeError: for an unknown observation, or ellipses without a clock.
-
-    Example:
-        >>> NetworkOfBody(observation="Fa", clock=True).name
-        'Wphi-Fa'
-    """
-
-    clock: bool = False
-    added: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.added and not self.clock:
-            raise TegotaeError(
-                "a network that is added to ellipses needs a clock, which drives them"
-            )
-
-    @property
-    def name(self) -> str:
-        """W for the whole body, and what it senses."""
-        return f"W{'+' * self.added}{'phi' * self.clock}-{self.observation}"
-
-    @property
-    def about(self) -> str:
-        """One line."""
-        with_clock = " and a clock" if self.clock else ""
-        to = ", added to ellipses" if self.added else ""
-        return f"one network for all legs, on {OBSERVATIONS[self.observation]}{with_clock}{to}"
-
-    @property
-    def has_rhythm(self) -> bool:
-        """Whether there is a clock."""
-        return self.clock
-
-    def controller(self, legged: Legged, budget: int) -> Controller:
-        """The network, and the clock: an oscillator without feedback."""
-        body, limbs = legged.body, legged.body.limbs
-        each = of_leg(self.observation, body)
-        common = (*(["phase"] if self.clock else []), *of_body(self.observation, body))
-        kind: type[WholeBody] = WholeBody
-        more: dict[str, Any] = {}
-        if legged.controller.actuation.COMMANDS == FOOT:
-            kind, more = WholeBodyFoot, {"reach_m": reach_m(legged)}
-        if self.added:
-            kind = WholeBodyCorrectedFoot
-            more |= {"around": ellipse_of(legged), "lead_rad": alternating_rad(legged.names)}
-        cost = kind(each, common, limbs, 1, **more).n_weights
-        hidden = shared_out(self.name, {"W": cost}, 0, budget)["W"]
-        network = kind(each, common, limbs, hidden, **more)
-        if not self.clock:
-            return Controller(network, limbs=limbs)
-        return Controller(network, require_system(legged).controller.oscillator, limbs=limbs)
 
 
 def alternating_rad(legs: Sequence[str]) -> tuple[float, ...]:

@@ -14,7 +14,6 @@ import itertools
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
 
 from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae.parts.controller import Controller
@@ -34,9 +33,6 @@ _NAME = re.compile(
     r"(?P<feedback>V|A|R|AR)(?P<G>G?)(?P<T>T?)"
     r"(?:-r(?P<r>[A-Za-z]+))?(?:-g(?P<g>[A-Za-z]+))?(?:-t(?P<t>\+?[a-z]+))?"
 )
-
-
-L = TypeVar("L", bound="LearnedTerms")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,12 +152,11 @@ class LearnedTerms:
         )
 
 
-def learned_terms(name: str, kind: type[L] = LearnedTerms) -> L | None:
+def learned_terms(name: str) -> LearnedTerms | None:
     """The terms of a name; None for one that is no name of them.
 
     Args:
         name: such as `ART-rF-tphif`; what its terms sense may be left out.
-        kind: the class of the result.
 
     Raises:
         TegotaeError: for a sense of a term that is not learned, or an unknown input of T.
@@ -178,7 +173,7 @@ def learned_terms(name: str, kind: type[L] = LearnedTerms) -> L | None:
         if found[term] and not given:
             raise TegotaeError(f"{name} says what {term.upper()} senses, and it is not learned")
     chosen = {term: found[term] or _USUAL[term] for term, given in learned.items() if given}
-    return kind(
+    return LearnedTerms(
         action="A" in found["feedback"],
         reaction=chosen.get("r"),
         gain=chosen.get("g"),
