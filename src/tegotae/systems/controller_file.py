@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self, TypedDict, TypeGuard, Unpack
+from typing import Any, Self, TypeGuard
 
 import msgspec
 import numpy as np
@@ -31,16 +31,6 @@ from tegotae.systems.zoo import documents as zoo_documents, is_zoo_name
 FORMAT = "tegotae controller"
 VERSION = 4
 NOT_OURS = "is not a controller file of tegotae"
-
-
-class _More(TypedDict, total=False):
-    """Fields of a `SavedController` beside its system and weights."""
-
-    name: str | None
-    experiment: Experiment | None
-    task: EnvTask | None
-    training: JsonObject
-    software: dict[str, str]
 
 
 class _Weighted(OnSystem):
@@ -84,7 +74,7 @@ class SavedController(_Weighted):
         weights: LaneNumbers,
         omega: float | None = None,
         body: Body | None = None,
-        **more: Unpack[_More],
+        **more: Any,
     ) -> SavedController:
         """A controller on a body, released and timed as is usual for the body.
 

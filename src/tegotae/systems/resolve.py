@@ -39,6 +39,7 @@ from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.grammar import BUDGET
 from tegotae.systems.legged import SYSTEMS, Legged, require_legs, settling
 from tegotae.systems.models import PRESETS, all_models, find, preset
 from tegotae.systems.study_records import controllers_of_study, is_study
@@ -174,20 +175,18 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
     if not isinstance(name, (str, Path)):
         return _of_object(getattr(name, "name", None) or "mine", name)
     name = str(name)
+    if is_design(name) or _is_model(name):
+        made = design(name) if is_design(name) else find(name)
+        experiment = made.experiment(budget=BUDGET if budget is None else budget)
+        return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
+    if budget is not None:
+        raise TegotaeError(
+            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
+        )
     if is_zoo_name(name):
-        _require_unsized(name, budget)
         return _of_zoo(name)
-    sized = {} if budget is None else {"budget": budget}
     if is_front_name(name):
-        _require_unsized(name, budget)
         return _of_object(name, front_walker(name))
-    if is_design(name):
-        experiment = design(name).experiment(**sized)
-        return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
-    if _is_model(name):
-        experiment = find(name).experiment(**sized)
-        return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
-    _require_unsized(name, budget)
     if name in SYSTEMS:
         return _of_object(name, SYSTEMS[name]())
     path = Path(name)
@@ -269,13 +268,6 @@ def controller_files(folder: Path) -> list[Path]:
             permission.
     """
     return [file for file in _json_files(folder) if _is_controller(file)]
-
-
-def _require_unsized(name: str, budget: int | None) -> None:
-    if budget is not None:
-        raise TegotaeError(
-            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
-        )
 
 
 Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
