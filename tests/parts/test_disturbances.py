@@ -144,8 +144,9 @@ def test_several_legs_have_actuators_each_and_are_struck_as_one():
 
 def test_they_are_written_down_and_read_again():
     body = Actuators(body=Blows(body=Hopper(), impulse_ns=0.1, at_s=3.0), strength=0.9, lag_s=0.02)
+    late = Sensors(body=body, delay_s=0.005, noise=0.01, most_ticks=8)
     experiment = Experiment(
-        name="weak", system=System(controller=REFLEX, omega=8.0, body=body, timing=EPISODE)
+        name="weak", system=System(controller=REFLEX, omega=8.0, body=late, timing=EPISODE)
     )
     assert Experiment.of(experiment.document) == experiment
 
@@ -153,10 +154,7 @@ def test_they_are_written_down_and_read_again():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Actuators(strength=-0.1), "strength is -0.1; it must be at least 0"),
-        (lambda: Actuators(lag_s=-1.0), "lag_s is -1; it must be at least 0"),
         (lambda: Actuators(body=Walker(), strength=0.5), "takes places of its feet, not forces"),
-        (lambda: Blows(impulse_ns=float("nan")), "impulse_ns is nan; it must be finite"),
         (lambda: Blows(body=3), "body is 3; it must be a Body"),
     ],
 )

@@ -68,14 +68,6 @@ def test_weights_are_shared_by_all_by_some_or_by_none(sharing, sets, limbs_alike
     np.testing.assert_array_equal(gain, 10.0 * np.array(limbs_alike)[:, None] * np.ones(2))
 
 
-@pytest.mark.thorough
-def test_free_units_with_equal_weights_do_what_shared_ones_do():
-    phase = [[0.3], [2.0]]
-    shared = run(network(ONE), [[2.0]], Bar(inertia_ratio=0.6), phase_rad=phase)
-    free = run(network(ONE, sharing=(0, 1)), [[2.0, 2.0]], Bar(inertia_ratio=0.6), phase_rad=phase)
-    np.testing.assert_array_equal(shared.height_m, free.height_m)
-
-
 def test_a_mirrored_start_gives_the_mirrored_gait():
     bar, legs = Bar(inertia_ratio=0.6), network(ONE)
     phase = np.array([[0.3], [2.0]])

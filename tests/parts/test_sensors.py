@@ -9,16 +9,13 @@ import pytest
 
 from tegotae import (
     Engine,
-    Experiment,
     Hopper,
     Scenario,
-    System,
     TegotaeError,
     Timing,
     build,
     check_body,
 )
-from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.bodies import Bar, Sensors
 
 REFLEX = build("V-reflex-w8")
@@ -97,28 +94,6 @@ def test_a_posture_is_the_one_of_the_body_behind():
     np.testing.assert_array_equal(path.pitch_rad, run(Bar(), engine, **scenario).pitch_rad)
     with pytest.raises(TegotaeError, match="Sensors has no initial_pose 'initial_pose'"):
         run(Sensors(body=Bar()), engine, initial_pose={"initial_pose": 0.1})
-
-
-def test_they_are_written_down_and_read_again():
-    body = Sensors(body=Hopper(mass_kg=0.12), delay_s=0.005, noise=0.01, most_ticks=8)
-    experiment = Experiment(
-        name="late", system=System(controller=REFLEX, omega=8.0, body=body, timing=EPISODE)
-    )
-    assert Experiment.of(experiment.document) == experiment
-
-
-@pytest.mark.parametrize(
-    ("given", "says"),
-    [
-        ({"delay_s": -0.1}, "delay_s is -0.1; it must be at least 0"),
-        ({"noise": -1.0}, "noise is -1; it must be at least 0"),
-        ({"most_ticks": 0}, "most_ticks is 0; it must be a whole number"),
-        ({"body": None}, "body is None; it must be a Body"),
-    ],
-)
-def test_sensors_that_cannot_be_are_refused(given, says):
-    with pytest.raises(TegotaeError, match=says):
-        Sensors(**given)
 
 
 def test_a_delay_beyond_what_is_kept_is_refused():

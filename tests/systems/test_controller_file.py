@@ -8,7 +8,6 @@ import json
 import math
 import pickle
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,6 @@ from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Bar, Interface, Walker
 from tegotae.parts.couplings import LearnedCoupling
 from tegotae.parts.oscillators import PhaseOscillator
-from tegotae.parts.terms import VanillaReaction
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Uniform
 from tegotae.systems.controller_file import SavedController, load, save
@@ -85,16 +83,6 @@ def test_the_file_is_plain_json_that_says_what_it_is(tmp_path):
     assert list(neurons[0]) == ["spring_force", "velocity", "bias", "output"]
 
 
-def test_weights_stand_in_the_file_under_their_names(tmp_path):
-    saved = example()
-    save(saved, tmp_path / "controller.json")
-    weights = json.loads((tmp_path / "controller.json").read_text())["weights"]
-    assert list(weights) == ["action", "reaction", "gain", "actuation"]
-    assert weights["gain"] == {"sigma": saved.weights[saved.controller.layout["gain"]][0]}
-    first = saved.weights[saved.controller.layout["action"]][:4]
-    assert list(weights["action"]["neuron"][0].values()) == first.tolist()
-
-
 def test_weights_of_several_sets_and_a_coupling_come_back_in_their_order(tmp_path):
     controller = dataclasses.replace(
         build("V-reflex-w8"), limbs=2, sharing=(0, 1), coupling=LearnedCoupling()
@@ -128,9 +116,6 @@ NAMED: dict[str, tuple[Callable[[dict], Any], str]] = {
         lambda w: w["action"]["neuron"][1].update(bias="1"),
         r"its weights\.action\.neuron\[1\]\.bias is '1'; it must be a number$",
     ),
-    "no number": (lambda w: w["gain"].update(sigma=True), r"weights\.gain\.sigma is True"),
-    "an infinite one": (lambda w: w["gain"].update(sigma=math.inf), "1 weights are not finite$"),
-    "one beyond all floats": (lambda w: w["gain"].update(sigma=10**400), "too large"),
 }
 
 
@@ -146,24 +131,6 @@ def test_weights_that_do_not_go_with_the_controller_are_refused_by_name(tmp_path
 
 
 # Not to be written.
-
-
-@dataclass(frozen=True)
-class MyReaction(VanillaReaction):
-    """A user's own term."""
-
-
-def test_a_part_that_is_not_of_this_package_cannot_be_saved(tmp_path):
-    saved = example("V-sector-w4")
-    assert saved.controller.tegotae is not None
-    own = dataclasses.replace(saved.controller.tegotae, reaction=MyReaction())
-    controller = dataclasses.replace(saved.controller, tegotae=own)
-    with pytest.raises(
-        TegotaeError,
-        match=r"^a MyReaction cannot be saved: it is not registered; call tegotae\.register",
-    ):
-        save(saved.replaced(controller=controller), tmp_path / "controller.json")
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
@@ -278,35 +245,22 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
         lambda d: d.update(version=3),
         "is of version 3; this program reads version 4$",
     ),
-    "a later version": (
-        lambda d: d.update(version=5),
-        "is of version 5; this program reads version 4$",
-    ),
     "no version": (lambda d: d.pop("version"), "is of version None"),
     "of another program": (lambda d: d.update(format="other"), "is not a controller file"),
     "too few weights": (lambda d: d["weights"].pop(), "has 5 weights, not shape \\(4,\\)"),
-    "too many weights": (lambda d: d["weights"].append(1.0), "has 5 weights, not shape \\(6,\\)"),
     "no weights": (lambda d: d.update(weights=None), "its weights is None"),
-    "a weight that is null": (
-        lambda d: d["weights"].__setitem__(0, None),
-        "its weights\\[0\\] is None; it must be a number",
-    ),
     "a weight that is text": (
         lambda d: d["weights"].__setitem__(0, "1"),
         "its weights\\[0\\] is '1'; it must be a number",
     ),
     "a weight that is NaN": (lambda d: d["weights"].__setitem__(0, math.nan), "not finite"),
-    "a weight that is infinite": (lambda d: d["weights"].__setitem__(0, math.inf), "not finite"),
     "a weight beyond all floats": (lambda d: d["weights"].__setitem__(0, 10**400), "too large"),
-    "weights in rows": (lambda d: d.update(weights=[[1.0] * 5]), "its weights\\[0\\] is"),
     "no controller": (lambda d: d["system"].pop("controller"), "no entry 'controller'"),
     "a controller that is a list": (
         lambda d: d["system"].update(controller=[]),
         "its controller is \\[\\]",
     ),
     "half the feedback": (lambda d: law(d).pop("gain"), "no entry 'gain'"),
-    "no actuation": (lambda d: control(d).pop("actuation"), "no entry 'actuation'"),
-    "no oscillator": (lambda d: control(d).pop("oscillator"), "has no oscillator, but omega is 8"),
     "a term that is null": (lambda d: law(d).update(action=None), "its action is None"),
     "a term of no kind": (lambda d: law(d)["action"].pop("kind"), "no entry 'kind'"),
     "a term that nobody knows": (
@@ -317,20 +271,7 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
         lambda d: law(d).update(action=body(d)),
         "its action is a 'Hopper', which is no term",
     ),
-    "a term for an oscillator": (
-        lambda d: control(d).update(oscillator=law(d)["gain"]),
-        "which is no oscillator",
-    ),
-    "a reaction that cannot actuate": (
-        lambda d: control(d).update(actuation=law(d)["reaction"]),
-        "which is no actuation",
-    ),
     "half a neuron": (lambda d: law(d)["action"].update(hidden=1.5), "its hidden is 1.5"),
-    "no neuron": (lambda d: law(d)["action"].update(hidden=0), "hidden is 0"),
-    "inputs that are text": (
-        lambda d: law(d)["action"].update(inputs="phase"),
-        "its inputs is 'phase'",
-    ),
     "an input that nothing provides": (
         lambda d: law(d)["action"].update(inputs=["phase", "smell"]),
         "reads 'smell'",
@@ -339,27 +280,15 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
         lambda d: law(d)["reaction"].update(colour=1),
         "a VanillaReaction has no 'colour'",
     ),
-    "a sector that is no number": (
-        lambda d: control(d)["actuation"].update(start_rad=math.nan),
-        "start_rad is nan",
-    ),
     "a limit that is negative": (
         lambda d: law(d).update(limit_rad_per_s=-1.0),
         "limit_rad_per_s is -1",
     ),
-    "no frequency": (lambda d: d["system"].update(omega=None), "has an oscillator; give omega"),
-    "a frequency that is text": (lambda d: d["system"].update(omega="8"), "omega is '8'"),
     "an infinite frequency": (
         lambda d: d["system"].update(omega=math.inf),
         "omega is inf; it must be finite",
     ),
-    "no body": (lambda d: d["system"].update(body=None), "its body is None"),
     "a mass that is text": (lambda d: body(d).update(mass_kg="0.1"), "its mass_kg is '0.1'"),
-    "a mass that is true": (lambda d: body(d).update(mass_kg=True), "its mass_kg is True"),
-    "a mass that is null": (lambda d: body(d).update(mass_kg=None), "its mass_kg is None"),
-    "a mass that is negative": (lambda d: body(d).update(mass_kg=-0.1), "mass_kg is -0.1"),
-    "a mass beyond all floats": (lambda d: body(d).update(mass_kg=10**400), "too large"),
-    "a model that is a number": (lambda d: d.update(name=3), "its name is 3"),
     "a training that is null": (lambda d: d.update(training=None), "its training is None"),
     "no software": (lambda d: d.pop("software"), "no entry 'software'"),
 }
@@ -380,15 +309,10 @@ def test_a_file_with_a_wrong_entry_is_refused_with_what_is_wrong(tmp_path, chang
 BYTES = {
     "empty": b"",
     "binary": bytes(range(256)) * 4,
-    "a picture": b"\x89PNG\r\n\x1a\n" + b"\x00" * 64,
     "a pickle": pickle.dumps({"format": "tegotae controller", "version": 1}),
     "in another encoding": text().encode("utf-16"),
     "a list": b"[]",
-    "null": b"null",
-    "a number": b"1",
-    "other JSON": b'{"configuration": {}}',
     "nested too deep": b"[" * 100_000,
-    "too many digits": b"1" * 100_000,
     "a table": b"generation,seed\n0,0\n",
 }
 

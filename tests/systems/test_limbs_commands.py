@@ -15,7 +15,6 @@ import pytest
 
 from places import TESTS
 from programs import main
-from reproduction.optimum import best
 from tegotae import (
     Engine,
     Experiment,
@@ -29,7 +28,6 @@ from tegotae.analysis.orbit import find_orbit
 from tegotae.envs import Limb, Wiring, check_wiring
 from tegotae.envs.settings import HopperSettings
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.parts.bodies import Bar
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.simulation import simulate
@@ -60,14 +58,6 @@ def kept(saved, tmp_path, monkeypatch) -> str:
 
 
 # What is kept
-
-
-def test_a_file_holds_limbs_coupling_sharing_and_wiring(saved, kept):
-    loaded = controller_file.load(kept)
-    assert (loaded.controller, loaded.body) == (saved.controller, saved.body)
-    assert loaded.controller.sharing == (0, 1)
-    assert loaded.controller.wiring == (1, 0)
-    np.testing.assert_array_equal(loaded.weights, saved.weights)
 
 
 def test_a_document_of_the_experiment_is_read_back(experiment):
@@ -166,11 +156,6 @@ def test_metrics_of_a_rollout_are_refused_while_it_is_compiled(saved):
     )
     with pytest.raises(TegotaeError, match="bodies of one limb; this recording has 2"):
         engine.run(saved.weights, Scenario(8.0), saved.body)
-
-
-def test_the_optimum_is_a_hoppers():
-    with pytest.raises(TegotaeError, match="the optimum is known for Hopper; the body is a Bar"):
-        best(Bar(), 4.0)
 
 
 def test_a_wrapper_has_a_unit_a_limb_of_its_own():

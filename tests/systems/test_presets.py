@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import odeint
 
 from tegotae import Hopper, Release, System, TegotaeError, Timing
-from tegotae.systems.models import PRESETS, preset
+from tegotae.systems.models import preset
 from tegotae.systems.simulation import simulate
 
 DURATION_S = 15.0
@@ -67,13 +67,6 @@ def test_the_preset_follows_the_other_programs_rules_to_a_millimetre(omega, sigm
     np.testing.assert_allclose(our_time_s, time_s, rtol=0.0, atol=2e-3)
 
 
-def test_these_are_not_the_papers_rules():
-    _, height_m = apexes("pyTegotaeCPG")
-    _, paper_height_m = apexes("paper")
-    shared = min(len(height_m), len(paper_height_m))
-    assert np.abs(height_m[:shared] - paper_height_m[:shared]).min() > 1e-3
-
-
 def test_the_presets_numbers_are_those_of_their_sources():
     ours = preset("pyTegotaeCPG")
     hopper, sector = ours.hopper, ours.sector
@@ -86,14 +79,6 @@ def test_the_presets_numbers_are_those_of_their_sources():
     assert paper.hopper == Hopper()
     assert paper.height_m == 1.2
     assert (paper.sector.start_rad, paper.sector.width_rad) == (1.75 * pi, 0.1 * pi)
-
-
-@pytest.mark.parametrize("name", PRESETS)
-@pytest.mark.parametrize("actuation", ["sector", "reflex", "both"])
-def test_every_preset_has_a_vanilla_controller_of_every_actuation(name, actuation):
-    controller = preset(name).controller(actuation)
-    assert controller.n_weights == 1
-    assert controller.oscillator is not None
 
 
 def test_an_unknown_preset_is_refused_with_the_nearest_one():

@@ -71,12 +71,6 @@ def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):
     assert Experiment.of(document) == parts.experiment
 
 
-def test_all_models_experiments_are_read_back_from_their_documents():
-    for name in ("V-sector-w4", "ARGT-rFv-gFv-tphif-w8", "T-Fv"):
-        experiment = find(name).experiment()
-        assert Experiment.of(json.loads(json.dumps(experiment.document))) == experiment
-
-
 # Training.
 
 
