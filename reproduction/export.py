@@ -7,6 +7,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from reproduction.cells import require_once, whole_number
 from reproduction.folder import Folder
 from reproduction.plan import united
 from reproduction.record import Record
@@ -67,7 +68,7 @@ def read_csv(path: Path) -> Table:
     """
     cells = tables.read_csv(path, _NEEDED, kind=_KIND)
     found = {name: _column(path, name, column) for name, column in cells.items()}
-    tables.require_once(path, {name: found[name] for name in _ROW if name in found})
+    require_once(path, {name: found[name] for name in _ROW if name in found})
     return Table(found)
 
 
@@ -76,7 +77,7 @@ def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:
         return cells
     try:
         return (
-            np.array([*map(tables.whole_number, cells)])
+            np.array([*map(whole_number, cells)])
             if name in ("run", "parameters")
             else tables.numbers(cells)
         )

@@ -10,6 +10,7 @@ import numpy as np
 from reproduction.calibration.measure import CalibrationGrid, measure
 from reproduction.calibration.prior import PRIOR, candidates
 from reproduction.calibration.scores import SCORES, VanillaScores
+from reproduction.cells import whole_number
 from reproduction.readings.readings import Reading
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
@@ -70,7 +71,7 @@ def read_scores(path: Path) -> dict[int, list[float]]:
     """
     cells = tables.read_csv(path, _HEAD, kind=_KIND)
     try:
-        bodies = [tables.whole_number(cell) for cell in cells["body"]]
+        bodies = [whole_number(cell) for cell in cells["body"]]
         rows = np.stack([tables.numbers(cells[name]) for name in SCORES], axis=1)
     except ValueError:
         raise TegotaeError(f"{path} is no {_KIND}: a score or a body is no number") from None

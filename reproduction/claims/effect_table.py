@@ -7,6 +7,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from reproduction.cells import require_once
 from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.counting import Count
 from reproduction.claims.estimates import EffectEstimate
@@ -51,7 +52,7 @@ def read_effects(path: Path) -> list[Finding]:
             has an effect twice.
     """
     cells = tables.read_csv(path, ("claim", *_COUNT, *_EFFECT, _VERDICT), kind=_KIND)
-    tables.require_once(path, {name: cells[name] for name in ("claim", *_COUNT)})
+    require_once(path, {name: cells[name] for name in ("claim", *_COUNT)})
     claims = {claim.name: claim for claim in ATOMIC_CLAIMS}
     found: dict[str, dict[Count, EffectEstimate]] = {}
     try:

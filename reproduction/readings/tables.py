@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from reproduction.cells import require_once, whole_number
 from reproduction.claims.counting import Count
 from reproduction.claims.estimates import EffectEstimate
 from reproduction.claims.findings import Finding
@@ -68,7 +69,7 @@ def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
             effect = EffectEstimate(*(tables.number(row[name]) for name in _NUMBERS))
             count = Count(run=row["run"], omega_t=row["omega_t"])
             finding = Finding(claims[row["claim"]], {count: effect})
-            by_omega = found.setdefault(tables.whole_number(row["reading"]), {})
+            by_omega = found.setdefault(whole_number(row["reading"]), {})
             by_omega.setdefault(row["omega_t"], []).append(finding)
         except (KeyError, ValueError, TypeError):
             raise _no_table(folder / EFFECTS) from None
@@ -89,7 +90,7 @@ def _reading(row: dict[str, str], folder: Path) -> Reading:
 def _rows(path: Path, *names: str) -> list[dict[str, str]]:
     """The rows of a table, of which no two are alike in the columns that name them."""
     cells = tables.read_csv(path, names, kind=_KIND)
-    tables.require_once(path, {name: cells[name] for name in names})
+    require_once(path, {name: cells[name] for name in names})
     return [dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True)]
 
 

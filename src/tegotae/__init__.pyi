@@ -34,13 +34,13 @@ from tegotae.questions.gaits import (
     gait_stability as gait_stability,
     gait_sweep as gait_sweep,
 )
+from tegotae.questions.generalising import generalise as generalise
 from tegotae.questions.listing import models as models
+from tegotae.questions.measuring import measure as measure
 from tegotae.questions.training import train as train
 from tegotae.questions.verbs import (
     compare as compare,
     evaluate as evaluate,
-    generalise as generalise,
-    measure as measure,
     simulate as simulate,
 )
 from tegotae.questions.wiring import (

@@ -335,7 +335,7 @@ def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
     reason="the Arm compiler or QEMU is not installed",
 )
 def test_the_cost_of_a_controller_is_counted_on_every_core():
-    small, middle, large = tg.export_cost("V-reflex-w8").costs
+    small, middle, large = tg.export_cost("V-reflex-w8").raw
     # Without a unit for floats every operation is a call.
     assert small.instructions > 5 * middle.instructions > 5 * 50
     assert 50 < large.instructions < 1000

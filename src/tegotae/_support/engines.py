@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 import jax
 
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.workers import CORES
 
 NATIVE = "native"
 XLA = "xla"
@@ -89,12 +90,9 @@ def _say(what: str) -> None:
     warnings.warn(what, EngineWarning, stacklevel=4)
 
 
-_CORES = "TEGOTAE_CORES"
-
-
 def available_cores() -> int:
     """Cores that this process may use; `TEGOTAE_CORES` asks for fewer or more."""
-    asked = os.environ.get(_CORES, "")
+    asked = os.environ.get(CORES, "")
     return int(asked) if _is_core_count(asked) else _own_cores()
 
 
@@ -133,10 +131,10 @@ def check_environment() -> None:
         TegotaeError: for a `TEGOTAE_CORES` that is no number or beyond sense, a `JAX_PLATFORMS`
             that JAX cannot start, or a `TEGOTAE_ENGINE` that cannot be had.
     """
-    asked = os.environ.get(_CORES, "")
+    asked = os.environ.get(CORES, "")
     if asked and not _is_core_count(asked):
         raise TegotaeError(
-            f"{_CORES} is {asked!r}; on this machine of {_own_cores()} cores it must be a whole "
+            f"{CORES} is {asked!r}; on this machine of {_own_cores()} cores it must be a whole "
             f"number from 1 to {_most_cores()}"
         )
     check_engine()

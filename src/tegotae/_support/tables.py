@@ -1,4 +1,4 @@
-"""Tables as files and text: CSV through pandas, and Parquet.
+"""Tables as files and text: CSV and Parquet.
 
 Columns of equal length by name. A number is written so that it is read again to the last bit, or
 with fewer digits where they are asked for; what is undefined (NaN) is an empty cell.
@@ -9,11 +9,8 @@ from __future__ import annotations
 import csv
 import io
 import reprlib
-import warnings
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +18,6 @@ import numpy.typing as npt
 from tegotae._support.errors import TegotaeError, require
 from tegotae._support.files import output_file, write_atomically
 
-_Number = TypeVar("_Number", int, float)
 Column = npt.ArrayLike | Sequence[object]
 """The cells of a column: an array, or a list of numbers and texts."""
 
@@ -107,46 +103,22 @@ def parse_csv(text: str) -> dict[str, np.ndarray]:
         >>> parse_csv("run,t0_s\n0,0.1\n")["t0_s"].tolist()
         ['0.1']
     """
-    import pandas
-
     try:
-        named: list[str] = next(filter(None, csv.reader(io.StringIO(text))), [])
+        lines = csv.reader(io.StringIO(text.removeprefix("\ufeff")))
+        rows = [row for row in lines if len(row) > 1 or "".join(row).strip()]
     except csv.Error as error:
         raise ValueError(str(error)) from None
-    if twice := [name for name in named if name and named.count(name) > 1]:
-        raise ValueError(f"{named.count(twice[0])} columns are called {twice[0]!r}")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of cells that would be dropped
-            frame = pandas.read_csv(
-                io.StringIO(text),
-                dtype=str,
-                keep_default_na=False,
-                index_col=False,
-                engine="python",  # the other one fills up rows that are cut short
-            )
-    except (ValueError, pandas.errors.ParserWarning) as error:
-        raise ValueError((str(error).strip().splitlines() or ["unreadable"])[0]) from None
-    if frame.empty:
+    if len(rows) < 2:
         raise ValueError("it has no rows")
-    if frame.isna().to_numpy().any():
+    names = [name or f"column {i}" for i, name in enumerate(rows[0])]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"{names.count(twice[0])} columns are called {twice[0]!r}")
+    lengths = {len(row) for row in rows}
+    if min(lengths) < len(names):
         raise ValueError("a row is cut short")
-    return {str(name): np.array(frame[name].tolist()) for name in frame.columns}
-
-
-def require_once(path: Path, columns: Mapping[str, Column]) -> None:
-    """Raise `TegotaeError` if two rows of a table are alike in these columns.
-
-    Args:
-        path: the table's file, for the message.
-        columns: the columns that together name a row.
-    """
-    texts = [[*map(str, np.asarray(column).tolist())] for column in columns.values()]
-    rows = Counter(zip(*texts, strict=True))
-    row, count = rows.most_common(1)[0]
-    if count > 1:
-        name = ", ".join(f"{column} {cell}" for column, cell in zip(columns, row, strict=True))
-        raise TegotaeError(f"{path} has {count} rows of {name}; it must have one")
+    if max(lengths) > len(names):
+        raise ValueError(f"a row has {max(lengths)} cells, and there are {len(names)} columns")
+    return {name: np.array(cells) for name, *cells in zip(names, *rows[1:], strict=True)}
 
 
 def number(text: str) -> float:
@@ -159,21 +131,12 @@ def number(text: str) -> float:
         >>> number("0.995")
         0.995
     """
-    return _read(float, text, "number")
-
-
-def whole_number(text: str) -> int:
-    """The same of a whole number."""
-    return _read(int, text, "whole number")
-
-
-def _read(kind: type[_Number], text: str, what: str) -> _Number:
     if "_" in text:
-        raise ValueError(f"{reprlib.repr(text)} is no {what}: it has an underscore")
+        raise ValueError(f"{reprlib.repr(text)} is no number: it has an underscore")
     try:
-        return kind(text)
+        return float(text)
     except ValueError:
-        raise ValueError(f"{reprlib.repr(text)} is no {what}") from None
+        raise ValueError(f"{reprlib.repr(text)} is no number") from None
 
 
 def numbers(cells: Iterable[str]) -> np.ndarray:

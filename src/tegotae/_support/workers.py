@@ -20,6 +20,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 CORES = "TEGOTAE_CORES"
+"""Environment variable: on how many cores a process computes."""
 
 WorkersDied = BrokenProcessPool
 """What a result raises if a worker has ended before its work did; all others are then ended too."""

@@ -6,156 +6,114 @@ from collections.abc import Mapping
 
 from tegotae.cli.program import Command, CommandGroup
 
-COMMANDS: Mapping[str, Command | CommandGroup] = {
-    "models": Command(
-        "tegotae.questions.listing:models",
-        "tegotae models '*@quadruped-c'",
-        "tegotae models 'ART*' --zoo",
+_QUESTIONS: Mapping[str, tuple[str, ...]] = {
+    "models": ("listing", "'*@quadruped-c'", "'ART*' --zoo"),
+    "train": (
+        "training",
+        "ART --seeds 4 --out runs/art",
+        "AR@quadruped-c --generations 40",
     ),
-    "train": Command(
-        "tegotae.questions.training:train",
-        "tegotae train ART --seeds 4 --out runs/art",
-        "tegotae train AR@quadruped-c --generations 40",
+    "wiring suggest": (
+        "wiring",
+        "my_leg.xml",
+        "robot.xml --settings ground=true --out robot.toml",
     ),
-    "wiring": CommandGroup(
-        "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
-        {
-            "suggest": Command(
-                "tegotae.questions.wiring:wiring_suggest",
-                "tegotae wiring suggest my_leg.xml",
-                "tegotae wiring suggest robot.xml --settings ground=true --out robot.toml",
-            ),
-            "baseline": Command(
-                "tegotae.questions.wiring:wiring_baseline",
-                "tegotae wiring baseline my_leg.xml --wiring my_leg.toml",
-                "tegotae wiring baseline leg --frequencies 8 10 12 --duration 6",
-            ),
-        },
+    "wiring baseline": (
+        "wiring",
+        "my_leg.xml --wiring my_leg.toml",
+        "leg --frequencies 8 10 12 --duration 6",
     ),
-    "simulate": Command(
-        "tegotae.questions.verbs:simulate",
-        "tegotae simulate V-sector-w4 --plot hop.png --animate hop.gif",
-        "tegotae simulate quadruped-c --out walk",
+    "simulate": (
+        "verbs",
+        "V-sector-w4 --plot hop.png --animate hop.gif",
+        "quadruped-c --out walk",
     ),
-    "evaluate": Command(
-        "tegotae.questions.verbs:evaluate",
-        "tegotae evaluate V-sector-w4",
-        "tegotae evaluate runs/art --csv runs.csv",
+    "evaluate": ("verbs", "V-sector-w4", "runs/art --csv runs.csv"),
+    "compare": ("verbs", "V-sector-w4 V-reflex-w4", "runs/art runs/ar --metric cot_inverse"),
+    "measure": (
+        "measuring",
+        "walk.csv --rest-length 1 --omega 5 --plot walk.png",
+        "walk.csv --preset paper --json",
     ),
-    "compare": Command(
-        "tegotae.questions.verbs:compare",
-        "tegotae compare V-sector-w4 V-reflex-w4",
-        "tegotae compare runs/art runs/ar --metric cot_inverse",
+    "figure surface": (
+        "drawing",
+        "V-sector-w4",
+        "runs/art/ART-rF-tphif-w8-seed0.json --out surface.pdf",
     ),
-    "measure": Command(
-        "tegotae.questions.verbs:measure",
-        "tegotae measure walk.csv --rest-length 1 --omega 5 --plot walk.png",
-        "tegotae measure walk.csv --preset paper --json",
+    "figure portrait": ("drawing", "V-sector-w4", "V-reflex-w8 --heights 1.1 1.5 2"),
+    "figure phase-locking": ("drawing", "--resolution 40", "paper-reflex --cut 3"),
+    "figure phase-response": ("drawing", "V-sector-w4", "V-sector-w8 --push 0.01 -0.01"),
+    "figure basin": ("drawing", "V-sector-w4", "quadruped-c --starts 64"),
+    "figure poincare": ("drawing", "V-sector-w4", "V-reflex-w8 --turns 20"),
+    "figure learning-curves": ("drawing", "runs/art", "runs/art runs/ar --out curves.pdf"),
+    "gait sweep": (
+        "gaits",
+        "quadruped-c --levels 0.7 3.5",
+        "bar-light --levels 2 6 --count 8 --out bar",
     ),
-    "figure": CommandGroup(
-        "Draw a figure that explains a controller, and write its numbers.",
-        {
-            "surface": Command(
-                "tegotae.questions.drawing:figure_surface",
-                "tegotae figure surface V-sector-w4",
-                "tegotae figure surface runs/art/ART-rF-tphif-w8-seed0.json --out surface.pdf",
-            ),
-            "portrait": Command(
-                "tegotae.questions.drawing:figure_portrait",
-                "tegotae figure portrait V-sector-w4",
-                "tegotae figure portrait V-reflex-w8 --heights 1.1 1.5 2",
-            ),
-            "phase-locking": Command(
-                "tegotae.questions.drawing:figure_phase_locking",
-                "tegotae figure phase-locking --resolution 40",
-                "tegotae figure phase-locking paper-reflex --cut 3",
-            ),
-            "phase-response": Command(
-                "tegotae.questions.drawing:figure_phase_response",
-                "tegotae figure phase-response V-sector-w4",
-                "tegotae figure phase-response V-sector-w8 --push 0.01 -0.01",
-            ),
-            "basin": Command(
-                "tegotae.questions.drawing:figure_basin",
-                "tegotae figure basin V-sector-w4",
-                "tegotae figure basin quadruped-c --starts 64",
-            ),
-            "poincare": Command(
-                "tegotae.questions.drawing:figure_poincare",
-                "tegotae figure poincare V-sector-w4",
-                "tegotae figure poincare V-reflex-w8 --turns 20",
-            ),
-            "learning-curves": Command(
-                "tegotae.questions.drawing:figure_learning_curves",
-                "tegotae figure learning-curves runs/art",
-                "tegotae figure learning-curves runs/art runs/ar --out curves.pdf",
-            ),
-        },
+    "gait map": (
+        "gaits",
+        "bar-light --x inertia_ratio 0.4 1.6 --y omega 2 6",
+        "quadruped-c --x com_x_m -0.3 0.3 --y omega 0.7 3.5",
     ),
-    "gait": CommandGroup(
-        "Study the gaits of a body with several legs.",
-        {
-            "sweep": Command(
-                "tegotae.questions.gaits:gait_sweep",
-                "tegotae gait sweep quadruped-c --levels 0.7 3.5",
-                "tegotae gait sweep bar-light --levels 2 6 --count 8 --out bar",
-            ),
-            "map": Command(
-                "tegotae.questions.gaits:gait_map",
-                "tegotae gait map bar-light --x inertia_ratio 0.4 1.6 --y omega 2 6",
-                "tegotae gait map quadruped-c --x com_x_m -0.3 0.3 --y omega 0.7 3.5",
-            ),
-            "front": Command(
-                "tegotae.questions.gaits:gait_front",
-                "tegotae gait front quadruped-c",
-                'tegotae gait front hexapod --family vanilla "forced tripod"',
-            ),
-            "stability": Command(
-                "tegotae.questions.gaits:gait_stability",
-                "tegotae gait stability bar-light --over inertia_ratio 0.4 1.6",
-                "tegotae gait stability quadruped-c --over omega 0.7 3.5 --gaits trot",
-            ),
-            "lesion": Command(
-                "tegotae.questions.gaits:gait_lesion",
-                "tegotae gait lesion hexapod --lose LM RM",
-                "tegotae gait lesion quadruped-c --drop 0.05",
-            ),
-        },
+    "gait front": ("gaits", "quadruped-c", 'hexapod --family vanilla "forced tripod"'),
+    "gait stability": (
+        "gaits",
+        "bar-light --over inertia_ratio 0.4 1.6",
+        "quadruped-c --over omega 0.7 3.5 --gaits trot",
     ),
-    "generalise": Command(
-        "tegotae.questions.verbs:generalise",
-        "tegotae generalise --list",
-        "tegotae generalise runs/art --conditions delay noise",
+    "gait lesion": ("gaits", "hexapod --lose LM RM", "quadruped-c --drop 0.05"),
+    "generalise": ("generalising", "--list", "runs/art --conditions delay noise"),
+    "export c": (
+        "exporting",
+        "V-sector-w4 --out robot",
+        "runs/art/ART-rF-tphif-w8-seed0.json --out robot --tick 0.002",
     ),
-    "export": CommandGroup(
-        "Export a controller to a robot.",
-        {
-            "c": Command(
-                "tegotae.questions.exporting:export_c",
-                "tegotae export c V-sector-w4 --out robot",
-                "tegotae export c runs/art/ART-rF-tphif-w8-seed0.json --out robot --tick 0.002",
-            ),
-            "native": Command(
-                "tegotae.questions.exporting:export_native",
-                "tegotae export native V-sector-w4 --out leg.native",
-                "tegotae export native quadruped-c --out walker.native",
-            ),
-            "cost": Command(
-                "tegotae.questions.exporting:export_cost",
-                "tegotae export cost V-sector-w4 ART-rF-tphif-w8",
-                "tegotae export cost --json",
-            ),
-        },
+    "export native": (
+        "exporting",
+        "V-sector-w4 --out leg.native",
+        "quadruped-c --out walker.native",
     ),
-    "doctor": Command("tegotae.questions.about:doctor", "tegotae doctor", "tegotae doctor --json"),
-    "completion": Command(
+    "export cost": ("exporting", "V-sector-w4 ART-rF-tphif-w8", "--json"),
+    "doctor": ("about", "", "--json"),
+    "cite": ("about", "", "--bibtex"),
+}
+"""Of each command the module of its question, and what a user can type after its name."""
+
+_GROUPS: Mapping[str, str] = {
+    "wiring": "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
+    "figure": "Draw a figure that explains a controller, and write its numbers.",
+    "gait": "Study the gaits of a body with several legs.",
+    "export": "Export a controller to a robot.",
+}
+"""What the commands of two words are for, by the first."""
+
+
+def _command(name: str, module: str, *examples: str) -> Command:
+    """The command of a question, which is called alike: `figure_surface` for figure surface."""
+    place = f"tegotae.questions.{module}:{name.replace(' ', '_').replace('-', '_')}"
+    return Command(place, *(f"tegotae {name} {words}".rstrip() for words in examples))
+
+
+def _commands() -> dict[str, Command | CommandGroup]:
+    made = {name: _command(name, *row) for name, row in _QUESTIONS.items()}
+    commands: dict[str, Command | CommandGroup] = {}
+    for name in made:
+        first, _, grouped = name.partition(" ")
+        if grouped:
+            inner = {n.partition(" ")[2]: made[n] for n in made if n.startswith(f"{first} ")}
+            commands[first] = CommandGroup(_GROUPS[first], inner)
+        else:
+            commands[name] = made[name]
+    commands["completion"] = Command(
         "tegotae.cli.completion:Completion",
         "tegotae completion bash > tegotae-completion.bash",
         "tegotae completion zsh > _tegotae",
-    ),
-    "cite": Command("tegotae.questions.about:cite", "tegotae cite", "tegotae cite --bibtex"),
-}
+    )
+    return commands
 
+
+COMMANDS: Mapping[str, Command | CommandGroup] = _commands()
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "See a controller move": ("simulate", "models"),
     "Learn one": ("train", "wiring"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from typing import Annotated, Any, Literal
 
 import tyro
@@ -14,43 +15,6 @@ from tegotae.cli.help_texts import SWITCHES
 from tegotae.cli.parsing import flags_of
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.systems.zoo import PREFIX, names
-
-_BASH = """\
-# Completion of tegotae. In bash: source this file, such as in ~/.bashrc.
-_tegotae() {{
-    local word path="" words=""
-    for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
-        case "$path $word" in
-{paths}
-        esac
-    done
-    case "$path" in
-{completions}
-    esac
-    local typed="${{COMP_WORDS[COMP_CWORD]}}" before="${{COMP_WORDS[*]:0:COMP_CWORD}}" zoo="{zoo}"
-    # Bash splits words at colons, and completes what follows the last one.
-    if [[ "$before" == *" zoo :" ]]; then
-        COMPREPLY=($(compgen -W "$zoo" -- "$typed"))
-        return
-    elif [[ "$before" == *" zoo" && "$typed" == ":" ]]; then
-        COMPREPLY=($(compgen -W "$zoo"))
-        return
-    elif [[ "$typed" == zoo:* ]]; then
-        COMPREPLY=($(compgen -P zoo: -W "$zoo" -- "${{typed#zoo:}}"))
-        return
-    fi
-    COMPREPLY=($(compgen -W "$words" -- "$typed"))
-    if [[ "$path" && "$typed" && zoo: == "$typed"* ]]; then
-        COMPREPLY+=(zoo:)
-        compopt -o nospace 2> /dev/null
-    fi
-    if [[ "$path" && "$typed" != -* ]]; then
-        local IFS=$'\\n' marks=$'["\\'\\\\\\\\]'  # a name with blanks is typed with these
-        COMPREPLY+=($(compgen -f -- "${{typed//$marks/}}"))
-    fi
-}}
-complete -o filenames -F _tegotae tegotae
-"""
 
 _ZSH = """\
 # Completion of tegotae. In zsh: source this file, such as in ~/.zshrc.
@@ -74,10 +38,17 @@ def script() -> str:
     """The script for bash."""
     known = dict(completions(COMMANDS))
     known[""] += tuple(switch.split()[0] for switch in SWITCHES)
-    paths = (f'            "{path}") path="{path}" ;;' for path in known if path)
-    words = (f'        "{path}") words="{" ".join(each)}" ;;' for path, each in known.items())
-    zoo = " ".join(name.removeprefix(PREFIX) for name in names())
-    return _BASH.format(paths="\n".join(paths), completions="\n".join(words), zoo=zoo)
+    pieces = {
+        "# PATHS": (f'            "{path}") path="{path}" ;;' for path in known if path),
+        "# COMPLETIONS": (
+            f'        "{path}") words="{" ".join(x)}" ;;' for path, x in known.items()
+        ),
+        "@ZOO@": [" ".join(name.removeprefix(PREFIX) for name in names())],
+    }
+    text = resources.files("tegotae.cli").joinpath("completion.bash").read_text(encoding="utf-8")
+    for place, lines in pieces.items():
+        text = text.replace(place, "\n".join(lines))
+    return text
 
 
 def completions(

@@ -15,9 +15,8 @@ from importlib.metadata import PackageNotFoundError, metadata, version
 import pandas as pd
 
 from tegotae import __version__
-from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import how_to_install
-from tegotae.questions.answer import AnswerBase
+from tegotae.questions.answer import Finding
 from tegotae.questions.question import NoOptions, Nothing, question
 
 _CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
@@ -27,59 +26,42 @@ _FOR_DEVELOPERS = ("all", "dev", "docs", "test")
 _COMPILERS = ("cc", "gcc", "clang")
 
 
-@dataclass(frozen=True, repr=False)
-class Diagnosis(AnswerBase):
-    """The installation and this machine, by subject."""
-
-    subjects: Mapping[str, Mapping[str, str | int]]
-
-    def frame(self) -> pd.DataFrame:
-        """A row a fact."""
-        rows = [(s, name, x) for s, known in self.subjects.items() for name, x in known.items()]
-        return pd.DataFrame(rows, columns=["subject", "name", "value"])
-
-    def texts(self) -> list[pd.DataFrame]:
-        return [self.frame().set_index(["subject", "name"])]
-
-    def document(self) -> JsonObject:
-        return as_json(self.subjects)
-
-
 @question(subjects=Nothing, nameless=True)
-def doctor(_: None, options: NoOptions) -> Diagnosis:
+def doctor(_: None, options: NoOptions) -> Finding:
     """Print versions, extras, cores, engine and compiler for a bug report."""
     import jax
 
     from tegotae._support.engines import available_cores, selected, why_not_native
 
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
-    return Diagnosis(
-        {
-            "versions": {
-                "tegotae": __version__,
-                "python": platform.python_version(),
-                **{name: installed(name) or "missing" for name in _CORE},
-            },
-            "extras": dict(_extras()),
-            "machine": {
-                "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
-                "cores": available_cores(),
-                "compiler": "none" if compiler is None else _first_line(compiler, "--version"),
-                "ffmpeg": shutil.which("ffmpeg") or "none",
-            },
-            "engine": {
-                "engine": selected(),
-                "native code": why_not_native() or "can be had",
-                "XLA's devices": ", ".join(map(str, jax.local_devices())),
-            },
-            "settings": {
-                name: value
-                for name, value in sorted(os.environ.items())
-                if name.startswith(("TEGOTAE_", "JAX_", "OMP_"))
-            }
-            | {"executable": sys.executable},
+    known = {
+        "versions": {
+            "tegotae": __version__,
+            "python": platform.python_version(),
+            **{name: installed(name) or "missing" for name in _CORE},
+        },
+        "extras": dict(_extras()),
+        "machine": {
+            "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
+            "cores": available_cores(),
+            "compiler": "none" if compiler is None else _first_line(compiler, "--version"),
+            "ffmpeg": shutil.which("ffmpeg") or "none",
+        },
+        "engine": {
+            "engine": selected(),
+            "native code": why_not_native() or "can be had",
+            "XLA's devices": ", ".join(map(str, jax.local_devices())),
+        },
+        "settings": {
+            name: value
+            for name, value in sorted(os.environ.items())
+            if name.startswith(("TEGOTAE_", "JAX_", "OMP_"))
         }
-    )
+        | {"executable": sys.executable},
+    }
+    rows = [(subject, name, x) for subject, facts in known.items() for name, x in facts.items()]
+    table = pd.DataFrame(rows, columns=["subject", "name", "value"])
+    return Finding(table=table, shown=[table.set_index(["subject", "name"])], data=known)
 
 
 def installed(package: str) -> str | None:
@@ -190,30 +172,14 @@ class CiteOptions:
     """Print the BibTeX entries alone."""
 
 
-@dataclass(frozen=True, repr=False)
-class Citation(AnswerBase):
-    """The references, as sentences unless BibTeX alone is asked for, and as BibTeX."""
-
-    bibtex: bool
-    references = (SOFTWARE, PAPER)
-
-    @property
-    def title(self) -> str:
-        said = ["Please cite the software and the paper:", *(x.text() for x in self.references)]
-        return "\n\n".join([*(said * (not self.bibtex)), *(x.bibtex() for x in self.references)])
-
-    def frame(self) -> pd.DataFrame:
-        """A row a reference."""
-        return pd.DataFrame([asdict(reference) for reference in self.references])
-
-    def texts(self) -> list[pd.DataFrame]:
-        return []
-
-    def document(self) -> JsonObject:
-        return as_json({reference.key: asdict(reference) for reference in self.references})
-
-
 @question(subjects=Nothing, nameless=True)
-def cite(_: None, options: CiteOptions) -> Citation:
+def cite(_: None, options: CiteOptions) -> Finding:
     """Print how to cite this software and the paper that it implements, with BibTeX entries."""
-    return Citation(options.bibtex)
+    references = (SOFTWARE, PAPER)
+    said = ["Please cite the software and the paper:", *(x.text() for x in references)]
+    bibtex = [x.bibtex() for x in references]
+    return Finding(
+        outcome="\n\n".join(bibtex if options.bibtex else [*said, *bibtex]),
+        table=[asdict(x) for x in references],
+        data={x.key: x for x in references},
+    )

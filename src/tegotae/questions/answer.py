@@ -28,6 +28,8 @@ from tegotae.measures.hopping.statistics import Interval
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tegotae.figures.style import Table
+
 DIGITS = 9
 """Significant digits of what is written: more than single precision has."""
 UNDEFINED = "–"
@@ -167,34 +169,68 @@ def check_output(path: Path | None, *endings: str) -> None:
     output_file(path)
 
 
-@dataclass(frozen=True, repr=False)
-class RecordedRun(AnswerBase):
-    """One run, closely."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Finding(AnswerBase):
+    """A table, and what is said of it."""
 
-    name: str
-    """Of the controller."""
-    outcome: str
+    raw: Any = None
+    """What it was made from, such as a `tegotae.systems.simulation.Result`."""
+    outcome: str = ""
     """In a few words."""
-    raw: Any
-    """What the simulator gave; it chooses the figures (`tegotae.questions.pictures`)."""
-    numbers: Mapping[str, Any]
-    columns: tuple[Column, ...]
-    """Which of the numbers are shown."""
-    series: Callable[[], Mapping[str, Any]]
-    """Makes the time series."""
-    settings: Any
-    """The options."""
-    limbs: pd.DataFrame | None = None
-    """What is known of each limb."""
-    remarks: tuple[str, ...] = ()
+    remarks: Sequence[str] = ()
+    """Sentences below the tables."""
+    table: Any = ()
+    """The numbers: columns by name, or rows; or a function that makes them."""
+    shown: Sequence[pd.DataFrame] = ()
+    """Tables as people read them; their index names the rows."""
+    data: Any = None
+    """What the document says."""
 
     @property
     def title(self) -> str:
         return self.outcome
 
+    @property
+    def notes(self) -> list[str]:
+        return [*self.remarks]
+
     def frame(self) -> pd.DataFrame:
-        """The time series, a row a sample."""
-        return pd.DataFrame(dict(self.series()))
+        """The numbers."""
+        table = self.table() if callable(self.table) else self.table
+        return pd.DataFrame(dict(table) if isinstance(table, Mapping) else table)
+
+    def texts(self) -> list[pd.DataFrame]:
+        return [*self.shown]
+
+    def document(self) -> JsonObject:
+        return as_json(self.data)
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Drawn(Finding):
+    """A table with pictures."""
+
+    drawn: Callable[[], dict[str, Figure]]
+    """Draws them, by name."""
+
+    def figures(self) -> dict[str, Figure]:
+        return self.drawn()
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class RecordedRun(Finding):
+    """One run, closely. `raw`, what the simulator gave, chooses the figures
+    (`tegotae.questions.pictures`), and `table` is the time series."""
+
+    name: str
+    """Of the controller."""
+    numbers: Mapping[str, Any]
+    columns: tuple[Column, ...]
+    """Which of the numbers are shown."""
+    settings: Any
+    """The options."""
+    limbs: pd.DataFrame | None = None
+    """What is known of each limb."""
 
     def texts(self) -> list[pd.DataFrame]:
         known = [(c.heading, self.numbers.get(c.name)) for c in self.columns]
@@ -202,10 +238,6 @@ class RecordedRun(AnswerBase):
         numbers = pd.DataFrame(shown, columns=["quantity", "value"])
         made = [frame.map(short) for frame in (self.limbs, numbers) if frame is not None]
         return [frame.set_index(frame.columns[0]) for frame in made if len(frame)]
-
-    @property
-    def notes(self) -> list[str]:
-        return [*self.remarks]
 
     def document(self) -> JsonObject:
         settings = dataclasses.asdict(self.settings)
@@ -226,6 +258,40 @@ class RecordedRun(AnswerBase):
         from tegotae.questions.pictures import animate
 
         return animate(self.raw, Path(path))
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Picture(Finding):
+    """A figure, and the numbers that it shows."""
+
+    ENDING = ".png"
+
+    drawn: Callable[[], Figure]
+    """Draws it."""
+    tables: Mapping[str, Table]
+    """What the figure shows: the main table, named "", and others."""
+    settings: Any
+    """The options."""
+
+    def document(self) -> JsonObject:
+        """The settings, and what was found; the tables are files of their own."""
+        said = {"outcome": self.outcome, "remarks": self.remarks}
+        return as_json({"settings": dataclasses.asdict(self.settings), **said, **(self.data or {})})
+
+    def frame(self) -> pd.DataFrame:
+        """The main table of what the figure shows."""
+        return pd.DataFrame(dict(self.tables[""]))
+
+    def figures(self) -> dict[str, Figure]:
+        return {"figure": self.drawn()}
+
+    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
+        """Write the picture as the file of this name, and beside it its tables and its document."""
+        from tegotae.figures.style import save_figure, write_tables
+
+        file = Path(folder)
+        written = [save_figure(self.plot(), file), *write_tables(file, self.tables)]
+        return [*written, self.write(file.with_suffix(".json"))]
 
 
 def short(value: Any) -> str:

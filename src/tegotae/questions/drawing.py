@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pandas as pd
 
-from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_all, require_count, require_finite
 from tegotae._support.limits import (
     MOST_GAIN,
@@ -30,91 +28,29 @@ from tegotae.analysis.orbit import (
     require_hopper,
 )
 from tegotae.parts.bodies import Body
-from tegotae.questions.answer import AnswerBase, short
+from tegotae.questions.answer import Picture
+from tegotae.questions.gaits import WalkingBasin
 from tegotae.questions.hopping import HoppingOptions, HoppingTask
 from tegotae.questions.question import Names, Tasks, question
 from tegotae.questions.task import Task
-from tegotae.questions.walking import DrivenOptions, WalkingTask
+from tegotae.questions.walking import WalkingTask
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import PRESETS
 from tegotae.systems.system import RELEASE_M
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from tegotae.envs.policies import Policy
-    from tegotae.figures.style import Table
-
-
-@dataclass(frozen=True, repr=False)
-class Picture(AnswerBase):
-    """A figure, and the numbers that it shows."""
-
-    ENDING = ".png"
-
-    raw: Any
-    """What was computed, such as a `tegotae.analysis.surface.Surface`."""
-    drawn: Callable[[], Figure]
-    """Draws it."""
-    tables: Mapping[str, Table]
-    """What the figure shows: the main table, named "", and others."""
-    settings: Any
-    """The options."""
-    outcome: str = ""
-    """In a few words."""
-    remarks: tuple[str, ...] = ()
-    summary: pd.DataFrame | None = None
-    """A table for people; its index names the rows."""
-    numbers: Mapping[str, Any] = field(default_factory=dict)
-    """Further results, for the document."""
-
-    @property
-    def title(self) -> str:
-        return self.outcome
-
-    @property
-    def notes(self) -> list[str]:
-        return [*self.remarks]
-
-    def frame(self) -> pd.DataFrame:
-        """The main table of what the figure shows."""
-        return pd.DataFrame(dict(self.tables[""]))
-
-    def texts(self) -> list[pd.DataFrame]:
-        return [] if self.summary is None else [self.summary]
-
-    def document(self) -> JsonObject:
-        """The settings, and what was found; the tables are files of their own."""
-        settings = dataclasses.asdict(self.settings)
-        found = {"outcome": self.outcome, "remarks": self.remarks, **self.numbers}
-        return as_json({"settings": settings, **found})
-
-    def figures(self) -> dict[str, Figure]:
-        return {"figure": self.drawn()}
-
-    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
-        """Write the picture as the file of this name, and beside it its tables and its document."""
-        from tegotae.figures.style import save_figure, write_tables
-
-        file = Path(folder)
-        written = [save_figure(self.plot(), file), *write_tables(file, self.tables)]
-        return [*written, self.write(file.with_suffix(".json"))]
 
 
 @dataclass(frozen=True, kw_only=True)
 class OneLeg(Tasks):
     """Controllers on a body with one leg, by name."""
 
-    def named(self, *names: Any) -> Sequence[HoppingTask]:
-        tasks = super().named(*names)
-        for task in tasks:
-            if not isinstance(task, HoppingTask):
-                raise TegotaeError(
-                    f"{task.name} {task.what}, and this figure is of one leg; for others there are "
-                    "simulate, evaluate, gait and figure basin"
-                )
-        return tasks
+    KIND = HoppingTask
+    WHY = (
+        "this figure is of one leg; for others there are simulate, evaluate, gait and figure basin"
+    )
 
 
 _HOPPING: dict[str, Any] = {
@@ -260,11 +196,12 @@ def figure_surface(subject: HoppingTask | PolicyFile, options: SurfaceOptions) -
     )
     if surface.phase_rad is not None and sees_velocity(driver):
         note += f", slice at ẏ = {options.velocity_m_per_s:g} m/s"
+    most_force_n = float(body.max_force_n)
     return Picture(
-        surface,
-        lambda: surface_figure(surface, orbit, max_force_n=float(body.max_force_n), note=note),
-        surface_tables(surface, orbit),
-        options,
+        raw=surface,
+        drawn=lambda: surface_figure(surface, orbit, max_force_n=most_force_n, note=note),
+        tables=surface_tables(surface, orbit),
+        settings=options,
         remarks=remarks,
     )
 
@@ -314,10 +251,10 @@ def figure_portrait(subject: HoppingTask | PolicyFile, options: PortraitOptions)
     rest_length_m = float(require_hopper(driver.body, "a phase portrait").rest_length_m)
     paths = _paths(driver, options.driver, np.array(options.heights), options.duration_s)
     return Picture(
-        paths,
-        lambda: portrait_figure(paths, rest_length_m=rest_length_m, note=_titled(driver)),
-        {"": portrait_table(paths)},
-        options,
+        raw=paths,
+        drawn=lambda: portrait_figure(paths, rest_length_m=rest_length_m, note=_titled(driver)),
+        tables={"": portrait_table(paths)},
+        settings=options,
     )
 
 
@@ -370,17 +307,16 @@ def figure_poincare(task: HoppingTask, options: PoincareOptions) -> Picture:
     if np.isfinite(section.decay_s):
         remarks.append(f"a disturbance shrinks to 1/e in {section.decay_s:.3f} s")
     hops = "1 hop" if section.hops == 1 else f"{section.hops} hops"
+    shown = pd.DataFrame({"Floquet multiplier": multipliers, "|λ|": modulus.round(4)})
     return Picture(
-        section,
-        lambda: poincare_figure(section, apexes, _titled(saved)),
-        poincare_tables(section, apexes),
-        options,
-        f"limit cycle of {hops}, {section.period_s:.4f} s",
-        tuple(remarks),
-        pd.DataFrame({"Floquet multiplier": multipliers, "|λ|": modulus.round(4)}).set_index(
-            "Floquet multiplier"
-        ),
-        {"multiplier_modulus": modulus, "observed_factor": section.observed},
+        raw=section,
+        drawn=lambda: poincare_figure(section, apexes, _titled(saved)),
+        tables=poincare_tables(section, apexes),
+        settings=options,
+        outcome=f"limit cycle of {hops}, {section.period_s:.4f} s",
+        remarks=remarks,
+        shown=[shown.set_index("Floquet multiplier")],
+        data={"multiplier_modulus": modulus, "observed_factor": section.observed},
     )
 
 
@@ -424,11 +360,11 @@ def figure_phase_response(task: HoppingTask, options: PhaseResponseOptions) -> P
             f"{pushed}largest shift {shift[most]:+.3g} rad at t/T = {where:.2f}{tiny}{gone}"
         )
     return Picture(
-        response,
-        lambda: phase_response_figure(response, _titled(saved)),
-        {"": phase_response_table(response)},
-        options,
-        remarks=tuple(remarks),
+        raw=response,
+        drawn=lambda: phase_response_figure(response, _titled(saved)),
+        tables={"": phase_response_table(response)},
+        settings=options,
+        remarks=remarks,
     )
 
 
@@ -472,10 +408,10 @@ def figure_phase_locking(task: HoppingTask, options: PhaseLockingOptions) -> Pic
     )
     note = f"{literal(task.name)} ({type(task.runs.controller.actuation).__name__})"
     return Picture(
-        sweep,
-        lambda: phase_locking_figure(sweep, options.cut, note),
-        {"": phase_locking_table(sweep)},
-        options,
+        raw=sweep,
+        drawn=lambda: phase_locking_figure(sweep, options.cut, note),
+        tables={"": phase_locking_table(sweep)},
+        settings=options,
     )
 
 
@@ -510,84 +446,23 @@ class HoppingBasin(HoppingOptions):
         without = 1.0 - sum(x.share for x in rows)
         cycles = [f"{describe(x)}, CoT⁻¹ {x.cot_inverse_a_m_per_j:.3f} m/J" for x in rows]
         return Picture(
-            basin,
-            lambda: basin_figure(basin, _titled(saved)),
-            {
+            raw=basin,
+            drawn=lambda: basin_figure(basin, _titled(saved)),
+            tables={
                 "": basin.frame,
                 "cycles": basin.cycles.rename_axis("limit_cycle").reset_index(),
             },
-            self,
+            settings=self,
             remarks=(*cycles, f"no limit cycle: {without:.1%} of the releases"),
-            numbers={"limit_cycles": basin.cycles.to_dict("records")},
+            data={"limit_cycles": basin.cycles.to_dict("records")},
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class WalkingBasin(DrivenOptions):
-    """The gaits of several legs that emerge from random phases, how often, and how soon."""
-
-    starts: int = 256
-    """Number of releases."""
-    seed: int = 0
-    """Seed of the random phases at release."""
-
-    def picture(self, task: WalkingTask) -> Picture:
-        """The basins of the random releases."""
-        from tegotae.analysis.gaits.releases import release_all, system_document
-        from tegotae.figures.gaits.maps import basin_figure
-        from tegotae.figures.style import literal
-
-        legged = task.driven(self)
-        if legged.omega is None:
-            raise TegotaeError(
-                "starts differ in the phases of the oscillators, and this controller has none: all "
-                "would be the same one, which a simulation shows"
-            )
-        basin = release_all(legged, starts=self.starts, seed=self.seed, tolerance=self.tolerance)
-        names, unit = legged.names, legged.units[1]
-        outcomes: Any = basin.outcomes
-        shown = [
-            {
-                "gait": x.gait,
-                "starts": x.count,
-                "share": f"{x.share:.3f}",
-                "95 %": f"{x.low:.3f} … {x.high:.3f}",
-                **{
-                    f"lag {leg}": _lag(x.lag[i], x.between[i])
-                    for i, leg in enumerate(names)
-                    if i != legged.reference
-                },
-                f"locks in [{unit}]": short(x.lock_time_s),
-            }
-            for x in outcomes.itertuples()
-        ]
-        rows = basin.frame.drop(columns=["run", "omega"])
-        document = {"system": system_document(legged), "outcomes": outcomes.to_dict("records")}
-        return Picture(
-            basin,
-            lambda: basin_figure(basin, f"{literal(task.name)}, ω = {legged.omega:g}"),
-            {"": rows},
-            self,
-            remarks=(
-                f"Lags behind {names[legged.reference]} in cycles, circular mean ± deviation over "
-                "the starts; median time to lock.",
-            ),
-            summary=pd.DataFrame(shown).set_index("gait"),
-            numbers={**document, "rows": rows.to_dict("records")},
-        )
-
-
-def _lag(mean: float, between: float) -> str:
-    if math.isnan(mean):
-        return short(mean)
-    return f"{round(mean, 3) % 1.0:.3f} ± " + (f"{between:.3f}" if between < 1.0 else "all round")
 
 
 def _basin_options(task: Task) -> HoppingBasin | WalkingBasin:
     if isinstance(task, HoppingTask):
         return HoppingBasin.options_of(task)
     if isinstance(task, WalkingTask):
-        return WalkingBasin(**task.driven_options())
+        return WalkingBasin.options_of(task)
     raise TegotaeError(
         f"{task.name} {task.what}; tegotae simulate and tegotae evaluate run it there"
     )
@@ -635,13 +510,13 @@ def figure_learning_curves(
 
     curves = read_curves(list(map(Path, places)), options[0].of)
     return Picture(
-        curves,
-        lambda: algorithms_figure(curves),
-        algorithms_tables(curves),
-        options[0],
+        raw=curves,
+        drawn=lambda: algorithms_figure(curves),
+        tables=algorithms_tables(curves),
+        settings=options[0],
         remarks=(
             "Mean over runs of the mean over the last tenth of training [95 % interval]; equal "
             "time: that of the shortest run of the model.",
         ),
-        summary=algorithms_compared(curves),
+        shown=[algorithms_compared(curves)],
     )

@@ -130,13 +130,13 @@ class EnvironmentTask(Task):
         (played,) = replay(experiment, [self.weights])
         why = played.why_on_ground()
         return RecordedRun(
-            self.name,
-            f"an episode on {experiment.spec.env}",
-            played,
-            played.numbers(),
-            OF_EPISODES,
-            lambda: _series(played),
-            options,
+            name=self.name,
+            outcome=f"an episode on {experiment.spec.env}",
+            raw=played,
+            numbers=played.numbers(),
+            columns=OF_EPISODES,
+            table=lambda: _series(played),
+            settings=options,
             remarks=(f"It {why}.",) if why else (),
         )
 

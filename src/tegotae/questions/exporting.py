@@ -11,16 +11,15 @@ from typing import Any
 
 import pandas as pd
 
-from tegotae._support.documents import JsonObject
 from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
 from tegotae.export.c import LAYOUTS, Export, texts
 from tegotae.export.c.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
 from tegotae.export.c.package import LayoutName
 from tegotae.export.c.plan import facts, usual_tick_s
-from tegotae.export.live.controller import LiveController, NativeController, write_native
+from tegotae.export.live.controller import LiveController, write_native
 from tegotae.export.robot import compiled
-from tegotae.questions.answer import AnswerBase
+from tegotae.questions.answer import Finding
 from tegotae.questions.question import Names, NoOptions, Tasks, question
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve
@@ -67,41 +66,13 @@ class ExportCOptions(ExportNativeOptions):
         return cls(tick_s=usual_tick_s(saved))
 
 
-@dataclass(frozen=True, repr=False)
-class ExportedC(AnswerBase):
-    """A controller as C, in memory until it is saved."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class ExportedC(Finding):
+    """A controller as C, in memory until it is saved. Its table has the golden vectors: ticks of
+    the simulator's own run, which the C must repeat; its document is the manifest."""
 
-    export: Export
-    layout: LayoutName
     files: dict[str, str]
     """Texts of the files, by their paths in a folder."""
-
-    @property
-    def title(self) -> str:
-        own = self.export
-        named = f"{own.saved.name or 'a controller'} as C, for a loop of {own.tick_s:g} s"
-        return f"{named}; check it in its folder:\n{LAYOUTS[self.layout].check(own.prefix)}"
-
-    def frame(self) -> pd.DataFrame:
-        """The golden vectors: ticks of the simulator's own run, which the C must repeat."""
-        return pd.read_csv(io.StringIO(self.files[LAYOUTS[self.layout].place("golden.csv")]))
-
-    def texts(self) -> list[pd.DataFrame]:
-        known = facts(self.export)
-        rows = [
-            (way, x["member"], x["unit"], x["what"])
-            for way, name in (("in", "senses"), ("out", "commands"))
-            for x in known[name]
-        ]
-        return [pd.DataFrame(rows, columns=["", "name", "unit", "what"]).set_index("")]
-
-    @property
-    def notes(self) -> list[str]:
-        return [f"warning: {warning}" for warning in self.export.warnings()]
-
-    def document(self) -> JsonObject:
-        """The manifest."""
-        return json.loads(self.files[f"{self.export.prefix}.json"])
 
     def save(self, folder: Path | str, format: str = "png") -> list[Path]:
         """Write the files into a folder."""
@@ -119,41 +90,38 @@ def export_c(saved: SavedController, options: ExportCOptions) -> ExportedC:
         '#ifndef LEG_H'
     """
     export = Export(saved, options.tick_s, options.prefix, max_force_n=options.max_force_n)
-    return ExportedC(export, options.layout, texts(export, LAYOUTS[options.layout]))
+    layout, known = LAYOUTS[options.layout], facts(export)
+    files = texts(export, layout)
+    rows = [
+        (way, x["member"], x["unit"], x["what"])
+        for way, name in (("in", "senses"), ("out", "commands"))
+        for x in known[name]
+    ]
+    named = f"{saved.name or 'a controller'} as C, for a loop of {export.tick_s:g} s"
+    return ExportedC(
+        raw=export,
+        files=files,
+        outcome=f"{named}; check it in its folder:\n{layout.check(export.prefix)}",
+        remarks=[f"warning: {warning}" for warning in export.warnings()],
+        table=lambda: pd.read_csv(io.StringIO(files[layout.place("golden.csv")])),
+        shown=[pd.DataFrame(rows, columns=["", "name", "unit", "what"]).set_index("")],
+        data=json.loads(files[f"{export.prefix}.json"]),
+    )
 
 
-@dataclass(frozen=True, repr=False)
-class ExportedNative(AnswerBase):
-    """A controller as native code, in memory until it is saved."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class ExportedNative(Finding):
+    """A controller as native code, in memory until it is saved; `raw` is the code."""
 
     ENDING = ".native"
-    native: NativeController
-
-    @property
-    def title(self) -> str:
-        own = self.native
-        return f"reads {', '.join(own.senses)}; commands {', '.join(own.commands)}"
-
-    @property
-    def notes(self) -> list[str]:
-        return ['use it: tegotae.export.live.LiveController.load("FILE")']
 
     def live(self) -> LiveController:
         """The controller, to be stepped in this process."""
-        return LiveController(self.native)
-
-    def texts(self) -> list[pd.DataFrame]:
-        return []
-
-    def document(self) -> JsonObject:
-        """All but the code."""
-        about = asdict(self.native)
-        del about["code"], about["start"]
-        return about
+        return LiveController(self.raw)
 
     def save(self, folder: Path | str, format: str = "native") -> list[Path]:
         """Write the file of that name, such as leg.native."""
-        write_native(self.native, Path(folder))
+        write_native(self.raw, Path(folder))
         return [Path(folder)]
 
 
@@ -164,42 +132,18 @@ def export_native(saved: SavedController, options: ExportNativeOptions) -> Expor
     The file is machine code, which `LiveController.load` runs: load only files from people that you
     trust.
     """
-    return ExportedNative(compiled(saved, options.max_force_n))
-
-
-@dataclass(frozen=True, repr=False)
-class ExportCosts(AnswerBase):
-    """What models cost on every core."""
-
-    costs: Sequence[Cost]
-
-    def frame(self) -> pd.DataFrame:
-        """A row a model and core."""
-        rows = [{**asdict(cost), "share_at_1_khz": cost.share(CLOCK_HZ)} for cost in self.costs]
-        return pd.DataFrame(rows)
-
-    def texts(self) -> list[pd.DataFrame]:
-        frame = self.frame()
-        share = frame.pop("share_at_1_khz").map("{:.1%}".format)
-        frame["instructions"] = frame["instructions"].map("{:.0f}".format)
-        names = {name: f"{name.removesuffix('_bytes')} [B]" for name in frame if "bytes" in name}
-        return [frame.rename(columns=names).assign(**{"at 1 kHz": share}).set_index("model")]
-
-    @property
-    def notes(self) -> list[str]:
-        return [
-            "Instructions executed per tick, counted by an emulator: neither cycles nor a worst "
-            f"case. The last column is their share of {CLOCK_HZ / 1e6:g} MHz at 1 kHz, if each "
-            "took one cycle. Flash is what the controller adds to a program, with the parts of the "
-            "C library that it calls; RAM is its state, inputs and outputs."
-        ]
-
-    def document(self) -> JsonObject:
-        return {"clock_hz": CLOCK_HZ, "costs": self.frame().to_dict("records")}  # type: ignore[dict-item]
+    native = compiled(saved, options.max_force_n)
+    about = asdict(native)
+    return ExportedNative(
+        raw=native,
+        outcome=f"reads {', '.join(native.senses)}; commands {', '.join(native.commands)}",
+        remarks=['use it: tegotae.export.live.LiveController.load("FILE")'],
+        data={name: about[name] for name in about if name not in ("code", "start")},
+    )
 
 
 @question(subjects=Names, several=True, usual=("V-sector-w8", "AR", "ART", "ARGT", "T"))
-def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> ExportCosts:
+def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> Finding:
     """Measure size and instructions per tick of exported models on emulated Cortex-M cores.
 
     Weights, which hardly affect the cost, are drawn. This needs the Arm compiler and QEMU:
@@ -213,4 +157,22 @@ def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> ExportCo
             for cost in costs(export):
                 counted.append(cost)
                 reporter.update(len(counted), f"{cost.model} on {cost.core}")
-    return ExportCosts(counted)
+    table = pd.DataFrame([asdict(cost) for cost in counted])
+    share = pd.Series([cost.share(CLOCK_HZ) for cost in counted])
+    names = {name: f"{name.removesuffix('_bytes')} [B]" for name in table if "bytes" in name}
+    counts = table["instructions"].map("{:.0f}".format)
+    shown = table.assign(instructions=counts).rename(columns=names)
+    shown = shown.assign(**{"at 1 kHz": share.map("{:.1%}".format)}).set_index("model")
+    table = table.assign(share_at_1_khz=share)
+    return Finding(
+        raw=counted,
+        table=table,
+        shown=[shown],
+        remarks=[
+            "Instructions executed per tick, counted by an emulator: neither cycles nor a worst "
+            f"case. The last column is their share of {CLOCK_HZ / 1e6:g} MHz at 1 kHz, if each "
+            "took one cycle. Flash is what the controller adds to a program, with the parts of the "
+            "C library that it calls; RAM is its state, inputs and outputs."
+        ],
+        data={"clock_hz": CLOCK_HZ, "costs": table.to_dict("records")},
+    )

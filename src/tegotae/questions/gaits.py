@@ -17,12 +17,12 @@ from tegotae._support.workplace import GAIT_FRONT, GAIT_MAP, require_free_for
 from tegotae.analysis.gaits.front import Search, search_front
 from tegotae.analysis.gaits.lesion import GaitLesion, aftermath
 from tegotae.analysis.gaits.map import OMEGA, SIGMA, Axis, map_gaits
-from tegotae.analysis.gaits.releases import system_document
+from tegotae.analysis.gaits.releases import release_all, system_document
 from tegotae.analysis.gaits.stability import stability
 from tegotae.analysis.gaits.sweep import DOWN, UP, sweep
 from tegotae.parts.fields import numbers_of
-from tegotae.questions.answer import UNDEFINED, AnswerBase, short
-from tegotae.questions.drawing import Picture
+from tegotae.questions.answer import UNDEFINED, AnswerBase, Picture, short
+from tegotae.questions.options import picked
 from tegotae.questions.question import Tasks, question
 from tegotae.questions.walking import DrivenOptions, WalkingTask
 from tegotae.systems.legged import Legged, assignments
@@ -43,14 +43,8 @@ class GaitStudy(Picture):
 class SeveralLegs(Tasks):
     """Controllers on a body with several legs, by name."""
 
-    def named(self, *names: Any) -> Sequence[WalkingTask]:
-        tasks = super().named(*names)
-        for task in tasks:
-            if not isinstance(task, WalkingTask):
-                raise TegotaeError(
-                    f"{task.name} {task.what}, and a gait is how several legs go together"
-                )
-        return tasks
+    KIND = WalkingTask
+    WHY = "a gait is how several legs go together"
 
 
 _LEGS: dict[str, Any] = {
@@ -61,6 +55,10 @@ _LEGS: dict[str, Any] = {
     },
     "written": "folder",
 }
+
+
+RELEASES = ("starts", "seed", "tolerance")
+"""Options about random releases, which the analyses have as arguments."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,8 +96,9 @@ class GaitOptions(DrivenOptions):
         frame: pd.DataFrame,
         draw: Callable[[Any, str], Figure],
         over: Sequence[str] = (),
+        made: type[Picture] = GaitStudy,
         **more: Any,
-    ) -> GaitStudy:
+    ) -> Any:
         """The answer.
 
         Args:
@@ -108,16 +107,17 @@ class GaitOptions(DrivenOptions):
             frame: its table.
             draw: the figure of it, with a title.
             over: what was varied.
-            more: fields of the answer; `numbers` stand in the document before the rows.
+            made: the answer's class.
+            more: fields of the answer; `data` stands in the document before the rows.
         """
         legged = self.legged(task)
-        numbers = {"system": system_document(legged), **more.pop("numbers", {})}
-        return GaitStudy(
-            found,
-            lambda: draw(found, self._title(task, legged, over)),
-            {"": dict(frame)},
-            replace(self, **{name: None for name in ("out",) if hasattr(self, name)}),
-            numbers={**numbers, "rows": frame.to_dict("records")},
+        numbers = {"system": system_document(legged), **more.pop("data", {})}
+        return made(
+            raw=found,
+            drawn=lambda: draw(found, self._title(task, legged, over)),
+            tables={"": frame},
+            settings=replace(self, out=None) if hasattr(self, "out") else self,
+            data={**numbers, "rows": frame.to_dict("records")},
             **more,
         )
 
@@ -135,6 +135,62 @@ class GaitOptions(DrivenOptions):
         ]
         at = "" if legged.omega is None or OMEGA in over else f", ω = {legged.omega:g}"
         return literal(", ".join(filter(None, words))) + at
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkingBasin(GaitOptions):
+    """The gaits of several legs that emerge from random phases, how often, and how soon."""
+
+    starts: int = 256
+    """Number of releases."""
+
+    def picture(self, task: WalkingTask) -> Picture:
+        """The basins of the random releases."""
+        from tegotae.figures.gaits.maps import basin_figure
+
+        legged = self.legged(task)
+        if legged.omega is None:
+            raise TegotaeError(
+                "starts differ in the phases of the oscillators, and this controller has none: all "
+                "would be the same one, which a simulation shows"
+            )
+        basin = release_all(legged, **picked(self, *RELEASES))
+        names, unit = legged.names, legged.units[1]
+        outcomes: Any = basin.outcomes
+        shown = [
+            {
+                "gait": x.gait,
+                "starts": x.count,
+                "share": f"{x.share:.3f}",
+                "95 %": f"{x.low:.3f} … {x.high:.3f}",
+                **{
+                    f"lag {leg}": _lag(x.lag[i], x.between[i])
+                    for i, leg in enumerate(names)
+                    if i != legged.reference
+                },
+                f"locks in [{unit}]": short(x.lock_time_s),
+            }
+            for x in outcomes.itertuples()
+        ]
+        return self.study(
+            task,
+            basin,
+            basin.frame.drop(columns=["run", "omega"]),
+            basin_figure,
+            made=Picture,
+            remarks=(
+                f"Lags behind {names[legged.reference]} in cycles, circular mean ± deviation over "
+                "the starts; median time to lock.",
+            ),
+            shown=[pd.DataFrame(shown).set_index("gait")],
+            data={"outcomes": outcomes.to_dict("records")},
+        )
+
+
+def _lag(mean: float, between: float) -> str:
+    if math.isnan(mean):
+        return short(mean)
+    return f"{round(mean, 3) % 1.0:.3f} ± " + (f"{between:.3f}" if between < 1.0 else "all round")
 
 
 def _counts(names: pd.Series) -> pd.Series:
@@ -181,14 +237,7 @@ def gait_sweep(task: WalkingTask, options: SweepOptions) -> GaitStudy:
     if options.dwell_s is not None and options.duration_s != task.legged.timing.duration_s:
         raise TegotaeError("the duration does nothing beside the dwell; leave one of them out")
     dwell_s = 0.5 * options.duration_s if options.dwell_s is None else options.dwell_s
-    found = sweep(
-        legged,
-        levels.values,
-        dwell_s=dwell_s,
-        starts=options.starts,
-        seed=options.seed,
-        tolerance=options.tolerance,
-    )
+    found = sweep(legged, levels.values, dwell_s=dwell_s, **picked(options, *RELEASES))
     gaits = found.frame.groupby(["omega_rad_per_s", "direction"])["gait"]
     listed = gaits.agg(lambda x: ", ".join(f"{name} {n}" for name, n in _counts(x).items()))
     summary = listed.unstack()[[UP, DOWN]].add_prefix("gaits on the way ").rename_axis(index="ω")
@@ -200,13 +249,13 @@ def gait_sweep(task: WalkingTask, options: SweepOptions) -> GaitStudy:
         found.frame,
         sweep_figure,
         [OMEGA],
-        summary=summary.set_index(summary.index.map("{:.4g}".format)),
+        shown=[summary.set_index(summary.index.map("{:.4g}".format))],
         remarks=(
             *(_in_a_line(change) for change in changes.round(9).to_dict("records")),
             *([] if len(changes) else [_NO_CHANGE]),
             f"lags differ between the two ways at {where or 'no level'}",
         ),
-        numbers={
+        data={
             "dwell_s": dwell_s,
             "hysteresis": changes.to_dict("records"),
             "bistable": found.bistable,
@@ -267,15 +316,7 @@ def gait_map(task: WalkingTask, options: MapOptions) -> GaitStudy:
     legged = options.legged(task, x, y)
     if options.out is not None:
         require_free_for(options.out, GAIT_MAP)
-    found = map_gaits(
-        legged,
-        x,
-        y,
-        starts=options.starts,
-        seed=options.seed,
-        tolerance=options.tolerance,
-        folder=options.out,
-    )
+    found = map_gaits(legged, x, y, folder=options.out, **picked(options, *RELEASES))
     cells: Any = found.cells
     counts = _counts(cells["gait"])
     of_gaits = cells.groupby("gait")
@@ -294,7 +335,7 @@ def gait_map(task: WalkingTask, options: MapOptions) -> GaitStudy:
     )
     axes = {"x": x, "y": y}
     return options.study(
-        task, found, cells, map_figure, [x.name, y.name], summary=summary, numbers=axes
+        task, found, cells, map_figure, [x.name, y.name], shown=[summary], data=axes
     )
 
 
@@ -325,14 +366,8 @@ def gait_front(task: WalkingTask, options: FrontOptions) -> GaitStudy:
     continue."""
     from tegotae.figures.gaits.maps import front_figure
 
-    search = Search(
-        coarse=options.walkers,
-        rounds=options.rounds,
-        varied=options.varied,
-        starts=options.starts,
-        unseen=options.unseen,
-        seed=options.seed,
-    )
+    amounts = picked(options, "rounds", "varied", "starts", "unseen", "seed")
+    search = Search(coarse=options.walkers, **amounts)
     legged = options.legged(task)
     families = [family(legged, name) for name in dict.fromkeys(options.family)]
     if options.out is not None:
@@ -350,7 +385,7 @@ def gait_front(task: WalkingTask, options: FrontOptions) -> GaitStudy:
         {name: table[name].map(f"{{:{style}}}".format) for name, style in shown.items()}
     ).set_index(pd.Index(table["family"]))
     return options.study(
-        task, table, table, front_figure, [OMEGA], summary=summary, numbers={"search": search}
+        task, table, table, front_figure, [OMEGA], shown=[summary], data={"search": search}
     )
 
 
@@ -390,17 +425,8 @@ def gait_stability(task: WalkingTask, options: StabilityOptions) -> GaitStudy:
     from tegotae.figures.gaits.maps import stability_figure
 
     over = Axis.between(*options.over, options.count)
-    found = stability(
-        options.legged(task, over),
-        over,
-        options.gaits or None,
-        kick=options.kick,
-        pairs=options.pairs,
-        skip=options.skip,
-        cycles=options.cycles,
-        seed=options.seed,
-        tolerance=options.tolerance,
-    )
+    how = picked(options, "kick", "pairs", "skip", "cycles", "seed", "tolerance")
+    found = stability(options.legged(task, over), over, options.gaits or None, **how)
     frame = found.frame
     shown = [
         UNDEFINED if math.isnan(a) else f"{a:.3f}, {b:.3f}"
@@ -426,9 +452,9 @@ def gait_stability(task: WalkingTask, options: StabilityOptions) -> GaitStudy:
         frame,
         stability_figure,
         [over.name],
-        summary=summary.set_index(summary.index.map("{:.4g}".format)),
+        shown=[summary.set_index(summary.index.map("{:.4g}".format))],
         remarks=(*crossings, *ends, *([] if crossings else [none])),
-        numbers={
+        data={
             "crossings": found.crossings.to_dict("records"),
             "jacobians": found.jacobians,
         },
@@ -471,9 +497,7 @@ def gait_lesion(task: WalkingTask, options: LesionOptions) -> GaitStudy:
         drop_m=options.drop_m,
         lasts_s=math.inf if options.lasting_s is None else options.lasting_s,
     )
-    found = aftermath(
-        legged, lesion, options.starts, seed=options.seed, tolerance=options.tolerance
-    )
+    found = aftermath(legged, lesion, **picked(options, *RELEASES))
     frame: Any = found.frame
     share, low, high = found.share
     stood, stays = frame[frame["stood_before"]], frame[frame["stays_up"]]
@@ -498,9 +522,9 @@ def gait_lesion(task: WalkingTask, options: LesionOptions) -> GaitStudy:
         lesion_figure,
         outcome=f"{found.lesion.label} at {found.lesion.at_s:g} {time}: {len(stays)} of "
         f"{len(stood)} that stood stay up, {share:.3f} ({low:.3f} … {high:.3f})",
-        summary=pairs.rename_axis("before → after").to_frame("starts"),
-        remarks=tuple(remarks),
-        numbers={
+        shown=[pairs.rename_axis("before → after").to_frame("starts")],
+        remarks=remarks,
+        data={
             "lesion": found.lesion,
             "reference": legged.names[found.reference],
             "margin_m": margin,

@@ -21,10 +21,11 @@ from tegotae.analysis.generalisation.run import (
     Done,
     Margin,
     curve,
-    generalise,
+    generalise as generalised,
     margins,
 )
-from tegotae.questions.answer import AnswerBase, short
+from tegotae.questions.answer import AnswerBase, Finding, short
+from tegotae.questions.question import question
 from tegotae.questions.task import Task
 
 if TYPE_CHECKING:
@@ -59,29 +60,21 @@ class GeneralisationOptions:
         return disturbances_named([name for x in self.conditions for name in x.split(",")])
 
 
-@dataclass(frozen=True, repr=False)
-class DisturbanceList(AnswerBase):
+@dataclass(frozen=True, repr=False, kw_only=True)
+class DisturbanceList(Finding):
     """The conditions that there are."""
-
-    chosen: tuple[Disturbance, ...]
-
-    def frame(self) -> pd.DataFrame:
-        """A row a condition."""
-        rows = [
-            (known.name, known.label, known.unit, f"{known.neutral:g}", _listed(known.levels))
-            for known in self.chosen
-        ]
-        return pd.DataFrame(rows, columns=["condition", "what", "unit", "none", "levels"])
-
-    def texts(self) -> list[pd.DataFrame]:
-        return [self.frame().set_index("condition")]
-
-    def document(self) -> JsonObject:
-        return {"conditions": self.frame().to_dict("records")}  # type: ignore[dict-item]
 
     def save(self, folder: Path | str, format: str = "png") -> list[Path]:
         """Nothing: nothing was tested."""
         return []
+
+
+def _conditions(chosen: Sequence[Disturbance]) -> DisturbanceList:
+    """The conditions, a row each."""
+    rows = [(x.name, x.label, x.unit, f"{x.neutral:g}", _listed(x.levels)) for x in chosen]
+    table = pd.DataFrame(rows, columns=["condition", "what", "unit", "none", "levels"])
+    shown, data = table.set_index("condition"), {"conditions": table.to_dict("records")}
+    return DisturbanceList(table=table, shown=[shown], data=data)
 
 
 def _listed(levels: Iterable[float]) -> str:
@@ -160,25 +153,25 @@ class Generalisation(AnswerBase):
         return written
 
 
-def generalise_tasks(tasks: Sequence[Task], options: GeneralisationOptions) -> Generalisation:
-    """Try controllers, and keep records of what they bear.
-
-    Args:
-        tasks: the controllers.
-        options: the conditions and the folder.
-
-    Raises:
-        TegotaeError: for a condition or a controller that there is not, or a folder of other work.
-    """
-    require_count("starts", options.starts, most=64)
-    require_free_for(options.out, GENERALISATION)
+@question(several=True, nameless=True)
+def generalise(tasks: Sequence[Task], options: Sequence[GeneralisationOptions]) -> AnswerBase:
+    """Test trained controllers in conditions outside of their training; run it again on the same
+    folder to continue. The controllers stay unchanged."""
+    own = options[0]
+    chosen = own.chosen
+    if own.list:
+        return _conditions(chosen)
+    if not tasks:
+        raise TegotaeError("name a controller file, a folder, or a study's folder")
+    require_count("starts", own.starts, most=64)
+    require_free_for(own.out, GENERALISATION)
     names = sorted({task.name for task in tasks})
-    asked = [task for task in tasks if _matches(task.name, options.only)]
+    asked = [task for task in tasks if _matches(task.name, own.only)]
     if not asked:
-        raise TegotaeError(f"no model matches {options.only}; there are {', '.join(names[:3])}")
-    tested = [task.tested(options.starts) for task in asked]
-    done = generalise(tested, options.chosen, options.out, anew=options.anew)
-    return Generalisation(done, options.chosen)
+        raise TegotaeError(f"no model matches {own.only}; there are {', '.join(names[:3])}")
+    tested = [task.tested(own.starts) for task in asked]
+    done = generalised(tested, chosen, own.out, anew=own.anew)
+    return Generalisation(done, chosen)
 
 
 def _matches(name: str, pattern: str) -> bool:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -26,9 +26,6 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.simulation import Result, simulate
 from tegotae.systems.system import Release
 from tegotae.systems.user_objects import is_reference, named
-
-if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.disturbances import Tested
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,37 +137,35 @@ class HoppingTask(Task):
                 "numbers exceed their range"
             )
         return RecordedRun(
-            self.name,
-            f"{len(result.apexes[0])} apexes" + (f"; the last at {heights} m" if heights else ""),
-            result,
-            summary,
-            OF_HOPS if summary["hops"] else (),
-            lambda: {
+            name=self.name,
+            outcome=f"{len(result.apexes[0])} apexes"
+            + (f"; the last at {heights} m" if heights else ""),
+            raw=result,
+            numbers=summary,
+            columns=OF_HOPS if summary["hops"] else (),
+            table=lambda: {
                 **{name: getattr(trajectory, name) for name in SERIES},
                 "work_j": work_total(trajectory, options.work),
             },
-            options,
-            remarks=tuple(remarks),
+            settings=options,
+            remarks=remarks,
         )
 
     def _rolled_out(self, options: HoppingSimulation) -> Result:
-        tick_s, sigma, drops = options.tick_s, options.sigma, options.drop_m != 0.0
+        tick_s, drops = options.tick_s, options.drop_m != 0.0
         require_finite("tick", tick_s, above=0.0)
         require_finite("drop_time", options.drop_time_s, least=0.0)
-        if sigma is not None:
-            require_within("sigma", sigma, MOST_GAIN)
         if drops and options.drop_time_s >= options.duration_s:
             raise TegotaeError(
                 f"the ground is to drop at {options.drop_time_s:g} s, but the rollout ends at "
                 f"{options.duration_s:g} s; set --drop-time or --duration"
             )
-        changed = {"omega": options.omega, "body": options.body, "release": options.release}
-        if options.hold:
-            changed["integrator"] = Hold()
+        saved = self.controller(options)
+        held = {"integrator": Hold()} if options.hold else {}
         frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
         return simulate(
-            self.runs.system.replaced(changed),
-            self.weights_at(sigma),
+            saved.system.replaced(held),
+            saved.weights,
             Timing(duration_s=options.duration_s, tick_s=tick_s, frame_s=frame_s),
             drop_m=options.drop_m,
             drop_time_s=options.drop_time_s if drops else math.inf,
@@ -206,14 +201,10 @@ class HoppingTask(Task):
             start=runs.system.scenario()._replace(height_m=options.protocol.release_m),
             integrator=runs.system.integrator,
         )
-        omegas = result.omega
-        rows: dict[str, Any] = {
-            "run": np.repeat(runs.labels, len(omegas)),
-            "omega": np.tile(omegas, len(runs.labels)),
-        }
-        rows |= {name: values.ravel() for name, values in result.episodes.items()}
+        labels, omegas = runs.labels, result.omega
+        rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
         return self.answer(
-            rows,
+            rows | {name: values.ravel() for name, values in result.episodes.items()},
             columns(
                 *(
                     (m.name, m.label, m.unit, m.range, m.more_is_better, _is_shown(m, options))
@@ -227,11 +218,6 @@ class HoppingTask(Task):
                 "cycles. – is undefined, * means that some runs are.",
             ),
         )
-
-    def tested(self, starts: int) -> Tested:
-        from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
-
-        return ControllersUnderTest.of(self.runs, starts)
 
 
 def _metrics(asked: tuple[str, ...]) -> tuple[Metric, ...]:

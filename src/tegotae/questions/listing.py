@@ -9,10 +9,10 @@ from typing import Any
 
 import pandas as pd
 
-from tegotae._support.documents import JsonObject, as_json
+from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.measures.hopping.registry import metrics
-from tegotae.questions.answer import UNDEFINED, AnswerBase, short
+from tegotae.questions.answer import UNDEFINED, Finding, short
 from tegotae.questions.question import Names, question
 from tegotae.systems.designs import all_designs
 from tegotae.systems.grammar import BUDGET
@@ -36,34 +36,8 @@ class ListingOptions:
     """Maximum number of trained parameters of a controller."""
 
 
-@dataclass(frozen=True, repr=False)
-class Listing(AnswerBase):
-    """Models, designs or trained controllers."""
-
-    rows: list[JsonObject]
-    headings: dict[str, str]
-    """Of the columns on the screen, by their names."""
-    remark: str
-
-    @property
-    def notes(self) -> list[str]:
-        return [self.remark]
-
-    def frame(self) -> pd.DataFrame:
-        """A row a name."""
-        return pd.DataFrame(self.rows)
-
-    def texts(self) -> list[pd.DataFrame]:
-        shown = self.frame()[[*self.headings]].map(_cell)
-        shown.columns = [*self.headings.values()]
-        return [shown.set_index(shown.columns[0])]
-
-    def document(self) -> Any:
-        return as_json(self.rows)
-
-
 @question(subjects=Names, usual=("*",))
-def models(pattern: str, options: ListingOptions) -> Listing:
+def models(pattern: str, options: ListingOptions) -> Finding:
     """List the models of the study, designs for bodies with legs, or trained controllers.
 
     Example:
@@ -85,7 +59,7 @@ def models(pattern: str, options: ListingOptions) -> Listing:
     if not chosen:
         raise unknown(kind, pattern, known)
     rows = [described(x, options) for x in chosen]
-    return Listing(rows, headings, f"{len(rows)} {kind}s")
+    return _listed(rows, headings, f"{len(rows)} {kind}s")
 
 
 _OF_MODELS = {
@@ -127,7 +101,7 @@ def _of_design(design: Any, options: ListingOptions) -> JsonObject:
     }
 
 
-def _trained(pattern: str) -> Listing:
+def _trained(pattern: str) -> Finding:
     """The trained controllers of `[STUDY:]MODEL[/RUN]`."""
     wanted = ZooName.of(pattern)
     zoos = (study_of(wanted.study),) if wanted.study else studies()
@@ -151,7 +125,7 @@ def _trained(pattern: str) -> Listing:
         for zoo in zoos
     )
     headings = {name: known.get(name, name) for name in shown}
-    return Listing(
+    return _listed(
         rows,
         {"name": "controller", "fitness": "fitness", **headings},
         f"{len(rows)} controllers; studies: {made}",
@@ -170,6 +144,14 @@ def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
                 "software": zoo.software,
                 **{column: values[run].item() for column, values in columns.items()},
             }
+
+
+def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Finding:
+    """The answer: on the screen the columns that have a heading."""
+    shown = pd.DataFrame(rows)[[*headings]].map(_cell)
+    shown.columns = [*headings.values()]
+    shown = shown.set_index(shown.columns[0])
+    return Finding(table=rows, shown=[shown], remarks=[remark], data=rows)
 
 
 def _cell(value: Any) -> str:

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.progress import note
-from tegotae.measures.hopping.gait import Measured, measure
+from tegotae.measures.hopping.gait import Measured, measure as measured_of
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.metric import REGIMES
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
 from tegotae.parts.bodies import Body, Hopper
-from tegotae.questions.answer import UNDEFINED, AnswerBase
+from tegotae.questions.answer import UNDEFINED, Drawn
 from tegotae.questions.options import without_unit
+from tegotae.questions.question import Names, question
 from tegotae.questions.task import Work
 from tegotae.systems.models import preset
 from tegotae.systems.user_objects import named
@@ -117,86 +117,9 @@ def _weight_n(leg: Mapping[str, float | None]) -> float | None:
     return mass * gravity
 
 
-@dataclass(frozen=True, repr=False)
-class MeasuredRecording(AnswerBase):
-    """The metrics of a recording, or why they are undefined."""
-
-    name: str
-    """Its file."""
-    measured: Measured
-    rest_length_m: float
-    weight_n: float | None
-    """Of the body, if it is known."""
-
-    @property
-    def title(self) -> str:
-        found = self.measured
-        # Why there is no limit cycle is said once, not by each metric that needs one.
-        why = found.reasons.get("limit_cycle_period", "")
-        seconds = float(found.frames.time_s[-1, 0])
-        said = f"{REGIMES[found.regime]}; {len(found.hops.time_s)} hops in {seconds:.2f} s"
-        return f"{said}; {why}" if why else said
-
-    def frame(self) -> pd.DataFrame:
-        """A row a metric: its value, and what it is or why it is undefined."""
-        found, rows = self.measured, []
-        why = found.reasons.get("limit_cycle_period", "")
-        for metric in metrics():
-            if metric.name.endswith("_share") and metric.name != "optimum_share":
-                continue  # shares of several runs are none of one recording
-            reason = found.reasons.get(metric.name, metric.about)
-            value = getattr(found, metric.name, math.nan)
-            about = REGIMES[found.regime] if why and reason == why else reason
-            rows.append((metric.name, metric.label, value, metric.unit, about))
-        return pd.DataFrame(rows, columns=["name", "metric", "value", "unit", "about"])
-
-    def texts(self) -> list[pd.DataFrame]:
-        frame, heads = self.frame(), ["metric", "value", "what it is, or why it is undefined"]
-        values = map(_text, frame["value"], frame["unit"])
-        rows = zip(frame["metric"], values, frame["about"], strict=True)
-        return [pd.DataFrame(list(rows), columns=heads).set_index("metric")]
-
-    @property
-    def notes(self) -> list[str]:
-        of = self.measured.efficiency
-        if of is None or not math.isfinite(of.cot_inverse):
-            return list(self.measured.notes)
-        weight = self.weight_n
-        scaled = "" if weight is None else f" (m g CoT⁻¹ {weight * of.cot_inverse:.3g})"
-        doubt = ", not settled: the value may depend on which hops were recorded"
-        settled = "" if of.settled else doubt
-        return [
-            f"from {of.start_s:.2f} to {of.end_s:.2f} s: climbed {of.climb_flight_m:.4g} m in "
-            f"flight and {of.climb_m:.4g} m in all for {of.work_j:.4g} J, CoT⁻¹ "
-            f"{of.cot_inverse:.4g} m/J{scaled}{settled}",
-            *self.measured.notes,
-        ]
-
-    def document(self) -> JsonObject:
-        found, frame = self.measured, self.frame()
-        values = dict(zip(frame["name"], frame["value"].astype(float), strict=True))
-        efficiency = None
-        if (of := found.efficiency) is not None:
-            scaled = math.nan if self.weight_n is None else self.weight_n * of.cot_inverse
-            efficiency = {**asdict(of), "cot_inverse_times_weight": scaled}
-        document = {
-            "regime": REGIMES[found.regime],
-            **values,
-            "reasons": {name: why for name, why in found.reasons.items() if name in values},
-            "notes": found.notes,
-            "efficiency": efficiency,
-            "apex_time_s": found.hops.time_s,
-            "apex_height_m": found.hops.height_m,
-            "apex_phase_rad": found.hops.phase_rad,
-        }
-        return as_json(document)
-
-    def figures(self) -> dict[str, Figure]:
-        from tegotae.figures.recording import recording_figure
-
-        about = REGIMES[self.measured.regime]
-        shown = recording_figure(self.measured, rest_length_m=self.rest_length_m, note=about)
-        return {"recording": shown}
+@dataclass(frozen=True, repr=False, kw_only=True)
+class MeasuredRecording(Drawn):
+    """The metrics of a recording, or why they are undefined; `raw` has them by name."""
 
     def plot(self, path: Path | str | None = None) -> Figure:
         """The picture; written to a file with its numbers beside it (.csv) if one is named.
@@ -209,23 +132,86 @@ class MeasuredRecording(AnswerBase):
 
         figure = super().plot(path)
         if path is not None:
-            write_tables(Path(path), recording_tables(self.measured))
+            write_tables(Path(path), recording_tables(self.raw))
         return figure
+
+
+def _answer(measured: Measured, rest_length_m: float, weight_n: float | None) -> MeasuredRecording:
+    """The answer.
+
+    Args:
+        measured: the metrics.
+        rest_length_m: of the leg [m].
+        weight_n: of the body [N], if it is known.
+    """
+    regime, found = REGIMES[measured.regime], measured.hops
+    # Why there is no limit cycle is said once, not by each metric that needs one.
+    why = measured.reasons.get("limit_cycle_period", "")
+    rows = []
+    for metric in metrics():
+        if metric.name.endswith("_share") and metric.name != "optimum_share":
+            continue  # shares of several runs are none of one recording
+        reason = measured.reasons.get(metric.name, metric.about)
+        value = float(getattr(measured, metric.name, math.nan))
+        about = regime if why and reason == why else reason
+        rows.append((metric.name, metric.label, value, metric.unit, about))
+    table = pd.DataFrame(rows, columns=["name", "metric", "value", "unit", "about"])
+    told = [(label, _text(value, unit), about) for _, label, value, unit, about in rows]
+    heads = ["metric", "value", "what it is, or why it is undefined"]
+    shown = pd.DataFrame(told, columns=heads).set_index("metric")
+    remarks, efficiency = list(measured.notes), None
+    if (of := measured.efficiency) is not None:
+        scaled = math.nan if weight_n is None else weight_n * of.cot_inverse
+        efficiency = {**asdict(of), "cot_inverse_times_weight": scaled}
+        doubt = ", not settled: the value may depend on which hops were recorded"
+        weighted = "" if weight_n is None else f" (m g CoT⁻¹ {scaled:.3g})"
+        if math.isfinite(of.cot_inverse):
+            remarks.insert(
+                0,
+                f"from {of.start_s:.2f} to {of.end_s:.2f} s: climbed {of.climb_flight_m:.4g} m in "
+                f"flight and {of.climb_m:.4g} m in all for {of.work_j:.4g} J, CoT⁻¹ "
+                f"{of.cot_inverse:.4g} m/J{weighted}{'' if of.settled else doubt}",
+            )
+
+    def drawn() -> dict[str, Figure]:
+        from tegotae.figures.recording import recording_figure
+
+        figure = recording_figure(measured, rest_length_m=rest_length_m, note=regime)
+        return {"recording": figure}
+
+    values = {name: value for name, _, value, _, _ in rows}
+    seconds = float(measured.frames.time_s[-1, 0])
+    said = f"{regime}; {len(found.time_s)} hops in {seconds:.2f} s"
+    return MeasuredRecording(
+        raw=measured,
+        outcome=f"{said}; {why}" if why else said,
+        remarks=remarks,
+        table=table,
+        shown=[shown],
+        data={
+            "regime": regime,
+            **values,
+            "reasons": {name: x for name, x in measured.reasons.items() if name in values},
+            "notes": measured.notes,
+            "efficiency": efficiency,
+            "apex_time_s": found.time_s,
+            "apex_height_m": found.height_m,
+            "apex_phase_rad": found.phase_rad,
+        },
+        drawn=drawn,
+    )
 
 
 def _text(value: float, unit: str) -> str:
     return UNDEFINED if math.isnan(value) else f"{value:.4g} {unit}".strip()
 
 
-def measure_recording(file: Path, options: RecordingOptions) -> MeasuredRecording:
-    """The metrics of a recording.
+@question(subjects=Names)
+def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
+    """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined.
 
-    Args:
-        file: .csv, .npz or .parquet.
-        options: what is known of it.
-
-    Raises:
-        TegotaeError: for a file that cannot be read or lacks a column, or numbers that cannot be.
+    Example:
+        >>> measure("walk.csv", rest_length=1.0, omega=5.0).plot()  # doctest: +SKIP
     """
     body = options.known_body()
     leg = options.of_the_leg(body)
@@ -235,12 +221,12 @@ def measure_recording(file: Path, options: RecordingOptions) -> MeasuredRecordin
             "the rest length is not given, the height over ground at which the foot leaves it; "
             "set --rest-length [m]"
         )
-    table = read_columns(file)
+    table = read_columns(Path(file))
     read = recording(table, options.columns, rate_hz=options.rate)
     for line in left_alone(table, options.columns):
         note(f"tegotae: {line}")
     read = read if options.resample is None else resampled(read, options.resample)
-    measured = measure(
+    measured = measured_of(
         **read,
         rest_length_m=rest_length_m,
         omega=options.omega,
@@ -251,4 +237,4 @@ def measure_recording(file: Path, options: RecordingOptions) -> MeasuredRecordin
         work=options.work,
         body=body,
     )
-    return MeasuredRecording(str(file), measured, rest_length_m, weight_n)
+    return _answer(measured, rest_length_m, weight_n)

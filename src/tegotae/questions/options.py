@@ -88,6 +88,17 @@ def changed(options: T, given: Mapping[str, Any], subject: str) -> T:
     return with_paths(options, paths)
 
 
+def picked(options: Any, *names: str) -> dict[str, Any]:
+    """Options by name, for a function with arguments that are called alike.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> picked(Hopper(), "mass_kg")
+        {'mass_kg': 0.1}
+    """
+    return {name: getattr(options, name) for name in names}
+
+
 def changes(options: Any, usual: Any) -> dict[str, Any]:
     """The fields of a dataclass that differ from another's.
 

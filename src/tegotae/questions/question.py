@@ -25,6 +25,11 @@ class Tasks:
     )
     """What a name is, for help."""
 
+    KIND: ClassVar[type[Task]] = Task
+    """What a name has to mean."""
+    WHY: ClassVar[str] = ""
+    """Why other controllers are none of these."""
+
     body: str | None = None
     """Another body, FILE.py:OBJECT or MODULE:OBJECT."""
 
@@ -34,7 +39,11 @@ class Tasks:
         Raises:
             TegotaeError: for a name that means nothing here.
         """
-        return tasks_of(*names, body=self.body)
+        tasks = tasks_of(*names, body=self.body)
+        for task in tasks:
+            if not isinstance(task, self.KIND):
+                raise TegotaeError(f"{task.name} {task.what}, and {self.WHY}")
+        return tasks
 
 
 @dataclass(frozen=True, kw_only=True)

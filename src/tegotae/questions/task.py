@@ -64,7 +64,9 @@ class Task:
 
     def tested(self, starts: int) -> Tested:
         """The runs, ready to be disturbed (`tegotae.analysis.generalisation.disturbances`)."""
-        raise NotImplementedError
+        from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
+
+        return ControllersUnderTest.of(self.runs, starts)
 
     def on(self, body: Body) -> Self:
         """The same controllers on another body."""

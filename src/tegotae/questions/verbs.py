@@ -1,23 +1,15 @@
-"""The questions that are asked most, in Python and on the command line: `simulate`, `evaluate`,
-`compare`, `measure` and `generalise`."""
+"""What controllers do where they are tried: `simulate`, `evaluate` and `compare`."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
-from tegotae.questions.answer import Answer, AnswerBase, RecordedRun
-from tegotae.questions.generalising import (
-    DisturbanceList,
-    GeneralisationOptions,
-    generalise_tasks,
-)
-from tegotae.questions.measuring import MeasuredRecording, RecordingOptions, measure_recording
-from tegotae.questions.question import Names, question
+from tegotae.questions.answer import Answer, RecordedRun
+from tegotae.questions.question import question
 from tegotae.questions.task import Task
 
 _ONE, _SEVERAL = "One leg, such as paper", "Several legs, such as quadruped-c"
@@ -87,29 +79,6 @@ def compare(tasks: Sequence[Task], options: Sequence[Any]) -> Answer:
                 f"{alike[0][what]} and {own[what]}; an option sets one for all"
             )
     return dataclasses.replace(evaluate.ask(tasks, options), base=tasks[0].name)
-
-
-@question(subjects=Names)
-def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
-    """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined.
-
-    Example:
-        >>> measure("walk.csv", rest_length=1.0, omega=5.0).plot()  # doctest: +SKIP
-    """
-    return measure_recording(Path(file), options)
-
-
-@question(several=True, nameless=True)
-def generalise(tasks: Sequence[Task], options: Sequence[GeneralisationOptions]) -> AnswerBase:
-    """Test trained controllers in conditions outside of their training; run it again on the same
-    folder to continue. The controllers stay unchanged."""
-    own = options[0]
-    chosen = own.chosen
-    if own.list:
-        return DisturbanceList(chosen)
-    if not tasks:
-        raise TegotaeError("name a controller file, a folder, or a study's folder")
-    return generalise_tasks(tasks, own)
 
 
 def _check(tasks: Sequence[Task], options: Sequence[Any]) -> None:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,9 +19,6 @@ from tegotae.parts.fields import with_fields
 from tegotae.questions.answer import Answer, RecordedRun, columns
 from tegotae.questions.task import Task
 from tegotae.systems.legged import Legged, felt, terrain_of
-
-if TYPE_CHECKING:
-    from tegotae.analysis.generalisation.disturbances import Tested
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,11 +144,11 @@ class WalkingTask(Task):
             f"steps [1/{time}]": last.step_frequency_hz[:, 0],
         }
         return RecordedRun(
-            self.name,
-            run.gait,
-            run,
-            {**numbers, **more},
-            columns(
+            name=self.name,
+            outcome=run.gait,
+            raw=run,
+            numbers={**numbers, **more},
+            columns=columns(
                 ("lock_time_s", "locked after", time),
                 ("order_parameter", "order parameter"),
                 ("speed_m_per_s", "speed", f"{length}/{time}"),
@@ -159,9 +156,9 @@ class WalkingTask(Task):
                 ("froude", "Froude number"),
                 ("fall_time_s", "fell at", time),
             ),
-            lambda: run.series,
-            options,
-            pd.DataFrame(of_legs),
+            table=lambda: run.series,
+            settings=options,
+            limbs=pd.DataFrame(of_legs),
         )
 
     def evaluate_options(self) -> WalkingEvaluation:
@@ -202,8 +199,3 @@ class WalkingTask(Task):
             options,
             groups=("controller", "omega"),
         )
-
-    def tested(self, starts: int) -> Tested:
-        from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
-
-        return ControllersUnderTest.of(self.runs, starts)

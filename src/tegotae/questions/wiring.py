@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.questions.answer import AnswerBase
+from tegotae.questions.answer import Drawn, Finding
 from tegotae.questions.question import Names, question
 from tegotae.systems.env_task import extras_of, is_mujoco_model
 from tegotae.systems.models import find
@@ -112,7 +111,6 @@ class OnEnvironment(ModelOptions):
         *,
         duration_s: float,
         fitness: str | None = None,
-        hopping: Mapping[str, Any] | None = None,
         **given: Any,
     ) -> EnvExperiment:
         """The experiment on an environment.
@@ -123,7 +121,6 @@ class OnEnvironment(ModelOptions):
             duration_s: length of an episode [s].
             fitness: the objective: hopping, return or a function's reference; hopping where it can
                 be measured if None.
-            hopping: settings of the objective hopping.
             given: further fields of the experiment.
 
         Raises:
@@ -131,7 +128,7 @@ class OnEnvironment(ModelOptions):
         """
         from tegotae.envs.wiring import load_wiring, packaged
         from tegotae.training.environments.experiment import EnvExperiment
-        from tegotae.training.environments.objectives import Hopping, env_objective_named
+        from tegotae.training.environments.objectives import env_objective_named
 
         if is_reference(model):
             raise TegotaeError(
@@ -161,15 +158,9 @@ class OnEnvironment(ModelOptions):
             limit_s=self.limit_s,
             **given,
         )
-        objective = experiment.objective
-        if fitness is not None:
-            objective = env_objective_named(fitness, settle_s=0.5 * duration_s)
-        if hopping:
-            if not isinstance(objective, Hopping):
-                option = {"settle_s": "settle", "follow_omega": "cot-only"}
-                name = next(iter(hopping))
-                raise TegotaeError(f"--{option.get(name, name)} belongs to the fitness hopping")
-            objective = dataclasses.replace(objective, **hopping)
+        if fitness is None:
+            return experiment
+        objective = env_objective_named(fitness, settle_s=0.5 * duration_s)
         return dataclasses.replace(experiment, objective=objective)
 
 
@@ -197,54 +188,12 @@ class SuggestOptions(ModelOptions):
         return cls(out=Path(f"{stem_of(env)}.toml"))
 
 
-@dataclass(frozen=True, repr=False)
-class SuggestedWiring(AnswerBase):
-    """A first wiring, every entry with its reason; in memory until it is saved."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class SuggestedWiring(Finding):
+    """A first wiring, every entry with its reason; in memory until it is saved. `raw` is a
+    `tegotae.envs.mujoco.suggesting.Suggestion`, and the document that of the wiring."""
 
     ENDING = ".toml"
-    env: str
-    suggestion: Suggestion
-    options: SuggestOptions
-
-    def frame(self) -> pd.DataFrame:
-        """A row an entry that has a reason."""
-        wiring, reasons = self.suggestion.wiring, self.suggestion.reasons
-        rows: list[tuple[str, str, str]] = []
-        for name, reason in reasons.items():
-            owner, _, entry = name.rpartition(".")
-            if owner.startswith("limbs["):
-                limb = wiring.limbs[int(owner[6:-1])]
-                value = limb.senses[entry] if entry in limb.senses else getattr(limb, entry)
-                rows.append((f"{limb.drives}: {entry}", _said(value), reason))
-            else:
-                value = wiring.scales[entry] if owner else getattr(wiring, entry)
-                rows.append((name, _said(value), reason))
-        return pd.DataFrame(rows, columns=["entry", "value", "reason"])
-
-    def texts(self) -> list[pd.DataFrame]:
-        return [self.frame().set_index("entry")]
-
-    @property
-    def notes(self) -> list[str]:
-        where = [self.env, "--wiring", str(self.options.out)]
-        if self.options.settings:
-            where += ["--settings", *self.options.settings]
-        if self.suggestion.on_rail:
-            where += ["--fitness", "hopping"]
-        elif len(self.suggestion.wiring.limbs) > 1:
-            # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
-            where += ["--fitness", "return"]
-        return [
-            *self.suggestion.remarks,
-            "Next:",
-            f"tegotae wiring baseline {shlex.join(where)}",
-            f"tegotae train ART --env {shlex.join(where)}",
-        ]
-
-    def document(self) -> JsonObject:
-        from tegotae.envs.wiring import wiring_document
-
-        return wiring_document(self.suggestion.wiring)
 
     def save(self, folder: Path | str, format: str = "toml") -> list[Path]:
         """Write the file of that name, .toml or .json; none that is there is written over.
@@ -257,8 +206,23 @@ class SuggestedWiring(AnswerBase):
         file = Path(folder)
         if file.exists():
             raise TegotaeError(f"{file} exists already; name another file with --out")
-        save_wiring(self.suggestion.wiring, file, reasons=self.suggestion.reasons)
+        save_wiring(self.raw.wiring, file, reasons=self.raw.reasons)
         return [file]
+
+
+def _entries(suggestion: Suggestion) -> pd.DataFrame:
+    """A row an entry that has a reason."""
+    wiring, rows = suggestion.wiring, []
+    for name, reason in suggestion.reasons.items():
+        owner, _, entry = name.rpartition(".")
+        if owner.startswith("limbs["):
+            limb = wiring.limbs[int(owner[6:-1])]
+            value = limb.senses[entry] if entry in limb.senses else getattr(limb, entry)
+            name = f"{limb.drives}: {entry}"
+        else:
+            value = wiring.scales[entry] if owner else getattr(wiring, entry)
+        rows.append((name, _said(value), reason))
+    return pd.DataFrame(rows, columns=["entry", "value", "reason"])
 
 
 def _said(value: Any) -> str:
@@ -281,13 +245,35 @@ def wiring_suggest(env: str, options: SuggestOptions) -> SuggestedWiring:
         >>> wiring_suggest("my_leg.xml").save("my_leg.toml")  # doctest: +SKIP
     """
     from tegotae.envs.mujoco.suggesting import suggest_wiring
+    from tegotae.envs.wiring import wiring_document
 
     if not is_mujoco_model(env):
         raise TegotaeError(
             f"{env} is no MuJoCo model (FILE.xml); for another environment write the wiring by "
             "hand, and check it with tegotae.envs.check_wiring"
         )
-    return SuggestedWiring(env, suggest_wiring(options.spec(env).model_settings), options)
+    suggestion = suggest_wiring(options.spec(env).model_settings)
+    where = [env, "--wiring", str(options.out)]
+    if options.settings:
+        where += ["--settings", *options.settings]
+    if suggestion.on_rail:
+        where += ["--fitness", "hopping"]
+    elif len(suggestion.wiring.limbs) > 1:
+        # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
+        where += ["--fitness", "return"]
+    table = _entries(suggestion)
+    return SuggestedWiring(
+        raw=suggestion,
+        table=table,
+        shown=[table.set_index("entry")],
+        remarks=[
+            *suggestion.remarks,
+            "Next:",
+            f"tegotae wiring baseline {shlex.join(where)}",
+            f"tegotae train ART --env {shlex.join(where)}",
+        ],
+        data=wiring_document(suggestion.wiring),
+    )
 
 
 _SHARES = np.linspace(0.5, 1.5, 7)
@@ -317,85 +303,20 @@ class BaselineOptions(OnEnvironment):
         return cls(out=Path("runs") / f"{stem_of(env)}-vanilla")
 
 
-@dataclass(frozen=True, repr=False)
-class VanillaBaseline(AnswerBase):
-    """What a vanilla controller reaches on an environment, over gain and frequency."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class VanillaBaseline(Drawn):
+    """What a vanilla controller reaches on an environment, over gain and frequency; `raw` is a
+    `tegotae.training.environments.baseline.VanillaSweep`."""
 
-    sweep: VanillaSweep
     experiment: EnvExperiment
-    options: BaselineOptions
-
-    @property
-    def title(self) -> str:
-        sweep = self.sweep
-        row, column = sweep.best
-        return (
-            f"best: σ {sweep.sigma[row]:.3g} rad/(s N) at ω {sweep.omega[column]:g} rad/s, fitness "
-            f"{sweep.fitness[row, column]:.4f}"
-        )
-
-    def frame(self) -> pd.DataFrame:
-        """A row a gain and frequency."""
-        sweep = self.sweep
-        sigma, omega = np.meshgrid(sweep.sigma, sweep.omega, indexing="ij")
-        columns = {"sigma_rad_per_s_n": sigma, "omega_rad_per_s": omega, "fitness": sweep.fitness}
-        columns |= {"cot_inverse_m_per_j": sweep.cot_inverse, "failed": sweep.failed.astype(int)}
-        return pd.DataFrame({name: values.ravel() for name, values in columns.items()})
-
-    def texts(self) -> list[pd.DataFrame]:
-        """The best gain of each frequency."""
-        sweep = self.sweep
-        best = np.argmax(sweep.fitness, axis=0)
-        columns = {
-            "ω [rad/s]": [f"{omega:g}" for omega in sweep.omega],
-            "best σ": [f"{sigma:.3g}" for sigma in sweep.sigma[best]],
-            "fitness": [f"{fitness:.4f}" for fitness in sweep.fitness.max(axis=0)],
-            "fitness at σ = 0": [f"{fitness:.4f}" for fitness in sweep.fitness[0]],
-            "failed": [f"{share:.0%}" for share in sweep.failed.mean(axis=0)],
-        }
-        return [pd.DataFrame(columns).set_index("ω [rad/s]")]
-
-    @property
-    def notes(self) -> list[str]:
-        sweep, notes = self.sweep, []
-        row, column = sweep.best
-        if np.isfinite(sweep.cot_inverse).any() and not np.nanmax(sweep.cot_inverse) > 0.0:
-            notes.append(
-                "Nothing hops: CoT⁻¹ is 0 everywhere. Enlarge the pushes, release it higher "
-                "(--settings release_m=0.1), or use --fitness return."
-            )
-        if row == 0:
-            notes.append(
-                "No gain is better than zero: feedback does not help the bare rhythm. Check rests "
-                "and pushes of the wiring first."
-            )
-        elif column in (0, len(sweep.omega) - 1) and len(sweep.omega) > 1:
-            notes.append("The best ω is the last one tried: --frequencies beyond it may do better.")
-        return notes
-
-    def document(self) -> JsonObject:
-        return as_json(
-            {"environment": self.experiment.spec.env, "rows": self.frame().to_dict("records")}
-        )
-
-    def figures(self) -> dict[str, Figure]:
-        from tegotae.figures.maps import vanilla_sweep_figure
-        from tegotae.figures.style import literal
-
-        fitness = self.options.fitness
-        named = "fitness" if fitness is None else f"fitness: {fitness}"
-        return {"map": vanilla_sweep_figure(self.sweep, fitness=literal(named))}
 
     def save(self, folder: Path | str, format: str = "png") -> list[Path]:
         """Write the map, its numbers and the best controller into a folder."""
-        return [*super().save(folder, format), self._save_best(Path(folder))]
-
-    def _save_best(self, folder: Path) -> Path:
         from tegotae.training.evolution import SEARCH
         from tegotae.training.learner import LearnedController
         from tegotae.training.run import save_controller
 
-        sweep, experiment = self.sweep, self.experiment
+        sweep, experiment = self.raw, self.experiment
         row, column = sweep.best
         wiring = dataclasses.replace(experiment.wiring, omega=float(sweep.omega[column]))
         outcome = {
@@ -405,13 +326,54 @@ class VanillaBaseline(AnswerBase):
             "generations": 0,
             "best_generation": 0,
         }
-        return save_controller(
-            folder,
+        best = save_controller(
+            Path(folder),
             dataclasses.replace(experiment, wiring=wiring, omegas=(), episodes=1),
             LearnedController(experiment.controller, sweep.sigma[[row]], outcome),
             {"swept": {"sigma": sweep.sigma.tolist(), "omega": sweep.omega.tolist()}},
             {},
         )
+        return [*super().save(folder, format), best]
+
+
+def _sweep_table(sweep: VanillaSweep) -> pd.DataFrame:
+    """A row a gain and frequency."""
+    sigma, omega = np.meshgrid(sweep.sigma, sweep.omega, indexing="ij")
+    columns = {"sigma_rad_per_s_n": sigma, "omega_rad_per_s": omega, "fitness": sweep.fitness}
+    columns |= {"cot_inverse_m_per_j": sweep.cot_inverse, "failed": sweep.failed.astype(int)}
+    return pd.DataFrame({name: values.ravel() for name, values in columns.items()})
+
+
+def _best_gains(sweep: VanillaSweep) -> pd.DataFrame:
+    """The best gain of each frequency, for people."""
+    best = np.argmax(sweep.fitness, axis=0)
+    columns = {
+        "ω [rad/s]": [f"{omega:g}" for omega in sweep.omega],
+        "best σ": [f"{sigma:.3g}" for sigma in sweep.sigma[best]],
+        "fitness": [f"{fitness:.4f}" for fitness in sweep.fitness.max(axis=0)],
+        "fitness at σ = 0": [f"{fitness:.4f}" for fitness in sweep.fitness[0]],
+        "failed": [f"{share:.0%}" for share in sweep.failed.mean(axis=0)],
+    }
+    return pd.DataFrame(columns).set_index("ω [rad/s]")
+
+
+def _advice(sweep: VanillaSweep) -> list[str]:
+    """What to try where feedback does not help."""
+    row, column = sweep.best
+    said = []
+    if np.isfinite(sweep.cot_inverse).any() and not np.nanmax(sweep.cot_inverse) > 0.0:
+        said.append(
+            "Nothing hops: CoT⁻¹ is 0 everywhere. Enlarge the pushes, release it higher "
+            "(--settings release_m=0.1), or use --fitness return."
+        )
+    if row == 0:
+        said.append(
+            "No gain is better than zero: feedback does not help the bare rhythm. Check rests "
+            "and pushes of the wiring first."
+        )
+    elif column in (0, len(sweep.omega) - 1) and len(sweep.omega) > 1:
+        said.append("The best ω is the last one tried: --frequencies beyond it may do better.")
+    return said
 
 
 @question(
@@ -435,4 +397,24 @@ def wiring_baseline(env: str, options: BaselineOptions) -> VanillaBaseline:
     if not omega:
         assert experiment.omega is not None
         omega = tuple(float(f"{x:.3g}") for x in _SHARES * experiment.omega)
-    return VanillaBaseline(sweep_vanilla(experiment, omega, options.workers), experiment, options)
+    sweep = sweep_vanilla(experiment, omega, options.workers)
+    table, (row, column) = _sweep_table(sweep), sweep.best
+
+    def drawn() -> dict[str, Figure]:
+        from tegotae.figures.maps import vanilla_sweep_figure
+        from tegotae.figures.style import literal
+
+        named = "fitness" if options.fitness is None else f"fitness: {options.fitness}"
+        return {"map": vanilla_sweep_figure(sweep, fitness=literal(named))}
+
+    return VanillaBaseline(
+        raw=sweep,
+        experiment=experiment,
+        outcome=f"best: σ {sweep.sigma[row]:.3g} rad/(s N) at ω {sweep.omega[column]:g} rad/s, "
+        f"fitness {sweep.fitness[row, column]:.4f}",
+        remarks=_advice(sweep),
+        table=table,
+        shown=[_best_gains(sweep)],
+        data={"environment": experiment.spec.env, "rows": table.to_dict("records")},
+        drawn=drawn,
+    )
