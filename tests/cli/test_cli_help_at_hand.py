@@ -14,7 +14,7 @@ from tegotae._support.progress import QUIET, note, reporting
 from tegotae.cli import main, parsed
 from tegotae.cli.asking import AnswerOutput
 from tegotae.questions.about import CiteOptions, cite, extras, installed
-from tegotae.questions.answer import Finding
+from tegotae.questions.answer import TableAnswer
 
 
 @pytest.fixture
@@ -110,11 +110,11 @@ def test_zsh_is_given_the_same_script_in_its_own_way(capsys):
 
 @pytest.mark.parametrize(("switch", "shown"), [([], True), (["--quiet"], False)])
 def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch, switch, shown):
-    def work(_: None, options: CiteOptions) -> Finding:
+    def work(_: None, options: CiteOptions) -> TableAnswer:
         with reporting("work", 1) as report:
             report.update(1)
         note("a note")
-        return Finding(outcome="@software")
+        return TableAnswer(outcome="@software")
 
     monkeypatch.setenv(QUIET, "0")  # which the switch sets, until the test is over
     monkeypatch.setattr(cite, "ask", work)

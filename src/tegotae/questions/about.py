@@ -16,7 +16,7 @@ import pandas as pd
 
 from tegotae import __version__
 from tegotae._support.errors import how_to_install
-from tegotae.questions.answer import Finding
+from tegotae.questions.answer import TableAnswer
 from tegotae.questions.question import NoOptions, Nothing, question
 
 _CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
@@ -27,7 +27,7 @@ _COMPILERS = ("cc", "gcc", "clang")
 
 
 @question(subjects=Nothing, nameless=True)
-def doctor(_: None, options: NoOptions) -> Finding:
+def doctor(_: None, options: NoOptions) -> TableAnswer:
     """Print versions, extras, cores, engine and compiler for a bug report."""
     import jax
 
@@ -61,7 +61,7 @@ def doctor(_: None, options: NoOptions) -> Finding:
     }
     rows = [(subject, name, x) for subject, facts in known.items() for name, x in facts.items()]
     table = pd.DataFrame(rows, columns=["subject", "name", "value"])
-    return Finding(table=table, shown=[table.set_index(["subject", "name"])], data=known)
+    return TableAnswer(table=table, shown=[table.set_index(["subject", "name"])], data=known)
 
 
 def installed(package: str) -> str | None:
@@ -173,12 +173,12 @@ class CiteOptions:
 
 
 @question(subjects=Nothing, nameless=True)
-def cite(_: None, options: CiteOptions) -> Finding:
+def cite(_: None, options: CiteOptions) -> TableAnswer:
     """Print how to cite this software and the paper that it implements, with BibTeX entries."""
     references = (SOFTWARE, PAPER)
     said = ["Please cite the software and the paper:", *(x.text() for x in references)]
     bibtex = [x.bibtex() for x in references]
-    return Finding(
+    return TableAnswer(
         outcome="\n\n".join(bibtex if options.bibtex else [*said, *bibtex]),
         table=[asdict(x) for x in references],
         data={x.key: x for x in references},

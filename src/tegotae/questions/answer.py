@@ -170,8 +170,8 @@ def check_output(path: Path | None, *endings: str) -> None:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Finding(AnswerBase):
-    """A table, and what is said of it."""
+class TableAnswer(AnswerBase):
+    """An answer that is a table, and what is said of it."""
 
     raw: Any = None
     """What it was made from, such as a `tegotae.systems.simulation.Result`."""
@@ -207,7 +207,7 @@ class Finding(AnswerBase):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Drawn(Finding):
+class DrawnAnswer(TableAnswer):
     """A table with pictures."""
 
     drawn: Callable[[], dict[str, Figure]]
@@ -218,7 +218,7 @@ class Drawn(Finding):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class RecordedRun(Finding):
+class RecordedRun(TableAnswer):
     """One run, closely. `raw`, what the simulator gave, chooses the figures
     (`tegotae.questions.pictures`), and `table` is the time series."""
 
@@ -261,7 +261,7 @@ class RecordedRun(Finding):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Picture(Finding):
+class Picture(TableAnswer):
     """A figure, and the numbers that it shows."""
 
     ENDING = ".png"

@@ -19,7 +19,7 @@ from tegotae.export.c.package import LayoutName
 from tegotae.export.c.plan import facts, usual_tick_s
 from tegotae.export.live.controller import LiveController, write_native
 from tegotae.export.robot import compiled
-from tegotae.questions.answer import Finding
+from tegotae.questions.answer import TableAnswer
 from tegotae.questions.question import Names, NoOptions, Tasks, question
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve
@@ -67,7 +67,7 @@ class ExportCOptions(ExportNativeOptions):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class ExportedC(Finding):
+class ExportedC(TableAnswer):
     """A controller as C, in memory until it is saved. Its table has the golden vectors: ticks of
     the simulator's own run, which the C must repeat; its document is the manifest."""
 
@@ -110,7 +110,7 @@ def export_c(saved: SavedController, options: ExportCOptions) -> ExportedC:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class ExportedNative(Finding):
+class ExportedNative(TableAnswer):
     """A controller as native code, in memory until it is saved; `raw` is the code."""
 
     ENDING = ".native"
@@ -143,7 +143,7 @@ def export_native(saved: SavedController, options: ExportNativeOptions) -> Expor
 
 
 @question(subjects=Names, several=True, usual=("V-sector-w8", "AR", "ART", "ARGT", "T"))
-def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> Finding:
+def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> TableAnswer:
     """Measure size and instructions per tick of exported models on emulated Cortex-M cores.
 
     Weights, which hardly affect the cost, are drawn. This needs the Arm compiler and QEMU:
@@ -164,7 +164,7 @@ def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> Finding:
     shown = table.assign(instructions=counts).rename(columns=names)
     shown = shown.assign(**{"at 1 kHz": share.map("{:.1%}".format)}).set_index("model")
     table = table.assign(share_at_1_khz=share)
-    return Finding(
+    return TableAnswer(
         raw=counted,
         table=table,
         shown=[shown],

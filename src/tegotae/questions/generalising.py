@@ -24,7 +24,7 @@ from tegotae.analysis.generalisation.run import (
     generalise as generalised,
     margins,
 )
-from tegotae.questions.answer import AnswerBase, Finding, short
+from tegotae.questions.answer import AnswerBase, TableAnswer, short
 from tegotae.questions.question import question
 from tegotae.questions.task import Task
 
@@ -61,7 +61,7 @@ class GeneralisationOptions:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class DisturbanceList(Finding):
+class DisturbanceList(TableAnswer):
     """The conditions that there are."""
 
     def save(self, folder: Path | str, format: str = "png") -> list[Path]:

@@ -12,7 +12,7 @@ import pandas as pd
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.measures.hopping.registry import metrics
-from tegotae.questions.answer import UNDEFINED, Finding, short
+from tegotae.questions.answer import UNDEFINED, TableAnswer, short
 from tegotae.questions.question import Names, question
 from tegotae.systems.designs import all_designs
 from tegotae.systems.grammar import BUDGET
@@ -37,7 +37,7 @@ class ListingOptions:
 
 
 @question(subjects=Names, usual=("*",))
-def models(pattern: str, options: ListingOptions) -> Finding:
+def models(pattern: str, options: ListingOptions) -> TableAnswer:
     """List the models of the study, designs for bodies with legs, or trained controllers.
 
     Example:
@@ -101,7 +101,7 @@ def _of_design(design: Any, options: ListingOptions) -> JsonObject:
     }
 
 
-def _trained(pattern: str) -> Finding:
+def _trained(pattern: str) -> TableAnswer:
     """The trained controllers of `[STUDY:]MODEL[/RUN]`."""
     wanted = ZooName.of(pattern)
     zoos = (study_of(wanted.study),) if wanted.study else studies()
@@ -146,12 +146,12 @@ def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
             }
 
 
-def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Finding:
+def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> TableAnswer:
     """The answer: on the screen the columns that have a heading."""
     shown = pd.DataFrame(rows)[[*headings]].map(_cell)
     shown.columns = [*headings.values()]
     shown = shown.set_index(shown.columns[0])
-    return Finding(table=rows, shown=[shown], remarks=[remark], data=rows)
+    return TableAnswer(table=rows, shown=[shown], remarks=[remark], data=rows)
 
 
 def _cell(value: Any) -> str:

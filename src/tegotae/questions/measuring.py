@@ -18,7 +18,7 @@ from tegotae.measures.hopping.metric import REGIMES
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
 from tegotae.parts.bodies import Body, Hopper
-from tegotae.questions.answer import UNDEFINED, Drawn
+from tegotae.questions.answer import UNDEFINED, DrawnAnswer
 from tegotae.questions.options import without_unit
 from tegotae.questions.question import Names, question
 from tegotae.questions.task import Work
@@ -118,7 +118,7 @@ def _weight_n(leg: Mapping[str, float | None]) -> float | None:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class MeasuredRecording(Drawn):
+class MeasuredRecording(DrawnAnswer):
     """The metrics of a recording, or why they are undefined; `raw` has them by name."""
 
     def plot(self, path: Path | str | None = None) -> Figure:
@@ -156,9 +156,9 @@ def _answer(measured: Measured, rest_length_m: float, weight_n: float | None) ->
         about = regime if why and reason == why else reason
         rows.append((metric.name, metric.label, value, metric.unit, about))
     table = pd.DataFrame(rows, columns=["name", "metric", "value", "unit", "about"])
-    told = [(label, _text(value, unit), about) for _, label, value, unit, about in rows]
+    formatted = [(label, _text(value, unit), about) for _, label, value, unit, about in rows]
     heads = ["metric", "value", "what it is, or why it is undefined"]
-    shown = pd.DataFrame(told, columns=heads).set_index("metric")
+    shown = pd.DataFrame(formatted, columns=heads).set_index("metric")
     remarks, efficiency = list(measured.notes), None
     if (of := measured.efficiency) is not None:
         scaled = math.nan if weight_n is None else weight_n * of.cot_inverse

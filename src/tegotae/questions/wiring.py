@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.questions.answer import Drawn, Finding
+from tegotae.questions.answer import DrawnAnswer, TableAnswer
 from tegotae.questions.question import Names, question
 from tegotae.systems.env_task import extras_of, is_mujoco_model
 from tegotae.systems.models import find
@@ -189,7 +189,7 @@ class SuggestOptions(ModelOptions):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class SuggestedWiring(Finding):
+class SuggestedWiring(TableAnswer):
     """A first wiring, every entry with its reason; in memory until it is saved. `raw` is a
     `tegotae.envs.mujoco.suggesting.Suggestion`, and the document that of the wiring."""
 
@@ -304,7 +304,7 @@ class BaselineOptions(OnEnvironment):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class VanillaBaseline(Drawn):
+class VanillaBaseline(DrawnAnswer):
     """What a vanilla controller reaches on an environment, over gain and frequency; `raw` is a
     `tegotae.training.environments.baseline.VanillaSweep`."""
 
