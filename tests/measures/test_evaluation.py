@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from oracle import fly, vanilla
-from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
+from tegotae import TegotaeError, build, find
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
-from tegotae.measures.hopping import LimitCycle, measure
-from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.measures.hopping import LimitCycle
 from tegotae.measures.hopping.hopping import Hops, settled
 from tegotae.measures.hopping.registry import names
 
@@ -96,36 +95,6 @@ def test_without_a_drop_there_is_nothing_to_recover_from(reflex):
     assert np.isnan(found.episodes["t1_s"]).all()
     assert np.isnan(found.episodes["recovery_share"]).all()
     np.testing.assert_allclose(found.episodes["t0_s"], reflex.episodes["t0_s"], rtol=1e-5)
-
-
-def test_the_engine_and_its_recording_measure_the_same():
-    """A rollout measured inside the engine, and its frames measured as a robot's recording."""
-    controller, scenario = build("V-reflex-w8"), Scenario(omega=8.0)
-    timing = Timing(duration_s=15.0)
-    inside = Engine(controller=controller, timing=timing, summary=GaitSummary()).run(
-        SIGMAS[1], scenario
-    )
-    fine = dataclasses.replace(timing, frame_s=0.002)
-    frames = Engine(controller=controller, timing=fine).run(SIGMAS[1], scenario)
-    recorded = measure(
-        frames.time_s[:, 0],
-        frames.height_m[:, 0],
-        rest_length_m=1.0,
-        phase_rad=frames.phase_rad[:, 0],
-        omega=8.0,
-        force_n=frames.actuator_force_n[:, 0],
-        max_force_n=4.0,
-    )
-    assert recorded.limit_cycle_period == inside.limit_cycle_period[0] == 1
-    assert recorded.t0_s + 0.002 == pytest.approx(inside.t0_s[0], abs=0.002)
-    for name, relative in {
-        "cot_inverse": 0.01,
-        "cot_inverse_total": 0.01,
-        "w_peak": 1e-3,
-        "a_peak": 1e-3,
-        "smoothness": 0.02,
-    }.items():
-        assert getattr(recorded, name) == pytest.approx(getattr(inside, name)[0], rel=relative)
 
 
 @pytest.mark.parametrize(

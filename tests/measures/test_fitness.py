@@ -64,23 +64,6 @@ def sinusoid(*omegas: float, amplitude: float = 0.3) -> np.ndarray:
 # The spectrum.
 
 
-@pytest.mark.parametrize("omega", [3.1416, 4.0, 5.37, 8.0, 12.3])
-@pytest.mark.parametrize("samples", [800, 613])
-def test_a_pure_sinusoid_has_its_own_frequency_and_an_amplitude_of_one(omega, samples):
-    for shift in (0.0, 1.0, 2.5):
-        height = 1.3 + 0.2 * np.sin(omega * TIME[:samples, None] + shift)
-        w_peak, a_peak = peak(spectrum(jnp.asarray(height, "float32"), 0.02))
-        assert w_peak[0] == pytest.approx(omega, abs=2e-3)
-        assert a_peak[0] == pytest.approx(1.0, abs=2e-3)
-
-
-def test_two_sinusoids_share_the_power():
-    height = 1.2 + 0.2 * np.sin(4.0 * TIME) + 0.1 * np.sin(9.0 * TIME)
-    w_peak, a_peak = peak(spectrum(jnp.asarray(height[:, None], "float32"), 0.02))
-    assert w_peak[0] == pytest.approx(4.0, abs=5e-3)
-    assert a_peak[0] == pytest.approx(math.sqrt(0.04 / 0.05), abs=5e-3)
-
-
 def test_neither_offset_nor_size_of_the_motion_matter_to_the_spectrum():
     for scale, offset in ((1.0, 0.0), (0.01, 1.0), (3.0, -7.0)):
         height = offset + scale * sinusoid(6.0)
@@ -97,10 +80,6 @@ def test_delta_omega_punishes_a_wrong_frequency_and_an_impure_motion():
 
 
 # CoT.
-
-
-def test_cot_is_height_climbed_per_work():
-    np.testing.assert_allclose(cot_inverse(np.array([3.0, 1.0]), np.array([2.0, 4.0])), [1.5, 0.25])
 
 
 def test_cot_is_zero_without_climb_or_without_work():
@@ -208,11 +187,6 @@ def test_the_fitness_is_the_sum_of_both():
     assert out["fitness"][0] == pytest.approx(1.5 - 0.25, abs=5e-3)
 
 
-def test_a_hopper_in_tune_reaches_its_cot():
-    what = trajectory(sinusoid(5.0), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
-    assert judge(what)["fitness"][0] == pytest.approx(1.5, abs=3e-3)
-
-
 def test_the_frequency_can_be_left_out():
     what = trajectory(sinusoid(4.0), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
     out = judge(what, omega=8.0, fitness=Fitness(follow_omega=False))
@@ -229,10 +203,6 @@ def test_what_the_frequency_counts_for_is_a_choice(weight):
     gap = plain["fitness"][0] - plain["cot_inverse"][0]
     assert weighted["fitness"][0] == pytest.approx(1.5 + weight * gap, abs=2e-3)
     assert Fitness(frequency_weight=weight).program == Fitness().program, "it compiles nothing anew"
-
-
-def test_in_hertz_a_deviation_counts_for_a_39th():
-    assert pytest.approx(39.48, abs=0.01) == 1.0 / HERTZ
 
 
 def test_a_weight_that_punishes_to_follow_is_refused():

@@ -212,12 +212,6 @@ def test_a_diagonal_walk_becomes_a_trot_with_something_in_between():
     assert named(lags, FOUR).tolist() == [walk, walk, "in between", trot, trot]
 
 
-def test_lateral_and_diagonal_sequence_differ_by_which_fore_leg_follows_the_hind():
-    lateral = np.array([[0.0], [0.25], [0.5], [0.75]])
-    assert named(lateral, FOUR) == "lateral-sequence walk"
-    assert named((-lateral) % 1.0, FOUR) == "diagonal-sequence walk"
-
-
 def test_legs_that_no_pattern_knows_are_in_phase_or_in_between():
     lags = [[0.0, 0.0], [0.02, 0.4], [0.97, 0.7]]
     assert named(lags, ("1", "2", "3")).tolist() == ["in phase", "in between"]

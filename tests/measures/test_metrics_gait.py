@@ -76,35 +76,6 @@ def test_the_three_definitions_of_work(work, joule):
     assert found.cot_inverse == pytest.approx(0.1 / joule, rel=0.002)
 
 
-def test_two_frequencies():
-    time_s = seconds()
-    height = 1.0 + 0.1 * np.sin(4 * time_s) + 0.06 * np.sin(8 * time_s)
-    found = measure(time_s, height, rest_length_m=1.0, omega=5.0)
-    a_peak = math.sqrt(1 / 1.36)
-    assert found.w_peak == pytest.approx(4.0, abs=0.003)
-    assert found.a_peak == pytest.approx(a_peak, abs=0.003)
-    assert found.delta_w == pytest.approx(a_peak * (1.0 + 0.6 * 3.0), abs=0.01)
-
-
-def test_period_two_hopping():
-    hopping = Hopping(np.resize([1.3, 1.2], 30))
-    time_s = seconds()
-    found = measure(time_s, hopping.height_m(time_s), rest_length_m=1.0)
-    assert found.limit_cycle_period == 2
-    assert found.t0_s == pytest.approx(hopping.apex_s[1], abs=1e-3)
-
-
-def test_a_decaying_transient_of_known_length():
-    heights = 1.2 + 0.2 * 0.8 ** np.arange(40)
-    hopping = Hopping(heights)
-    time_s = seconds()
-    last = np.flatnonzero(hopping.apex_s <= time_s[-1])[-1]
-    first = np.argmax(np.abs(heights - heights[last]) <= 0.005)
-    found = measure(time_s, hopping.height_m(time_s), rest_length_m=1.0)
-    assert found.limit_cycle_period == 1
-    assert found.t0_s == pytest.approx(hopping.apex_s[first], abs=1e-3)
-
-
 @pytest.fixture(scope="module")
 def dropped():
     """Settled at 1.2 m; the ground drops by 0.2 m at the 12th apex, and the transient that
@@ -243,14 +214,6 @@ def test_hopping_without_work_has_an_efficiency_of_zero():
     time_s, height, _ = sine()
     found = measure(time_s, height, rest_length_m=1.0, force_n=np.zeros_like(time_s))
     assert found.cot_inverse == 0.0
-
-
-def test_the_time_of_the_first_sample_does_not_matter():
-    time_s, height, force = sine()
-    now = measure(time_s, height, rest_length_m=1.0, force_n=force)
-    later = measure(time_s + 100.0, height, rest_length_m=1.0, force_n=force)
-    assert later.t0_s == pytest.approx(now.t0_s, abs=1e-6)
-    assert later.cot_inverse == pytest.approx(now.cot_inverse, rel=1e-6)
 
 
 @pytest.mark.precise

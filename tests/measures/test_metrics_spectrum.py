@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from tegotae.measures.hopping.signals import delta_omega, delta_w, peak, spectrum
+from tegotae.measures.hopping.signals import delta_w, peak, spectrum
 
 STEP_S = 0.02
 TIME_S = np.arange(1000)[:, None] * STEP_S
@@ -62,11 +62,6 @@ def test_the_peak_does_not_depend_on_the_sampling_period(step_s):
     w_peak, a_peak = peak(spectrum(height.astype("float32"), step_s))
     assert w_peak[0] == pytest.approx(5.0, abs=0.005)
     assert a_peak[0] == pytest.approx((1 / 1.25) ** 0.5, abs=0.003)
-
-
-def test_delta_omega_is_zero_at_best():
-    assert delta_omega(8.0, 8.0, 1.0) == 0.0
-    assert delta_omega(8.0, 7.0, 0.5) == -1.25
 
 
 def test_a_body_at_rest_gives_numbers_without_warnings(recwarn):

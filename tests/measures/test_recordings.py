@@ -72,13 +72,6 @@ def test_a_file_of_any_format_holds_the_same_recording(tmp_path, ending):
     assert "phase_rad" not in read
 
 
-def test_a_number_with_an_underscore_is_no_number(tmp_path, one_line_error):
-    columns = {**COLUMNS, "height_m": ["0.99_5", *map(str, HEIGHT[1:])]}
-    path = written(tmp_path, columns, ".csv")
-    said = one_line_error("measure", str(path), "--rest-length", "1")
-    assert "height_m is '0.99_5' in row 0, which is no number" in said
-
-
 @pytest.mark.parametrize(
     ("time", "height"),
     [("t_ms", "height_mm"), ("Time (ms)", "Height [mm]"), ("T [ms]", "y_mm")],
@@ -247,14 +240,6 @@ def test_running_totals_go_before_what_samples_tell_and_that_is_said(settled):
     assert hops.work_j == pytest.approx(10.0 * (hops.end_s - hops.start_s), rel=2e-3)
     assert "work_j, climb_flight_m and climb_m: the recording's own" in found.notes[0]
     assert settled.notes == ()
-
-
-def test_the_command_says_which_totals_are_the_recordings_own(tmp_path, capsys):
-    path = written(tmp_path, {**COLUMNS, **counted()}, ".csv")
-    assert main(["measure", str(path), "--rest-length", "1"]) == 0
-    assert "the recording's own running totals" in capsys.readouterr().out
-    assert main(["measure", str(path), "--rest-length", "1", "--json"]) == 0
-    assert "own running totals" in json.loads(capsys.readouterr().out)["notes"][0]
 
 
 @pytest.mark.parametrize("name", ["work_j", "climb_m", "climb_flight_m"])

@@ -230,20 +230,6 @@ def of_limit(limit_rad_per_s: float) -> Engine:
     return Engine(controller=feeling(limit_rad_per_s=limit_rad_per_s), timing=timing)
 
 
-def test_a_hopper_settles_on_the_same_limit_cycle(monkeypatch):
-    timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=1.0)
-    engine = Engine(controller=build("V-reflex-w8"), timing=timing)
-
-    def apex_m() -> np.ndarray:
-        path = engine.run([2.0], Scenario(omega=8.0), dtype="float64")
-        return path.apex_height_m[-4:, 0]
-
-    own = apex_m()
-    monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
-    np.testing.assert_allclose(own, own[-1], rtol=1e-4)  # hops are alike, but for where ticks fall
-    np.testing.assert_allclose(own, apex_m(), rtol=1e-9)
-
-
 @dataclass(frozen=True)
 class SortedAction(VanillaAction):
     """A user's part with an operation that has no native code: -cos φ, but not above a half."""
