@@ -288,5 +288,7 @@ def test_one_that_is_too_stiff_for_the_tick_is_refused_before_it_runs():
 
 def test_a_start_with_a_state_that_it_has_not_is_refused():
     engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=1.0))
-    with pytest.raises(TegotaeError, match="PhaseOscillator starts with no 'radius'; it has a ph"):
+    with pytest.raises(
+        TegotaeError, match="PhaseOscillator has no oscillator_state 'radius'; it takes none"
+    ):
         engine.run([2.0], Scenario(omega=8.0, oscillator_state={"radius": 0.5}))

@@ -196,14 +196,17 @@ def test_the_document_has_the_conditions():
         ([MASS, MASS], "mass_kg is varied 2 times"),
         ([Uniform("omega", low=0.0, high=8.0)], "must be greater than 0"),
         ([Uniform("drop_m", low=0.0, high=0.1)], "the time from which on"),
-        ([Uniform("height_m", low=1.0, high=1.2, from_s=2.0)], "for a part of the episode"),
+        (
+            [Uniform("height_m", low=1.0, high=1.2, from_s=2.0)],
+            "height_m is of the release; it cannot change on the way",
+        ),
         ([OneOf("omega", values=((4.0, 5.0), (6.0, 7.0)))], "omega is one number for all limbs"),
         (
             [
                 Uniform("drop_m", low=0.0, high=0.1, from_s=2.0),
                 Uniform("drop_time_s", low=1.0, high=2.0),
             ],
-            "has two times: drop_m from 2 s on",
+            "drops once, at one time",
         ),
         ([Uniform("stiffness_n_per_m", low=5.0, high=5e6)], "too long for this hopper"),
     ],

@@ -69,18 +69,16 @@ def check_scenario(
             raise TegotaeError(
                 f"{entry} is {reprlib.repr(given)}; it must be numbers by name, such as {example}"
             )
-    takes = body.pose_names
-    for name in dict(scenario.initial_pose):
-        if name not in takes:
-            hint = f"it takes {', '.join(takes)}" if takes else "it takes none"
-            raise TegotaeError(f"{type(body).__name__} has no initial_pose {name!r}; {hint}")
+    states = () if oscillator is None else oscillator.STATE
+    starts = ((body, "initial_pose", body.pose_names), (oscillator, "oscillator_state", states))
+    for part, entry, takes in starts:
+        for name in dict(getattr(scenario, entry)):
+            if name not in takes:
+                raise TegotaeError(
+                    f"{type(part).__name__} has no {entry} {name!r}; it takes "
+                    f"{', '.join(takes) or 'none'}"
+                )
     _check_changes(body, scenario, timing)
-    known = () if oscillator is None else oscillator.STATE
-    for name in dict(scenario.oscillator_state):
-        if name not in known:
-            what = "no oscillator" if oscillator is None else type(oscillator).__name__
-            hint = f"beside a phase it has {', '.join(known)}" if known else "it has a phase alone"
-            raise TegotaeError(f"{what} starts with no {name!r}; {hint}")
     fastest = _fastest(scenario, timing.duration_s)
     if oscillator is not None and np.isfinite(fastest):
         oscillator.check_tick(fastest, timing.tick_s)
@@ -327,26 +325,15 @@ def _check_name(
         raise TegotaeError(
             f"{name} is one number for all limbs; write its values without commas between them"
         )
-    if name not in ENTRIES and name not in body.pose_names:
+    if own_each and name != "phase_rad":
         outer = name.partition(".")[0]
-        own = [*paths_of(body), INNER, *body.pose_names, *ENTRIES]
-        if outer not in own:
-            raise unknown(f"condition of a {type(body).__name__}", name, own)
-        number_of(body, name)
-    elif name == DROP:
-        if condition.from_s and "drop_time_s" in names:
-            raise TegotaeError(
-                f"the ground drops once, and has two times: drop_m from {condition.from_s:g} s on, "
-                "and drop_time_s; give it one"
-            )
-        if condition.until_s is not None or not (condition.from_s or "drop_time_s" in names):
-            raise TegotaeError(
-                "the ground drops once: give drop_m the time from which on it lies lower, such as "
-                "from_s=12, or vary drop_time_s, too"
-            )
-    elif name != OMEGA and not condition.lasts:
+        known = [*paths_of(body), INNER, *body.pose_names, *ENTRIES]
+        if outer not in known:
+            raise unknown(f"condition of a {type(body).__name__}", name, known)
+    if name == DROP and (condition.from_s > 0.0) == ("drop_time_s" in names):
         raise TegotaeError(
-            f"{name} is of the release, or a time itself; it cannot hold for a part of the episode"
+            "the ground drops once, at one time: give drop_m the time from which on it lies "
+            "lower, such as from_s=12, or vary drop_time_s"
         )
     if name == OMEGA:
         if oscillator is None:
