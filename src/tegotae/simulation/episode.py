@@ -11,8 +11,6 @@ import jax.numpy as jnp
 from tegotae._support.transforms import jit_with_static
 from tegotae.parts._shapes import Index, Scalar, Weights
 from tegotae.parts.bodies import Body
-from tegotae.parts.controller import Controller
-from tegotae.simulation.integrators import Integrator
 from tegotae.simulation.loop import ClosedLoop, Lane, Tick
 from tegotae.simulation.recorder import RecordedFrame, Recorder, Trajectory
 from tegotae.simulation.world import Scenario, ground_m, whole_run
@@ -53,32 +51,28 @@ class EpisodeProgram:
     How many ticks and frames there are does not.
 
     Args:
-        controller: what drives the body.
-        integrator: how both advance by a tick.
+        loop: controller and body, and how both advance by a tick.
         needs: the channels that are recorded; all if None.
     """
 
-    controller: Controller
-    integrator: Integrator
+    loop: ClosedLoop
     needs: tuple[str, ...] | None
 
     def recorder(self, body: Body) -> Recorder:
         """What records the channels on a body."""
-        return Recorder.of(self.controller, body, self.needs)
+        return Recorder.of(self.loop.controller, body, self.needs)
 
     def start(self, lanes: LaneInputs, shared: Shared) -> LoopState:
         """The lanes at their release, with nothing recorded."""
-        loop = ClosedLoop(self.controller, self.integrator)
-        rows, body, scenario = _spread(loop, lanes, shared)
-        lane = loop.start(rows, body, scenario, shared.tick_s)
+        rows, body, scenario = _spread(self.loop, lanes, shared)
+        lane = self.loop.start(rows, body, scenario, shared.tick_s)
         given = rows, body, scenario, lane, jnp.int32(0), shared.tick_s
-        return LoopState(lane, *self.recorder(body).nothing(lambda: _tick(loop, *given)[1]))
+        return LoopState(lane, *self.recorder(body).nothing(lambda: _tick(self.loop, *given)[1]))
 
     def tick(self, lanes: LaneInputs, shared: Shared, state: LoopState, index: Index) -> LoopState:
         """The lanes after a control tick, with what it added to the totals and events."""
-        loop = ClosedLoop(self.controller, self.integrator)
-        rows, body, scenario = _spread(loop, lanes, shared)
-        lane, output = _tick(loop, rows, body, scenario, state.lane, index, shared.tick_s)
+        rows, body, scenario = _spread(self.loop, lanes, shared)
+        lane, output = _tick(self.loop, rows, body, scenario, state.lane, index, shared.tick_s)
         recorder = self.recorder(body)
         totals = recorder.add(state.totals, output)
         return LoopState(lane, totals, recorder.update(state.events, output))
@@ -87,13 +81,12 @@ class EpisodeProgram:
         self, lanes: LaneInputs, shared: Shared, state: LoopState, last: Index
     ) -> tuple[LoopState, Trajectory]:
         """The recording of the frame that ends with tick `last`, and the state to continue from."""
-        loop = ClosedLoop(self.controller, self.integrator)
-        _, body, scenario = _spread(loop, lanes, shared)
+        _, body, scenario = _spread(self.loop, lanes, shared)
         ground = ground_m(scenario, last, shared.tick_s)
-        meanwhile, _ = loop.meets(body, scenario, last, shared.tick_s)
+        meanwhile, _ = self.loop.meets(body, scenario, last, shared.tick_s)
         time = (last + 1).astype(shared.tick_s.dtype) * shared.tick_s
         time = jnp.broadcast_to(time, scenario.height_m.shape)
-        now = RecordedFrame(time, state.lane, ground, self.controller, meanwhile)
+        now = RecordedFrame(time, state.lane, ground, self.loop.controller, meanwhile)
         recorded = self.recorder(body).frame(now, state.totals, state.events)
         none = {name: jnp.full_like(x, jnp.nan) for name, x in state.events.items()}
         return state._replace(events=none), recorded

@@ -23,7 +23,7 @@ from tegotae.simulation import native, xla
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
-from tegotae.simulation.loop import check_senses
+from tegotae.simulation.loop import ClosedLoop, check_senses
 from tegotae.simulation.recorder import Recorder, Trajectory
 from tegotae.simulation.timing import Timing
 from tegotae.simulation.world import GROUND, OMEGA, Scenario, map_change
@@ -83,9 +83,8 @@ class Engine:
     def program(self) -> EpisodeProgram:
         """All of it that shapes the code of a tick."""
         needs = getattr(self.summary, "needs", None)
-        return EpisodeProgram(
-            self.controller, self.integrator, None if needs is None else tuple(needs)
-        )
+        loop = ClosedLoop(self.controller, self.integrator)
+        return EpisodeProgram(loop, None if needs is None else tuple(needs))
 
     def recorder(self, body: Body) -> Recorder:
         """The channels recorded on this body: those that the summary needs, else all.

@@ -169,7 +169,11 @@ class CoordinationSummary:
             TegotaeError: for a recording of fewer than eight frames.
         """
         frames = len(trajectory.time_s)
-        require_frames(frames, timing)
+        if frames < LEAST_FRAMES:
+            raise TegotaeError(
+                f"the duration is {timing.duration_s:g}; a gait takes {LEAST_FRAMES} frames at "
+                f"least ({LEAST_FRAMES * timing.frame_s:g} s)"
+            )
         window = frames // 4 if self.window_s is None else round(self.window_s / timing.frame_s)
         begins = frames - min(max(window, 2), frames)
         return coordination(self, trajectory, body, timing.frame_s, begins)
@@ -259,20 +263,6 @@ def coordination(
             jnp.nan,
         ),
     )
-
-
-def require_frames(frames: int, timing: Timing) -> None:
-    """Raise `TegotaeError` if a recording has too few frames to measure a gait.
-
-    Args:
-        frames: how many there are.
-        timing: of the recording, for the message.
-    """
-    if frames < LEAST_FRAMES:
-        raise TegotaeError(
-            f"the duration is {timing.duration_s:g}; a gait takes {LEAST_FRAMES} frames at least "
-            f"({LEAST_FRAMES * timing.frame_s:g} s)"
-        )
 
 
 def total_mass_kg(body: Body) -> Number:

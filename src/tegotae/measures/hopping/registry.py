@@ -131,10 +131,10 @@ def find(name: str) -> Metric:
         >>> find("t0_s").unit
         's'
     """
-    there = {metric.name: metric for metric in metrics()}
-    if name in there:
-        return there[name]
-    raise unknown("metric", name, there)
+    for metric in metrics():
+        if metric.name == name:
+            return metric
+    raise unknown("metric", name, names())
 
 
 def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:

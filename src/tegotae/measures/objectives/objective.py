@@ -10,34 +10,11 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
-from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
 FAILED_FITNESS = -1e6
 """Fitness of a rollout that failed: below any that did not."""
-
-
-def with_failures(fitness: AnyArray, failed: AnyArray, survived: AnyArray) -> jax.Array:
-    """The fitness, and of rollouts that failed one below all: the later, the better, [lanes].
-
-    Args:
-        fitness: of every rollout, [lanes].
-        failed: whether it failed, [lanes].
-        survived: share of the episode before it did, 0 to 1, [lanes].
-    """
-    return jnp.where(failed, FAILED_FITNESS + survived, fitness)
-
-
-class Scores(NamedTuple):
-    """How good episodes are, or candidates over theirs: arrays of one shape."""
-
-    fitness: Any
-    """The larger, the better."""
-    cot_inverse: Any
-    """CoT⁻¹ [m/J]; NaN where it is not measured."""
-    failed: Any
-    """Whether the episode failed."""
 
 
 class Objective(ABC):
@@ -191,7 +168,8 @@ def scores(objective: Objective, episode: EpisodeOutcome, data: Any) -> dict[str
         cot_inverse = jnp.full_like(fitness, jnp.nan)
     return {
         **found,
-        "fitness": with_failures(fitness, failed, episode.survived),
+        # The later a rollout failed, the better.
+        "fitness": jnp.where(failed, FAILED_FITNESS + episode.survived, fitness),
         "cot_inverse": cot_inverse,
         "failed": failed,
     }
