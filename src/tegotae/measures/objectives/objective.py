@@ -17,6 +17,17 @@ FAILED_FITNESS = -1e6
 """Fitness of a rollout that failed: below any that did not."""
 
 
+class Scores(NamedTuple):
+    """How good episodes are, or candidates over theirs: arrays of one shape."""
+
+    fitness: Any
+    """The larger, the better."""
+    cot_inverse: Any
+    """CoT⁻¹ [m/J]; NaN where it is not measured."""
+    failed: Any
+    """Whether the episode failed."""
+
+
 class Objective(ABC):
     """The measure by which an episode is evaluated, a frozen dataclass of its settings.
 
