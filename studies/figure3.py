@@ -42,7 +42,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import load
 from tegotae.systems.models import find
-from tegotae.training.agents import AgentLearner
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.curves import COT, LearningCurve, groups, read_curves, table
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train

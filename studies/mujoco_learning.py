@@ -33,8 +33,8 @@ from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import interval
 from tegotae.parts.controller import Controller
+from tegotae.training.agents import agent_controller, initial_weights
 from tegotae.training.agents.actor import Feedback, Observed
-from tegotae.training.agents.settings import agent_controller, initial_weights
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import ModelLanes, play

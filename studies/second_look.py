@@ -39,12 +39,8 @@ from tegotae.figures.learning_curves import (
 from tegotae.figures.style import save_figure, write_tables
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.models import find
-from tegotae.training.agents import (
-    AgentLearner,
-    AgentSettings,
-    PPOSettings,
-    SACSettings,
-)
+from tegotae.training.agents import AgentSettings, PPOSettings, SACSettings
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.curves import read_curves
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned

@@ -11,7 +11,7 @@ import pytest
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.workplace import locked
-from tegotae.training.agents import AgentLearner
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.run import Run, train
 
 HOLDER = """

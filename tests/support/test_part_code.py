@@ -25,7 +25,7 @@ from tegotae.systems import controller_file, registry
 from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.user_objects import imported
-from tegotae.training.agents import AgentLearner
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.run import Run, claim
 
 PART = '''"""A hopper and how to learn, by a user."""

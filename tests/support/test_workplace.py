@@ -21,7 +21,7 @@ from tegotae._support.workplace import (
     earlier,
 )
 from tegotae.analysis.generalisation.run import generalise
-from tegotae.training.agents import AgentLearner
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.collection import read
 from tegotae.training.run import Run, train
 

@@ -32,12 +32,12 @@ from tegotae.simulation.integrators import Hold  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
 from tegotae.systems.models import find  # noqa: E402
 from tegotae.training.agents import (  # noqa: E402
-    AgentLearner,
     PPOSettings,
     SACSettings,
     agent_controller,
     initial_weights,
 )
+from tegotae.training.agents.learner import AgentLearner  # noqa: E402
 from tegotae.training.agents.learning import hopper_settings, learn, make_agent, task_of  # noqa: E402
 from tegotae.training.algorithms import PGPE  # noqa: E402
 from tegotae.training.evolution import Evolution  # noqa: E402

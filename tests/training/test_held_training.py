@@ -11,7 +11,7 @@ from tegotae.questions.experiments import ExperimentOptions
 from tegotae.questions.options import changed
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
-from tegotae.training.agents import AgentLearner
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.evaluator import evaluator_of
 from tegotae.training.run import Run
 

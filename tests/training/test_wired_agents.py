@@ -19,7 +19,8 @@ from tegotae.envs.env_spec import EnvSpec  # noqa: E402
 from tegotae.envs.settings import HopReward  # noqa: E402
 from tegotae.envs.wrapper import Pilot  # noqa: E402
 from tegotae.systems.controller_file import load  # noqa: E402
-from tegotae.training.agents import AgentLearner, PPOSettings, SACSettings  # noqa: E402
+from tegotae.training.agents import PPOSettings, SACSettings  # noqa: E402
+from tegotae.training.agents.learner import AgentLearner  # noqa: E402
 from tegotae.training.agents.learning import make_agent, task_of  # noqa: E402
 from tegotae.training.agents.on_environment import PerHop  # noqa: E402
 from tegotae.training.curves import (  # noqa: E402

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import math
@@ -375,7 +376,7 @@ def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
         ("hang", "a step of it took longer than 4 s"),
     ):
         own = experiment("V-reflex-w8", budget=96, made={"fail": fail}, limit_s=4.0)
-        with WorkerPool(own, 1, 3) as pool:
+        with contextlib.closing(WorkerPool(own, 1, 3)) as pool:
             trials = pool.try_out(weights)
         assert trials.failed.tolist() == [False, True, False]
         assert trials.fitness.tolist() == [0.0, FAILED_FITNESS, 0.0]

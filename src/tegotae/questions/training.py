@@ -28,7 +28,8 @@ from tegotae.systems.env_task import extras_of
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import name_of
 from tegotae.systems.user_objects import is_reference
-from tegotae.training.agents import AgentLearner, AgentSettings
+from tegotae.training.agents import AgentSettings
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.curves import FITNESS, longest_s, read_curves
 from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH, Evolution, Stopping

@@ -30,7 +30,7 @@ _CONTRACTS = {
     "tegotae.simulation.world": "Condition",
     "tegotae.measures.objectives.objective": "Objective",
     "tegotae.training.algorithms": "Algorithm",
-    "tegotae.training.agents.settings": "AgentSettings",
+    "tegotae.training.agents": "AgentSettings",
 }
 """Where each contract is, with the parts of this package that keep it."""
 _MORE_PARTS = (

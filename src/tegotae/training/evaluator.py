@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from abc import ABC, abstractmethod
+from abc import abstractmethod
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -49,7 +50,7 @@ class Generation(NamedTuple):
         return cls((0,), np.array([True]))
 
 
-class Evaluator(ABC):
+class Evaluator(AbstractContextManager["Evaluator"]):
     """Scores candidates' weights by episodes, wherever these take place; a context manager.
 
     The optimiser's loop (`tegotae.training.evolution`) hands it arrays and gets arrays.
@@ -107,11 +108,8 @@ class Evaluator(ABC):
         """The engine that its numbers are of; XLA's, of what is not rolled out."""
         return XLA
 
-    def close(self) -> None:  # noqa: B027 - optional
+    def close(self) -> None:
         """Give back what it holds, such as worker processes."""
-
-    def __enter__(self) -> Evaluator:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

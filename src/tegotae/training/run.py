@@ -66,7 +66,7 @@ class Run(Generic[LearnerT]):
     Args:
         experiment: what is trained, on what, by what measure: on the engine, or on an environment.
         learner: how is learned and for how long: a population (`Evolution`) or an agent
-            (`tegotae.training.agents.AgentLearner`).
+            (`tegotae.training.agents.learner.AgentLearner`).
         seeds: one training from random weights each.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from studies.tuning.task import TuningTask
 from tegotae.systems.experiment import Experiment
-from tegotae.training.agents.settings import AgentSettings
+from tegotae.training.agents import AgentSettings
 from tegotae.training.algorithms import Algorithm
 
 if TYPE_CHECKING:

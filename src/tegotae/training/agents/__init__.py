@@ -1,22 +1,244 @@
-"""Agents that learn the feedback law step by step: SAC and PPO, through Stable-Baselines3.
+"""Agents that learn the feedback law step by step, SAC and PPO through Stable-Baselines3: how they
+are set, and which controllers they can learn. What needs torch is imported when it is used."""
 
-Settings and names are here for everyone; what needs torch is imported when something is learned.
-"""
+from __future__ import annotations
 
-from tegotae.training.agents.learner import AgentLearner
-from tegotae.training.agents.settings import (
-    AgentSettings,
-    PPOSettings,
-    SACSettings,
-    agent_controller,
-    initial_weights,
-)
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
-__all__ = [
-    "AgentLearner",
-    "AgentSettings",
-    "PPOSettings",
-    "SACSettings",
-    "agent_controller",
-    "initial_weights",
-]
+import jax
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.parts.controller import Controller
+from tegotae.systems.registry import name_of
+from tegotae.training.learner import Trainable
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.vec_env import VecEnv
+
+    from tegotae.training.agents.actor import Feedback
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentSettings:
+    """Common settings of the agents: actions, reward and critics.
+
+    Raises:
+        TegotaeError: for a setting out of its range.
+    """
+
+    NAME: ClassVar[str]
+    """What `tegotae train --algorithm` calls the algorithm."""
+
+    tick_s: float = 0.001
+    """Control period of the hopper [s]; an environment has its own."""
+    decimation: int = 10
+    """Ticks for which an action is held: by default the agent acts every 10 ms, on an environment
+    in whole control periods."""
+    max_feedback_rad_per_s: float = 40.0
+    """L, the feedback that an action of 1 is [rad/s]: `f = L tanh(G A′ R / L)`."""
+    n_envs: int = 20
+    """Hoppers that are stepped together."""
+    critic_senses: tuple[str, ...] = ()
+    """What the critics sense beyond what the policy does, such as `velocity` and `height`; on an
+    environment entries of its observation."""
+    least_work_j: float = 1e-6
+    """Work up to which a hop is not rewarded [J] (see `tegotae.envs.HopReward`)."""
+    charge_stored: bool = False
+    """Whether energy that the body lost since the last apex is charged as work too."""
+    normalize_reward: bool = False
+    """Whether rewards are divided by the running deviation of their discounted sum, and clipped
+    to ±10, before the agent sees them."""
+    gamma: float = 0.995
+    """Discount per action; 1 / (1 - γ) actions are the agent's horizon, by default 2 s."""
+    learning_rate: float = 3e-4
+    """Adam's step size."""
+    batch_size: int = 256
+    """Transitions per gradient step."""
+    noise: float = 0.1
+    """Initial standard deviation of the explored actions around the policy's, as a share of L."""
+    critic_layers: tuple[int, ...] = (64, 64)
+    """Neurons in the hidden layers of a critic."""
+
+    def __post_init__(self) -> None:
+        for name in ("tick_s", "max_feedback_rad_per_s", "learning_rate", "noise"):
+            require_finite(name, getattr(self, name), above=0.0)
+        require_finite("least_work_j", self.least_work_j, least=0.0)
+        for name in ("decimation", "n_envs"):
+            require_count(name, getattr(self, name))
+        require_count("batch_size", self.batch_size, least=2)
+        _require_share("gamma", self.gamma)
+        for size in self.critic_layers:
+            require_count("critic_layers", size)
+        # As they are read back from a file, so that settings compare equal.
+        object.__setattr__(self, "critic_senses", tuple(self.critic_senses))
+        object.__setattr__(self, "critic_layers", tuple(self.critic_layers))
+
+    def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
+        """The Stable-Baselines3 agent, not yet trained.
+
+        Args:
+            env: a vector of environments whose action is the feedback.
+            feedback: the policy, a torch module from observations to actions before tanh; its
+                parameters are the controller's weights.
+            seed: of all that is drawn.
+        """
+        raise TegotaeError(
+            f"{type(self).__name__} does not say how its agent is made; give it a method "
+            "make(env, feedback, seed)"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SACSettings(AgentSettings):
+    """Soft actor-critic, through Stable-Baselines3.
+
+    Of Stable-Baselines3's own defaults it differs in the number of gradient steps: one for every
+    `n_envs · train_freq / gradient_steps` transitions (SB3: one for each), so that a run of 1000
+    episodes of 12 s, 1.2 million transitions, is a matter of minutes on one core.
+
+    Reference: T. Haarnoja et al., Soft actor-critic, ICML 2018.
+    """
+
+    NAME = "sac"
+
+    buffer_size: int = 300_000
+    """Transitions that the replay buffer holds."""
+    learning_starts: int = 12_000
+    """Transitions by uniformly random actions before the first gradient step."""
+    train_freq: int = 1
+    """Steps of all hoppers between updates."""
+    gradient_steps: int = 2
+    """Gradient steps per update."""
+    td_steps: int = 1
+    """Steps of reward before a critic's own estimate takes over (n-step returns)."""
+    tau: float = 0.005
+    """Share by which the target critics follow in a gradient step."""
+    target_entropy: float = -1.0
+    """Entropy of each limb's action that the temperature is adapted to [nat]."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("buffer_size", "learning_starts", "train_freq", "gradient_steps", "td_steps"):
+            require_count(name, getattr(self, name))
+        _require_share("tau", self.tau)
+        require_finite("target_entropy", self.target_entropy)
+        if self.buffer_size < max(self.batch_size, self.n_envs):
+            raise TegotaeError(
+                f"buffer_size is {self.buffer_size}; it must hold at least a batch "
+                f"({self.batch_size}) and a step of all hoppers ({self.n_envs})"
+            )
+
+    def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
+        """SB3's SAC, its actor the feedback law."""
+        from tegotae.training.agents.actor import make_sac
+
+        return make_sac(self, env, feedback, seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PPOSettings(AgentSettings):
+    """Proximal policy optimisation, through Stable-Baselines3.
+
+    Reference: J. Schulman et al., Proximal policy optimization algorithms, 2017.
+    """
+
+    NAME = "ppo"
+
+    batch_size: int = 240
+    """Transitions per gradient step."""
+    n_steps: int = 120
+    """Actions of each hopper between updates."""
+    n_epochs: int = 10
+    """Passes over what was gathered, per update."""
+    gae_lambda: float = 0.95
+    """λ of the generalised advantage estimate."""
+    clip_range: float = 0.2
+    """Largest change of an action's probability ratio that is rewarded."""
+    ent_coef: float = 0.0
+    """Weight of the entropy bonus."""
+    vf_coef: float = 0.5
+    """Weight of the critic's loss."""
+    max_grad_norm: float = 0.5
+    """Norm to which gradients are clipped."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("n_steps", "n_epochs"):
+            require_count(name, getattr(self, name))
+        _require_share("gae_lambda", self.gae_lambda)
+        for name in ("clip_range", "max_grad_norm"):
+            require_finite(name, getattr(self, name), above=0.0)
+        for name in ("ent_coef", "vf_coef"):
+            require_finite(name, getattr(self, name), least=0.0)
+        gathered = self.n_steps * self.n_envs
+        if gathered % self.batch_size:
+            raise TegotaeError(
+                f"batch_size is {self.batch_size}; it must divide the {gathered} transitions that "
+                f"{self.n_envs} hoppers gather in {self.n_steps} steps"
+            )
+
+    def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
+        """SB3's PPO, its actor the feedback law."""
+        from tegotae.training.agents.actor import make_ppo
+
+        return make_ppo(self, env, feedback, seed)
+
+
+def _require_share(name: str, value: float) -> None:
+    require_finite(name, value, above=0.0)
+    if value > 1.0:
+        raise TegotaeError(f"{name} is {value:g}; it must be at most 1")
+
+
+def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controller:
+    """An experiment's controller as an agent's deterministic policy, `f = L tanh(G A′ R / L)`.
+
+    It has the weights of the experiment's own controller; only its feedback saturates at the
+    settings' L, for an agent's action is bounded.
+
+    Raises:
+        TegotaeError: for a controller without a meaning for an agent whose action is the feedback.
+
+    Example:
+        >>> from tegotae.systems.models import find
+        >>> from tegotae.training.agents import SACSettings
+        >>> controller = agent_controller(find("AR").experiment(), SACSettings())
+        >>> controller.n_weights, controller.tegotae.limit_rad_per_s
+        (96, 40.0)
+    """
+    controller = experiment.controller
+    without = f"{name_of(type(settings))} has no meaning for {experiment.name}:"
+    if controller.tegotae is None:
+        raise TegotaeError(
+            f"{without} an agent's action is the Tegotae feedback, and it has none; use pgpe"
+        )
+    if experiment.is_searched:
+        raise TegotaeError(
+            f"{without} it has no network to learn; its gain is found by search, with pgpe"
+        )
+    if controller.actuation.n_weights:
+        raise TegotaeError(
+            f"{without} the weights of its actuation come after the agent's action, the feedback, "
+            "where no gradient reaches them; take a model without, such as AR, or use pgpe"
+        )
+    if controller.sets > 1 or controller.coupling is not None:
+        raise TegotaeError(
+            f"{without} its limbs have weights of their own or a coupling, and an agent learns one "
+            "law for all of them; use pgpe"
+        )
+    limit = settings.max_feedback_rad_per_s
+    tegotae = dataclasses.replace(controller.tegotae, limit_rad_per_s=limit)
+    return dataclasses.replace(controller, tegotae=tegotae)
+
+
+def initial_weights(controller: Controller, seed: int) -> np.ndarray:
+    """The weights that the training of this seed starts from, by whatever algorithm, [n_weights].
+
+    They are those of `tegotae.training.evolution.Evolution.start`, to rounding.
+    """
+    key_weights, _ = jax.random.split(jax.random.key(seed))
+    return np.asarray(controller.initial(key_weights), np.float32)

@@ -22,7 +22,7 @@ from tegotae.parts.terms import (
     VanillaAction,
     VanillaReaction,
 )
-from tegotae.training.agents.settings import AgentSettings, PPOSettings, SACSettings
+from tegotae.training.agents import AgentSettings, PPOSettings, SACSettings
 
 require("stable_baselines3", "sb3")
 

@@ -16,7 +16,7 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import Release
-from tegotae.training.agents.settings import AgentSettings, SACSettings, agent_controller
+from tegotae.training.agents import AgentSettings, SACSettings, agent_controller
 from tegotae.training.algorithms import algorithm_document
 from tegotae.training.evaluator import evaluator_of
 from tegotae.training.learner import (

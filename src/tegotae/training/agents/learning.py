@@ -24,7 +24,7 @@ from tegotae.measures.hopping.signals import WORK
 from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Engine, Scenario
 from tegotae.systems.experiment import Experiment
-from tegotae.training.agents.settings import AgentSettings, agent_controller, initial_weights
+from tegotae.training.agents import AgentSettings, agent_controller, initial_weights
 from tegotae.training.learner import CurvePoint, Trainable
 
 

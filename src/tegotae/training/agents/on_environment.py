@@ -15,9 +15,9 @@ from tegotae.envs.sb3 import LaneVecEnv
 from tegotae.envs.settings import HopReward, feedback_controller
 from tegotae.envs.wiring import read_by
 from tegotae.envs.wrapper import Pilot
+from tegotae.training.agents import AgentSettings, agent_controller
 from tegotae.training.agents.actor import Observed
 from tegotae.training.agents.learning import AgentTask
-from tegotae.training.agents.settings import AgentSettings, agent_controller
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import (
@@ -301,44 +301,39 @@ class OnceAtTheEnd(StepReward):
     """
 
     def __init__(self, experiment: EnvExperiment, lanes: int, steps: int, pilot: Pilot) -> None:
-        self._experiment, self._pilot, self._steps = experiment, pilot, steps
-        self._kept: list[list[tuple[np.ndarray, ...]]] = [[] for _ in range(lanes)]
+        self._experiment, self._pilot, wires = experiment, pilot, experiment.wires
+        self._record = EpisodeBatch(
+            wires.step_s,
+            wires.observed,
+            observation=np.zeros((steps, lanes, len(wires.observed))),
+            action=np.zeros((steps, lanes, len(wires.low))),
+            reward=np.zeros((steps, lanes)),
+            phase_rad=np.zeros((steps, wires.limbs, lanes), np.float32),
+            ended=np.zeros(lanes, int),
+            steps=steps,
+            sound=np.zeros(lanes, bool),
+        )
 
     def begin(self, seen: np.ndarray, where: np.ndarray) -> None:
-        for lane in np.flatnonzero(where):
-            self._kept[lane] = []
+        self._record.ended[where] = 0
 
     def of_step(
         self, seen: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
     ) -> np.ndarray:
-        phase = self._pilot.phase
-        for lane in np.flatnonzero(alive):
-            step = seen[lane], action[lane], paid[lane], phase[:, lane].copy()
-            self._kept[lane].append(step)
+        record, lanes = self._record, np.flatnonzero(alive)
+        at = record.ended[lanes]
+        record.observation[at, lanes], record.action[at, lanes] = seen[lanes], action[lanes]
+        record.reward[at, lanes] = paid[lanes]
+        record.phase_rad[at, :, lanes] = self._pilot.phase.T[lanes]
+        record.ended[lanes] += 1
         return np.zeros(len(paid))
 
     def at_the_end(self, over: np.ndarray) -> np.ndarray:
-        rewards = np.zeros(len(over))
-        for lane in np.flatnonzero(over & np.array([bool(kept) for kept in self._kept])):
-            rewards[lane] = self._fitness(self._kept[lane])
-        return rewards
-
-    def _fitness(self, kept: list[tuple[np.ndarray, ...]]) -> float:
-        wires, wiring = self._experiment.wires, self._experiment.wiring
-        seen, action, paid, phase = (np.stack(x)[:, None] for x in zip(*kept, strict=True))
-        record = EpisodeBatch(
-            wires.step_s,
-            wires.observed,
-            seen,
-            action,
-            paid,
-            np.swapaxes(phase, 1, 2),
-            np.array([len(kept)]),
-            self._steps,
-            np.ones(1, bool),
-        )
-        value = float(self._experiment.objective.score(record, wiring).fitness[0])
-        return value if np.isfinite(value) else 0.0
+        record = dataclasses.replace(self._record, sound=over & (self._record.ended > 0))
+        if not record.sound.any():
+            return np.zeros(len(over))
+        fitness = self._experiment.objective.score(record, self._experiment.wiring).fitness
+        return np.where(record.sound & np.isfinite(fitness), fitness, 0.0)
 
 
 def step_reward(

@@ -150,7 +150,7 @@ class Job:
 
 
 class WorkerPool:
-    """Worker processes that try out candidates of one experiment; a context manager.
+    """Worker processes that try out candidates of one experiment.
 
     A worker that dies, or whose environment takes longer than the experiment's `limit_s` over one
     step, is replaced. The sample at which that happened is marked, and the worker's others are done
@@ -220,12 +220,6 @@ class WorkerPool:
         """End the workers."""
         for worker in self._workers:
             worker.end()
-
-    def __enter__(self) -> WorkerPool:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class _EnvWorker:

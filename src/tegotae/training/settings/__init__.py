@@ -19,7 +19,7 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae.systems import registry
 from tegotae.systems.descriptions import restore
 from tegotae.systems.user_objects import is_reference, named
-from tegotae.training.agents.settings import AgentSettings
+from tegotae.training.agents import AgentSettings
 from tegotae.training.algorithms import Algorithm
 
 Settings = Algorithm | AgentSettings
