@@ -82,7 +82,7 @@ def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[di
 
     def at_all(starts: int, seed: int, changes: Mapping[str, LaneNumbers]) -> Releases:
         meets = {**USUAL, **changes}
-        timed = legged.with_system(timing=TIMING)
+        timed = legged.replaced(timing=TIMING)
         return release_all(timed, runs.weights, OMEGAS, starts, seed=seed, changes=meets)
 
     chosen_by = at_all(SELECTION, SELECTION_SEED, {})

@@ -49,10 +49,10 @@ def loses(legged: Legged, leg: str) -> GaitRun:
     changes = {"present": Step(np.array(there)[:, None], from_s=LOST_S)}
     scenario = with_changes(legged.scenario(phase), legged.body, changes)
     trajectory = legged.run(_Whole(), scenario, TIMING)
-    before = legged.with_system(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
+    before = legged.replaced(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
     return dataclasses.replace(
         simulate(before, phase[:, 0].tolist()),
-        legged=legged.with_system(timing=TIMING),
+        legged=legged.replaced(timing=TIMING),
         trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory),
     )
 

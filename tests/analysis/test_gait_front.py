@@ -16,7 +16,7 @@ from tegotae.systems.resolve import legged_system as system, resolve
 from tegotae.systems.tuned import NUMBERS, family
 
 WALKER = system("quadruped-c")
-SHORT = WALKER.with_system(timing=dataclasses.replace(WALKER.timing, duration_s=100.0))
+SHORT = WALKER.replaced(timing=dataclasses.replace(WALKER.timing, duration_s=100.0))
 
 
 def test_points_of_the_front_do_again_from_new_releases_what_the_table_says():

@@ -12,11 +12,11 @@ from tegotae.simulation.rollout import whole_trajectory
 from tegotae.systems.legged import random_phases
 from tegotae.systems.resolve import legged_system as system
 
-BAR = system("bar-light").with_system(timing=Timing(duration_s=60.0))
+BAR = system("bar-light").replaced(timing=Timing(duration_s=60.0))
 FOUR = (
     system("quadruped-c")
     .with_numbers(omega=2.2)
-    .with_system(timing=Timing(duration_s=60.0, tick_s=0.008, frame_s=0.08))
+    .replaced(timing=Timing(duration_s=60.0, tick_s=0.008, frame_s=0.08))
 )
 
 
@@ -68,14 +68,14 @@ def test_a_quadruped_that_loses_a_leg_falls(lost):
 
 @pytest.mark.thorough
 def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
-    deaf = BAR.with_numbers(sigma=0.0).with_system(timing=Timing(duration_s=20.0))
+    deaf = BAR.with_numbers(sigma=0.0).replaced(timing=Timing(duration_s=20.0))
     found = aftermath(deaf, GaitLesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
     assert set(found.frame.gait_before) == set(found.frame.gait_after) == {"as released"}
 
 
 @pytest.mark.thorough
 def test_the_cost_of_transport_after_a_load_is_that_of_the_loaded_body():
-    four = FOUR.with_system(timing=Timing(duration_s=48.0, tick_s=0.008, frame_s=0.08))
+    four = FOUR.replaced(timing=Timing(duration_s=48.0, tick_s=0.008, frame_s=0.08))
     heavy = (("mass_kg", 1.1),)
     frame = aftermath(four, GaitLesion(at_s=16.0, fields=heavy), 2).frame
     for part, mass_kg in (("before", 1.0), ("after", 1.1)):
@@ -116,7 +116,7 @@ def test_a_lesion_in_which_nothing_happens_is_none():
 
 
 def test_a_leg_is_lost_once():
-    three = FOUR.with_system(body=Walker(present=(1.0, 1.0, 0.0, 1.0)))
+    three = FOUR.replaced(body=Walker(present=(1.0, 1.0, 0.0, 1.0)))
     with pytest.raises(TegotaeError, match="leg LH is lost already"):
         GaitLesion(at_s=1.0, lost=("LH",)).left(three)
 

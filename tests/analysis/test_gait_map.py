@@ -28,7 +28,7 @@ from tegotae.cli import main
 from tegotae.measures.gaits.lags import apart
 from tegotae.systems.resolve import legged_system as system
 
-BAR = system("bar-light").with_system(timing=Timing(duration_s=40.0))
+BAR = system("bar-light").replaced(timing=Timing(duration_s=40.0))
 WALKER = system("quadruped-c")
 
 
@@ -62,7 +62,7 @@ def test_a_body_that_cannot_be_is_marked_and_stops_nothing(bars):
 
 def test_a_cell_is_what_a_basin_finds_there(bars):
     body = dataclasses.replace(BAR.body, inertia_ratio=1.6)
-    alone = release_all(BAR.with_system(body=body), starts=3).frame
+    alone = release_all(BAR.replaced(body=body), starts=3).frame
     lag = bars.grid("lag_cycles_F")[1, 2]
     assert np.abs(apart(lag, alone["lag_cycles_F"].to_numpy())).max() < 1e-4  # but for rounding
     np.testing.assert_allclose(bars.grid("power_w")[1, 2], alone["power_w"], rtol=1e-4)
@@ -156,7 +156,7 @@ def test_omega_and_sigma_are_no_fields_of_the_body():
 
 def test_an_interrupted_map_goes_on_where_it_was_and_another_begins_anew(tmp_path, monkeypatch):
     monkeypatch.setattr("tegotae.analysis.gaits.map.LANES", 4)
-    short = BAR.with_system(timing=Timing(duration_s=2.0))
+    short = BAR.replaced(timing=Timing(duration_s=2.0))
     axes = Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 0.5, 1.0))
     measure, done = MapPart.measure, []
 

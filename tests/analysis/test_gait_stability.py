@@ -12,7 +12,7 @@ from tegotae.analysis.gaits.stability import crossings, fit_return_map, stabilit
 from tegotae.measures.gaits.lags import TURN, apart, lags_at_sections
 from tegotae.systems.resolve import legged_system as system
 
-BAR = system("bar-light").with_system(timing=Timing(duration_s=30.0))
+BAR = system("bar-light").replaced(timing=Timing(duration_s=30.0))
 RATIOS = (-1.0, 0.9, 0.95, 1.05, 1.1)
 
 

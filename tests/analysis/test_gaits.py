@@ -28,7 +28,7 @@ from tegotae.systems.legged import SYSTEMS, random_phases
 from tegotae.systems.resolve import legged_system as system
 
 LIGHT = system("bar-light")
-SHORT = LIGHT.with_system(timing=Timing(duration_s=40.0))
+SHORT = LIGHT.replaced(timing=Timing(duration_s=40.0))
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_lanes_do_not_know_of_each_other(light):
 
 @pytest.mark.thorough
 def test_a_body_whose_leg_collapses_has_fallen_and_no_lag():
-    weak = SHORT.with_system(body=Bar(inertia_ratio=0.6), height_m=12.0)
+    weak = SHORT.replaced(body=Bar(inertia_ratio=0.6), height_m=12.0)
     found = release_all(weak, starts=3).frame
     assert set(found["gait"]) == {"fallen"}
     assert np.isfinite(found["fall_time_s"]).all()
@@ -245,7 +245,7 @@ def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tm
 
 @pytest.mark.thorough
 def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
-    behind = SHORT.with_system(body=Sensors(body=SHORT.body, delay_s=0.002))
+    behind = SHORT.replaced(body=Sensors(body=SHORT.body, delay_s=0.002))
     run = simulate(behind, (0.0, 2.0))
     assert run.gait == "antiphase"
     assert behind.names == ("H", "F")
@@ -418,7 +418,7 @@ def test_each_gait_of_a_quadruped_has_a_colour_of_its_own():
 def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name, tmp_path):
     legged = system(name)
     timing = dataclasses.replace(legged.timing, duration_s=100 * legged.timing.frame_s)
-    run = simulate(legged.with_system(timing=timing))
+    run = simulate(legged.replaced(timing=timing))
     shape = pose(legged.body, run.trajectory)
     assert shape.hips_m.shape == (100, legged.body.limbs, 3)
     middle = shape.hips_m[:, :, 2].mean(axis=1)
@@ -433,6 +433,6 @@ def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name,
 def test_a_body_of_which_nobody_has_told_how_it_looks_is_not_drawn(tmp_path):
     with pytest.raises(TegotaeError, match="a Hopper cannot be drawn: register its pose"):
         pose(Hopper(), None)
-    run = simulate(SHORT.with_system(timing=Timing(duration_s=10.0)))
+    run = simulate(SHORT.replaced(timing=Timing(duration_s=10.0)))
     with pytest.raises(TegotaeError, match=r"use \.gif or \.mp4"):
         write_animation(run, tmp_path / "moving.avi")

@@ -104,7 +104,7 @@ def generalisation() -> Results:
 
 def map_of_gaits() -> Results:
     """The gaits of two legs under a bar, over its inertia and the gain."""
-    bar = system("bar-light").with_system(timing=Timing(duration_s=40.0))
+    bar = system("bar-light").replaced(timing=Timing(duration_s=40.0))
     drawn = map_gaits(bar, Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 1.0)), starts=3)
     found = {name: drawn.grid(name) for name in [*drawn.frame][3:]}
     of_legs = {

@@ -101,7 +101,7 @@ class WalkingTask(Task):
         if body is not legged.body:
             legged = legged.with_body(body)
         timing = dataclasses.replace(legged.timing, duration_s=options.duration_s)
-        legged = legged.with_system(timing=timing)
+        legged = legged.replaced(timing=timing)
         if options.delay_s or options.noise:
             legged = legged.with_body(felt(legged, options.delay_s, options.noise))
         return legged
@@ -115,7 +115,7 @@ class WalkingTask(Task):
 
     def driven(self, options: DrivenOptions) -> Legged:
         """The system of the one controller with what was given."""
-        legged = self.system(options).with_system(omega=options.omega)
+        legged = self.system(options).replaced(omega=options.omega)
         return dataclasses.replace(legged, weights=tuple(self.weights_at(options.sigma)))
 
     def simulate_options(self) -> WalkingSimulation:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self, TypeGuard
+from typing import Any, TypeGuard
 
 import msgspec
 import numpy as np
@@ -33,20 +32,8 @@ VERSION = 4
 NOT_OURS = "is not a controller file of tegotae"
 
 
-class _Weighted(OnSystem):
-    """What a controller and a set of them have in common."""
-
-    def replaced(self, **changes: object) -> Self:
-        """The same weights in another system: other fields of the system or its release.
-
-        Raises:
-            TegotaeError: for what does not fit together.
-        """
-        return dataclasses.replace(self, system=self.system.replaced(changes))  # type: ignore[type-var]
-
-
 @dataclass(frozen=True)
-class SavedController(_Weighted):
+class SavedController(OnSystem):
     """A system with its weights, and how they were found.
 
     Args:
@@ -98,7 +85,7 @@ class SavedController(_Weighted):
 
 
 @dataclass(frozen=True)
-class ControllerSet(_Weighted):
+class ControllerSet(OnSystem):
     """A system with several vectors of weights, such as one per seed of a training.
 
     Args:

@@ -92,10 +92,6 @@ class Legged(OnSystem):
         """How length and time are written."""
         return ("l0", "√(l0/g)") if self.dimensionless else ("m", "s")
 
-    def with_system(self, **changes: object) -> Legged:
-        """The same with other fields of the system or its release (`System.replaced`)."""
-        return dataclasses.replace(self, system=self.system.replaced(changes))
-
     def with_numbers(self, omega: float | None = None, sigma: float | None = None) -> Legged:
         """The same at another frequency ω or gain σ; None leaves it as it is.
 
@@ -107,7 +103,7 @@ class Legged(OnSystem):
         if omega is not None:
             if self.omega is None:
                 raise TegotaeError("the controller has no oscillator, and so no omega")
-            changed = changed.with_system(omega=omega)
+            changed = changed.replaced(omega=omega)
         if sigma is not None:
             require_finite("sigma", sigma)
             if len(self.weights) != 1:

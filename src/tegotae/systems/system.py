@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import cast
+from typing import Self, cast
 
 import numpy as np
 
@@ -312,6 +312,14 @@ class OnSystem:
     def timing(self) -> Timing:
         """Duration, control period and recording period of an episode."""
         return self.system.timing
+
+    def replaced(self, **changes: object) -> Self:
+        """The same in another system: other fields of the system or its release.
+
+        Raises:
+            TegotaeError: for what does not fit together.
+        """
+        return dataclasses.replace(self, system=self.system.replaced(changes))  # type: ignore[type-var]
 
 
 _OF_RELEASE = {field.name for field in dataclasses.fields(Release)}
