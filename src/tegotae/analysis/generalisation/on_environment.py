@@ -154,18 +154,17 @@ class ModelUnderTest(Tested):
         size, at_s = self.size, EVENT_SHARE * self.experiment.duration_s
         plan = [(each, level) for each in disturbances for level in each.outwards]
         count = (len(plan) + 1) * size
-        changes: dict[str, np.ndarray] = {}
+        usual = {**vars(self.body), "omega": self.omega or 0.0, "at_s": at_s}
+        changes = {name: np.full(count, value, float) for name, value in usual.items()}
+        changes |= {"seed": np.zeros(count), "lasts_s": np.zeros(count)}
         for number, (each, level) in enumerate(plan, 1):
             here = slice(number * size, (number + 1) * size)
             given = each.changes(self, np.full(size, level), np.full(size, at_s))
             for name, change in given.items():
-                value, ends = change, np.inf
-                if isinstance(change, Step):
-                    value, ends = change.value, float(np.ravel(change.until_s)[0]) - at_s
-                usual = self.omega if name == "omega" else getattr(self.body, name, 0.0)
-                changes.setdefault(name, np.full(count, usual, float))[here] = value
-                if name.startswith("push"):
-                    changes.setdefault("lasts_s", np.zeros(count))[here] = ends
+                if isinstance(change, Step):  # a push
+                    changes["lasts_s"][here] = change.until_s - at_s
+                    change = change.value
+                changes[name][here] = change
         played = _played(self, changes, at_s, count)
         usual = {name: x[:size] for name, x in played.items()}
         then = {name: x[size:].reshape(-1, size) for name, x in played.items()}
@@ -196,13 +195,9 @@ def _played(
     own, body = tested.experiment, tested.body
     wires, wiring = own.wires, own.wiring
     every = np.ones(count, bool)
-
-    def of(name: str, usual: float) -> np.ndarray:
-        return changes.get(name, np.full(count, usual))
-
-    mass = of("mass_kg", body.mass_kg) / body.mass_kg
-    gravity = of("gravity_m_per_s2", body.gravity_m_per_s2) / body.gravity_m_per_s2
-    models = _models(tested, mass, of("friction", 1.0), gravity)
+    mass = changes["mass_kg"] / body.mass_kg
+    gravity = changes["gravity_m_per_s2"] / body.gravity_m_per_s2
+    models = _models(tested, mass, changes["friction"], gravity)
     lanes = tested._lanes(count, models)
     per_level = np.repeat(tested.weights, tested.starts, axis=0)
     weights = np.tile(per_level, (count // len(per_level), 1)).astype(np.float32)
@@ -210,8 +205,8 @@ def _played(
     start = np.arange(count) % tested.starts
     unseen = _UNSEEN if own.spec.model_settings.noise else 0
     seen = lanes.reset(own.seed + unseen + start, every)
-    pilot.restart(every, of("omega", float(wiring.omega or 0.0)))
-    senses = _Senses(tested, of("delay_s", 0.0), of("noise", 0.0), of("seed", 0.0))
+    pilot.restart(every, changes["omega"])
+    senses = _Senses(tested, changes["delay_s"], changes["noise"], changes["seed"])
     names, step_s = wires.observed, wires.step_s
     forward, height = names.index("root_forward"), names.index("root_height")
     late = round((1.0 - MEASURED_SHARE) * lanes.steps)
@@ -219,7 +214,7 @@ def _played(
     track = np.zeros((lanes.steps, 3, count))
     try:
         for step in range(lanes.steps):
-            push = _push(changes, step * step_s - at_s, step_s, count)
+            push = _push(changes, step * step_s - at_s, step_s)
             acted = pilot.act(senses(seen))
             seen, _, over = lanes.step(acted, alive, push_n=push)
             seen = np.nan_to_num(seen, posinf=0.0, neginf=0.0)
@@ -253,19 +248,13 @@ def _models(
     return found
 
 
-def _push(
-    changes: dict[str, np.ndarray], since_s: float, step_s: float, count: int
-) -> np.ndarray | None:
+def _push(changes: dict[str, np.ndarray], since_s: float, step_s: float) -> np.ndarray | None:
     """External forces on the first body in a step that begins so long after the event [N]."""
-    if not {"push_x_n", "push_y_n", "impulse_ns"} & set(changes) or since_s <= -0.5 * step_s:
+    if since_s <= -0.5 * step_s:
         return None
-    push = np.zeros((count, 3))
-    lasts = changes.get("lasts_s", np.zeros(count))
-    for axis, name in enumerate(("push_x_n", "push_y_n")):
-        if name in changes:
-            push[:, axis] = np.where(since_s < lasts - 0.5 * step_s, changes[name], 0.0)
-    if "impulse_ns" in changes and since_s < 0.5 * step_s:
-        push[:, 2] = changes["impulse_ns"] / step_s
+    lasts = since_s < changes["lasts_s"] - 0.5 * step_s
+    blow = changes["impulse_ns"] / step_s * (since_s < 0.5 * step_s)
+    push = np.stack([changes["push_x_n"] * lasts, changes["push_y_n"] * lasts, blow], axis=1)
     return push if push.any() else None
 
 
