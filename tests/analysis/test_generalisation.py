@@ -399,4 +399,4 @@ def test_who_is_held_over_the_control_period_is_tried_so():
     assert held.timing.tick_s == 0.004
     assert held.phase_rad.tolist() == [1.0]
     usual, own = (Trial(each, ()).document for each in (hopper(), held))
-    assert set(own) - set(usual) == {"integrator", "release"}
+    assert {name for name in own if own[name] != usual[name]} >= {"integrator", "release"}

@@ -16,6 +16,7 @@ from tegotae._support.tables import number
 from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.controller import Controller
+from tegotae.parts.fields import paths_of, value_of
 from tegotae.simulation.world import Staircase, Step
 from tegotae.systems.controller_file import ControllerSet
 
@@ -210,17 +211,24 @@ class Tested(ABC):
         """√(g l0) of the body over that of a leg of a metre on Earth: 1 for the hopper."""
         return float(self.unwrapped.rest_length_m) / self.time_scale
 
-    @abstractmethod
-    def has_field(self, name: str) -> bool:
-        """Whether the body has a field of this name."""
+    @property
+    def prepared(self) -> Any:
+        """The body with all around it that disturbances change."""
+        return self.body
 
-    @abstractmethod
+    def has_field(self, name: str) -> bool:
+        """Whether the prepared body has a field of this name."""
+        return name in paths_of(self.prepared)
+
     def usual(self, name: str) -> LaneNumbers:
-        """A field of the body as it is: a number, or a tuple of the legs' numbers.
+        """A field of the prepared body as it is: a number, or a tuple of the legs' numbers.
 
         Raises:
             LackingError: if there is none of this name.
         """
+        if not self.has_field(name.partition(".")[0]):
+            raise LackingError(f"a {self.kind} has no {name}")
+        return value_of(self.prepared, name)  # type: ignore[return-value]
 
     def lacks(self, disturbance: Disturbance) -> str:
         """Why a disturbance does not apply; empty if it does."""

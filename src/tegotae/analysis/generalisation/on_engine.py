@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.generalisation.disturbances import Disturbance, LackingError, Tested
+from tegotae.analysis.generalisation.disturbances import Disturbance, Tested
 from tegotae.analysis.generalisation.retention import (
     EVENT_SHARE,
     GaitRetention,
@@ -26,17 +26,16 @@ from tegotae.measures.gaits.summary import has_mass
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Actuators, Blows, Body, BodyWrapper, Sensors
 from tegotae.parts.channels import FORCE
-from tegotae.parts.fields import path_of, paths_of, unwrapped, value_of, with_fields
+from tegotae.parts.fields import path_of, unwrapped, with_fields
 from tegotae.parts.terrains import Rough, Slope, Sum
 from tegotae.simulation.episode import LaneInputs
-from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.recorder import declared
 from tegotae.simulation.rollout import Scenario, Timing, check_senses
 from tegotae.simulation.timing import filled
 from tegotae.simulation.world import ENTRIES, GROUND, OMEGA, Staircase, Step, with_changes
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import settling_s
-from tegotae.systems.system import Release, System
+from tegotae.systems.system import System
 
 HOPPING = Timing(duration_s=32.0, tick_s=0.002)
 """How long a leg of a metre on Earth that hops is looked at: at 4 rad/s a cycle of two hops is seen
@@ -99,20 +98,11 @@ class ControllersUnderTest(Tested):
     @property
     def document(self) -> JsonObject:
         """What decides what is found, beside the disturbances, as JSON values."""
-        document: JsonObject = {
-            "controller": describe(self.controller),
-            "starts": self.starts,
-            "omega": self.omega,
-            "body": describe(self.body),
-            "timing": describe(self.timing),
-        }
-        # Older records have neither, for they were all of the usual ones.
-        integrator, release = self.system.integrator, self.system.release
-        if integrator != PredictorCorrector():
-            document["integrator"] = describe(integrator)
-        if release != Release():
-            document["release"] = describe(release)
-        return document
+        own = self.system
+        parts = {"controller": own.controller, "body": self.body, "timing": self.timing}
+        parts |= {"integrator": own.integrator, "release": own.release}
+        described = {name: describe(part) for name, part in parts.items()}
+        return {**described, "starts": self.starts, "omega": self.omega}
 
     @property
     def starts_differ(self) -> bool:
@@ -189,7 +179,7 @@ class ControllersUnderTest(Tested):
         return math.sqrt(float(own.rest_length_m) / gravity) / _EARTH_S
 
     @cached_property
-    def prepared(self) -> Body:
+    def prepared(self) -> Body:  # type: ignore[override]
         """The body with senses, actuators and blows around it, and a slope and rough ground under
         it if it knows of terrain, which all change nothing as they are."""
         body = self.body
@@ -201,23 +191,6 @@ class ControllersUnderTest(Tested):
             ground = Sum(first=own, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
             body = with_fields(body, {"terrain": ground})
         return body
-
-    def has_field(self, name: str) -> bool:
-        """Whether the prepared body has a field of this name.
-
-        Example:
-            >>> from tegotae.systems.models import build
-            >>> system = System(controller=build("V-reflex-w8"), omega=8.0)
-            >>> leg = ControllersUnderTest(ControllerSet("V", system, np.ones((1, 1)), ("0",)))
-            >>> leg.has_field("delay_s"), leg.has_field("mass_kg"), leg.has_field("present")
-            (True, True, False)
-        """
-        return name in paths_of(self.prepared)
-
-    def usual(self, name: str) -> LaneNumbers:
-        if not self.has_field(name.partition(".")[0]):
-            raise LackingError(f"a {self.kind} has no {name}")
-        return value_of(self.prepared, name)  # type: ignore[return-value]
 
     def meeting(self, disturbances: Sequence[Disturbance]) -> ControllersUnderTest:
         """The same, whose senses can be as late as disturbances make them."""

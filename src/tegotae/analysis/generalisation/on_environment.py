@@ -14,8 +14,13 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.generalisation.disturbances import Disturbance, LackingError, Tested
-from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE, STANDING_SHARE
+from tegotae.analysis.generalisation.disturbances import Disturbance, Tested
+from tegotae.analysis.generalisation.retention import (
+    EVENT_SHARE,
+    MEASURED_SHARE,
+    STANDING_SHARE,
+    retained,
+)
 from tegotae.envs.mujoco.sensing import scale_model, sensing
 from tegotae.envs.wrapper import Pilot
 from tegotae.simulation.world import Step
@@ -120,14 +125,6 @@ class ModelUnderTest(Tested):
     def time_scale(self) -> float:
         return math.sqrt(self.body.rest_length_m / self.body.gravity_m_per_s2 * 9.81)
 
-    def has_field(self, name: str) -> bool:
-        return hasattr(self.body, name)
-
-    def usual(self, name: str) -> float:
-        if not self.has_field(name):
-            raise LackingError(f"a {self.kind} has no {name}")
-        return float(getattr(self.body, name))
-
     @property
     def document(self) -> JsonObject:
         return {"experiment": self.experiment.document, "starts": self.starts}
@@ -178,14 +175,8 @@ class ModelUnderTest(Tested):
             efficiency = speed * then["weight"] / usual["weight"]
             efficiency *= usual["power_w"] / then["power_w"]
         moves = moved & then["lasted"] & (share > STANDING_SHARE)
-        return {
-            "had": np.broadcast_to(moved, moves.shape),
-            "moved": np.broadcast_to(moved, moves.shape),
-            "moves": moves,
-            "keeps": moves & (share >= _KEEPS),
-            "efficiency": np.where(moves & walks, efficiency, np.nan),
-            "speed": np.where(moves & walks, speed, np.nan),
-        }
+        of_walks = (np.where(walks, x, np.nan) for x in (efficiency, speed))
+        return retained(moved, moved, moves, moves & (share >= _KEEPS), *of_walks)
 
 
 def _played(

@@ -46,6 +46,30 @@ Outcomes: TypeAlias = Mapping[str, np.ndarray]
 """What counts of rollouts, by name, arrays [..., lanes]."""
 
 
+def retained(
+    had: np.ndarray,
+    moved: np.ndarray,
+    moves: np.ndarray,
+    keeps: np.ndarray,
+    efficiency: np.ndarray,
+    speed: np.ndarray | float = np.nan,
+) -> dict[str, np.ndarray]:
+    """What is kept under disturbances (`Retention`), [levels, lanes] each.
+
+    Args:
+        had: whether there was a gait without them, [lanes].
+        moved: whether there was motion without them, [lanes].
+        moves: whether there still is, [levels, lanes].
+        keeps: whether the gait is the same.
+        efficiency: over that without them; of what does not move it is not defined.
+        speed: likewise.
+    """
+    before = {name: np.broadcast_to(x, moves.shape) for name, x in (("had", had), ("moved", moved))}
+    shares = {"efficiency": efficiency, "speed": speed}
+    after = {name: np.where(moves, x, np.nan) for name, x in shares.items()}
+    return {**before, "moves": moves, "keeps": keeps, **after}
+
+
 @dataclass(frozen=True)
 class HopRetention:
     """One leg: it hops while it has not failed and its last hops are not long ago; its gait is a
@@ -98,14 +122,7 @@ class HopRetention:
         moves = found["hops"] & usual["hops"]
         with np.errstate(invalid="ignore", divide="ignore"):
             efficiency = found["cot_inverse"] * weight_ratio / usual["cot_inverse"]
-        return {
-            "had": np.broadcast_to(had, keeps.shape),
-            "moved": np.broadcast_to(usual["hops"], keeps.shape),
-            "moves": moves,
-            "keeps": keeps & had,
-            "efficiency": np.where(moves, efficiency, np.nan),
-            "speed": np.full(keeps.shape, np.nan),
-        }
+        return retained(had, usual["hops"], moves, keeps & had, efficiency)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -206,14 +223,8 @@ class GaitRetention:
             moved = _steps(usual)
             moves = moved & _steps(found) & ~(speed < STANDING_SHARE)
             efficiency = usual["cost_of_transport"] / found["cost_of_transport"]
-        return {
-            "had": np.broadcast_to(locked, moves.shape),
-            "moved": np.broadcast_to(moved, moves.shape),
-            "moves": moves,
-            "keeps": moves & locked & near & np.isfinite(found["lock_time_s"]),
-            "efficiency": np.where(moves, efficiency, np.nan),
-            "speed": np.where(moves, speed, np.nan),
-        }
+        keeps = moves & locked & near & np.isfinite(found["lock_time_s"])
+        return retained(locked, moved, moves, keeps, efficiency, speed)
 
 
 def _steps(of: Outcomes) -> np.ndarray:
