@@ -19,7 +19,8 @@ from tegotae._support.documents import JsonObject
 from tegotae.envs.wrapper import Pilot
 from tegotae.export.c import Export
 from tegotae.export.c.plan import usual_tick_s
-from tegotae.figures.animation import film, write_film
+from tegotae.figures.animation import film
+from tegotae.questions.pictures import animate
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.training.environments.experiment import EnvExperiment
@@ -54,7 +55,7 @@ def show() -> None:
     """A film of the best law, and six of its pictures in a row."""
     name, saved = best()
     (episode,) = replay(alone(name, SHOWN_OMEGA, SHOWN_S), saved.weights[None], seed=STARTS[0])
-    smaller(write_film(episode, OUT / "go1.gif"))
+    smaller(animate(episode, OUT / "go1.gif"))
     pictures = film(episode)
     period = 2.0 * np.pi / SHOWN_OMEGA  # of the clock; 25 pictures a second
     at = [round(25.0 * (2.0 + period * k / 5.0)) for k in range(6)]

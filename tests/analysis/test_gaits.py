@@ -16,7 +16,7 @@ from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.releases import release_all, simulate
 from tegotae.analysis.gaits.sweep import GaitSweep, hysteresis, staircase_timing, sweep
 from tegotae.cli import main
-from tegotae.figures.gaits.animation import pose, write_animation
+from tegotae.figures.gaits.animation import pose
 from tegotae.figures.gaits.style import gait_colour
 from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
 from tegotae.measures.gaits.names import NO_GAIT, PATTERNS, gait_of
@@ -430,9 +430,6 @@ def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name,
 
 
 @pytest.mark.thorough
-def test_a_body_of_which_nobody_has_told_how_it_looks_is_not_drawn(tmp_path):
+def test_a_body_of_which_nobody_has_told_how_it_looks_is_not_drawn():
     with pytest.raises(TegotaeError, match="a Hopper cannot be drawn: register its pose"):
         pose(Hopper(), None)
-    run = simulate(SHORT.replaced(timing=Timing(duration_s=10.0)))
-    with pytest.raises(TegotaeError, match=r"use \.gif or \.mp4"):
-        write_animation(run, tmp_path / "moving.avi")

@@ -19,6 +19,7 @@ from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _mode
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.figures import animation as filming
+from tegotae.questions.pictures import animate
 from tegotae.systems import controller_file
 from tegotae.training.collection import read
 from tegotae.training.environments.baseline import sweep_vanilla
@@ -180,7 +181,7 @@ def test_a_machine_that_cannot_draw_says_so_in_one_line(played, monkeypatch, tmp
 
     monkeypatch.setattr(filming, "import_module", fails)
     with pytest.raises(TegotaeError, match="needs EGL or OSMesa") as raised:
-        filming.write_film(played, tmp_path / "leg.gif")
+        animate(played, tmp_path / "leg.gif")
     assert "\n" not in str(raised.value)
 
 

@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib import import_module
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
@@ -35,17 +36,6 @@ FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""
 _PICTURES_FOR_COLOURS = 8
 """From so many pictures, evenly in time, an animation's colours are chosen."""
-
-
-def write_animation(result: Result, path: Path | str) -> Path:
-    """Write the animation, whole or not at all, as .gif, or .mp4 where ffmpeg is installed.
-
-    Raises:
-        TegotaeError: for another ending, a missing ffmpeg, or a file that cannot be written.
-    """
-    path = animation_file(path)
-    with styled():
-        return save_animation(animation(result), path)
 
 
 def save_animation(moving: FuncAnimation, path: Path) -> Path:
@@ -130,7 +120,7 @@ def animation(result: Result) -> FuncAnimation:
     """The animation of a simulation."""
     t, hopper = result.trajectory, result.body
     stride = max(1, round(1.0 / FRAMES_PER_S / result.timing.frame_s))
-    frames = np.arange(0, len(t.time_s), stride)
+    frames = range(0, len(t.time_s), stride)
     figure = new_figure(4.4, 3.6)
     scene, dial = figure.subplots(1, 2, width_ratios=(1.4, 1.0))
     low = float(t.ground_m.min()) - 0.1
@@ -170,10 +160,17 @@ def animation(result: Result) -> FuncAnimation:
         hand.set_data([0.0, np.cos(phase)], [0.0, np.sin(phase)])
         return ground, mass, spring, actuator, label, hand
 
-    # Laid out once: a constrained layout per picture would take most of the time.
+    return animated(figure, draw, frames)
+
+
+def animated(figure: Figure, draw: Callable[[int], Any], frames: Sequence[int]) -> FuncAnimation:
+    """The animation that a function draws, frame by frame.
+
+    It is laid out once: a constrained layout per picture would take most of the time.
+    """
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    return FuncAnimation(figure, draw, frames=frames.tolist(), interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
+    return FuncAnimation(figure, draw, frames=frames, interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
 
 
 WIDTH, HEIGHT = 480, 360
@@ -188,32 +185,28 @@ _NO_CONTEXT = (
 )
 
 
-def write_film(replay: Replay, path: Path | str) -> Path:
-    """Film an episode from the side, following the trunk, as .gif, or .mp4 where ffmpeg is.
+def film_animation(replay: Replay) -> FuncAnimation:
+    """The film of an episode from the side, following the trunk.
 
     The episode's actions are played again: a MuJoCo model then goes through the same episode, to
     rounding, and so does an environment of Gymnasium that is reset with the same seed.
 
     Raises:
-        TegotaeError: where nothing can be drawn, or the file cannot be written.
+        TegotaeError: where nothing can be drawn.
     """
-    path = animation_file(path)
     pictures = film(replay)
-    with styled():
-        figure = new_figure(WIDTH / 90.0, (HEIGHT + 24) / 90.0)
-        axes = figure.add_axes((0.0, 0.0, 1.0, HEIGHT / (HEIGHT + 24)))
-        axes.set_axis_off()
-        shown = axes.imshow(pictures[0])
-        title = axes.set_title("0.00 s", pad=3)
-        figure.set_layout_engine("none")
+    figure = new_figure(WIDTH / 90.0, (HEIGHT + 24) / 90.0)
+    axes = figure.add_axes((0.0, 0.0, 1.0, HEIGHT / (HEIGHT + 24)))
+    axes.set_axis_off()
+    shown = axes.imshow(pictures[0])
+    title = axes.set_title("0.00 s", pad=3)
 
-        def draw(index: int):
-            shown.set_data(pictures[index])
-            title.set_text(f"{index / FRAMES_PER_S:.2f} s")
-            return shown, title
+    def draw(index: int):
+        shown.set_data(pictures[index])
+        title.set_text(f"{index / FRAMES_PER_S:.2f} s")
+        return shown, title
 
-        moving = FuncAnimation(figure, draw, frames=len(pictures))  # type: ignore[arg-type]
-        return save_animation(moving, path)
+    return animated(figure, draw, range(len(pictures)))
 
 
 def film(replay: Replay) -> list[np.ndarray]:

@@ -6,6 +6,7 @@ from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
+from matplotlib.animation import FuncAnimation
 from matplotlib.figure import Figure
 
 from tegotae._support.errors import TegotaeError
@@ -15,7 +16,7 @@ from tegotae.figures.gaits import animation as gait_animation
 from tegotae.figures.gaits.lags import footfall_figure, lags_figure
 from tegotae.figures.recording import recording_figure
 from tegotae.figures.rollout import episode_figure, rollout_figure
-from tegotae.figures.style import literal
+from tegotae.figures.style import literal, styled
 from tegotae.systems.simulation import Result
 from tegotae.training.environments.replay import Replay
 
@@ -54,16 +55,31 @@ def _(raw: Replay, note: str) -> dict[str, Figure]:
 
 
 @singledispatch
-def animate(raw: Any, path: Path) -> Path:
-    """Write an animation.
+def animation_of(raw: Any) -> FuncAnimation:
+    """What moves.
 
     Args:
         raw: of the simulator.
-        path: the file.
     """
     raise TegotaeError(f"there is no animation of a {type(raw).__name__}")
 
 
-animate.register(Result, animation.write_animation)
-animate.register(GaitRun, gait_animation.write_animation)
-animate.register(Replay, animation.write_film)
+animation_of.register(Result, animation.animation)
+animation_of.register(GaitRun, gait_animation.animation)
+animation_of.register(Replay, animation.film_animation)
+
+
+def animate(raw: Any, path: Path | str) -> Path:
+    """Write the animation, whole or not at all, as .gif, or .mp4 where ffmpeg is installed.
+
+    Args:
+        raw: of the simulator.
+        path: the file.
+
+    Raises:
+        TegotaeError: for what cannot be drawn, another ending, a missing ffmpeg, or a file that
+            cannot be written.
+    """
+    path = animation.animation_file(path)
+    with styled():
+        return animation.save_animation(animation_of(raw), path)

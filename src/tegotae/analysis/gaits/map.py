@@ -227,7 +227,7 @@ class GaitMap:
             return np.ma.median(of_starts(column), axis=1).filled(np.nan)
 
         fell = np.isfinite(frame["fall_time_s"].to_numpy()).reshape(-1, starts)
-        cells = frame[[self.x.name, self.y.name, "refused"]][::starts].reset_index(drop=True)
+        cells = frame[[self.x.name, self.y.name, "refused"]].iloc[::starts].reset_index(drop=True)
         return cells.assign(
             gait=most,
             share=has.mean(axis=1),

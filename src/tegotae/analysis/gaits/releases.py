@@ -228,7 +228,7 @@ class Releases:
     @property
     def summary(self) -> pd.DataFrame:
         """A row a run and frequency: `over_starts` of its releases."""
-        rows = self.frame[["run", "omega"]][:: self.starts].reset_index(drop=True)
+        rows = self.frame[["run", "omega"]].iloc[:: self.starts].reset_index(drop=True)
         return rows.assign(**over_starts(self.frame, self.starts, self.body))
 
     @property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import singledispatch
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +13,8 @@ from matplotlib.axes import Axes
 
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.gaits.releases import GaitRun
-from tegotae.figures.animation import FRAMES_PER_S, animation_file, save_animation
-from tegotae.figures.style import COLOURS, new_figure, styled
+from tegotae.figures.animation import FRAMES_PER_S, animated
+from tegotae.figures.style import COLOURS, new_figure
 from tegotae.parts.bodies import Body, BodyWrapper, Walker
 from tegotae.parts.bodies.upright import Upright
 from tegotae.parts.bodies.walker.mechanics import from_angles, rotation
@@ -123,18 +122,6 @@ _SIDE, _ABOVE = (0, 2), (0, 1)
 _MARGIN = 0.25
 
 
-def write_animation(run: GaitRun, path: Path | str) -> Path:
-    """Write the animation of a rollout's last strides, whole or not at all (.gif, or .mp4).
-
-    Raises:
-        TegotaeError: for a body that cannot be drawn, another ending, a missing ffmpeg, or a file
-            that cannot be written.
-    """
-    path = animation_file(path)
-    with styled():
-        return save_animation(animation(run), path)
-
-
 def animation(run: GaitRun) -> FuncAnimation:
     """The animation, a stride a second; without strides, of the last quarter at once.
 
@@ -181,9 +168,7 @@ def moving(
         return [label, *(each for artist in artists for each in artist.draw(index))]
 
     draw(int(frames[0]))
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    return FuncAnimation(figure, draw, frames=frames.tolist(), interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
+    return animated(figure, draw, frames.tolist())
 
 
 class _View:
