@@ -124,14 +124,6 @@ def test_a_unit_feels_and_drives_the_limb_that_its_wiring_names():
             )
 
 
-def test_without_an_input_the_phase_follows_the_clock():
-    seconds = iter((5.0, 5.25, 5.75))
-    live = LiveController(compiled(vanilla()), clock=lambda: next(seconds))
-    for _ in range(3):
-        live.step({"spring_force": 0.0})
-    assert live.phase_rad == pytest.approx([6.0], abs=1e-5)  # 8 rad/s for 0.75 s
-
-
 def test_the_frequency_can_be_set_between_steps():
     live = live_of(vanilla())
     live.step({"spring_force": 0.0}, 0.1)
@@ -217,7 +209,7 @@ def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
     assert live.phase_rad == pytest.approx(undisturbed(3), abs=0.0)
 
 
-def test_the_time_of_a_step_that_was_refused_is_not_lost():
+def test_the_phase_follows_the_clock_and_the_time_of_a_refused_step_is_not_lost():
     seconds = iter((5.0, 5.25, 5.5, 5.75))
     live = LiveController(compiled(vanilla()), clock=lambda: next(seconds))
     for force in (0.0, np.nan, 0.0, 0.0):
@@ -291,24 +283,14 @@ def test_no_byte_of_a_file_can_be_lost_or_altered_unnoticed(exported, tmp_path):
         altered = bytes([content[place] ^ 0xFF])
         for damaged in (content[:place], content[:place] + altered + content[place + 1 :]):
             path.write_bytes(damaged)
-            with pytest.raises(TegotaeError, match=r"leg\.native"):
-                read_native(path)
+            with pytest.raises(TegotaeError, match=r"leg\.native.* (truncated|damaged)"):
+                LiveController.load(path)
 
 
-@pytest.mark.parametrize(
-    ("content", "why"),
-    [
-        (lambda whole: b"", r"leg\.native"),
-        (lambda whole: whole[:10], r"leg\.native"),
-        (lambda whole: whole[: len(whole) // 3], "leg.native: .*truncated or altered"),
-        (lambda whole: whole[:-1], "leg.native: .*truncated or altered"),
-        (lambda whole: whole.replace(b"controller 3", b"controller 2"), "of another version"),
-    ],
-)
-def test_a_damaged_file_is_refused_by_load(content, why, exported, tmp_path):
+def test_a_file_of_another_version_is_refused(exported, tmp_path):
     path = tmp_path / "leg.native"
-    path.write_bytes(content(exported.read_bytes()))
-    with pytest.raises(TegotaeError, match=why):
+    path.write_bytes(exported.read_bytes().replace(b"controller 3", b"controller 2"))
+    with pytest.raises(TegotaeError, match="of another version"):
         LiveController.load(path)
 
 
@@ -322,19 +304,17 @@ def leg() -> tuple:
     return read, lambda command: written.append(float(command[0])), written
 
 
+def driven(live, read, write, **options):
+    """A loop for a minute, with -1 N as its safe command."""
+    options = {"duration_s": 60.0, "safe": -1.0, "watchdog_s": 30.0, **options}
+    return drive_hardware(live, read, write, **options)
+
+
 def test_a_loop_records_what_measure_reads_and_ends_safe(tmp_path, exported, clock):
     read, write, written = leg()
     path = tmp_path / "run.npz"
-    report = drive_hardware(
-        LiveController.load(exported),
-        read,
-        write,
-        rate_hz=500.0,
-        duration_s=0.2,
-        safe=-1.0,
-        watchdog_s=30.0,
-        recording=path,
-    )
+    live = LiveController.load(exported)
+    report = driven(live, read, write, rate_hz=500.0, duration_s=0.2, recording=path)
     assert report.stopped == "duration"
     assert report.ticks == 100
     assert len(report.late_s) == report.ticks
@@ -355,9 +335,7 @@ def test_a_period_that_is_missed_is_left_out(exported, clock, tmp_path):
 
     live = LiveController.load(exported)
     path = tmp_path / "run.npz"
-    report = drive_hardware(
-        live, read, write, rate_hz=500.0, duration_s=0.2, watchdog_s=30.0, safe=-1.0, recording=path
-    )
+    report = driven(live, read, write, rate_hz=500.0, duration_s=0.2, recording=path)
     assert report.ticks == 95
     assert report.late_s.max() < 0.0005
     columns = np.load(path)
@@ -382,7 +360,7 @@ def test_the_watchdog_writes_the_safe_command_while_a_read_hangs(exported, clock
             hangs.set()
 
     live = LiveController.load(exported)
-    report = drive_hardware(live, read, watched, duration_s=60.0, safe=-1.0, watchdog_s=0.3)
+    report = driven(live, read, watched, watchdog_s=0.3)
     assert report.stopped == "watchdog"
     assert report.ticks == 3
     assert written[3:] == [-1.0, -1.0]
@@ -399,9 +377,7 @@ def test_an_error_of_the_hardware_ends_safe_and_keeps_the_recording(tmp_path, ex
     path = tmp_path / "run.npz"
     live = LiveController.load(exported)
     with pytest.raises(OSError, match="cable"):
-        drive_hardware(
-            live, failing, write, duration_s=60.0, safe=-1.0, watchdog_s=30.0, recording=path
-        )
+        driven(live, failing, write, recording=path)
     assert written[-1] == -1.0
     assert len(np.load(path)["time_s"]) == 5
 
@@ -432,15 +408,7 @@ def test_a_signal_ends_safe_and_no_further_one_interrupts_that(
         signal.signal(each, lambda came, _: usual.append(came))
     path = tmp_path / "run.npz"
     try:
-        report = drive_hardware(
-            LiveController.load(exported),
-            read,
-            write,
-            duration_s=60.0,
-            safe=-1.0,
-            watchdog_s=30.0,
-            recording=path,
-        )
+        report = driven(LiveController.load(exported), read, write, recording=path)
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)
@@ -481,6 +449,8 @@ def test_a_process_that_is_asked_to_end_does_so_after_the_safe_command(tmp_path,
         ({"watchdog_s": 0.0001}, "watchdog_s is 0.0001"),
         ({"recording": "run.csv"}, "must end in .npz"),
         ({"recording": f"{__file__}/run.npz"}, "cannot write to the folder"),
+        ({"recording": "folder.npz"}, "it is a folder"),
+        ({"recording": "kept.npz"}, "choose another name"),
         ({"safe": [0.0, 1.0]}, r"safe is \[0.0, 1.0\]; it must be a finite number"),
         ({"safe": np.nan}, "safe is nan"),
         ({"safe": "off"}, "safe is 'off'"),
@@ -490,27 +460,15 @@ def test_a_process_that_is_asked_to_end_does_so_after_the_safe_command(tmp_path,
         ({"rate_hz": 1e5, "duration_s": 86400.0}, "would need about .* of memory"),
     ],
 )
-def test_a_loop_that_cannot_be_is_refused_before_it_moves_anything(options, why, exported):
-    read, write, written = leg()
-    with pytest.raises(TegotaeError, match=why):
-        drive_hardware(LiveController.load(exported), read, write, **{"duration_s": 1.0, **options})
-    assert not written
-
-
-@pytest.mark.parametrize(
-    ("make", "why"), [(Path.mkdir, "it is a folder"), (Path.touch, "choose another name")]
-)
-def test_a_recording_is_never_written_over_another(make, why, tmp_path, exported):
-    make(tmp_path / "run.npz")
+def test_a_loop_that_cannot_be_is_refused_before_it_reads_or_moves_anything(
+    options, why, exported, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    Path("folder.npz").mkdir()
+    Path("kept.npz").touch()
     _, write, written = leg()
     with pytest.raises(TegotaeError, match=why):
-        drive_hardware(
-            LiveController.load(exported),
-            lambda: pytest.fail("it was read"),
-            write,
-            duration_s=1.0,
-            recording=tmp_path / "run.npz",
-        )
+        driven(LiveController.load(exported), lambda: pytest.fail("it was read"), write, **options)
     assert not written
 
 
@@ -538,7 +496,7 @@ def test_what_is_no_measurement_is_refused_before_the_first_command(measured, wh
     _, write, written = leg()
     live = LiveController.load(exported)
     with pytest.raises(TegotaeError, match=why):
-        drive_hardware(live, lambda: measured, write, duration_s=1.0, safe=-1.0, watchdog_s=30.0)
+        driven(live, lambda: measured, write)
     assert written == [-1.0]
 
 
@@ -546,22 +504,15 @@ def test_two_measurements_never_share_a_column(tmp_path, clock):
     live = live_of(walker())
     path = tmp_path / "run.npz"
 
-    def driven(**more: object) -> None:
+    def measuring(**more: object) -> None:
         measured = {"spring_force": np.arange(4.0), "height_m": 0.3, **more}
-        drive_hardware(
-            live,
-            lambda: measured,
-            lambda command: None,
-            rate_hz=500.0,
-            duration_s=0.02,
-            watchdog_s=30.0,
-            recording=path,
-        )
+        times = {"rate_hz": 500.0, "duration_s": 0.02}
+        driven(live, lambda: measured, lambda command: None, recording=path, **times)
 
     for name in ("spring_force_0", "phase_rad_3", "foot_x"):
         with pytest.raises(TegotaeError, match=f"named '{name}'"):
-            driven(**{name: 1.0})
-    driven(temperature=20.0, file=1.0, allow_pickle=2.0)
+            measuring(**{name: 1.0})
+    measuring(temperature=20.0, file=1.0, allow_pickle=2.0)
     columns = np.load(path)
     assert {"spring_force_0", "phase_rad_3", "foot_z_2", "temperature", "time_s"} <= set(columns)
     assert (columns["file"] == 1.0).all()
@@ -579,15 +530,7 @@ def test_a_measurement_that_changes_its_shape_ends_safe_and_keeps_the_recording(
         return read() | ({"height_m": [1.0, 2.0]} if len(written) == 3 else {})
 
     with pytest.raises(TegotaeError, match="for 'height_m' at step 3, and a number before"):
-        drive_hardware(
-            LiveController.load(exported),
-            changing,
-            write,
-            duration_s=60.0,
-            safe=-1.0,
-            watchdog_s=30.0,
-            recording=path,
-        )
+        driven(LiveController.load(exported), changing, write, recording=path)
     assert written[-1] == -1.0
     assert len(np.load(path)["time_s"]) == 3
 
