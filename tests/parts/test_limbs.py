@@ -296,7 +296,7 @@ def test_a_light_bar_falls_into_antiphase_and_a_heavy_one_into_phase(inertia_rat
         (lambda: network(ONE, coupling=3), "coupling is 3; it must be a Coupling"),
         (lambda: Neighbours((0, 1), 1.0), r"links is \(0, 1\); it must be pairs of limbs"),
         (lambda: Neighbours(((0, 1.5),), 1.0), r"a link is \(0, 1.5\); .*whole numbers"),
-        (lambda: Bar(hips_m=0.5), "hips_m is 0.5; name two to four places"),
+        (lambda: Bar(hips_m=0.5), "hips_m is 0.5; it must be numbers"),
         (lambda: Bar(hips_m=(0.5, -0.5)), "from back to front"),
         (lambda: Bar(hips_m=(-0.5, 0.7)), "whose mean is 0.1; it must be 0"),
         (lambda: Bar(inertia_ratio=-1.0), "inertia_ratio is -1"),

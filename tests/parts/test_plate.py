@@ -309,9 +309,15 @@ def test_a_leg_that_is_lost_bears_nothing_and_the_others_bear_as_they_did():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Plate(hips_x_m=0.5), "hips_x_m is 0.5; name three to eight places"),
-        (lambda: Plate(hips_z_m=("a", 0, 0, 0)), "a hip is 'a'; it must be a number"),
-        (lambda: Plate(hips_z_m=(math.nan, 0, 0, 0)), "a hip is nan; it must be finite"),
+        (lambda: Plate(hips_x_m=0.5), "hips_x_m is 0.5; it must be numbers"),
+        (
+            lambda: Plate(hips_z_m=("a", 0, 0, 0)),
+            "hips_z_m is 'a'; it must be a number",
+        ),
+        (
+            lambda: Plate(hips_z_m=(math.nan, 0, 0, 0)),
+            "hips_z_m is nan; it must be finite",
+        ),
         (
             lambda: Plate(hips_x_m=(0.5, -0.5)),
             "hips_x_m names 2 hips and hips_z_m 4; every leg needs a place",

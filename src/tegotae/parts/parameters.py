@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
-from tegotae._support.errors import require_count, require_finite, require_kind
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_kind
 from tegotae._support.transforms import register_pytree
 from tegotae.parts._shapes import Number
 
@@ -85,6 +85,20 @@ def a_part(kind: type, right: str, default: Callable[[], object]) -> Any:
     return dataclasses.field(default_factory=default, metadata={_CHECK: check})
 
 
+def numbers(default: Any) -> Any:
+    """A field that is a tuple of finite numbers; a list becomes one."""
+    return dataclasses.field(default=default, metadata={_CHECK: _require_numbers})
+
+
+def _require_numbers(name: str, values: object) -> tuple[float, ...]:
+    if not isinstance(values, Iterable) or isinstance(values, str):
+        raise TegotaeError(f"{name} is {values!r}; it must be numbers, such as (-0.5, 0.5)")
+    entries = tuple(cast(Iterable[float], values))
+    for entry in entries:
+        require_finite(f"an entry of {name}", entry)
+    return entries
+
+
 class Part:
     """A frozen dataclass whose fields are checked where they say what they may be (`finite`)."""
 
@@ -92,7 +106,9 @@ class Part:
         for field in dataclasses.fields(cast("DataclassInstance", self)):
             value = getattr(self, field.name)
             if _CHECK in field.metadata and not (value is None is field.default):
-                field.metadata[_CHECK](field.name, value)
+                kept = field.metadata[_CHECK](field.name, value)
+                if kept is not None:
+                    object.__setattr__(self, field.name, kept)
 
 
 def traceable(cls: type[T]) -> type[T]:

@@ -203,6 +203,16 @@ def for_limbs(of_body: T) -> T:
     return cast(T, array[..., None, :]) if jnp.ndim(array) else of_body
 
 
+def require_present(present: tuple[float, ...] | None, limbs: int) -> None:
+    """Raise `TegotaeError` unless each leg is declared present or absent, one present."""
+    if present is not None and not (
+        len(present) == limbs and set(present) <= {0.0, 1.0} and any(present)
+    ):
+        raise TegotaeError(
+            f"present is {present}; it must be 1 or 0 for each of {limbs} legs, and 1 for one"
+        )
+
+
 def require_one_limb(body: Body, what: str) -> None:
     """Raise `TegotaeError` if a body has several limbs, for which something is not made.
 

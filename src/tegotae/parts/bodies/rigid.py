@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import cast
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Number, PerLane
+from tegotae.parts.bodies.base import require_present
 from tegotae.parts.bodies.frame import Turn
 from tegotae.parts.bodies.upright import Upright, UprightState
-from tegotae.parts.parameters import not_negative, positive, traceable
-
-_PLACES_OF_BAR = "two to four places from back to front, such as (-0.5, 0.5)"
+from tegotae.parts.parameters import not_negative, numbers, positive, traceable
 
 
 @traceable
@@ -47,18 +44,19 @@ class Bar(Upright):
 
     SENSES = ("spring_force", "velocity", "height", "pitch", "pitch_rate")
 
-    hips_m: tuple[float, ...] = (-0.5, 0.5)
+    hips_m: tuple[float, ...] = numbers((-0.5, 0.5))
     """Where along the bar the hips are, from its centre of mass, back to front [m]; mean 0."""
     inertia_ratio: float = positive(1.0)
     """j = J / (n m a²)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "hips_m", hips_at("hips_m", self.hips_m, _PLACES_OF_BAR))
         if not (2 <= self.limbs <= 4 and all(a < b for a, b in pairwise(self.hips_m))):
-            raise TegotaeError(f"hips_m is {self.hips_m}; name {_PLACES_OF_BAR}")
+            raise TegotaeError(
+                f"hips_m is {self.hips_m}; name two to four places from back to front"
+            )
         require_level("hips_m", self.hips_m, "bar")
-        self._require_present()
+        require_present(self.present, self.limbs)
 
     @property
     def turns(self) -> tuple[Turn]:
@@ -84,9 +82,6 @@ class Bar(Upright):
     ) -> UprightState:
         """State at release: heave, pitch and their rates."""
         return self._released((height_m, pitch_rad), (velocity_m_per_s, pitch_rate_rad_per_s))
-
-
-_PLACES_OF_PLATE = "three to eight places, such as (0.5, 0.5, -0.5, -0.5)"
 
 
 @traceable
@@ -134,9 +129,9 @@ class Plate(Upright):
 
     SENSES = ("spring_force", "velocity", "height", "pitch", "pitch_rate", "roll", "roll_rate")
 
-    hips_x_m: tuple[float, ...] = (0.5, 0.5, -0.5, -0.5)
+    hips_x_m: tuple[float, ...] = numbers((0.5, 0.5, -0.5, -0.5))
     """How far forward of the centre of mass each hip is [m]; mean 0."""
-    hips_z_m: tuple[float, ...] = (0.3, -0.3, 0.3, -0.3)
+    hips_z_m: tuple[float, ...] = numbers((0.3, -0.3, 0.3, -0.3))
     """How far to the left of it [m]; mean 0."""
     pitch_inertia_ratio: float = positive(1.0)
     """j_p = J_p / (m Σ x_i²)."""
@@ -154,19 +149,14 @@ class Plate(Upright):
                 f"twist_stiffness_nm_per_rad is {self.twist_stiffness_nm_per_rad:g}, and this "
                 "plate does not twist; give it a twist_inertia_ratio"
             )
-        self._require_hips()
-        self._require_present()
-
-    def _require_hips(self) -> None:
-        for name in ("hips_x_m", "hips_z_m"):
-            object.__setattr__(self, name, hips_at(name, getattr(self, name), _PLACES_OF_PLATE))
+        require_present(self.present, self.limbs)
         x, z = self.hips_x_m, self.hips_z_m
         if len(x) != len(z):
             raise TegotaeError(
                 f"hips_x_m names {len(x)} hips and hips_z_m {len(z)}; every leg needs a place"
             )
         if not 3 <= len(x) <= 8:
-            raise TegotaeError(f"hips_x_m is {x}; name {_PLACES_OF_PLATE}")
+            raise TegotaeError(f"hips_x_m is {x}; name three to eight places")
         require_level("hips_x_m", x, "plate")
         require_level("hips_z_m", z, "plate")
         xx, zz, xz = (
@@ -229,29 +219,6 @@ class Plate(Upright):
 def _typical(arms: tuple[float, ...]) -> float:
     """The root of their mean square [m]; of hips at ±a it is a."""
     return (sum(arm**2 for arm in arms) / len(arms)) ** 0.5
-
-
-def hips_at(name: str, value: object, wanted: str) -> tuple[float, ...]:
-    """The places as a tuple: of a list, say.
-
-    Args:
-        name: what they are called.
-        value: what was given.
-        wanted: what would be right, such as "two to four places, such as (-0.5, 0.5)".
-
-    Raises:
-        TegotaeError: unless they are finite numbers.
-
-    Example:
-        >>> hips_at("hips_m", [-1, 1], "two places")
-        (-1, 1)
-    """
-    if not isinstance(value, Iterable) or isinstance(value, str):
-        raise TegotaeError(f"{name} is {value!r}; name {wanted}")
-    found = tuple(cast(Iterable[float], value))
-    for hip in found:
-        require_finite("a hip", hip)
-    return found
 
 
 def require_level(name: str, hips: tuple[float, ...], body: str) -> None:

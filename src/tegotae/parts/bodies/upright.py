@@ -24,7 +24,7 @@ from tegotae.parts.bodies.frame import (
 )
 from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import Channel, RecordedFrame, State
-from tegotae.parts.parameters import not_negative, positive
+from tegotae.parts.parameters import not_negative, numbers, positive
 
 
 class UprightState(NamedTuple):
@@ -94,20 +94,9 @@ class Upright(Body):
     """Gravity g [m/s²]."""
     max_force_n: float = positive(4.0)
     """Largest force of an actuator α [N]."""
-    present: tuple[float, ...] | None = None
+    present: tuple[float, ...] | None = numbers(None)
     """1 for each leg that is there, 0 for one that is lost and bears nothing; None if none can
     be lost."""
-
-    def _require_present(self) -> None:
-        """Raise `TegotaeError` unless each leg is declared present or absent, one present."""
-        if self.present is None:
-            return
-        object.__setattr__(self, "present", tuple(self.present))
-        legs = self.present
-        if len(legs) != self.limbs or not set(legs) <= {0.0, 1.0} or not any(legs):
-            raise TegotaeError(
-                f"present is {legs}; it must be 1 or 0 for each of {self.limbs} legs, and 1 for one"
-            )
 
     @property
     @abstractmethod

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Weights
 from tegotae.parts.channels import FOOT
-from tegotae.parts.parameters import a_part, positive, whole
+from tegotae.parts.parameters import a_part, numbers, positive, whole
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
 from tegotae.parts.terms.foot import AddedToEllipse, EllipticFoot
@@ -174,7 +174,7 @@ class WholeBodyCorrectedFoot(AddedToEllipse, WholeBodyFoot):
     """
 
     around: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
-    lead_rad: tuple[float, ...] = ()
+    lead_rad: tuple[float, ...] = numbers(())
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -182,8 +182,6 @@ class WholeBodyCorrectedFoot(AddedToEllipse, WholeBodyFoot):
             raise TegotaeError(
                 f"lead_rad has {len(self.lead_rad)} numbers; give it {self.limbs}, one a leg"
             )
-        for lead in self.lead_rad:
-            require_finite("lead_rad", lead)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""

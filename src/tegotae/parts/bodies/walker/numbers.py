@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import cast
 
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.parts.parameters import Part, a_part, finite, not_negative, positive
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies.base import require_present
+from tegotae.parts.parameters import Part, a_part, finite, not_negative, numbers, positive
 from tegotae.parts.terrains import A_TERRAIN, Flat, Terrain
 
 LARGEST_STEP = 0.5
@@ -29,11 +28,11 @@ class WalkerNumbers(Part):
     Defaults are the dimensionless quadruped C (l0 = m = g = 1).
     """
 
-    hips_x_m: tuple[float, ...] = (0.85, 0.85, -0.85, -0.85)
+    hips_x_m: tuple[float, ...] = numbers((0.85, 0.85, -0.85, -0.85))
     """How far forward the hips are, from the middle of the torso [m]."""
-    hips_y_m: tuple[float, ...] = (0.44, -0.44, 0.44, -0.44)
+    hips_y_m: tuple[float, ...] = numbers((0.44, -0.44, 0.44, -0.44))
     """How far to the left they are [m]."""
-    present: tuple[float, ...] = ()
+    present: tuple[float, ...] = numbers(())
     """1 of a leg that is there, 0 of one that is lost; all are there if nothing is said."""
     com_x_m: float = finite(0.0)
     """How far before the middle of the torso its centre of mass is [m]."""
@@ -102,13 +101,6 @@ class WalkerNumbers(Part):
             )
 
     def _check_legs(self) -> None:
-        for name in ("hips_x_m", "hips_y_m", "present"):
-            value = getattr(self, name)
-            if not isinstance(value, Iterable):
-                raise TegotaeError(f"{name} is {value!r}; it must have a number for each leg")
-            object.__setattr__(self, name, tuple(cast(Iterable[float], value)))
-            for number in getattr(self, name):
-                require_finite(f"an entry of {name}", number)
         if len(self.hips_x_m) < 2 or len(self.hips_x_m) != len(self.hips_y_m):
             raise TegotaeError(
                 f"hips_x_m places {len(self.hips_x_m)} legs and hips_y_m {len(self.hips_y_m)}; "
@@ -116,12 +108,7 @@ class WalkerNumbers(Part):
             )
         if not self.present:
             object.__setattr__(self, "present", (1.0,) * self.limbs)
-        if len(self.present) != self.limbs or not set(self.present) <= {0.0, 1.0}:
-            raise TegotaeError(
-                f"present is {self.present}; it must be 1 or 0 for each of {self.limbs} legs"
-            )
-        if sum(self.present) < 1:
-            raise TegotaeError(f"present is {self.present}; at least one leg must be there")
+        require_present(self.present, self.limbs)
 
     def _check_inertia(self) -> None:
         inertia = self.inertia_x_kg_m2, self.inertia_y_kg_m2, self.inertia_z_kg_m2
