@@ -17,8 +17,6 @@ from tegotae.analysis.gaits.map import (
     Axis,
     GaitMap,
     MapPart,
-    check_axis,
-    fields_at,
     lanes_at,
     map_gaits,
     settings,
@@ -68,16 +66,6 @@ def test_a_cell_is_what_a_basin_finds_there(bars):
     np.testing.assert_allclose(bars.grid("power_w")[1, 2], alone["power_w"], rtol=1e-4)
 
 
-def test_a_map_without_any_body_says_why():
-    with pytest.raises(TegotaeError, match="no cell of this map has a body: inertia_ratio is -2"):
-        map_gaits(BAR, Axis("inertia_ratio", (-2.0, -1.0)), Axis("sigma", (0.0, 1.0)))
-
-
-def test_the_same_parameter_twice_is_refused():
-    with pytest.raises(TegotaeError, match="both parameters are sigma"):
-        map_gaits(BAR, Axis("sigma", (0.0, 1.0)), Axis("sigma", (2.0, 3.0)))
-
-
 def test_of_starts_that_disagree_the_majority_has_the_cell():
     x, y = Axis("sigma", (0.0, 1.0)), Axis("omega", (7.0, 8.0))
     frame = pd.DataFrame({"sigma": np.tile(np.repeat([0.0, 1.0], 3), 2), "refused": ""})
@@ -124,33 +112,6 @@ def test_an_inertia_that_no_body_has_and_a_tick_too_long_are_refused_by_the_body
     assert "tick" in stiff.refused
 
 
-@pytest.mark.parametrize(
-    ("name", "line"),
-    [
-        ("com_x", "no parameter of this system is called 'com_x'; did you mean com_x_m"),
-        ("terrain", "no parameter of this system is called 'terrain'"),
-    ],
-)
-def test_a_parameter_that_is_no_number_of_the_body_is_refused(name, line):
-    with pytest.raises(TegotaeError, match=line):
-        check_axis(WALKER, Axis(name, (0.0, 1.0)))
-
-
-@pytest.mark.parametrize(
-    ("values", "line"),
-    [((1.0,), "it must be a whole number of at least 2"), ((2.0, 1.0), "do not rise")],
-)
-def test_values_that_are_no_axis_are_refused(values, line):
-    with pytest.raises(TegotaeError, match=line):
-        Axis("omega", values)
-
-
-def test_omega_and_sigma_are_no_fields_of_the_body():
-    assert fields_at(BAR.body, {"omega": 8.0, "sigma": 1.0}) == {}
-    with pytest.raises(TegotaeError, match="a value of omega is -1; it must be greater than 0"):
-        check_axis(BAR, Axis("omega", (-1.0, 1.0)))
-
-
 # Long work
 
 
@@ -175,6 +136,11 @@ def test_an_interrupted_map_goes_on_where_it_was_and_another_begins_anew(tmp_pat
     pd.testing.assert_frame_equal(found.frame, whole.frame)
     map_gaits(short, *axes, starts=2, seed=1, folder=tmp_path)
     assert len(done) == 10
+
+
+def test_values_of_an_axis_rise():
+    with pytest.raises(TegotaeError, match="do not rise"):
+        Axis("omega", (2.0, 1.0))
 
 
 # The question
@@ -207,6 +173,9 @@ OMEGA = ("omega", 7.0, 8.0)
         ({"x": ("omega", 8.0, 7.0)}, "omega goes from 8 to 7"),
         ({"x": OMEGA, "omega": 7.0}, "omega is one value, and it is varied"),
         ({"x": OMEGA, "cells": (1, 5)}, "the number of values of omega is 1"),
+        ({"x": ("omega", -1.0, 1.0)}, "a value of omega is -1; it must be greater than 0"),
+        ({"x": ("inertia_rato", 1.0, 2.0)}, "'inertia_rato'; did you mean inertia_ratio"),
+        ({"x": ("inertia_ratio", -2.0, -1.0)}, "no cell of this map has a body: inertia_ratio is"),
     ],
 )
 def test_what_cannot_be_mapped_is_told(options, line):

@@ -122,10 +122,3 @@ def test_a_world_that_cannot_be_is_refused_in_one_line(given, says):
     with pytest.raises(TegotaeError, match=says) as refusal:
         asked(**given)
     assert "\n" not in str(refusal.value)
-
-
-def test_a_push_of_nothing_and_a_loss_for_a_time_are_refused():
-    with pytest.raises(TegotaeError, match="lasts_s is 0"):
-        GaitLesion(at_s=10.0, fields=(("push_y_n", 0.3),), lasts_s=0.0)
-    with pytest.raises(TegotaeError, match="a lost leg or a drop is for good"):
-        GaitLesion(at_s=10.0, lost=("LH",), lasts_s=1.0)

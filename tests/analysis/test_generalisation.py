@@ -80,21 +80,15 @@ def test_a_gait_is_kept_under_little_and_lost_where_the_actuator_cannot_lift_the
     assert [little["had"], little["keeps"], little["moves"]] == [True, True, True]
     assert [much["had"], much["keeps"], much["moves"]] == [True, False, False]
     assert np.isnan(much["efficiency"])
+    still = of(outcome, "mass", 0.9, run=1)  # had no gait, and so lost none
+    assert [still["had"], still["moved"], still["keeps"]] == [False, False, False]
+    assert outcome.left_out == {"lost-leg": "a Hopper cannot lose a leg"}
 
 
 def test_where_it_is_released_from_does_not_change_what_a_limit_cycle_costs(outcome):
     lower = of(outcome, "release", 0.1)
     assert lower["keeps"]
     assert lower["efficiency"] == pytest.approx(1.0, abs=0.02)
-
-
-def test_what_had_no_gait_is_told_apart_from_what_lost_it(outcome):
-    still = of(outcome, "mass", 0.9, run=1)
-    assert [still["had"], still["moved"], still["keeps"]] == [False, False, False]
-
-
-def test_what_a_body_cannot_meet_is_left_out_with_the_reason(outcome):
-    assert outcome.left_out == {"lost-leg": "a Hopper cannot lose a leg"}
 
 
 def test_the_same_is_found_again_whatever_else_is_tried(outcome):
@@ -231,12 +225,10 @@ def test_a_margin_is_the_last_tested_level_that_is_survived_and_the_next():
     assert (found.side, found.runs) == ("above", 3)
     assert (found.survived, found.failed) == (0.005, 0.01)
     assert (found.low, found.high) == (0.0, 0.02)
-
-
-def test_the_margin_of_a_single_run_has_no_interval():
-    (found,) = margins(outcome_of([[True, False, False]]), (LAG,))
-    assert (found.survived, found.failed) == (0.005, 0.01)
-    assert np.isnan([found.low, found.high]).all()
+    (alone,) = margins(outcome_of([[True, False, False]]), (LAG,))
+    (half,) = margins(outcome_of([[True, False, False], [True] * 3]), (LAG,))
+    assert alone[3:5] == half[3:5] == (0.005, 0.01)
+    assert np.isnan([alone.low, alone.high]).all()  # a single run has no interval
 
 
 def test_a_margin_below_the_usual_level_goes_downwards():
@@ -254,11 +246,6 @@ def test_a_margin_beyond_the_last_level_is_infinite_and_of_no_gait_undefined():
     (none,) = margins(outcome_of([[False] * 3] * 2, had=False), (LAG,))
     assert none.runs == 0
     assert np.isnan(none.survived)
-
-
-def test_where_half_of_the_runs_fail_is_no_level_that_half_survive():
-    (found,) = margins(outcome_of([[True, False, False], [True] * 3]), (LAG,))
-    assert (found.survived, found.failed) == (0.005, 0.01)
 
 
 def test_a_curve_has_the_share_of_those_that_had_a_gait():

@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 
 from reproduction.figures.optimum import optimum_figure, optimum_tables
 from tegotae.figures.gaits.animation import LegPositions
-from tegotae.figures.style import COLOURS, save_figure
+from tegotae.figures.style import COLOURS
 from tegotae.measures.optimum import curve
 
 RUN = (np.array([5.0]), np.array([0.7]))
@@ -26,14 +26,6 @@ def test_gaits_of_several_hops_are_open_points_beside_the_filled_ones_of_one_hop
     assert named["learned, cycle of several hops"].get_markerfacecolor() == "none"
     table = optimum_tables(curve(), {"learned": RUN}, {}, {"learned": RUN})["points"]
     assert table["gaits"].tolist() == ["learned", "learned, cycle of several hops"]
-
-
-@pytest.mark.parametrize(
-    ("ending", "begins"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")]
-)
-def test_the_ending_of_a_name_chooses_the_format(tmp_path, ending, begins):
-    path = save_figure(optimum(), tmp_path / f"optimum.{ending}")
-    assert path.read_bytes().startswith(begins)
 
 
 def test_the_first_colours_differ_from_their_neighbours_in_grey():
