@@ -14,7 +14,6 @@ from tegotae.measures.gaits.lags import (
     circular_mean,
     circular_spread,
     moved,
-    order_parameter,
     over_strides,
     stances,
     step_frequency_hz,
@@ -84,11 +83,6 @@ def test_the_frequency_is_that_of_the_strides(rhythm):
     np.testing.assert_allclose(hz, 1.7, rtol=1e-3)
 
 
-def test_the_mean_of_lags_beside_zero_is_zero():
-    mean = circular_mean(jnp.array([[0.98], [0.02]]))
-    np.testing.assert_allclose(apart(mean, 0.0), 0.0, atol=1e-6)
-
-
 def test_lags_all_round_the_circle_have_no_mean_and_a_wide_spread():
     assert circular_spread(jnp.arange(8) / 8) > 0.5
     assert circular_spread(jnp.full(8, 0.3)) == pytest.approx(0.0, abs=1e-3)
@@ -131,11 +125,6 @@ def test_what_is_away_at_the_end_is_not_locked():
 def test_lags_that_stand_still_have_not_moved():
     lag = jnp.stack([jnp.full((9, 1), 0.3), 0.3 + 0.05 * jnp.arange(9.0)[:, None]], axis=-1)
     np.testing.assert_allclose(moved(lag), [0.0, 0.4], atol=1e-6)
-
-
-def test_the_order_parameter_is_one_in_phase_and_zero_in_antiphase_whatever_the_common_start():
-    lags = jnp.array([[0.3, 0.1], [0.3, 0.6]])
-    np.testing.assert_allclose(order_parameter(lags), [1.0, 0.0], atol=1e-6)
 
 
 def test_steps_are_counted_from_the_first_touchdown_to_the_last():

@@ -169,14 +169,6 @@ def test_a_candidates_fitness_is_the_mean_over_its_episodes(run):
     np.testing.assert_allclose(of_two.best_fitness, of_one.best_fitness, rtol=1e-5)
 
 
-def test_the_frequency_can_be_another_for_a_part_of_the_episode():
-    slower = Uniform("omega", low=5.0, high=7.0, from_s=1.0, until_s=2.0)
-    made = varied(slower)
-    met = applied([slower], {"omega": np.array([6.0])}, made.system.scenario(), made.body)
-    assert met.omega == made.system.omega
-    assert met.changes["omega"] == Step(6.0, 1.0, 2.0)
-
-
 def test_the_document_has_the_conditions():
     window = Uniform("gravity_m_per_s2", low=9.0, high=9.81, from_s=1.0)
     experiment = varied(MASS, OneOf("omega", values=(7.0, 8.0)), window, episodes=3)
