@@ -201,25 +201,6 @@ def test_a_number_too_large_for_single_precision_may_fit_into_double():
     assert simulation(weights=1e39, dtype="float64").trajectory.height_m.dtype == np.float64
 
 
-@pytest.mark.parametrize(
-    ("timing", "said"),
-    [
-        (
-            {"duration_s": 1e7},
-            "duration_s is 1e\\+07; at 0.001 s per control tick it must be at mo",
-        ),
-        ({"tick_s": 1e-300, "frame_s": 0.02}, "duration_s is 20; at 1e-300 s per control tick"),
-        ({"duration_s": 0.001}, "duration_s is 0.001; it must be at least one frame"),
-        ({"frame_s": 0.0015}, "frame_s is 0.0015; it must be a whole multiple of tick_s"),
-        ({"tick_s": 0.0}, "tick_s is 0; it must be greater than 0"),
-        ({"duration_s": math.inf}, "duration_s is inf"),
-    ],
-)
-def test_times_that_make_no_rollout_are_refused(timing, said):
-    with pytest.raises(TegotaeError, match=f"^{said}"):
-        Timing(**timing)
-
-
 def test_a_simulation_is_a_lane_of_the_engine():
     controller = build("V-reflex-w8")
     alone = simulation(2.0, controller=controller)
