@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 import pandas as pd
@@ -82,14 +82,6 @@ class Driven(OneLeg):
         return [PolicyFile(self.policy)]
 
 
-@dataclass(frozen=True)
-class PolicyFile:
-    """A policy that is not loaded yet: its options say what its numbers mean."""
-
-    name: Any
-    """Its place, or the policy itself."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class PolicyOptions:
     """What a policy's numbers mean, and where its hopper is released."""
@@ -102,20 +94,36 @@ class PolicyOptions:
     """A `tegotae.envs.policies.Meaning`."""
 
 
-def _driver_options(subject: HoppingTask | PolicyFile) -> HoppingOptions | PolicyOptions:
-    if isinstance(subject, HoppingTask):
-        return HoppingOptions.options_of(subject)
-    from tegotae.envs.policies import Meaning
+@dataclass(frozen=True)
+class PolicyFile:
+    """A policy that is not loaded yet: its options say what its numbers mean."""
 
-    return PolicyOptions(meaning=Meaning(omega=PRESETS["paper"].omega_rad_per_s))
+    name: Any
+    """Its place, or the policy itself."""
+
+    def controller(self, options: PolicyOptions) -> Policy:
+        """The policy, as `HoppingTask.controller`."""
+        from tegotae.envs.policies import load_policy
+
+        return load_policy(self.name, options.meaning)
 
 
-def _driver(subject: HoppingTask | PolicyFile, options: Any) -> SavedController | Policy:
-    if isinstance(subject, HoppingTask):
-        return subject.controller(options)
-    from tegotae.envs.policies import load_policy
+@dataclass(frozen=True, kw_only=True)
+class DriverOptions:
+    """Of a figure of a controller or of a policy."""
 
-    return load_policy(subject.name, options.meaning)
+    driver: Any
+    """Of the controller or the policy."""
+
+    @classmethod
+    def options_of(cls, subject: HoppingTask | PolicyFile) -> Self:
+        """The controller's own, or the usual meaning of a policy."""
+        if isinstance(subject, HoppingTask):
+            return cls(driver=HoppingOptions.options_of(subject))
+        from tegotae.envs.policies import Meaning
+
+        meaning = Meaning(omega=PRESETS["paper"].omega_rad_per_s)
+        return cls(driver=PolicyOptions(meaning=meaning))
 
 
 def _titled(driver: SavedController | Policy) -> str:
@@ -128,11 +136,17 @@ def _titled(driver: SavedController | Policy) -> str:
     return ", ".join([*words, *([] if omega is None else [f"ω = {omega:g} rad/s"])])
 
 
-_DRIVEN: dict[str, Any] = {"subjects": Driven, "nameless": True, "written": "file"}
+def _driven(options: type[DriverOptions]) -> dict[str, Any]:
+    """The settings of a question about a controller or a policy."""
+    kinds = {
+        "One leg, such as paper": "paper",
+        "A policy": lambda: options.options_of(PolicyFile("policy")),
+    }
+    return {"subjects": Driven, "nameless": True, "written": "file", "kinds": kinds}
 
 
 @dataclass(frozen=True, kw_only=True)
-class SurfaceOptions:
+class SurfaceOptions(DriverOptions):
     """The part of the surface that is drawn."""
 
     velocity_m_per_s: float = 0.0
@@ -143,23 +157,9 @@ class SurfaceOptions:
     """Points along either axis."""
     settle_s: float = 60.0
     """Simulated time before the limit cycle is measured [s]."""
-    driver: Any
-    """Of the controller or the policy."""
 
 
-def _kinds(options: Callable[..., Any]) -> dict[str, Any]:
-    """The options of a controller and of a policy, for a reference."""
-    return {
-        "One leg, such as paper": "paper",
-        "A policy": lambda: options(driver=_driver_options(PolicyFile("policy"))),
-    }
-
-
-@question(
-    own=lambda subject: SurfaceOptions(driver=_driver_options(subject)),
-    kinds=_kinds(SurfaceOptions),
-    **_DRIVEN,
-)
+@question(**_driven(SurfaceOptions))
 def figure_surface(subject: HoppingTask | PolicyFile, options: SurfaceOptions) -> Picture:
     """Actuator force over phase and spring force, with the limit cycle on it (Fig. 5).
 
@@ -172,7 +172,7 @@ def figure_surface(subject: HoppingTask | PolicyFile, options: SurfaceOptions) -
 
     require_count("resolution", options.resolution, least=2, most=MOST_POINTS)
     require_within("velocity", options.velocity_m_per_s, MOST_M)
-    driver = _driver(subject, options.driver)
+    driver = subject.controller(options.driver)
     body, note = require_hopper(driver.body, "an actuation surface"), _titled(driver)
     shortest_n = body.stiffness_n_per_m * body.rest_length_m  # the force of a leg of no length
     if options.spring_force_n is not None:
@@ -227,27 +227,21 @@ def _paths(
 
 
 @dataclass(frozen=True, kw_only=True)
-class PortraitOptions:
+class PortraitOptions(DriverOptions):
     """The releases of a portrait."""
 
     heights: tuple[float, ...] = (1.05, 1.2, 1.6)
     """Release heights, at rest [m]."""
     duration_s: float = 30.0
     """Simulated time [s]."""
-    driver: Any
-    """Of the controller or the policy."""
 
 
-@question(
-    own=lambda subject: PortraitOptions(driver=_driver_options(subject)),
-    kinds=_kinds(PortraitOptions),
-    **_DRIVEN,
-)
+@question(**_driven(PortraitOptions))
 def figure_portrait(subject: HoppingTask | PolicyFile, options: PortraitOptions) -> Picture:
     """Phase portraits of a controller or a policy: (y, ẏ), and spring force over phase."""
     from tegotae.figures.cycles import portrait_figure, portrait_table
 
-    driver = _driver(subject, options.driver)
+    driver = subject.controller(options.driver)
     rest_length_m = float(require_hopper(driver.body, "a phase portrait").rest_length_m)
     paths = _paths(driver, options.driver, np.array(options.heights), options.duration_s)
     return Picture(
