@@ -6,7 +6,6 @@ import csv
 import dataclasses
 import json
 import math
-import re
 import xml.etree.ElementTree
 from pathlib import Path
 from typing import Any
@@ -318,55 +317,3 @@ def test_a_film_without_ffmpeg_is_refused(tmp_path, monkeypatch, one_line_error)
     said = one_line_error("simulate", *SHORT, "--animate", str(tmp_path / "hop.mp4"))
     assert "ffmpeg" in said
     assert not (tmp_path / "hop.mp4").exists()
-
-
-# Bad input.
-
-REFUSED = {
-    "papre": "no model or system is called 'papre'; did you mean paper",
-    "paper-refelx": "no actuation is called 'refelx'; did you mean reflex?",
-    "paper+hofp": "no oscillator is called 'hofp'; did you mean hopf",
-    "paper paper": "paper and paper hold the same runs",
-    "--work=kinetic": "invalid choice 'kinetic' for argument '--work'",
-    "--phases=0": "--phases",
-    **{
-        f"--{option} {value}": f"is {float(value):g}"
-        for option in ("mass", "stiffness", "rest-length", "gravity", "max-force", "tick")
-        for value in ("-1", "0", "nan", "inf")
-    },
-    **{
-        f"--{option} {value}": f"is {float(value):g}"
-        for option in ("damping", "flight-damping", "measure-from", "drop-time")
-        for value in ("-1", "nan", "inf")
-    },
-    **{
-        f"--{option} {value}": f"is {float(value):g}"
-        for option in ("omega", "sigma", "velocity", "phase", "drop", "height")
-        for value in ("nan", "inf", "-inf")
-    },
-    **{f"--duration {value}": f"duration_s is {value}" for value in ("0", "-1", "nan", "inf")},
-    "--duration 0.001": "it must be at least one frame",
-    "--duration 1e9": "it must be at most 16777.2",
-    "--duration 1e300": "it must be at most 16777.2",
-    "--height 0": "height_m is 0; it must be greater than 0",
-    "--height -1": "height_m is -1; it must be greater than 0",
-    "--height 1e300": "height_m is 1e+300; it must be at most 1000",
-    "--mass 1e300": "mass_kg is 1e+300; it must be at most 3.40282e+38",
-    "--mass 1e-300": "the control tick of 0.001 s is too long",
-    "--damping 1e6": "the control tick of 0.001 s is too long",
-    "--sigma 1e300": "sigma is 1e+300; it must be at most 1e+06",
-    "--tick 1": "the control tick of 1 s is too long for this hopper",
-    "--tick 1e-9": "at 1e-09 s per control tick it must be at most",
-    "--tick 5e-324": "per control tick it must be at most",
-    "--measure-from 20": "begins at 20 s, but the rollout ends at 20 s",
-    "--drop 0.2 --drop-time 20": "to drop at 20 s, but the rollout ends at 20 s",
-    "--drop 0.2 --duration 5": "to drop at 10 s, but the rollout ends at 5 s",
-}
-
-
-@pytest.mark.parametrize("options", REFUSED)
-def test_unusable_options_are_refused_in_one_line_before_the_rollout(
-    one_line_error, no_rollouts, options
-):
-    words = re.sub(r"(--[\w-]+) ", r"\1=", options).split()
-    assert REFUSED[options] in one_line_error("simulate", *words)

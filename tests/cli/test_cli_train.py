@@ -296,49 +296,6 @@ def test_without_tensorboardx_its_option_names_the_extra_at_once(
     assert not (tmp_path / "new").exists()
 
 
-# Bad input.
-
-REFUSED = {
-    "ARTX": "no model or system is called 'ARTX'; did you mean ART",
-    "ART --population 7": "population is 7; PGPE samples pairs, so it must be even",
-    "ART --population 0": "population is 0; it must be a whole number of at least 2",
-    "ART --population -2": "population is -2",
-    "ART --seeds 0": "seeds is 0; it must be a whole number of at least 1",
-    "ART --seeds -1": "seeds is -1",
-    "ART --first-seed -1": "first_seed is -1; it must be a whole number of at least 0",
-    "ART --first-seed 2147483647 --seeds 2": "it must be at most 2147483645",
-    "ART --generations 0": "generations is 0; it must be a whole number of at least 1",
-    "ART --algorithm pgp": "no algorithm is called 'pgp'; did you mean pgpe",
-    "ART --episodes 10": "Unrecognized options: --episodes",
-    "AR --algorithm sac --population 8": "Unrecognized options: --population",
-    "AR --algorithm sac --episodes 0": "episodes is 0",
-    "ART --work kinetic": "invalid choice 'kinetic' for argument '--work'",
-    "ART --budget 5": "budget is 5, too small",
-    "ART --budget 0": "budget is 0",
-    "V --budget 0": "budget is 0",
-    "ART --duration 4.5": "an episode of 4.5 s leaves less than 1 s after settling for 12 s",
-    "V --duration 4.5": "an episode of 4.5 s leaves less than 1 s after settling for 12 s",
-    "ART --duration nan": "duration_s is nan",
-    "ART --duration 1e9": "duration_s is 1e+09; at 0.002 s per control tick it must be at most",
-    "ART --settle nan": "settle_s is nan",
-    "ART --settle -1": "settle_s is -1",
-    "ART --tick 0": "tick_s is 0",
-    "ART --tick nan": "tick_s is nan",
-    "ART@quadruped-c --drop 0.1": "Unrecognized options: --drop",
-    "ART@quadruped-c --work net": "Unrecognized options: --work",
-    "ART --tick 0.003": "frame_s is 0.02; it must be a whole multiple of tick_s (0.003)",
-}
-
-
-@pytest.mark.parametrize("words", REFUSED)
-def test_unusable_options_are_refused_in_one_line_before_the_training(
-    tmp_path, one_line_error, no_training, words
-):
-    out = tmp_path / "new"
-    assert REFUSED[words] in one_line_error("train", *words.split(), "--out", str(out))
-    assert not out.exists()
-
-
 @pytest.mark.parametrize("model", ["ART", "V"])
 @pytest.mark.parametrize(
     ("place", "said"), [("file", "it is a file"), ("file/folder", "Not a directory")]

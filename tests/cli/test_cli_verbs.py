@@ -19,35 +19,6 @@ from tegotae.systems.models import find
 from tegotae.training.collection import read
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ("simulate bar-light --tick 0.01", "Unrecognized options: --tick"),
-        ("simulate --phases 0 0.5", "perhaps you meant --phase FLOAT"),
-        ("simulate --duration 4 paper", "Unrecognized options: paper"),
-        ("simulate paper bar-light", "simulate takes one name; paper, bar-light are 2"),
-        ("simulate extra", "no model or system is called 'extra'"),
-        ("simulate no/such/file.json", "no controller file at no/such/file.json"),
-        ("simulate ART", "no file was given; take zoo:ART-rF-tphif-w8, or train it: tegotae train"),
-        ("simulate bar-light --animate walk.avi", "use .gif or .mp4"),
-        ("evaluate --json", "names come first: tegotae evaluate NAME [OPTIONS]"),
-        ("evaluate bar-light --drop 0.1", "Unrecognized options: --drop"),
-        ("evaluate paper --starts 3", "Unrecognized options: --starts"),
-        ("evaluate paper --omega 4 5", "Unrecognized options: 5"),
-        ("evaluate paper bar-light", "paper hops on one leg, and bar-light walks on several legs"),
-        ("evaluate ART", "train it: tegotae train ART-rF-tphif-w8"),
-        ("compare paper", "a comparison needs at least two sets of controllers; 1 found"),
-        ("figure basin bar-light --resolution 9 --out b.png", "options: --resolution"),
-        ("figure basin paper --starts 9 --out b.png", "Unrecognized options: --starts"),
-        ("figure basin bar-light --out b.txt", "b.txt"),
-        ("figure surface bar-light --out s.png", "several legs, and this figure is of one leg"),
-        ("gait map paper --out m", "paper hops on one leg, and a gait is how several legs go"),
-    ],
-)
-def test_what_a_name_cannot_answer_is_refused_in_one_line(words, said, one_line_error):
-    assert said in one_line_error(*words.split())
-
-
 @pytest.fixture
 def foreign(tmp_path):
     """The file of a controller whose limb a foreign simulator moves."""

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 from tegotae.cli import main
-from tegotae.cli.console import PLAIN, exit_status, make_safe, one_line, print_rows, shown
+from tegotae.cli.console import PLAIN, make_safe, one_line, print_rows, shown
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "latin-1", "utf-8"])
@@ -77,30 +77,13 @@ def test_debug_stands_anywhere_and_shows_where_an_error_arose(capsys, monkeypatc
     assert "Traceback" in capsys.readouterr().err
 
 
-def test_output_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
+@pytest.mark.parametrize("words", [["models", "T-*"], ["--help"], ["cite"]])
+def test_what_nobody_reads_ends_in_silence(capsys, monkeypatch, words):
     reader, writer = os.pipe()
     os.close(reader)
     with open(writer, "w") as out:
         monkeypatch.setattr(sys, "stdout", out)
-        assert exit_status(lambda: print("one")) == 141
-    assert capsys.readouterr().err == ""
-
-
-def test_a_table_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
-    reader, writer = os.pipe()
-    os.close(reader)
-    with open(writer, "w") as out:
-        monkeypatch.setattr(sys, "stdout", out)
-        assert main(["models", "T-*"]) == 141
-    assert capsys.readouterr().err == ""
-
-
-def test_help_that_nobody_reads_ends_in_silence(capsys, monkeypatch):
-    reader, writer = os.pipe()
-    os.close(reader)
-    with open(writer, "w") as out:
-        monkeypatch.setattr(sys, "stdout", out)
-        assert main(["--help"]) == 141
+        assert main(words) == 141
     assert capsys.readouterr().err == ""
 
 

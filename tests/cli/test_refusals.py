@@ -1,0 +1,206 @@
+"""What a command cannot do is said in one line before any work, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+import shlex
+
+import pytest
+
+from tegotae import Engine
+
+# Words that make no command, with what was meant.
+MISTYPED = {
+    "simulate --sgima 2": "--sgima, 2; perhaps you meant --sigma FLOAT",
+    "simulate --duration long": "--duration is 'long'; write --duration FLOAT",
+    "simulate --duration": "Missing value for argument '--duration'",
+    "simulate paper --extra": "Unrecognized options: --extra",
+    "simulate --duration 4 paper": "Unrecognized options: paper",
+    "simulate --phases 0 0.5": "perhaps you meant --phase FLOAT",
+    "simulate --work=kinetic": "invalid choice 'kinetic' for argument '--work'",
+    "gait sweep bar-light --levels 1": "for argument '--levels'. Expected 2 values",
+    "gait sweep bar-light --levels 1 b": "--levels is '1 b'; write --levels FLOAT",
+    "gait sweep": "names come first: tegotae gait sweep NAME",
+    "models --zoo ART": "Unrecognized options: ART; names come before options",
+    "models --json true false": "false",
+    "doctor x": "'x' is one word too many; no name is asked for",
+    "train": "names come first: tegotae train NAME [OPTIONS]",
+    "train ART --seeds 1.5": "--seeds is '1.5'; write --seeds INT",
+    "train ART --episodes 10": "Unrecognized options: --episodes",
+    "train AR --algorithm sac --population 8": "Unrecognized options: --population",
+    "train ART@quadruped-c --work net": "Unrecognized options: --work",
+    "evaluate --json": "names come first: tegotae evaluate NAME [OPTIONS]",
+    "evaluate bar-light --drop 0.1": "Unrecognized options: --drop",
+    "evaluate paper --starts 3": "Unrecognized options: --starts",
+    "evaluate paper --omega 4 5": "Unrecognized options: 5",
+    "compare": "names come first: tegotae compare NAME [OPTIONS]",
+    "figure --foo": "tegotae figure has no option '--foo'; tegotae figure takes one of",
+    "figure basin bar-light --resolution 9 --out b.png": "options: --resolution",
+    "figure basin paper --starts 9 --out b.png": "Unrecognized options: --starts",
+    "completion fish": "invalid choice 'fish' for argument 'shell'",
+    "benchmarks --lanes 1e3": "--lanes is '1e3'; write --lanes INT",
+    f"models {'x' * 999} {'y' * 999}": "models takes one name; xxx",
+    f"simulate {'x' * 999}": "File name too long",
+    f"simulate {'a' * 5000}": "an argument has 5000 characters; it must have at most 1000",
+    "--parts tests models": "there is no module tests; for a file write FILE",
+}
+# Names of nothing, or of what cannot answer.
+UNKNOWN = {
+    "simulat": "no command of tegotae is called 'simulat'; did you mean simulate",
+    "figure surfac": "no command of tegotae figure is called 'surfac'; did you mean",
+    "simulate papre": "no model or system is called 'papre'; did you mean paper",
+    "simulate paper-refelx": "no actuation is called 'refelx'; did you mean reflex?",
+    "simulate paper+hofp": "no oscillator is called 'hofp'; did you mean hopf",
+    "simulate paper paper": "paper and paper hold the same runs",
+    "simulate paper bar-light": "simulate takes one name; paper, bar-light are 2",
+    "simulate no/such/file.json": "no controller file at no/such/file.json",
+    "simulate ART": "no file was given; take zoo:ART-rF-tphif-w8, or train it: tegotae train",
+    "simulate front:quadruped-c/0.4_0": "is no speed",
+    "simulate {empty}:nothing": "is called 'nothing'; there is none",
+    "evaluate runs/none": "no controller file at runs/none",
+    "evaluate ART": "train it: tegotae train ART-rF-tphif-w8",
+    "evaluate paper bar-light": "paper hops on one leg, and bar-light walks on several legs",
+    "compare paper": "a comparison needs at least two sets of controllers; 1 found",
+    "figure surface bar-light --out s.png": "several legs, and this figure is of one leg",
+    "figure phase-locking paper-x --out p.png": "no actuation is called 'x'",
+    "gait map paper --out m": "paper hops on one leg, and a gait is how several legs go",
+    "gait stability bar-light --over nothing 0 1 --out new/map": "called 'nothing'",
+    "generalise paper --conditions ''": "no condition is called ''; some that",
+    "train art": "no model or system is called 'art'; did you mean ART",
+    "train ART --algorithm pgp": "no algorithm is called 'pgp'; did you mean pgpe",
+    "models ART-rF-tphif-w9": "is called 'ART-rF-tphif-w9'; did you mean ART-rF-tphif-w",
+    "models V-sectro-w4": "did you mean V-sector-w4",
+    "models xyz --json": "no model is called 'xyz'; some that are: V-sector-w4",
+    "models ''": "no model is called ''",
+}
+# Values that cannot be.
+UNUSABLE = {
+    **{
+        f"simulate --{option}={value}": f"is {float(value):g}"
+        for options, values in (
+            ("mass stiffness rest-length gravity max-force tick", "-1 0 nan inf"),
+            ("damping flight-damping measure-from drop-time", "-1 nan inf"),
+            ("omega sigma velocity phase drop height", "nan inf -inf"),
+            ("duration", "0 -1 nan inf"),
+        )
+        for option in options.split()
+        for value in values.split()
+    },
+    "simulate --duration 0.001": "it must be at least one frame",
+    "simulate --duration 1e9": "it must be at most 16777.2",
+    "simulate --omega=-1 --plot new/a.png --csv new/a.csv": "omega is -1",
+    "simulate --omega 1e39": "omega is 1e+39; it must be at most 1000",
+    "simulate --height 0": "height_m is 0; it must be greater than 0",
+    "simulate --height 1e300": "height_m is 1e+300; it must be at most 1000",
+    "simulate --velocity=-1e9": "velocity_m_per_s is -1e+09; it must be at least -1000",
+    "simulate --drop 1e9": "drop_m is 1e+09; it must be at most 1000",
+    "simulate --mass 1e300": "mass_kg is 1e+300; it must be at most 3.40282e+38",
+    "simulate --mass 1e-300": "the control tick of 0.001 s is too long",
+    "simulate --damping 1e6": "the control tick of 0.001 s is too long",
+    "simulate --sigma 1e300": "sigma is 1e+300; it must be at most 1e+06",
+    "simulate --tick 1": "the control tick of 1 s is too long for this hopper",
+    "simulate --tick 1e-9": "at 1e-09 s per control tick it must be at most",
+    "simulate --tick 5e-324": "per control tick it must be at most",
+    "simulate --measure-from 20": "begins at 20 s, but the rollout ends at 20 s",
+    "simulate --drop 0.2 --drop-time 20": "to drop at 20 s, but the rollout ends at 20 s",
+    "simulate --drop 0.2 --duration 5": "to drop at 10 s, but the rollout ends at 5 s",
+    "evaluate paper --work kinetic": "work is 'kinetic'",
+    "evaluate paper --undisturbed nan": "undisturbed_s is nan",
+    "evaluate paper --omega 1e39": "omega_t is 1e+39; it must be at most 1000",
+    "evaluate paper --drop 1e308": "drop_m is 1e+308; it must be at most 1000",
+    "compare paper paper-reflex --drop=-1": "drop_m is -1",
+    "train ART --population 7": "population is 7; PGPE samples pairs, so it must be even",
+    "train ART --population 0": "population is 0; it must be a whole number of at least 2",
+    "train ART --population 1000000000000": "seeds and 96 weights, would need about",
+    "train ART --seeds 0": "seeds is 0; it must be a whole number of at least 1",
+    "train ART --seeds 1000000000": "seeds is 1000000000; it must be at most 100000",
+    "train ART --first-seed=-1": "first_seed is -1; it must be a whole number of at least 0",
+    "train ART --first-seed 2147483647 --seeds 2": "it must be at most 2147483645",
+    "train ART --generations 0": "generations is 0; it must be a whole number of at least 1",
+    "train AR --algorithm sac --episodes 0": "episodes is 0",
+    "train ART --budget 5": "budget is 5, too small",
+    "train V --budget 0": "budget is 0",
+    "train ART --budget 1000000000": "budget is 1000000000; it must be at most 1000000",
+    "train ART --duration 4.5": "of 4.5 s leaves less than 1 s after settling for 12 s",
+    "train V --duration 4.5": "of 4.5 s leaves less than 1 s after settling for 12 s",
+    "train ART --duration nan": "duration_s is nan",
+    "train ART --duration 1e9": "duration_s is 1e+09; at 0.002 s per control tick it must be",
+    "train ART --settle=-1": "settle_s is -1",
+    "train ART --tick 0": "tick_s is 0",
+    "train ART --tick 0.003": "frame_s is 0.02; it must be a whole multiple of tick_s (0.003)",
+    "train ART --vary mass_kg=0.0_8:0.1": "is no condition",
+    "generalise paper --conditions delay=0.0_1/0.02": "has no levels",
+    "models ART --budget 5": "budget is 5, too small: ART-rF-tphi-w4 has at least 12 weights",
+    "models --budget=-3": "budget is -3; it must be a whole number of at least 1",
+    "models ART --zoo --budget 20": "--budget sizes controllers that are not trained",
+    "gait map bar-light --x sigma 1 2 --y sigma 1 2 --out new/map": "a map is over two",
+    "gait front quadruped-c --walkers 10000000000": "must be at most 1000000",
+    "figure basin bar-light --out b.txt": "b.txt",
+    "figure basin --height -1 2 --out b.png": "height (low end) is -1; it must be greater",
+    "figure basin --resolution 1000000000 --out b.png": "it must be at most 2000",
+    "figure phase-locking --cut 1e300 --out p.png": "cut is 1e+300",
+    "figure poincare --nudge 1e300 --out p.png": "nudge is 1e+300; it must be at most 1",
+    "figure poincare --turns 99999999 --out p.png": "turns is 99999999; it must be at most",
+    "figure phase-response --points 1000000000 --out p.png": "points is 1000000000",
+    "figure phase-response --push 1e300 --out p.png": "push is 1e+300; it must be at most",
+    "figure surface paper --omega=-1 --out new/a.png": "omega is -1",
+    "figure surface --spring-force 1e30 --out s.png": "spring_force is 1e+30; it must be at",
+    "figure surface --resolution 1000000000 --out s.png": "it must be at most 2000",
+    "simulate bar-light --animate walk.avi": "use .gif or .mp4",
+    "benchmarks --lanes 0": "lanes is 0; it must be a whole number of at least 1",
+    "benchmarks --lanes 1000000000000": "1000000000000 lanes would need about 2.86e+06 GiB",
+    "tuning ART --storage s --workers 99999": "workers is 99999; on this machine of",
+    "tuning ART --storage s --simulated 1e300": "budget_s is 1e+300; it must be at most",
+    "reproduction optimum-table --starts 0": "starts is 0; it must be a whole",
+    "reproduction run --dir s --workers 0": "workers is 0; it must be a whole number",
+    "reproduction run --dir s --workers 99999": "workers is 99999; on this machine of",
+    "reproduction readings run --dir s --readings 999999999": "readings is 999999999",
+    "reproduction gain-map --omega 0 1e308 --out g.png": "omega (high end) is 1e+308",
+    "reproduction gain-map --sigma 0 1e30 --out g.png": "sigma (high end) is 1e+30",
+    "reproduction gain-map --resolution 99999999999999 --out g.png": "it must be at most 2000",
+}
+REFUSED = {**MISTYPED, **UNKNOWN, **UNUSABLE}
+
+
+@pytest.fixture
+def no_work(monkeypatch):
+    """Makes any rollout, training or search fail the test."""
+
+    def begin(*_, **__):
+        raise AssertionError("work was started before the input was checked")
+
+    monkeypatch.setattr(Engine, "run", begin)
+    monkeypatch.setattr(Engine, "run_lanes", begin)
+    for name in ("start", "evolve"):
+        monkeypatch.setattr(f"tegotae.training.evolution.Evolution.{name}", begin)
+
+
+@pytest.mark.parametrize("line", REFUSED, ids=lambda line: line[:60])
+def test_what_cannot_be_done_is_refused_in_one_line_before_any_work(
+    line, no_work, one_line_error, tmp_path, monkeypatch
+):
+    if line.startswith("tuning"):
+        pytest.importorskip("optuna")
+    empty = tmp_path / "nothing_in_it.py"
+    empty.touch()
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    said = one_line_error(*shlex.split(line.replace("{empty}", str(empty))))
+    assert REFUSED[line] in said
+    assert len(said) < 640
+    assert os.listdir() == []
+
+
+def test_without_a_command_they_are_listed(one_line_error):
+    assert "simulate, evaluate" in one_line_error()
+
+
+@pytest.mark.parametrize("columns", ["20", None])
+def test_the_width_of_the_terminal_changes_no_line(one_line_error, monkeypatch, columns):
+    if columns:
+        monkeypatch.setenv("COLUMNS", columns)
+    else:
+        monkeypatch.delenv("COLUMNS", raising=False)
+    said = one_line_error("simulate", "--sgima", "2")
+    assert MISTYPED["simulate --sgima 2"] in said
+    assert os.environ.get("COLUMNS") == columns
