@@ -11,9 +11,8 @@ from benchmarks.__main__ import BENCH
 from playground.__main__ import PLAYGROUND
 from reproduction.__main__ import PROG, REPRODUCTION
 from studies.tuning.__main__ import TUNE
-from tegotae.cli.asking import Question, options_by_subject
+from tegotae.cli.asking import Question, flags_of, options_by_subject
 from tegotae.cli.commands import COMMANDS
-from tegotae.cli.parsing import flags_of
 from tegotae.cli.program import Command, CommandGroup
 
 

@@ -11,10 +11,8 @@ import pytest
 from pages import DOCS
 from places import ROOT
 from programs import PROGRAMS
-from tegotae.cli.asking import Question, options_by_subject
-from tegotae.cli.help_texts import overview, overview_of
-from tegotae.cli.parsing import flags_of
-from tegotae.cli.program import Command, CommandGroup
+from tegotae.cli.asking import Question, flags_of, options_by_subject
+from tegotae.cli.program import Command, CommandGroup, overview
 from vocabulary import PROSE
 
 PAGES = sorted(
@@ -94,7 +92,7 @@ def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
         else:
             yield from (about for _, about, _ in flags_of(kind))
         return
-    yield overview(entry, prog) if entry.sections else overview_of(prog, entry)
+    yield overview(entry, prog)
     for name, below in entry.commands.items():
         yield from helps(below, f"{prog} {name}")
 

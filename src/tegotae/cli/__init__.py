@@ -12,8 +12,7 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
-from tegotae.cli.help_texts import overview, overview_of
-from tegotae.cli.program import Command, CommandGroup
+from tegotae.cli.program import Command, CommandGroup, overview
 
 _HELP = (["-h"], ["--help"])
 _LONGEST_WORD = 1000
@@ -91,7 +90,7 @@ def parsed(
         )
     if isinstance(entry, CommandGroup):
         if list(words) in _HELP:
-            print(overview(entry, prog) if entry.sections else overview_of(prog, entry))
+            print(overview(entry, prog))
             raise SystemExit(0)
         if words and (chosen := entry.commands.get(words[0])):
             return parsed(words[1:], chosen, f"{prog} {words[0]}")
@@ -100,8 +99,7 @@ def parsed(
         given = f"{prog} has no option {words[0]!r}" if words else "no command is given"
         listed = ", ".join(entry.commands)
         raise TegotaeError(f"{given}; {prog} takes one of {listed}, or --help")
-    from tegotae.cli.asking import Asked, Question  # slow to import
-    from tegotae.cli.parsing import parse
+    from tegotae.cli.asking import Asked, Question, parse  # slow to import
 
     command = entry.load()
     if isinstance(command, Question):

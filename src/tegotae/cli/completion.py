@@ -9,11 +9,9 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from tegotae.cli.asking import Question, options_by_subject
+from tegotae.cli.asking import Question, flags_of, options_by_subject
 from tegotae.cli.commands import COMMANDS
-from tegotae.cli.help_texts import SWITCHES
-from tegotae.cli.parsing import flags_of
-from tegotae.cli.program import Command, CommandGroup
+from tegotae.cli.program import SWITCHES, Command, CommandGroup
 from tegotae.systems.zoo import PREFIX, names
 
 _ZSH = """\
