@@ -10,15 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import rich.console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeRemainingColumn,
-)
+from rich import progress
 from rich.text import Text
 
 QUIET = "TEGOTAE_QUIET"
@@ -50,7 +42,9 @@ class Console(rich.console.Console):
 class Reporter:
     """One piece of long work, `total` steps long."""
 
-    def __init__(self, title: str, total: int, console: Console, bar: Progress | None) -> None:
+    def __init__(
+        self, title: str, total: int, console: Console, bar: progress.Progress | None
+    ) -> None:
         self._title, self._total, self._console, self._bar = title, total, console, bar
         self._task = bar.add_task(title, total=total, note="") if bar else None
         self._first: tuple[int, float] | None = None
@@ -80,8 +74,8 @@ def _rate(per_s: float) -> str:
     return f"{per_s:.1f}/s" if per_s >= 1.0 else f"{60.0 * per_s:.1f}/min"
 
 
-class _RateColumn(ProgressColumn):
-    def render(self, task: Task) -> Text:
+class _RateColumn(progress.ProgressColumn):
+    def render(self, task: progress.Task) -> Text:
         return Text(_rate(task.speed) if task.speed else "")
 
 
@@ -93,12 +87,12 @@ def reporting(title: str, total: int) -> Iterator[Reporter]:
         yield Reporter(title, total, console, None)
         return
     columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(bar_width=24),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[note]}", markup=False),
+        progress.TextColumn("{task.description}", markup=False),
+        progress.BarColumn(bar_width=24),
+        progress.MofNCompleteColumn(),
+        progress.TextColumn("{task.fields[note]}", markup=False),
         _RateColumn(),
-        TimeRemainingColumn(),
+        progress.TimeRemainingColumn(),
     )
-    with Progress(*columns, console=console) as bar:
+    with progress.Progress(*columns, console=console) as bar:
         yield Reporter(title, total, console, bar)

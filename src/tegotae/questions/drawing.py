@@ -11,14 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 import pandas as pd
 
+from tegotae._support import limits
 from tegotae._support.errors import TegotaeError, require_all, require_count, require_finite
-from tegotae._support.limits import (
-    MOST_GAIN,
-    MOST_M,
-    MOST_POINTS,
-    MOST_RAD_PER_S,
-    require_within,
-)
 from tegotae.analysis.orbit import (
     NoLimitCycleError,
     Orbit,
@@ -170,8 +164,8 @@ def figure_surface(subject: HoppingTask | PolicyFile, options: SurfaceOptions) -
     from tegotae.analysis.surface import actuation_surface, sees_velocity
     from tegotae.figures.cycles import surface_figure, surface_tables
 
-    require_count("resolution", options.resolution, least=2, most=MOST_POINTS)
-    require_within("velocity", options.velocity_m_per_s, MOST_M)
+    require_count("resolution", options.resolution, least=2, most=limits.MOST_POINTS)
+    limits.require_within("velocity", options.velocity_m_per_s, limits.MOST_M)
     driver = subject.controller(options.driver)
     body, note = require_hopper(driver.body, "an actuation surface"), _titled(driver)
     shortest_n = body.stiffness_n_per_m * body.rest_length_m  # the force of a leg of no length
@@ -330,11 +324,7 @@ class PhaseResponseOptions(SettledOptions):
 def figure_phase_response(task: HoppingTask, options: PhaseResponseOptions) -> Picture:
     """Shift of the rhythm by a short push, over the phase of the push in the limit cycle."""
     from tegotae.analysis.phase_response import check_pushes, measure_phase_response
-    from tegotae.figures.cycles import (
-        NEGLIGIBLE_RAD,
-        phase_response_figure,
-        phase_response_table,
-    )
+    from tegotae.figures import cycles
 
     saved, push, points = task.controller(options), np.array(options.push), options.points
     check_pushes(push, require_hopper(saved.body, "a push"), points, options.cycles)
@@ -348,15 +338,15 @@ def figure_phase_response(task: HoppingTask, options: PhaseResponseOptions) -> P
             continue
         most = int(np.nanargmax(np.abs(shift)))
         where = response.cycle_phase_rad[most] / (2.0 * np.pi)
-        tiny = ", which is negligible" if abs(shift[most]) < NEGLIGIBLE_RAD else ""
+        tiny = ", which is negligible" if abs(shift[most]) < cycles.NEGLIGIBLE_RAD else ""
         gone = f"; no return from {lost:.0%} of the points" if lost else ""
         remarks.append(
             f"{pushed}largest shift {shift[most]:+.3g} rad at t/T = {where:.2f}{tiny}{gone}"
         )
     return Picture(
         raw=response,
-        drawn=lambda: phase_response_figure(response, _titled(saved)),
-        tables={"": phase_response_table(response)},
+        drawn=lambda: cycles.phase_response_figure(response, _titled(saved)),
+        tables={"": cycles.phase_response_table(response)},
         settings=options,
         remarks=remarks,
     )
@@ -391,11 +381,11 @@ def figure_phase_locking(task: HoppingTask, options: PhaseLockingOptions) -> Pic
     from tegotae.figures.maps import phase_locking_figure, phase_locking_table
     from tegotae.figures.style import literal
 
-    require_within("cut", options.cut, MOST_GAIN)
+    limits.require_within("cut", options.cut, limits.MOST_GAIN)
     sweep = sweep_gain(
         task.runs.controller,
         axis("sigma", *options.sigma, options.resolution),
-        axis("omega", *options.omega, options.resolution, most=MOST_RAD_PER_S),
+        axis("omega", *options.omega, options.resolution, most=limits.MOST_RAD_PER_S),
         options.body,
         timing=Timing(duration_s=options.duration_s),
         height_m=task.runs.system.release.height_m,
@@ -428,9 +418,9 @@ class HoppingBasin(HoppingOptions):
         from tegotae.figures.maps import basin_figure, describe
 
         saved, points = task.controller(self), self.resolution
-        heights = axis("height", *self.height, points, above=0.0, most=MOST_M)
+        heights = axis("height", *self.height, points, above=0.0, most=limits.MOST_M)
         across = (
-            axis("velocity", *self.velocity, points, most=MOST_M)
+            axis("velocity", *self.velocity, points, most=limits.MOST_M)
             if saved.controller.oscillator is None
             else axis("phase", 0.0, 2.0 * math.pi, points)
         )
@@ -495,22 +485,18 @@ def figure_learning_curves(
     Names are folders of trainings, searched with their subfolders, or tables that this command
     wrote.
     """
-    from tegotae.figures.learning_curves import (
-        algorithms_compared,
-        algorithms_figure,
-        algorithms_tables,
-    )
+    from tegotae.figures import learning_curves
     from tegotae.training.curves import read_curves
 
     curves = read_curves(list(map(Path, places)), options[0].of)
     return Picture(
         raw=curves,
-        drawn=lambda: algorithms_figure(curves),
-        tables=algorithms_tables(curves),
+        drawn=lambda: learning_curves.algorithms_figure(curves),
+        tables=learning_curves.algorithms_tables(curves),
         settings=options[0],
         remarks=(
             "Mean over runs of the mean over the last tenth of training [95 % interval]; equal "
             "time: that of the shortest run of the model.",
         ),
-        shown=[algorithms_compared(curves)],
+        shown=[learning_curves.algorithms_compared(curves)],
     )

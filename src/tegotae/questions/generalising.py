@@ -15,15 +15,8 @@ from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.tables import write_csv
 from tegotae._support.workplace import GENERALISATION, require_free_for
+from tegotae.analysis.generalisation import run
 from tegotae.analysis.generalisation.disturbances import Disturbance, disturbances_named
-from tegotae.analysis.generalisation.run import (
-    MEASURES,
-    Done,
-    Margin,
-    curve,
-    generalise as generalised,
-    margins,
-)
 from tegotae.questions.answer import AnswerBase, TableAnswer, short
 from tegotae.questions.question import question
 from tegotae.questions.task import Task
@@ -85,7 +78,7 @@ def _listed(levels: Iterable[float]) -> str:
 class Generalisation(AnswerBase):
     """How much of each condition controllers bear."""
 
-    done: Sequence[Done]
+    done: Sequence[run.Done]
     chosen: tuple[Disturbance, ...]
 
     def frame(self) -> pd.DataFrame:
@@ -120,20 +113,20 @@ class Generalisation(AnswerBase):
             (tested.name, measure, *margin)
             for tested, outcome in self.done
             for measure in measures
-            for margin in margins(outcome, self.chosen, measure)
+            for margin in run.margins(outcome, self.chosen, measure)
         ]
-        return pd.DataFrame(rows, columns=["controller", "measure", *Margin._fields])
+        return pd.DataFrame(rows, columns=["controller", "measure", *run.Margin._fields])
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Margins by each measure, curves, and what was left out."""
-        curves = {tested.name: curve(outcome) for tested, outcome in self.done}
+        curves = {tested.name: run.curve(outcome) for tested, outcome in self.done}
         left_out = [
             (tested.name, condition, why)
             for tested, outcome in self.done
             for condition, why in outcome.left_out.items()
         ]
         return {
-            "margins": self._margins(MEASURES),
+            "margins": self._margins(run.MEASURES),
             "curves": pd.concat(curves, names=["controller"]).reset_index("controller"),
             "left_out": pd.DataFrame(left_out, columns=["controller", "condition", "why"]),
         }
@@ -170,7 +163,7 @@ def generalise(tasks: Sequence[Task], options: Sequence[GeneralisationOptions]) 
     if not asked:
         raise TegotaeError(f"no model matches {own.only}; there are {', '.join(names[:3])}")
     tested = [task.tested(own.starts) for task in asked]
-    done = generalised(tested, chosen, own.out, anew=own.anew)
+    done = run.generalise(tested, chosen, own.out, anew=own.anew)
     return Generalisation(done, chosen)
 
 
