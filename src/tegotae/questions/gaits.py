@@ -239,7 +239,7 @@ def gait_sweep(task: WalkingTask, options: SweepOptions) -> GaitStudy:
     dwell_s = 0.5 * options.duration_s if options.dwell_s is None else options.dwell_s
     found = sweep(legged, levels.values, dwell_s=dwell_s, **picked(options, *RELEASES))
     gaits = found.frame.groupby(["omega_rad_per_s", "direction"])["gait"]
-    listed = gaits.agg(lambda x: ", ".join(f"{name} {n}" for name, n in _counts(x).items()))
+    listed: Any = gaits.agg(lambda x: ", ".join(f"{name} {n}" for name, n in _counts(x).items()))
     summary = listed.unstack()[[UP, DOWN]].add_prefix("gaits on the way ").rename_axis(index="ω")
     where = ", ".join(f"{w:.4g}" for w in found.bistable)
     changes = found.hysteresis
@@ -427,7 +427,7 @@ def gait_stability(task: WalkingTask, options: StabilityOptions) -> GaitStudy:
     over = Axis.between(*options.over, options.count)
     how = picked(options, "kick", "pairs", "skip", "cycles", "seed", "tolerance")
     found = stability(options.legged(task, over), over, options.gaits or None, **how)
-    frame = found.frame
+    frame: Any = found.frame
     shown = [
         UNDEFINED if math.isnan(a) else f"{a:.3f}, {b:.3f}"
         for a, b in zip(frame["largest"], frame["unexplained"], strict=True)
