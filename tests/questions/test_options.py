@@ -27,8 +27,8 @@ def test_every_number_of_a_body_is_an_option_that_says_what_it_is(name):
 def test_a_unit_may_be_left_out_and_a_part_of_the_options_replaced():
     (task,), (heavier,) = tasks_of("paper"), tasks_of("paper", body=Hopper(mass_kg=0.2))
     for name in ("mass", "mass_kg"):
-        options = changed(task.options("simulate"), {name: 0.2}, task.name)
-        assert options == heavier.options("simulate")
+        options = changed(task.simulate_options(), {name: 0.2}, task.name)
+        assert options == heavier.simulate_options()
 
 
 def test_one_number_holds_for_every_leg_and_of_wrappers_the_outer_one_is_meant():
@@ -50,4 +50,4 @@ def test_a_new_field_of_a_body_is_an_option():
 def test_an_unknown_option_is_named_with_the_nearest_one():
     (task,) = tasks_of("quadruped-c")
     with pytest.raises(TegotaeError, match=r"no option of quadruped-c is called 'drap'; did you"):
-        changed(task.options("simulate"), {"drap": 1.0}, task.name)
+        changed(task.simulate_options(), {"drap": 1.0}, task.name)

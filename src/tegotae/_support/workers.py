@@ -51,7 +51,7 @@ class Workers:
         self._pool = ProcessPoolExecutor(
             size,
             mp_context=multiprocessing.get_context("spawn"),
-            initializer=_begin,
+            initializer=end_with_parent,
             initargs=(os.getpid(),),
         )
         self._cores = cores
@@ -113,11 +113,6 @@ def ctrl_c_held_back() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if held and callable(handler):
             handler(*held[-1])
-
-
-def _begin(parent: int) -> None:
-    """What a worker does before it is given work, which may compute as soon as it is unpickled."""
-    end_with_parent(parent)
 
 
 def end_with_parent(parent: int) -> None:

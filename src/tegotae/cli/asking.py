@@ -174,7 +174,8 @@ class Asked:
         said = {word[2:].partition("=")[0].replace("-", "_") for word in words if word[:2] == "--"}
         given = _values(parsed, {name: known[name] for name in known if name in said})
         shown = AnswerOutput(**_values(parsed, outputs))
-        output = shown.usual(question, self.names[0] if self.names else _only(subjects))
+        first = [*self.names, *map(called, subjects[:1])]
+        output = shown.usual(question, first[0] if first else "")
         if "out" in known:  # it works in the folder that is written
             given["out"] = output.out
         return subjects, given, output
@@ -222,11 +223,6 @@ def file_stem(name: str) -> str:
     last = re.split(r"[/\\\\:]", name)[-1]
     plain = re.sub(r"\.(json|zip|onnx|py)$", "", last)
     return re.sub(r"[^\w.@+-]+", "-", plain).strip("-.")
-
-
-def _only(subjects: Sequence[Any]) -> str:
-    """The name of the one subject where none was given."""
-    return called(subjects[0]) if len(subjects) == 1 else ""
 
 
 def _plain(word: str, known: dict[str, OptionValue]) -> str:

@@ -201,15 +201,13 @@ class HoppingTask(Task):
             start=runs.system.scenario()._replace(height_m=options.protocol.release_m),
             integrator=runs.system.integrator,
         )
+        shown = metrics if options.metric else [m for m in metrics if TABLE in m.shown]
         labels, omegas = runs.labels, result.omega
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
         return self.answer(
             rows | {name: values.ravel() for name, values in result.episodes.items()},
             columns(
-                *(
-                    (m.name, m.label, m.unit, m.range, m.more_is_better, _is_shown(m, options))
-                    for m in metrics
-                )
+                *((m.name, m.label, m.unit, m.range, m.more_is_better, m in shown) for m in metrics)
             ),
             options,
             remarks=(
@@ -225,7 +223,3 @@ def _metrics(asked: tuple[str, ...]) -> tuple[Metric, ...]:
     own = {name: named(name, Metric, "metric") for name in asked if is_reference(name)}
     names = [register(own[name]).name if name in own else name for name in asked]
     return chosen(names or None)
-
-
-def _is_shown(metric: Metric, options: HoppingEvaluation) -> bool:
-    return bool(options.metric) or TABLE in metric.shown

@@ -43,10 +43,6 @@ class Task:
     """What they do, after their name."""
     runs: ControllerSet
 
-    def options(self, question: str) -> Any:
-        """The options of `simulate` or `evaluate`, with the subject's own values."""
-        return getattr(self, f"{question}_options")()
-
     def simulate(self, options: Any) -> RecordedRun:
         """One run, closely."""
         raise NotImplementedError

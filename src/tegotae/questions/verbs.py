@@ -26,7 +26,7 @@ def _there(question: str) -> Any:
 
 
 @question(
-    own=lambda task: task.options("simulate"),
+    own=lambda task: task.simulate_options(),
     usual=("paper",),
     kinds={
         _ONE: "paper",
@@ -45,7 +45,7 @@ def simulate(task: Task, options: Any) -> RecordedRun:
 
 
 _EVALUATED: dict[str, Any] = {
-    "own": lambda task: task.options("evaluate"),
+    "own": lambda task: task.evaluate_options(),
     "several": True,
     "kinds": {_ONE: "paper", _SEVERAL: "quadruped-c", _THERE: lambda: _there("evaluate")},
 }
