@@ -19,7 +19,7 @@ QUESTIONS = ("simulate", "evaluate")
 def test_every_number_of_a_body_is_an_option_that_says_what_it_is(name):
     (task,) = tasks_of(name)
     for question in QUESTIONS:
-        known = options_of(task.options(question))
+        known = options_of(getattr(task, f"{question}_options")())
         assert {"mass", "gravity", "omega"} < {*known}
         assert [name for name, option in known.items() if not option.about] == []
 
