@@ -16,7 +16,6 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import note
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe
-from tegotae.systems.experiment import Experiment
 from tegotae.systems.resolve import Resolved, resolve
 from tegotae.training.evaluator import best_gain
 
@@ -68,9 +67,8 @@ def sets_of(found: Resolved) -> list[ControllerSet]:
     Raises:
         TegotaeError: if it has no weights.
     """
-    if found.is_untrained and len(found.experiments) == 1 and found.experiment().is_searched:
-        return [_searched(found.experiment())]
-    return group(found.weighted())
+    searched = _searched(found)
+    return group(found.weighted()) if searched is None else [searched]
 
 
 def controller_of(found: Resolved) -> SavedController:
@@ -79,10 +77,19 @@ def controller_of(found: Resolved) -> SavedController:
     Raises:
         TegotaeError: if it has no weights, or several controllers.
     """
-    if found.is_untrained and len(found.experiments) == 1 and found.experiment().is_searched:
-        (runs,) = sets_of(found)
-        return SavedController(runs.system, runs.weights[0], runs.name, runs.experiment)
-    return found.controller()
+    runs = _searched(found)
+    if runs is None:
+        return found.controller()
+    return SavedController(runs.system, runs.weights[0], runs.name, runs.experiment)
+
+
+def _searched(found: Resolved) -> ControllerSet | None:
+    """What has a σ alone to learn, with the best one; None of all else."""
+    if not (found.is_untrained and len(found.experiments) == 1 and found.experiment().is_searched):
+        return None
+    own = found.experiment()
+    gain, _ = best_gain(own)
+    return ControllerSet(own.name, own.system, np.array([[gain]]), ("search",), experiment=own)
 
 
 def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
@@ -146,12 +153,8 @@ def _is_within(runs: ControllerSet, other: ControllerSet) -> bool:
     ours, theirs = (
         {np.asarray(row, float).tobytes() for row in each.weights} for each in (runs, other)
     )
-    return ours <= theirs and _provenance(runs) == _provenance(other)
-
-
-def _provenance(runs: ControllerSet) -> str:
-    own = None if runs.experiment is None else describe(runs.experiment)
-    return json.dumps([describe(runs.system), runs.training, own], sort_keys=True)
+    alike = all(getattr(runs, x) == getattr(other, x) for x in ("system", "training", "experiment"))
+    return ours <= theirs and alike
 
 
 def _apart(
@@ -222,14 +225,3 @@ def _formatted(document: Mapping[str, Json], name: str) -> str:
         return name if value else f"no {name}"
     shown = f"{value:g}" if isinstance(value, float) else str(value)
     return f"{name.removesuffix('.name')} {shown}".strip()
-
-
-def _searched(experiment: Experiment) -> ControllerSet:
-    gain, _ = best_gain(experiment)
-    return ControllerSet(
-        experiment.name,
-        experiment.system,
-        np.array([[gain]]),
-        ("search",),
-        experiment=experiment,
-    )

@@ -61,53 +61,30 @@ class TermModule(nn.Module):
 
     def __init__(self, term: Term, observed: Observed, weights: np.ndarray) -> None:
         super().__init__()
+        self.term = term
         self.weights = nn.Parameter(torch.tensor(weights, dtype=torch.float32))
         self.columns = [observed.column(name) for name in term.reads]
         self.scales = [observed.scales.get(name, 1.0) for name in term.reads]
 
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Observations [batch, columns] to the term's value, [batch] or [1]."""
+        return FORWARD[type(self.term)](self, observations[:, self.columns])
 
-class NetworkModule(TermModule):
+
+def _network(module: TermModule, x: torch.Tensor) -> torch.Tensor:
     """`Σ_j v_j tanh(Σ_i w_ji x_i + b_j)`; neuron j owns a run of weights w_j1 … w_jn, b_j, v_j."""
-
-    def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to the network's output [batch]."""
-        n = len(self.columns)
-        table = self.weights.view(-1, n + 2)
-        drive = observations[:, self.columns] @ table[:, :n].T + table[:, n]
-        return torch.tanh(drive) @ table[:, n + 1]
+    n = len(module.columns)
+    table = module.weights.view(-1, n + 2)
+    return torch.tanh(x @ table[:, :n].T + table[:, n]) @ table[:, n + 1]
 
 
-class VanillaActionModule(TermModule):
-    """-cos φ."""
-
-    def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to -cos φ, [batch]."""
-        return -observations[:, self.columns[0]]
-
-
-class VanillaReactionModule(TermModule):
-    """F_k [N]."""
-
-    def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to F_k [N], [batch]."""
-        return observations[:, self.columns[0]] * self.scales[0]
-
-
-class ConstantGainModule(TermModule):
-    """σ."""
-
-    def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to σ, [1]."""
-        return self.weights
-
-
-MODULES: dict[type[Term], Callable[..., TermModule]] = {
-    Network: NetworkModule,
-    VanillaAction: VanillaActionModule,
-    VanillaReaction: VanillaReactionModule,
-    ConstantGain: ConstantGainModule,
+FORWARD: dict[type[Term], Callable[[TermModule, torch.Tensor], torch.Tensor]] = {
+    Network: _network,
+    VanillaAction: lambda module, x: -x[:, 0],  # -cos φ
+    VanillaReaction: lambda module, x: x[:, 0] * module.scales[0],  # F_k [N]
+    ConstantGain: lambda module, x: module.weights,  # σ
 }
-"""The torch counterparts of the usual terms, quicker than JAX's own gradient (`JaxTermModule`)."""
+"""The usual terms of what they read, [batch, signals], quicker than by JAX (`JaxTermModule`)."""
 
 _ROLES = ("action", "reaction", "gain")
 
@@ -186,7 +163,7 @@ class Feedback(nn.Module):
         terms = []
         for role in _ROLES:
             term = controller.terms[role]
-            kind = MODULES.get(type(term), JaxTermModule)
+            kind = TermModule if type(term) in FORWARD else JaxTermModule
             terms.append(kind(term, observed, flat[controller.layout[role]]))
         self.terms = nn.ModuleList(terms)
 

@@ -180,23 +180,21 @@ class WorkerPool:
             starts = np.tile(self._experiment.evaluation_starts[:1], (len(weights), 1))
         blocks = [slice(i, i + self.lanes) for i in range(0, len(weights), self.lanes)]
         jobs = [Job(weights[b], starts[b], [""] * len(weights[b])) for b in blocks]
-        waiting, busy, deaths = jobs.copy(), dict[int, Job](), 0
-        while waiting or busy:
-            for index, worker in enumerate(self._workers):
-                if index not in busy and waiting:
-                    busy[index] = waiting.pop(0)
-                    worker.give(busy[index])
-            for index in self._answering(busy):
-                job = busy.pop(index)
-                answer = self._workers[index].answer()
+        waiting, deaths = jobs.copy(), 0
+        while waiting or any(worker.job for worker in self._workers):
+            for worker in self._workers:
+                if worker.job is None and waiting:
+                    worker.give(waiting.pop(0))
+            for worker, job in self._answering():
+                worker.job, answer = None, worker.answer()
                 if isinstance(answer, TegotaeError):
                     raise answer
                 if isinstance(answer, Trials):
                     job.trials, deaths = answer, 0
                     continue
                 lane, why = answer
-                self._workers[index].end()
-                self._workers[index] = _EnvWorker(self._experiment, self.lanes)
+                worker.end()
+                worker.begin()
                 waiting.insert(0, job)
                 if 0 <= lane < len(job.troubles):
                     job.troubles[lane] = why
@@ -209,12 +207,11 @@ class WorkerPool:
                     )
         return Trials.joined([job.trials for job in jobs if job.trials is not None])
 
-    def _answering(self, busy: dict[int, Job]) -> list[int]:
-        """The workers that have an answer, are dead, or hang."""
-        by_link: dict[object, int] = {self._workers[index].link: index for index in busy}
-        ready = {by_link[link] for link in wait(list(by_link), timeout=0.2)}  # type: ignore[misc]
-        hung = [i for i in busy if i not in ready and self._workers[i].hangs()]
-        return [*sorted(ready), *hung]
+    def _answering(self) -> list[tuple[_EnvWorker, Job]]:
+        """The workers that have an answer, are dead, or hang, and what they were given."""
+        busy = [(worker, worker.job) for worker in self._workers if worker.job is not None]
+        ready = wait([worker.link for worker, _ in busy], timeout=0.2)
+        return [(worker, job) for worker, job in busy if worker.link in ready or worker.hangs()]
 
     def close(self) -> None:
         """End the workers."""
@@ -225,13 +222,20 @@ class WorkerPool:
 class _EnvWorker:
     """One worker process, and what it is at."""
 
+    job: Job | None = None
+    """What it is trying out."""
+
     def __init__(self, experiment: EnvExperiment, lanes: int) -> None:
-        self._limit_s = experiment.limit_s
+        self._experiment, self._lanes, self._limit_s = experiment, lanes, experiment.limit_s
+        self.begin()
+
+    def begin(self) -> None:
+        """Start its process."""
         context = multiprocessing.get_context("spawn")
         self.link, other = context.Pipe()
         # The lane whose environment is at work, and how many steps were begun.
         self._beat = context.Array(c_longlong, [_IDLE, 0], lock=False)
-        arguments = (other, self._beat, experiment, lanes, os.getpid())
+        arguments = (other, self._beat, self._experiment, self._lanes, os.getpid())
         self._process = context.Process(target=_work, args=arguments, daemon=True)
         with ctrl_c_held_back(), assigned_cores(1):
             self._process.start()
@@ -240,7 +244,7 @@ class _EnvWorker:
 
     def give(self, job: Job) -> None:
         """Have it try out a job."""
-        self._since, self._hung = time.monotonic(), False
+        self.job, self._since, self._hung = job, time.monotonic(), False
         with contextlib.suppress(OSError):  # dead: noticed when its answer is read
             self.link.send((job.weights, job.starts, job.troubles))
 
