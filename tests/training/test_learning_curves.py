@@ -8,7 +8,6 @@ import json
 import numpy as np
 import pytest
 
-import tiny
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
@@ -58,15 +57,6 @@ def test_generations_and_episodes_are_on_the_same_scale_of_simulated_time(tmp_pa
     assert pgpe.value.tolist() == [0.1, 0.2, 0.3]
     assert ppo.simulated_s.tolist() == [0.0, 50.0]
     assert ppo.episode.tolist() == [0.0, 5.0]
-
-
-def test_a_training_of_pgpe_is_read(tiny_training):
-    curves = read_curves([tiny_training])
-    assert [c.seed for c in curves] == list(tiny.SEEDS)
-    for found in curves:
-        assert (found.algorithm, found.model) == ("pgpe", "ART-rF-tphif-w8")
-        assert found.episode.tolist() == list(range(tiny.GENERATIONS))
-        assert found.simulated_s[1] == 8 * 3.0
 
 
 def test_settings_that_differ_are_part_of_the_name(tmp_path):
@@ -220,11 +210,6 @@ def test_the_command_draws_and_says_how_far_pgpe_leads(tmp_path, capsys):
     assert "-0.200 [-0.200, -0.200]" in said
     with (tmp_path / "figure.csv").open() as stream:
         assert tuple(next(csv.reader(stream))) == COLUMNS
-
-
-def test_the_command_asks_for_trainings(tmp_path, capsys):
-    assert main(["figure", "learning-curves", "--out", str(tmp_path / "a.png")]) == 2
-    assert "names come first: tegotae figure learning-curves NAME" in capsys.readouterr().err
 
 
 def test_the_legend_names_only_what_is_drawn():

@@ -22,34 +22,30 @@ def end_of(curve: np.ndarray, rule: Stopping = RULE) -> tuple[int, str]:
     return len(curve), RUNNING
 
 
-def test_a_curve_that_rises_to_the_end_ends_at_the_cap():
-    assert end_of(np.linspace(0.0, 30.0, 2000)) == (1000, CAP)
+RISES = np.minimum(np.arange(2000), 100.0)
+DOUBLING = np.log2(np.maximum(np.arange(2000), 1.0))  # gains one with each doubling
 
 
-def test_a_flat_curve_ends_as_soon_as_it_may():
-    assert end_of(np.full(2000, -17.0)) == (40, PLATEAU)
+def jumps_at(generation: int) -> np.ndarray:
+    return np.where(np.arange(2000) >= generation, RISES + 5.0, RISES)
 
 
-def test_a_curve_ends_when_the_asked_share_of_it_brought_nothing():
-    rises_until = 100
-    curve = np.minimum(np.arange(2000), rises_until).astype(float)
-    assert end_of(curve) == (2 * rises_until + 2, PLATEAU)
-
-
-def test_gains_below_the_tolerance_are_none_and_slow_gains_above_it_are():
-    doubling = np.log2(np.maximum(np.arange(2000), 1.0))  # gains one with each doubling
-    assert end_of(0.009 * doubling)[1] == PLATEAU
-    assert end_of(0.011 * doubling) == (1000, CAP)
-
-
-def test_a_late_jump_is_waited_for_as_long_as_the_training_was():
-    def jumps_at(generation: int) -> np.ndarray:
-        curve = np.minimum(np.arange(2000), 100.0)
-        curve[generation:] += 5.0
-        return curve
-
-    assert end_of(jumps_at(190)) == (382, PLATEAU)
-    assert end_of(jumps_at(210)) == (202, PLATEAU)  # missed: it came too late for the rule
+@pytest.mark.parametrize(
+    ("curve", "end", "why"),
+    [
+        pytest.param(np.linspace(0.0, 30.0, 2000), 1000, CAP, id="rises to the end"),
+        pytest.param(np.full(2000, -17.0), 40, PLATEAU, id="flat: as soon as it may"),
+        pytest.param(RISES, 202, PLATEAU, id="the asked share of it brought nothing"),
+        pytest.param(0.009 * DOUBLING, 40, PLATEAU, id="gains below the tolerance are none"),
+        pytest.param(0.011 * DOUBLING, 1000, CAP, id="slow gains above it are some"),
+        pytest.param(jumps_at(190), 382, PLATEAU, id="a late jump is waited for"),
+        pytest.param(jumps_at(210), 202, PLATEAU, id="one that came too late is missed"),
+    ],
+)
+def test_a_training_ends_when_a_share_of_it_as_long_as_asked_for_gained_nothing(curve, end, why):
+    assert end_of(curve) == (end, why)
+    failed = np.where(np.arange(2000) % 7 == 6, -1e6, curve)  # on the way, which does no harm
+    assert end_of(failed)[1] == why
 
 
 def test_noise_below_the_best_seen_neither_ends_nor_prolongs_a_training():
@@ -57,12 +53,6 @@ def test_noise_below_the_best_seen_neither_ends_nor_prolongs_a_training():
     smooth = np.minimum(np.arange(2000), 100.0)
     noisy = smooth - np.abs(draw.normal(size=2000)) * (np.arange(2000) % 2)
     assert abs(end_of(noisy)[0] - end_of(smooth)[0]) <= 4
-
-
-def test_a_failure_on_the_way_does_no_harm():
-    curve = np.minimum(np.arange(2000), 100.0)
-    curve[::7] = -1e6
-    assert end_of(curve)[1] == PLATEAU
 
 
 def test_each_run_is_judged_alone_and_stays_ended():
