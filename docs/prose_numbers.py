@@ -230,10 +230,10 @@ def figure3(policy: str, arm: str, trained: str, column: str, best: bool = False
 @cache
 def late(name: str, algorithm: str, model: str) -> tuple[float, ...]:
     """CoT⁻¹ late in the trainings of a kept table of curves, run by run."""
-    from tegotae.training.curves import groups, read_curves
+    from tegotae.training.curves import groups, late_mean, read_curves
 
     kept = groups(read_curves([KEPT / "experiments" / f"{name}.csv"]))
-    return tuple(run.late_mean() for run in kept[model, algorithm])
+    return tuple(late_mean(run) for run in kept[model, algorithm])
 
 
 def second_look(algorithm: str, policy: str, over: bool = False) -> tuple[float, float, float]:

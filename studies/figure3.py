@@ -17,7 +17,6 @@ of every curve, `figure3.md` the comparison at equal time, after 80 generations 
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 import time
 from collections.abc import Sequence
@@ -26,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import tyro
 
 from reproduction.hop_rates import nearer_resonance
@@ -43,7 +43,7 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import load
 from tegotae.systems.models import find
 from tegotae.training.agents.learner import AgentLearner
-from tegotae.training.curves import COT, LearningCurve, groups, read_curves, table
+from tegotae.training.curves import COLUMNS, COT, groups, late_mean, read_curves
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import configuration
@@ -92,7 +92,9 @@ class Figure3:
                 begun = time.monotonic()
                 self.train(arm, model)
                 print(f"{arm} {model}: {(time.monotonic() - begun) / 60:.1f} min", flush=True)
-        write([curve for arm in ARMS for curve in curves_of(self.out / arm, arm)], tables)
+        write(
+            pd.concat([curves_of(self.out / arm, arm) for arm in ARMS], ignore_index=True), tables
+        )
         write_csv(tables / "figure3_gaits.csv", gaits(self.out))
         print(text(read_curves([tables / "figure3.csv"])), end="")
 
@@ -118,18 +120,18 @@ class Figure3:
         return AgentLearner(settings=settings, episodes=episodes, evaluate_every=every)
 
 
-def curves_of(folder: Path, arm: str) -> list[LearningCurve]:
+def curves_of(folder: Path, arm: str) -> pd.DataFrame:
     """The curves of an algorithm's trainings, by its name here; none of a folder that is not."""
     if not folder.is_dir():
-        return []
-    return [dataclasses.replace(curve, algorithm=arm) for curve in read_curves([folder])]
+        return pd.DataFrame(columns=COLUMNS)
+    return read_curves([folder]).assign(algorithm=arm)
 
 
-def write(curves: Sequence[LearningCurve], out: Path) -> None:
+def write(curves: pd.DataFrame, out: Path) -> None:
     """The table of all points, the comparison and the figure."""
-    write_csv(out / "figure3.csv", table(curves), digits=6)
+    write_csv(out / "figure3.csv", curves, digits=6)
     (out / "figure3.md").write_text(text(curves), encoding="utf-8")
-    shown = [curve for curve in curves if curve.algorithm in ("pgpe-figure3", *AGENTS)]
+    shown = curves[curves["algorithm"].isin(["pgpe-figure3", *AGENTS])]
     save_figure(algorithms_figure(shown), out / "figure3.png")
 
 
@@ -164,7 +166,7 @@ def gaits(out: Path) -> dict[str, list[Any]]:
     return rows
 
 
-def text(curves: Sequence[LearningCurve]) -> str:
+def text(curves: pd.DataFrame) -> str:
     """PGPE beside the agents: last and best policy, after some training, with 95 % intervals."""
     by = groups(curves)
     cells = [
@@ -175,11 +177,11 @@ def text(curves: Sequence[LearningCurve]) -> str:
     best = [cells[0].replace("of the last", "of the best"), cells[1]]
     for model, policy in MODELS.items():
         agents = {arm: by[model, arm] for arm in AGENTS if (model, arm) in by}
-        equal = min((c.simulated_s[-1] for runs in agents.values() for c in runs), default=np.inf)
+        equal = min((_end_s(run) for runs in agents.values() for run in runs), default=np.inf)
         for arm in ARMS:
             runs = by.get((model, arm), [])
             for until, called in _marks(arm, runs, equal):
-                for lines, value in ((cells, _last), (best, _best)):
+                for lines, value in ((cells, late_mean), (best, _best)):
                     ours = [value(run, until(run)) for run in runs]
                     over = [
                         "" if arm in AGENTS or other not in agents
@@ -192,17 +194,17 @@ def text(curves: Sequence[LearningCurve]) -> str:
     return "\n".join([*cells, "", *best]) + "\n"
 
 
-def _marks(arm: str, runs: Sequence[LearningCurve], equal: float) -> list[tuple[Any, str]]:
+def _marks(arm: str, runs: Sequence[pd.DataFrame], equal: float) -> list[tuple[Any, str]]:
     """Until when an algorithm is judged: a time of each run, and its name in the table."""
     if not runs:
         return []
     if arm in AGENTS:
-        return [(lambda run: np.inf, f"{runs[0].simulated_s[-1]:.0f}")]
+        return [(lambda run: np.inf, f"{_end_s(runs[0]):.0f}")]
 
-    def after(run: LearningCurve) -> float:
-        return float(run.simulated_s[min(GENERATIONS, len(run.simulated_s) - 1)])
+    def after(run: pd.DataFrame) -> float:
+        return float(run["simulated_s"].iloc[min(GENERATIONS, len(run) - 1)])
 
-    whole = float(np.mean([run.simulated_s[-1] for run in runs]))
+    whole = float(np.mean([_end_s(run) for run in runs]))
     return [
         (lambda run: equal, f"{equal:.0f}"),
         (after, f"{after(runs[0]):.0f}, {GENERATIONS} generations"),
@@ -210,12 +212,12 @@ def _marks(arm: str, runs: Sequence[LearningCurve], equal: float) -> list[tuple[
     ]
 
 
-def _last(run: LearningCurve, until_s: float) -> float:
-    return run.late_mean(until_s)
+def _end_s(run: pd.DataFrame) -> float:
+    return float(run["simulated_s"].iloc[-1])
 
 
-def _best(run: LearningCurve, until_s: float) -> float:
-    return float(np.nanmax(run.value[run.simulated_s <= until_s]))
+def _best(run: pd.DataFrame, until_s: float) -> float:
+    return float(np.nanmax(run.loc[run["simulated_s"] <= until_s, COT]))
 
 
 def _words(found: Interval) -> str:

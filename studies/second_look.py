@@ -26,6 +26,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import pandas as pd
 import tyro
 
 from figure3 import EPISODE, MODELS, SETTLE_S
@@ -91,14 +92,11 @@ class SecondLook:
             for model in MODELS:
                 self.train(algorithm, model, self.out / algorithm / model)
         first = read_curves([self.first])
-        second = [
-            dataclasses.replace(curve, algorithm=LABELS[curve.algorithm])
-            for curve in read_curves([self.out])
-        ]
-        shown = [*(curve for curve in first if curve.algorithm == "pgpe-figure3"), *second]
+        second = read_curves([self.out]).replace({"algorithm": LABELS})
+        shown = pd.concat([first[first["algorithm"] == "pgpe-figure3"], second], ignore_index=True)
         save_figure(algorithms_figure(shown), self.figure)
         write_tables(self.figure, algorithms_tables(second))
-        print(algorithms_compared([*first, *second]).to_string())
+        print(algorithms_compared(pd.concat([first, second], ignore_index=True)).to_string())
 
     def train(self, algorithm: str, model: str, out: Path) -> None:
         """All seeds of one policy by one algorithm."""

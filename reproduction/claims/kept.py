@@ -22,7 +22,7 @@ from reproduction.ridge import line
 from tegotae._support import tables
 from tegotae.measures.hopping.statistics import Interval, stratified_difference
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.training.curves import groups, read_curves
+from tegotae.training.curves import groups, late_mean, read_curves
 
 _MAPS = {"resonance_shift": RESONANCES, "loss": LOSSES}
 _RESAMPLES = 4000
@@ -61,8 +61,8 @@ def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
     models = dict.fromkeys(model for model, _ in found)
     pairs = [
         (
-            [run.late_mean() for run in found[model, effect.ours]],
-            [run.late_mean() for run in found[model, effect.theirs]],
+            [late_mean(run) for run in found[model, effect.ours]],
+            [late_mean(run) for run in found[model, effect.theirs]],
         )
         for model in models
         if all((model, algorithm) in found for algorithm in both)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from reproduction.claims.counting import Count
@@ -18,21 +19,21 @@ from study_tables import results
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.learning_curves import algorithms_tables
 from tegotae.figures.style import write_tables
-from tegotae.training.curves import LearningCurve
+from tegotae.training.curves import COLUMNS
 
 
 def curves(algorithm: str, late: float, *, points: int = 100, model: str = "m"):
     """Three runs that rise to `late` along a line; an episode is 10 s."""
     episode = np.arange(points, dtype=float)
     rise = np.linspace(0.0, late, points)
-    return [
-        LearningCurve(algorithm, model, seed, episode, 10.0 * episode, rise) for seed in range(3)
-    ]
+    columns = {"algorithm": algorithm, "model": model, "episode": episode}
+    columns |= {"simulated_s": 10.0 * episode, "cot_inverse": rise}
+    return [pd.DataFrame({**columns, "seed": seed}, columns=COLUMNS) for seed in range(3)]
 
 
 def of_algorithms(folder: Path, ours: float, theirs: float):
     runs = [*curves("pgpe", ours), *curves("sac", theirs)]
-    write_tables(folder / "figure3.png", algorithms_tables(runs))
+    write_tables(folder / "figure3.png", algorithms_tables(pd.concat(runs)))
     return measure_kept(OfTrainings("figure3.csv", "cot_inverse", "pgpe", "sac"), folder)
 
 

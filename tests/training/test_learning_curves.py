@@ -6,13 +6,14 @@ import csv
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.figures.style import write_tables
-from tegotae.training.curves import COLUMNS, LearningCurve, groups, read_curves, shared
+from tegotae.training.curves import COLUMNS, groups, late_mean, read_curves, shared
 from tegotae.training.learner import CurvePoint
 from tegotae.training.run import COLUMNS as POINT, write_curves
 
@@ -41,7 +42,8 @@ def leave_pgpe(folder, values, seed=0):
 
 def curve(values, algorithm="ppo", seed=0, model=MODEL, every=10.0):
     episode = every * np.arange(len(values))
-    return LearningCurve(algorithm, model, seed, episode, 12.0 * episode, np.array(values))
+    columns = (algorithm, model, seed, episode, 12.0 * episode, np.array(values))
+    return pd.DataFrame(dict(zip(COLUMNS, columns, strict=True)))
 
 
 # Reading.
@@ -50,20 +52,22 @@ def curve(values, algorithm="ppo", seed=0, model=MODEL, every=10.0):
 def test_generations_and_episodes_are_on_the_same_scale_of_simulated_time(tmp_path):
     leave_pgpe(tmp_path / "a", [0.1, 0.2, 0.3])
     leave_agent(tmp_path / "b", [0.4, 0.5])
-    pgpe, ppo = read_curves([tmp_path])
-    assert (pgpe.algorithm, ppo.algorithm) == ("pgpe", "ppo")
-    assert pgpe.simulated_s.tolist() == [0.0, 40.0, 80.0]
-    assert pgpe.episode.tolist() == [0.0, 1.0, 2.0]
-    assert pgpe.value.tolist() == [0.1, 0.2, 0.3]
-    assert ppo.simulated_s.tolist() == [0.0, 50.0]
-    assert ppo.episode.tolist() == [0.0, 5.0]
+    runs = groups(read_curves([tmp_path]))
+    assert [algorithm for _, algorithm in runs] == ["pgpe", "ppo"]
+    (pgpe,), (ppo,) = runs.values()
+    assert pgpe["simulated_s"].tolist() == [0.0, 40.0, 80.0]
+    assert pgpe["episode"].tolist() == [0.0, 1.0, 2.0]
+    assert pgpe["cot_inverse"].tolist() == [0.1, 0.2, 0.3]
+    assert ppo["simulated_s"].tolist() == [0.0, 50.0]
+    assert ppo["episode"].tolist() == [0.0, 5.0]
 
 
 def test_settings_that_differ_are_part_of_the_name(tmp_path):
     leave_agent(tmp_path / "a", [0.1], critic_senses=[])
     leave_agent(tmp_path / "b", [0.2], critic_senses=["velocity", "height"])
     leave_agent(tmp_path / "c", [0.3], critic_senses=[], seed=1)
-    assert [(c.algorithm, c.seed) for c in read_curves([tmp_path])] == [
+    curves = read_curves([tmp_path])
+    assert list(zip(curves["algorithm"], curves["seed"], strict=True)) == [
         ("ppo, critic_senses none", 0),
         ("ppo, critic_senses none", 1),
         ("ppo, critic_senses velocity+height", 0),
@@ -110,12 +114,10 @@ def test_another_table_is_refused(tmp_path):
 
 
 def test_a_written_table_is_read_back(tmp_path):
-    curves = [curve([0.0, 1 / 3, 0.5]), curve([0.1, 0.2], "sac, gamma 0.9", 3)]
+    curves = pd.concat([curve([0.0, 1 / 3, 0.5]), curve([0.1, 0.2], "sac, gamma 0.9", 3)])
     write_tables(tmp_path / "f.png", algorithms_tables(curves))
-    for ours, theirs in zip(read_curves([tmp_path / "f.csv"]), curves, strict=True):
-        assert (ours.algorithm, ours.seed) == (theirs.algorithm, theirs.seed)
-        np.testing.assert_allclose(ours.value, theirs.value, rtol=1e-8)
-        np.testing.assert_array_equal(ours.simulated_s, theirs.simulated_s)
+    again = read_curves([tmp_path / "f.csv"])
+    pd.testing.assert_frame_equal(again, curves.reset_index(drop=True), rtol=1e-8)
 
 
 # Comparing.
@@ -123,10 +125,10 @@ def test_a_written_table_is_read_back(tmp_path):
 
 def test_the_late_mean_is_over_the_last_tenth_of_simulated_time():
     found = curve(np.arange(21.0))
-    assert found.late_mean() == pytest.approx(np.mean([18, 19, 20]))
+    assert late_mean(found) == pytest.approx(np.mean([18, 19, 20]))
     # Of the first 10 points' time only: the last tenth begins at 9.
-    assert found.late_mean(until_s=10 * 120.0) == pytest.approx(np.mean([9, 10]))
-    assert curve([0.7]).late_mean() == 0.7
+    assert late_mean(found, until_s=10 * 120.0) == pytest.approx(np.mean([9, 10]))
+    assert late_mean(curve([0.7])) == 0.7
 
 
 def test_runs_are_compared_where_all_have_points():
@@ -138,7 +140,7 @@ def test_runs_are_compared_where_all_have_points():
 
 def test_runs_of_a_model_and_an_algorithm_belong_together():
     curves = [curve([0.0]), curve([0.0], seed=1), curve([0.0], "sac"), curve([0.0], model="AR")]
-    assert {key: len(runs) for key, runs in groups(curves).items()} == {
+    assert {key: len(runs) for key, runs in groups(pd.concat(curves)).items()} == {
         (MODEL, "ppo"): 2,
         (MODEL, "sac"): 1,
         ("AR", "ppo"): 1,
@@ -151,7 +153,7 @@ def test_runs_of_a_model_and_an_algorithm_belong_together():
 def test_a_panel_a_model_and_algorithm_over_simulated_time_with_episodes_above():
     curves = [curve([0.0, 0.2, 0.4]), curve([0.0, 0.4, 0.8], seed=1), curve([0.1, 0.1], "sac")]
     curves.append(curve([0.0, 0.5], "pgpe", model="AR-rF-reflex-w8", every=1.0))
-    figure = algorithms_figure(curves)
+    figure = algorithms_figure(pd.concat(curves))
     panels = {panel.get_title(loc="left").replace("\n", " "): panel for panel in figure.axes}
     assert list(panels) == [
         f"{model}: {algorithm}"
@@ -175,7 +177,7 @@ def test_a_panel_a_model_and_algorithm_over_simulated_time_with_episodes_above()
 
 def test_the_interval_of_one_algorithm_hides_no_other():
     curves = [curve([0.0, 0.2, 0.4], a, seed) for a in ("ppo", "sac") for seed in (0, 1)]
-    for panel in algorithms_figure(curves).axes:
+    for panel in algorithms_figure(pd.concat(curves)).axes:
         assert len(panel.collections) == 1
         grey = [line for line in panel.get_lines() if line.get_linewidth() == 0.8]
         assert len(grey) == 1
@@ -183,13 +185,13 @@ def test_the_interval_of_one_algorithm_hides_no_other():
 
 def test_more_algorithms_than_fit_side_by_side_go_on_below():
     curves = [curve([0.0, 0.2], name) for name in "abcde"]
-    shown = [panel for panel in algorithms_figure(curves).axes if panel.get_visible()]
+    shown = [panel for panel in algorithms_figure(pd.concat(curves)).axes if panel.get_visible()]
     assert [p.get_title(loc="left") for p in shown] == [f"{MODEL}: {name}" for name in "abcde"]
 
 
 def test_the_interval_of_the_mean_is_in_the_table_and_empty_for_a_single_run():
     curves = [curve([0.0, 0.2]), curve([0.0, 0.4], seed=1), curve([0.1, 0.1], "sac")]
-    mean = algorithms_tables(curves)["mean"]
+    mean = algorithms_tables(pd.concat(curves))["mean"]
     rows = dict(zip(zip(mean["algorithm"], mean["episode"], strict=True), mean["low"], strict=True))
     # Of two runs, Student's t: 12.7 standard errors. No CoT⁻¹ is below zero.
     assert rows["ppo", 10.0] == 0.0
@@ -215,11 +217,13 @@ def test_the_command_draws_and_says_how_far_pgpe_leads(tmp_path, capsys):
 def test_the_legend_names_only_what_is_drawn():
     time = np.array([0.0, 10.0, 20.0])
 
-    def run(algorithm: str, seed: int) -> LearningCurve:
-        return LearningCurve(algorithm, "AR", seed, time / 10.0, time, time / 20.0)
+    def run(algorithm: str, seed: int) -> pd.DataFrame:
+        return curve(time / 20.0, algorithm, seed)
 
-    def legend(*curves: LearningCurve) -> list[str]:
-        return [text.get_text() for text in algorithms_figure(curves).legends[0].get_texts()]
+    def legend(*curves: pd.DataFrame) -> list[str]:
+        return [
+            text.get_text() for text in algorithms_figure(pd.concat(curves)).legends[0].get_texts()
+        ]
 
     assert legend(run("pgpe", 0)) == ["run"]
     assert legend(run("pgpe", 0), run("sac", 0)) == ["run", "other algorithms"]

@@ -59,9 +59,9 @@ def test_the_fitness_of_an_agent_is_that_of_its_controller_played_again(learned)
 
 
 def test_the_curve_is_of_the_fitness_over_the_time_that_was_learned_from(learned):
-    (curve,) = read_curves([learned[0]], FITNESS)
-    assert curve.value[-1] > curve.value[0] + 0.3
-    assert curve.simulated_s == pytest.approx([0.0, 6.4, 12.8])
+    curve = read_curves([learned[0]], FITNESS)
+    assert curve[FITNESS].iloc[-1] > curve[FITNESS].iloc[0] + 0.3
+    assert curve["simulated_s"].tolist() == pytest.approx([0.0, 6.4, 12.8])
     assert longest_s(learned[0]) == pytest.approx(12.8)
 
 

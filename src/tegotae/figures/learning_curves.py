@@ -16,7 +16,7 @@ from matplotlib.ticker import NullFormatter
 from tegotae.figures.style import COLOURS, PAGE_IN, Table, literal, new_figure, styled
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import UNBOUNDED, Interval, difference, interval
-from tegotae.training.curves import COT, FITNESS, LearningCurve, groups, shared, table
+from tegotae.training.curves import COT, FITNESS, groups, late_mean, measure_of, shared
 
 LABELS = {COT: "CoT⁻¹ [m/J]", FITNESS: "fitness"}
 """What the vertical axis is called, by the measure of the curves."""
@@ -27,7 +27,7 @@ _BESIDE = 3  # panels side by side
 
 
 @styled()
-def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
+def algorithms_figure(curves: pd.DataFrame) -> Figure:
     """CoT⁻¹, or the fitness, during training: runs, their mean and its 95 % interval (Fig. 3).
 
     One panel a model and algorithm, so that no interval hides another; the means of the other
@@ -40,8 +40,8 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
     """
     runs_of = groups(curves)
     means = {key: _mean(runs) for key, runs in runs_of.items()}
-    algorithms = sorted({curve.algorithm for curve in curves})
-    models = sorted({curve.model for curve in curves})
+    algorithms, models = sorted(set(curves["algorithm"])), sorted(set(curves["model"]))
+    measure = measure_of(curves)
     across = min(len(algorithms), _BESIDE)
     down = -(-len(algorithms) // across)
     figure = new_figure(PAGE_IN, 0.5 + 1.95 * len(models) * down)
@@ -50,7 +50,7 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
         for panel in panels.flat[len(algorithms) :]:
             panel.set_visible(False)
         # Intervals of few runs reach far beyond what any run did.
-        values = np.concatenate([c.value for c in curves if c.model == model])
+        values = curves.loc[curves["model"] == model, measure].to_numpy()
         most, least = float(values.max()), min(0.0, float(values.min()))
         room = 0.1 * (most - least) or 1.0
         for i, (panel, algorithm) in enumerate(zip(panels.flat, algorithms, strict=False)):
@@ -61,7 +61,7 @@ def algorithms_figure(curves: Sequence[LearningCurve]) -> Figure:
             panel.set(ylim=(least - room if least < 0.0 else 0.0, most + room), xscale="log")
             panel.tick_params(labelleft=i % across == 0)
             if i % across == 0:
-                panel.set_ylabel(LABELS[curves[0].measure])
+                panel.set_ylabel(LABELS[measure])
             for other in algorithms:
                 if other != algorithm and (model, other) in means:
                     _draw_mean(panel, means[model, other], color=_OTHERS, lw=0.8)
@@ -101,14 +101,15 @@ def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:
     return handles
 
 
-def _draw_runs(panel: Axes, runs: Sequence[LearningCurve], mean: pd.DataFrame, colour: str) -> None:
+def _draw_runs(panel: Axes, runs: Sequence[pd.DataFrame], mean: pd.DataFrame, colour: str) -> None:
     """An algorithm's interval, runs and mean."""
     later = mean[mean["simulated_s"] > 0.0]
     look = {"color": colour, "alpha": 0.15, "lw": 0, "zorder": 2.1}
     panel.fill_between(later["simulated_s"], later["low"], later["high"], **look)
     for run in runs:
-        moved = run.simulated_s > 0.0
-        panel.plot(run.simulated_s[moved], run.value[moved], color=colour, lw=0.4, alpha=0.6)
+        moved = run[run["simulated_s"] > 0.0]
+        value = moved[measure_of(run)]
+        panel.plot(moved["simulated_s"], value, color=colour, lw=0.4, alpha=0.6)
     _draw_mean(panel, mean, color=colour, lw=1.2, zorder=2.3)
 
 
@@ -132,27 +133,28 @@ def _draw_episodes(panel: Axes, mean: pd.DataFrame, *, labelled: bool) -> None:
         panel.spines["top"].set_visible(True)
 
 
-def algorithms_tables(curves: Sequence[LearningCurve]) -> dict[str, Table]:
+def algorithms_tables(curves: pd.DataFrame) -> dict[str, Table]:
     """All points of all runs, and as `mean` what is drawn."""
     means = []
     for (model, algorithm), runs in groups(curves).items():
-        mean = _mean(runs).rename(columns={"value": curves[0].measure})
+        mean = _mean(runs).rename(columns={"value": measure_of(curves)})
         means.append(mean.assign(algorithm=algorithm, model=model, runs=len(runs)))
     whole = pd.concat(means, ignore_index=True).set_index(["algorithm", "model", "runs"])
-    return {"": table(curves), "mean": whole.reset_index()}
+    return {"": curves, "mean": whole.reset_index()}
 
 
-def algorithms_compared(curves: Sequence[LearningCurve]) -> pd.DataFrame:
+def algorithms_compared(curves: pd.DataFrame) -> pd.DataFrame:
     """Late in training: each algorithm, and how far PGPE is above it on the same model."""
-    called = "CoT⁻¹" if curves[0].measure == COT else "fitness"
+    called = "CoT⁻¹" if measure_of(curves) == COT else "fitness"
     runs_of, rows = groups(curves), []
-    for (model, algorithm), runs in sorted(runs_of.items()):
+    for (model, algorithm), runs in sorted(runs_of.items(), key=lambda group: group[0]):
         pgpe = runs_of.get((model, "pgpe"), []) if algorithm != "pgpe" else []
-        shortest = min(float(c.simulated_s[-1]) for c in curves if c.model == model)
+        of_model = [run for (other, _), group in runs_of.items() if other == model for run in group]
+        shortest = min(float(run["simulated_s"].iloc[-1]) for run in of_model)
         row = {"model": model, "algorithm": algorithm, "runs": len(runs)}
-        row["learned from"] = f"{runs[0].simulated_s[-1]:.0f} s"
+        row["learned from"] = f"{runs[0]['simulated_s'].iloc[-1]:.0f} s"
         for when, time in (("at the end", np.inf), ("after equal time", shortest)):
-            late, others = ([run.late_mean(time) for run in group] for group in (runs, pgpe))
+            late, others = ([late_mean(run, time) for run in group] for group in (runs, pgpe))
             row[f"{called} {when}"] = _words(interval(late, within=_range(curves)))
             row[f"PGPE's lead {when}"] = _words(difference(others, late)) if pgpe else ""
         rows.append(row)
@@ -164,14 +166,14 @@ def _words(mean: Interval) -> str:
     return f"{mean.mean:.3f}{ends}"
 
 
-def _range(curves: Sequence[LearningCurve]) -> tuple[float, float]:
-    return range_of(COT) if curves[0].measure == COT else UNBOUNDED
+def _range(curves: pd.DataFrame) -> tuple[float, float]:
+    return range_of(COT) if measure_of(curves) == COT else UNBOUNDED
 
 
-def _mean(runs: Sequence[LearningCurve]) -> pd.DataFrame:
+def _mean(runs: Sequence[pd.DataFrame]) -> pd.DataFrame:
     """Mean over runs with its interval, at the points that all have; a single run has none."""
     episode, simulated_s, values = shared(runs)
-    means = [interval(row, within=_range(runs)) for row in values]
+    means = [interval(row, within=_range(runs[0])) for row in values]
     rows = [(mean.mean, mean.low, mean.high) for mean in means]
     frame = pd.DataFrame({"episode": episode, "simulated_s": simulated_s})
     frame[["value", "low", "high"]] = rows

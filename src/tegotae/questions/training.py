@@ -370,7 +370,8 @@ def advice(answer: TrainedControllers, *, least: float) -> list[str]:
         said.append(f"The best run {why}.")
     if answer.frame().empty:  # a search, in which nothing is learned
         return said
-    gain = max(float(c.value.max() - c.value[0]) for c in read_curves([answer.folder], FITNESS))
+    runs = read_curves([answer.folder], FITNESS).groupby("seed")[FITNESS]
+    gain = max(float(run.max() - run.iloc[0]) for _, run in runs)
     if gain <= least:
         more = "a larger --population; more --generations."
         said.append(

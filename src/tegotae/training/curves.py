@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from functools import reduce
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -25,40 +24,17 @@ LATE = 0.1
 """Share of a run that its late mean is over."""
 
 
-@dataclass(frozen=True)
-class LearningCurve:
-    """CoT⁻¹, or the fitness, of the policy in the course of one run, shape [points] each.
-
-    Args:
-        algorithm: which, and what sets it apart from others of the same name.
-        model: the model's name.
-        seed: the run's.
-        episode: where in training, as the paper counts: episodes of an agent, generations of an
-            evolution.
-        simulated_s: simulated time that was learned from until there [s]; evaluations, which
-            nothing is learned from, do not count.
-        value: of the deterministic policy, or of the distribution's mean: CoT⁻¹ over the settled
-            part of an undisturbed episode [m/J], or the fitness.
-        measure: which of them, "cot_inverse" or "fitness".
-    """
-
-    algorithm: str
-    model: str
-    seed: int
-    episode: np.ndarray
-    simulated_s: np.ndarray
-    value: np.ndarray
-    measure: str = COT
-
-    def late_mean(self, until_s: float = np.inf) -> float:
-        """Mean over the last tenth of the run, or of its part until `until_s`."""
-        time = self.simulated_s[self.simulated_s <= until_s]
-        late = time >= (1.0 - LATE) * time[-1]
-        return float(self.value[: len(time)][late].mean())
+_RUN = ["model", "algorithm", "seed"]
 
 
-def read_curves(places: Sequence[Path], measure: str | None = COT) -> list[LearningCurve]:
-    """The learning curves at some places, ordered by model, algorithm and seed.
+def read_curves(places: Sequence[Path], measure: str | None = COT) -> pd.DataFrame:
+    """The learning curves at some places, a row a point, ordered by model, algorithm and seed.
+
+    The columns are `COLUMNS`: `algorithm`, which and what sets it apart from others of the same
+    name; the `model`; the run's `seed`; `episode`, where in training, as the paper counts: episodes
+    of an agent, generations of an evolution; `simulated_s`, the simulated time that was learned
+    from until there [s], without evaluations; and of the deterministic policy, or the
+    distribution's mean, CoT⁻¹ over the settled part of an undisturbed episode [m/J], or `fitness`.
 
     Args:
         places: folders of trainings, searched with their subfolders, and tables (.csv) such as
@@ -69,21 +45,35 @@ def read_curves(places: Sequence[Path], measure: str | None = COT) -> list[Learn
     Raises:
         TegotaeError: if there are none, a file is damaged, or two runs cannot be distinguished.
     """
-    curves = [curve for place in places if place.suffix == ".csv" for curve in _in_table(place)]
+    tables = [_in_table(place) for place in places if place.suffix == ".csv"]
     trainings = [t for place in places if place.suffix != ".csv" for t in _in_folder(place)]
     if measure is None:
         known = [bool(points[COT].notna().any()) for *_, points in trainings]
-        measure = COT if all(known + [curve.measure == COT for curve in curves]) else FITNESS
-    if others := {curve.measure for curve in curves} - {measure}:
-        raise TegotaeError(f"a table contains the {others.pop()}, not the {measure}")
-    curves = sorted([*curves, *_labelled(trainings, measure)], key=_identity)
-    for first, second in pairwise(curves):
-        if _identity(first) == _identity(second):
-            raise TegotaeError(
-                f"there are two runs of {first.algorithm} on {first.model} with seed {first.seed}; "
-                "draw their folders apart"
-            )
-    return curves
+        measure = COT if all(known + [COT in table for table in tables]) else FITNESS
+    for table in tables:
+        if measure not in table:
+            raise TegotaeError(f"a table contains the {measure_of(table)}, not the {measure}")
+    sources = [*tables, *_labelled(trainings, measure)]
+    runs = pd.concat([source[_RUN].drop_duplicates() for source in sources])
+    for model, algorithm, seed in runs.loc[runs.duplicated()].to_numpy().tolist():
+        raise TegotaeError(
+            f"there are two runs of {algorithm} on {model} with seed {seed}; draw their folders "
+            "apart"
+        )
+    return pd.concat(sources).sort_values(_RUN, kind="stable", ignore_index=True)
+
+
+def measure_of(curves: pd.DataFrame) -> str:
+    """What learning curves are of, "cot_inverse" or "fitness"."""
+    return str(curves.columns[-1])
+
+
+def late_mean(run: pd.DataFrame, until_s: float = np.inf) -> float:
+    """Mean of one run over its last tenth, or that of its part until `until_s`."""
+    time = run["simulated_s"].to_numpy()
+    time = time[time <= until_s]
+    late = time >= (1.0 - LATE) * time[-1]
+    return float(run[measure_of(run)].to_numpy()[: len(time)][late].mean())
 
 
 def longest_s(folder: Path) -> float:
@@ -103,39 +93,27 @@ def longest_s(folder: Path) -> float:
     return float(times[-1] + of_population * (times[-1] - times[-2]))
 
 
-def groups(curves: Iterable[LearningCurve]) -> dict[tuple[str, str], list[LearningCurve]]:
+def groups(curves: pd.DataFrame) -> dict[tuple[str, str], list[pd.DataFrame]]:
     """Runs of the same model and algorithm together, by (model, algorithm)."""
-    together: dict[tuple[str, str], list[LearningCurve]] = {}
-    for curve in curves:
-        together.setdefault((curve.model, curve.algorithm), []).append(curve)
+    together: dict[tuple[str, str], list[pd.DataFrame]] = {}
+    for (model, algorithm, _), run in curves.groupby(_RUN, sort=False):  # type: ignore[misc]
+        together.setdefault((model, algorithm), []).append(run)
     return together
 
 
-def shared(curves: Sequence[LearningCurve]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def shared(runs: Sequence[pd.DataFrame]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The points that all of some runs have: episode, simulated time [s], values [points, runs].
 
     Raises:
         TegotaeError: if there are none.
     """
-    episode = curves[0].episode
-    for curve in curves[1:]:
-        episode = np.intersect1d(episode, curve.episode)
+    episode = reduce(np.intersect1d, [run["episode"].to_numpy() for run in runs])
     if len(episode) == 0:
-        first = curves[0]
+        first = runs[0].iloc[0]
         raise TegotaeError(f"the runs of {first.algorithm} on {first.model} share no episode")
-    rows = [np.isin(curve.episode, episode) for curve in curves]
-    values = [curve.value[row] for curve, row in zip(curves, rows, strict=True)]
-    return episode, curves[0].simulated_s[rows[0]], np.stack(values, axis=1)
-
-
-def table(curves: Sequence[LearningCurve]) -> pd.DataFrame:
-    """All points of all runs, in the columns `COLUMNS`."""
-    frames = [pd.DataFrame({**vars(curve)}).drop(columns="measure") for curve in curves]
-    return pd.concat(frames, ignore_index=True).rename(columns={"value": curves[0].measure})
-
-
-def _identity(curve: LearningCurve) -> tuple[str, str, int]:
-    return curve.model, curve.algorithm, curve.seed
+    rows = [run.loc[np.isin(run["episode"], episode)] for run in runs]
+    values = np.stack([row[measure_of(row)] for row in rows], axis=1)
+    return episode, rows[0]["simulated_s"].to_numpy(), values
 
 
 _Training: TypeAlias = tuple[Path, dict[str, Any], pd.DataFrame]
@@ -157,9 +135,8 @@ def _in_folder(place: Path) -> list[_Training]:
     return trainings
 
 
-def _labelled(trainings: Sequence[_Training], measure: str) -> list[LearningCurve]:
+def _labelled(trainings: Sequence[_Training], measure: str) -> Iterator[pd.DataFrame]:
     """The curves, each algorithm named with those settings in which it differs among them."""
-    curves: list[LearningCurve] = []
     for folder, run, points in trainings:
         if measure == COT and np.isnan(points[COT]).all():
             raise TegotaeError(
@@ -174,28 +151,20 @@ def _labelled(trainings: Sequence[_Training], measure: str) -> list[LearningCurv
             if any(other.get(name) != value for other in alike):
                 words = "+".join(map(str, value)) or "none" if isinstance(value, list) else value
                 label += f", {name} {words}"
-        labelled = points.assign(algorithm=label, model=run["experiment"]["name"])
-        curves += _runs(labelled.rename(columns={"step": "episode"}), measure)
-    return curves
+        model = run["experiment"]["name"]
+        labelled = points.assign(algorithm=label, model=model, seed=points["seed"].astype(int))
+        named = labelled.rename(columns={"step": "episode"})
+        yield named.reindex(columns=[*COLUMNS[:-1], measure])
 
 
-def _in_table(path: Path) -> list[LearningCurve]:
-    """The curves of a table (`table`)."""
+def _in_table(path: Path) -> pd.DataFrame:
+    """The curves of a table, as `read_curves` returns them."""
     kind = "table of learning curves"
     cells = read_csv(path, COLUMNS[:-1], kind=kind)
     measure = FITNESS if FITNESS in cells else COT
     try:
         columns = {name: numbers(cells[name]) for name in ("episode", "simulated_s", measure)}
-        seeds = [int(cell) for cell in cells["seed"]]
+        columns["seed"] = np.array([int(cell) for cell in cells["seed"]])
     except (KeyError, ValueError):
         raise TegotaeError(f"{path} is no {kind}; its columns are {', '.join(COLUMNS)}") from None
-    return _runs(pd.DataFrame({**cells, **columns, "seed": seeds}), measure)
-
-
-def _runs(points: pd.DataFrame, measure: str) -> list[LearningCurve]:
-    """The run of each algorithm, model and seed of a table."""
-    return [
-        LearningCurve(algorithm, model, int(seed), episode, time, value, measure)
-        for (algorithm, model, seed), run in points.groupby(list(COLUMNS[:3]), sort=False)  # type: ignore[misc]
-        for episode, time, value in [(run[c].to_numpy() for c in (*COLUMNS[3:5], measure))]
-    ]
+    return pd.DataFrame({**cells, **columns}, columns=[*COLUMNS[:-1], measure])
