@@ -10,12 +10,11 @@ from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.hopping import Hops, LimitCycle, hop_height_m, hops, settled
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, hop_height_m
 from tegotae.measures.hopping.metric import (
     AT_REST,
     FAILED,
@@ -86,26 +85,16 @@ class Gait:
         return cls(dict(zip(names, arrays, strict=True)))
 
 
-@partial(
-    jax.jit,
-    static_argnames=(
-        *("frame_s", "undisturbed_s", "limit_cycle"),
-        *("work", "has_oscillator", "metrics"),
-    ),
-)
+_STATIC = ("frame_s", "undisturbed_s", "limit_cycle", "work", "has_oscillator", "metrics")
+
+
+@partial(jax.jit, static_argnames=_STATIC)
 def gait(
     trajectory: Trajectory,
     *,
-    omega: Numeric,
-    rest_length_m: Numeric,
-    max_force_n: Numeric,
-    frame_s: float,
     undisturbed_s: float | None = None,
-    disturbed_at_s: Numeric | None = None,
-    limit_cycle: LimitCycle = LimitCycle(),  # noqa: B008 - immutable
-    work: str = "absolute",
-    has_oscillator: bool = True,
     metrics: tuple[GaitMetric, ...] | None = None,
+    **settings: Any,
 ) -> Gait:
     """The metrics of every lane's gait.
 
@@ -116,40 +105,21 @@ def gait(
 
     Args:
         trajectory: frames of shape [frames, lanes], from the release on.
-        omega: prescribed frequency ω [rad/s], one or [lanes]; NaN if it is not known.
-        rest_length_m: rest length of the leg l0 [m].
-        max_force_n: largest actuator force α [N].
-        frame_s: recording period [s].
         undisturbed_s: end of the undisturbed window [s]; the whole trajectory if None.
-        disturbed_at_s: time of the disturbance [s], not before `undisturbed_s`, one or [lanes];
-            None if there is none, infinite in lanes without.
-        limit_cycle: what counts as settled.
-        work: definition of work, one of `WORK`.
-        has_oscillator: False if no frequency is prescribed at all; ΔΩ is then zero.
         metrics: which; the package's own by default.
+        settings: those of the `Episode`: `omega`, `rest_length_m`, `max_force_n` and `frame_s`, and
+            as far as they are not the usual ones `disturbed_at_s`, `limit_cycle`, `work` and
+            `has_oscillator`.
 
     Raises:
         TegotaeError: for an unknown definition of work, or a recording period of which 20 ms is no
             multiple (`smoothness`).
     """
-    table, undisturbed = hops(trajectory, rest_length_m), trajectory
+    window = trajectory
     if undisturbed_s is not None:
-        frames = int(undisturbed_s / frame_s + 1e-6)
-        undisturbed = jax.tree.map(lambda recorded: recorded[:frames], trajectory)
-    episode = Episode(
-        trajectory=undisturbed,
-        whole=trajectory,
-        hops=table,
-        cycle=settled(table, limit_cycle, -jnp.inf, undisturbed.time_s[-1]),
-        omega=omega,
-        has_oscillator=has_oscillator,
-        rest_length_m=rest_length_m,
-        max_force_n=max_force_n,
-        frame_s=frame_s,
-        disturbed_at_s=disturbed_at_s,
-        limit_cycle=limit_cycle,
-        work=work,
-    )
+        frames = int(undisturbed_s / settings["frame_s"] + 1e-6)
+        window = jax.tree.map(lambda recorded: recorded[:frames], trajectory)
+    episode = Episode(trajectory=window, whole=trajectory, **settings)
     chosen = built_in_gait() if metrics is None else metrics
     return Gait({REGIME: episode.regime} | {m.name: m.compute(episode) for m in chosen})
 

@@ -6,7 +6,7 @@ import importlib
 import inspect
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Self, SupportsIndex
 
@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, dies_out, settled
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, dies_out, hops, settled
 from tegotae.measures.hopping.signals import Spectrum, peak, spectrum, work_total
 from tegotae.measures.hopping.statistics import UNBOUNDED, Range
 from tegotae.parts._shapes import AnyArray, Numeric
@@ -42,10 +42,7 @@ class Episode:
     Args:
         trajectory: the undisturbed window's frames, [frames, lanes] each.
         whole: all frames, those after the disturbance among them.
-        hops: the table of all hops.
-        cycle: the limit cycle of the undisturbed window.
         omega: prescribed frequency ω [rad/s], one or [lanes]; NaN if it is not known.
-        has_oscillator: False where no frequency is prescribed at all.
         rest_length_m: rest length of the leg l0 [m].
         max_force_n: largest actuator force α [N].
         frame_s: recording period [s].
@@ -53,20 +50,29 @@ class Episode:
             in lanes without.
         limit_cycle: what counts as settled.
         work: definition of work, one of "absolute", "positive", "net".
+        has_oscillator: False where no frequency is prescribed at all; ΔΩ is then zero.
     """
 
     trajectory: Trajectory
     whole: Trajectory
-    hops: Hops
-    cycle: Settled
     omega: Numeric
-    has_oscillator: bool
     rest_length_m: Numeric
     max_force_n: Numeric
     frame_s: float
-    disturbed_at_s: Numeric | None
-    limit_cycle: LimitCycle
-    work: str
+    disturbed_at_s: Numeric | None = None
+    limit_cycle: LimitCycle = field(default_factory=LimitCycle)
+    work: str = "absolute"
+    has_oscillator: bool = True
+
+    @cached_property
+    def hops(self) -> Hops:
+        """The table of all hops."""
+        return hops(self.whole, self.rest_length_m)
+
+    @cached_property
+    def cycle(self) -> Settled:
+        """The limit cycle of the undisturbed window."""
+        return settled(self.hops, self.limit_cycle, -jnp.inf, self.trajectory.time_s[-1])
 
     @cached_property
     def regime(self) -> jax.Array:
