@@ -57,10 +57,19 @@ def fraction_of_pi(angle_rad: float) -> str:
     return over if share.denominator == 1 else f"{over}/{share.denominator}"
 
 
-def broken(phase_rad: np.ndarray) -> np.ndarray:
-    """Phases [frames, ...] with a gap where they wrap, so that no line crosses the panel."""
-    jumps = np.abs(np.diff(phase_rad, axis=0, prepend=phase_rad[:1])) > np.pi
-    return np.where(jumps, np.nan, phase_rad)
+def broken(phase: np.ndarray, turn: float = 2.0 * np.pi) -> np.ndarray:
+    """Phases [frames, ...] with a gap where they wrap, so that no line crosses the panel.
+
+    Args:
+        phase: of any unit.
+        turn: a whole turn in that unit, such as 1 of lags in cycles.
+
+    Example:
+        >>> broken(np.array([0.8, 0.95, 0.1]), turn=1.0).tolist()
+        [0.8, 0.95, nan]
+    """
+    jumps = np.abs(np.diff(phase, axis=0, prepend=phase[:1])) > 0.5 * turn
+    return np.where(jumps, np.nan, phase)
 
 
 # The actuation surface.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -113,7 +114,8 @@ class Setting:
     """One place on the axes: the body there, or why there is none."""
 
     at: Mapping[str, float]
-    body: Body | None
+    body: Any
+    """A `Body`; None if there is none."""
     refused: str
     """Why a body cannot be like that; empty if it can."""
 
@@ -164,15 +166,10 @@ def lanes_at(
     if OMEGA in where[0].at:
         varied[OMEGA] = np.array([each.at[OMEGA] for each in where])
     scenario = legged.scenario(
-        phase_rad, height_m=np.array([legged.system.height_on(_body(each)) for each in where])
+        phase_rad, height_m=np.array([legged.system.height_on(each.body) for each in where])
     )
     usual = with_changes(scenario, legged.body, varied)
     return weights, with_changes(usual, legged.body, changes or {})
-
-
-def _body(setting: Setting) -> Body:
-    assert setting.body is not None
-    return setting.body
 
 
 NO_BODY = "no such body"

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 
 from tegotae.analysis.gaits.releases import GaitRun
 from tegotae.analysis.gaits.sweep import DOWN, UP, GaitSweep
+from tegotae.figures.cycles import broken
 from tegotae.figures.gaits.style import HATCHES, MARKERS, THIN, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.gaits.names import FALLEN
@@ -71,7 +72,7 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
         axes = figure.subplots()
         for number, leg in enumerate(others):
             colour = COLOURS[number % len(COLOURS)]
-            axes.plot(time, unwound(run.lag[:, leg]), color=colour, label=names[leg])
+            axes.plot(time, broken(run.lag[:, leg], turn=1.0), color=colour, label=names[leg])
             final = float(run.found.lag[leg, 0] % 1.0)
             axes.axhline(final, color=colour, lw=0.6, ls=":")
         if np.isfinite(run.found.lock_time_s[0]):
@@ -83,18 +84,6 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
             loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(others), title=note or None
         )
     return figure
-
-
-def unwound(lag: np.ndarray) -> np.ndarray:
-    """The lags with a gap wherever they pass from 1 to 0, so that no line crosses the picture.
-
-    Example:
-        >>> unwound(np.array([0.8, 0.95, 0.1])).tolist()
-        [0.8, 0.95, nan]
-    """
-    drawn = np.array(lag, float)
-    drawn[1:][np.abs(np.diff(lag)) > 0.5] = np.nan
-    return drawn
 
 
 _WAYS: Mapping[str, Any] = {UP: {"fillstyle": "full"}, DOWN: {"fillstyle": "none"}}
