@@ -12,13 +12,11 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.engines import XLA
 from tegotae._support.errors import TegotaeError, require, require_count
 from tegotae.parts.bodies import require_one_limb
-from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import Release
 from tegotae.training.agents import AgentSettings, SACSettings, agent_controller
 from tegotae.training.algorithms import algorithm_document
-from tegotae.training.evaluator import evaluator_of
 from tegotae.training.learner import (
     CurvePoint,
     LearnedController,
@@ -64,10 +62,7 @@ class AgentLearner(Learner):
 
     def engine(self, experiment: Trainable) -> str:
         """XLA's: an agent acts within every episode, tick by tick."""
-        if isinstance(experiment, Experiment):
-            return XLA
-        with evaluator_of(experiment) as evaluator:
-            return evaluator.engine
+        return XLA
 
     def check(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
         """Raise `TegotaeError` for what an agent cannot learn.
@@ -77,11 +72,7 @@ class AgentLearner(Learner):
         """
         if isinstance(experiment, Experiment):
             _check_on_engine(experiment)
-        _ = self.controller(experiment)
-
-    def controller(self, experiment: Trainable) -> Controller:
-        """The policy."""
-        return agent_controller(experiment, self.settings)
+        agent_controller(experiment, self.settings)
 
     def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
         """What decides a seed's result, but for the number of episodes, as JSON values."""
@@ -144,7 +135,7 @@ class AgentLearner(Learner):
         Raises:
             ValueError or KeyError: for arrays of another training.
         """
-        shape = (self.controller(experiment).n_weights,)
+        shape = (experiment.controller.n_weights,)
         if any(arrays[_named(point.seed)].shape != shape for point in points):
             raise ValueError("shapes differ")
         learned = self._learned(experiment, seeds, points, arrays)
@@ -170,7 +161,7 @@ class AgentLearner(Learner):
                     "best_fitness": best.fitness,
                     "best_episode": best.step,
                 }
-                policy = self.controller(experiment)
+                policy = agent_controller(experiment, self.settings)
                 learned.append(LearnedController(policy, weights[_named(seed)], outcome))
         return tuple(learned)
 

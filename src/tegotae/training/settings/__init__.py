@@ -95,9 +95,8 @@ def load(file: Path | str | Traversable) -> Configuration:
     file = Path(file) if isinstance(file, str) else file
     try:
         kept = documents.fitted(documents.read(file), _SettingsFile)
-        contract = Algorithm if kept.algorithm in evolutions() else AgentSettings
         document = {"kind": kept.algorithm, **kept.settings}
-        settings = restore(document, contract, "settings")
+        settings = restore(document, Settings, "settings")
     except FileNotFoundError as error:
         raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
     except TegotaeError as error:
