@@ -22,10 +22,14 @@ HERE = (
     *("quadruped_transitions", "generalise", "export_and_replay"),
 )
 """Those that need neither extra nor hardware, and run here."""
+ON_MUJOCO = {"mujoco_leg": (), "sb3": ("torch",)}
+"""Those on a leg of one's own, with what else they need."""
 
 
-@pytest.mark.parametrize("name", HERE)
+@pytest.mark.parametrize("name", [*HERE, *ON_MUJOCO])
 def test_an_example_runs_draws_its_picture_and_its_check_holds(name, tmp_path, monkeypatch):
+    for module in ("mujoco", *ON_MUJOCO[name]) if name in ON_MUJOCO else ():
+        pytest.importorskip(module)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setattr(sys, "argv", [f"{name}.py"])
