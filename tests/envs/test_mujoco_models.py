@@ -197,27 +197,6 @@ def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
 # Bad input.
 
 
-@pytest.mark.parametrize(
-    ("made", "said"),
-    [
-        ({"model": "hoper"}, "no MuJoCo model of this package is called 'hoper'; did you mean hop"),
-        ({"model": "none.xml"}, r"there is no file none\.xml"),
-        ({"model": "<mujoco><worldbody/></mujoco>"}, "the model has no body"),
-        ({"model": "<mujoco><nonsense/></mujoco>"}, "MuJoCo cannot read"),
-        ({"model": "hopper", "feet": ["toe"]}, "no body or geom of this model is called 'toe'"),
-        ({"model": "hopper", "feet": "foot"}, "it must be a list of names"),
-        ({"model": "hopper", "control_s": 0.0007}, "a whole multiple of the model's time step"),
-        ({"model": "hopper", "duration_s": -1.0}, "duration_s is -1"),
-        ({"model": "hopper", "gravity": 3.0}, "has no setting 'gravity'"),
-        ({}, "no model is given"),
-    ],
-)
-def test_a_model_that_cannot_be_used_is_refused_in_one_line(made, said):
-    with pytest.raises(TegotaeError, match=said) as raised:
-        ModelEnv(**made)
-    assert "\n" not in str(raised.value)
-
-
 def test_misuse_of_the_interface_is_told():
     env = ModelEnv(model="hopper")
     with pytest.raises(TegotaeError, match="call reset"):

@@ -105,6 +105,16 @@ def test_a_file_of_an_installed_package_is_named_by_the_package():
 @pytest.mark.parametrize(
     ("made", "said"),
     [
+        ({"model": "hoper"}, "no MuJoCo model of this package is called 'hoper'; did you mean hop"),
+        ({"model": "none.xml"}, r"there is no file none\.xml"),
+        ({"model": "<mujoco><worldbody/></mujoco>"}, "the model has no body"),
+        ({"model": "<mujoco><nonsense/></mujoco>"}, "MuJoCo cannot read"),
+        ({"model": "hopper", "feet": ["toe"]}, "no body or geom of this model is called 'toe'"),
+        ({"model": "hopper", "feet": "foot"}, "it must be a list of names"),
+        ({"model": "hopper", "control_s": 0.0007}, "a whole multiple of the model's time step"),
+        ({"model": "hopper", "duration_s": -1.0}, "duration_s is -1"),
+        ({"model": "hopper", "gravity": 3.0}, "has no setting 'gravity'"),
+        ({}, "no model is given"),
         ({"model": ROBOT, "without": ["bal"]}, "no body or geom .* 'bal'; did you mean ball"),
         ({"model": ROBOT, "without": ["world"]}, "no body or geom of this model is called 'world'"),
         ({"model": ROBOT, "without": "ball"}, "it must be a list of names of bodies and geoms"),
@@ -115,7 +125,7 @@ def test_a_file_of_an_installed_package_is_named_by_the_package():
         ({"model": "no_such_package:go1.xml"}, "no such package is installed"),
     ],
 )
-def test_a_model_that_does_not_fit_is_refused_in_one_line(made, said):
+def test_a_model_that_cannot_be_used_is_refused_in_one_line(made, said):
     with pytest.raises(TegotaeError, match=said) as raised:
         ModelEnv(**made)
     assert "\n" not in str(raised.value)
