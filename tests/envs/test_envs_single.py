@@ -359,7 +359,7 @@ class TestMisuse:
             ({"hight_m": 1.0}, "did you mean height_m"),
             ({"omega": 8.0}, "no argument of this environment is called 'omega'"),
             ({"decimation": 0}, "at least 1"),
-            ({"duration_s": 0.001}, "at least one step"),
+            ({"duration_s": 0.001}, "duration_s in steps of the agent is 0"),
             ({"tick_s": 0.5}, "too long for this hopper"),
             ({"height_m": -1.0}, "greater than 0"),
             ({"height_m": (1.3, 1.1)}, "low end"),

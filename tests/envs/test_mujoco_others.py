@@ -113,7 +113,7 @@ def test_a_file_of_an_installed_package_is_named_by_the_package():
         ({"model": "hopper", "feet": "foot"}, "it must be a list of names"),
         ({"model": "hopper", "control_s": 0.0007}, "a whole multiple of the model's time step"),
         ({"model": "hopper", "duration_s": -1.0}, "duration_s is -1"),
-        ({"model": "hopper", "gravity": 3.0}, "has no setting 'gravity'"),
+        ({"model": "hopper", "gravity": 3.0}, "no setting of a MuJoCo model is called 'gravity'"),
         ({}, "no model is given"),
         ({"model": ROBOT, "without": ["bal"]}, "no body or geom .* 'bal'; did you mean ball"),
         ({"model": ROBOT, "without": ["world"]}, "no body or geom of this model is called 'world'"),

@@ -463,7 +463,7 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
         ([ENV], "no wiring is given"),
         (["hopper", "--fitness", "speed"], "no fitness is called 'speed'"),
         (["hopper", "--settings", "mass"], "is no NAME=VALUE"),
-        (["hopper", "--settings", "mass=3"], "has no setting 'mass'"),
+        (["hopper", "--settings", "mass=3"], "no setting of a MuJoCo model is called 'mass'"),
         ([ENV, "--wiring", "hopper", "--control", "0.01"], "--control belongs to MuJoCo models"),
         (["hopper", "--workers", "-1"], "workers is -1"),
         (["hoper"], "no environment is called 'hoper'; did you mean hopper"),

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, unknown
 from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers, action_space, observation_space
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
@@ -265,10 +265,8 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         try:
             mode = AutoresetMode(autoreset_mode)
         except ValueError:
-            names = ", ".join(mode.value for mode in AutoresetMode)
-            raise TegotaeError(
-                f"autoreset_mode is {autoreset_mode!r}; it must be one of {names}"
-            ) from None
+            known = [mode.value for mode in AutoresetMode]
+            raise unknown("autoreset_mode", str(autoreset_mode), known) from None
         self.settings = settings_of(self.SETTINGS, settings)
         self._hoppers = Hoppers(self.settings, num_envs)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, mode

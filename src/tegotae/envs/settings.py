@@ -176,12 +176,8 @@ class HopperSettings:
         require_finite("tick_s", self.tick_s, above=0.0)
         require_count("decimation", self.decimation)
         require_finite("duration_s", self.duration_s, above=0.0)
+        require_count("duration_s in steps of the agent", self.n_steps)
         self.body.check_tick(self.tick_s)
-        if self.n_steps < 1:
-            raise TegotaeError(
-                f"duration_s is {self.duration_s:g}; it must be at least one step of the agent "
-                f"({self.step_s:g} s)"
-            )
         for name in self.CHOSEN:
             self._check_chosen(name)
         self._check_observation()

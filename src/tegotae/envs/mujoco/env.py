@@ -11,7 +11,7 @@ from gymnasium.spaces import Box
 from numpy.typing import ArrayLike
 
 from tegotae._support.engines import available_cores
-from tegotae._support.errors import TegotaeError, require, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require, require_count, require_finite, unknown
 from tegotae.envs._types import Info, MjModel
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
@@ -329,15 +329,13 @@ def settings_of(settings: ModelSettings | None, fields: Mapping[str, object]) ->
     Raises:
         TegotaeError: for a field that there is not, or without a model.
     """
-    known = set(ModelSettings.__dataclass_fields__)
-    if strange := sorted(set(fields) - known):
-        raise TegotaeError(
-            f"a MuJoCo model's environment has no setting {strange[0]!r}; it has "
-            f"{', '.join(sorted(known))}"
-        )
+    known = list(ModelSettings.__dataclass_fields__)
+    for name in fields:
+        if name not in known:
+            raise unknown("setting of a MuJoCo model", name, known)
     if settings is None and "model" not in fields:
         raise TegotaeError(
-            "no model is given; give model= a file, or one of " + ", ".join(PACKAGED)
+            f"no model is given; give model= a file, or one of {', '.join(PACKAGED)}"
         )
     base = PACKAGED.get(str(fields.get("model"))) if settings is None else settings
     values = {} if base is None else {name: getattr(base, name) for name in known}

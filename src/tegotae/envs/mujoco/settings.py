@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require, require_finite, require_kind, unknown
 from tegotae.envs._types import MjsActuator, MjSpec
 
 _OCCASION = re.compile(r" at DOF \d+| Time = [-\d.einf]*\d\.")
@@ -68,8 +68,7 @@ class ModelSettings:
         for name in ("release_m", "noise", "effort", "servo_nm_per_rad"):
             require_finite(name, getattr(self, name), least=0.0)
         require_finite("fallen_share", self.fallen_share, least=0.0, most=1.0)
-        if not isinstance(self.ground, bool):
-            raise TegotaeError(f"ground is {self.ground!r}; it must be true or false")
+        require_kind("ground", self.ground, bool, "true or false")
         for name, what in (("feet", "bodies or geoms"), ("without", "bodies and geoms")):
             names = getattr(self, name)
             if not isinstance(names, (list, tuple)) or not all(isinstance(n, str) for n in names):

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.export.c.text import floating, is_c_name, plain
 from tegotae.export.c.trace import Piece, TracedTick
 from tegotae.export.robot import RobotController
@@ -22,6 +22,7 @@ from tegotae.systems.env_task import EnvTask, LimbDocument
 
 _MOST_LIMBS = 32
 _LEAST_TICK_S, _MOST_TICK_S = 1e-5, 1.0
+"""Periods of a robot's control loop: in shorter ones a phase in float32 does not advance evenly."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Export(RobotController):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_finite("tick", self.tick_s, above=0.0)
+        require_finite("tick", self.tick_s, least=_LEAST_TICK_S, most=_MOST_TICK_S)
         if not is_c_name(self.prefix):
             raise TegotaeError(
                 f"prefix is {self.prefix!r}, which is no name in C; begin with a letter, and go on "
@@ -63,16 +64,7 @@ class Export(RobotController):
             )
         if isinstance(self.body, Body):
             self.body.check_tick(self.tick_s)
-        if not _LEAST_TICK_S <= self.tick_s <= _MOST_TICK_S:
-            raise TegotaeError(
-                f"tick is {self.tick_s:g}; the period of a robot's control loop is from "
-                f"{_LEAST_TICK_S:g} to {_MOST_TICK_S:g} s (a phase in float32 does not advance "
-                "evenly in shorter ones)"
-            )
-        if self.limbs > _MOST_LIMBS:
-            raise TegotaeError(
-                f"the controller has {self.limbs} limbs; at most {_MOST_LIMBS} can be exported"
-            )
+        require_count("the number of limbs", self.limbs, most=_MOST_LIMBS)
         if isinstance(actuation := self.controller.actuation, WholeBody):
             raise TegotaeError(
                 f"a {type(actuation).__name__} cannot be exported: it is one network over all "
