@@ -361,7 +361,7 @@ def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, cap
         (
             {"time_s": [0, 1, 2], "height_m": [0, 1]},
             [],
-            r"'time_s' holds 3 samples and 'height_m' 2",
+            r"3 in 'time_s', 2 in 'height_m' samples; all must be of one length",
         ),
         ({"time_s": [], "height_m": []}, [], "the recording holds 0 samples; .* at least 3"),
     ],

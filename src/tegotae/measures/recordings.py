@@ -194,13 +194,10 @@ def recording(
         for quantity, (name, unit) in chosen.items()
     }
     lengths = {name: len(columns[name]) for name, _ in chosen.values()}
-    (first, samples), *_ = lengths.items()
-    for name, other in lengths.items():
-        if other != samples:
-            raise TegotaeError(
-                f"column {first!r} holds {samples} samples and {name!r} {other}; all must be of "
-                "one length"
-            )
+    if len({*lengths.values()}) > 1:
+        held = ", ".join(f"{size} in {name!r}" for name, size in lengths.items())
+        raise TegotaeError(f"the columns hold {held} samples; all must be of one length")
+    samples = next(iter(lengths.values()))
     if samples < _LEAST_SAMPLES:
         raise TegotaeError(
             f"the recording holds {samples} samples; it must have at least {_LEAST_SAMPLES}"

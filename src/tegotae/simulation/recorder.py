@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar, cast
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -51,12 +51,6 @@ Recorded: TypeAlias = Any
 stands for one in a trace."""
 C = TypeVar("C", bound=Channel)
 S = TypeVar("S")
-
-
-class _Needing(Protocol):
-    """A summary that says which channels it needs."""
-
-    needs: tuple[str, ...]
 
 
 @jax.tree_util.register_pytree_node_class
@@ -272,7 +266,7 @@ def needing(*names: str) -> Callable[[S], S]:
     """
 
     def declare(summary: S) -> S:
-        cast(_Needing, summary).needs = names
+        vars(summary)["needs"] = names
         return summary
 
     return declare
