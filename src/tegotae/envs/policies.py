@@ -304,40 +304,34 @@ def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
     path = Path(str(place))
     read = {".zip": _stable_baselines, ".onnx": _onnx}.get(path.suffix.lower())
     if read is not None:
-        return _of_file(path, read, Meaning() if meaning is None else meaning)
-    found = place
+        if not path.is_file():
+            raise TegotaeError(f"there is no file {path}")
+        answer, entries = read(path)
+        meaning = Meaning() if meaning is None else meaning
+        observed = meaning.settings.observed
+        if entries not in (None, len(observed)):
+            raise TegotaeError(
+                f"{path} observes {entries} numbers, and it is declared to observe {len(observed)} "
+                f"({', '.join(observed)}); name what it observes"
+            )
+        return Policy(answer, meaning, path.stem)
+    policy, name = place, ""
     if isinstance(place, str | Path):
         if not is_reference(str(place)):
             raise TegotaeError(
                 f"{place} is no policy: write a .zip of Stable-Baselines3, an .onnx file, or "
                 "FILE.py:FUNCTION"
             )
-        found = named(str(place), object, "policy")
-    if isinstance(found, Policy):
-        return found
-    if not callable(found):
-        raise TegotaeError(f"{place} is no policy: a {type(found).__name__} cannot be called")
-    name = str(place).rpartition(":")[2] if isinstance(place, str | Path) else ""
-    return from_function(found, meaning, name=name)
+        policy, name = named(str(place), object, "policy"), str(place).rpartition(":")[2]
+    if isinstance(policy, Policy):
+        return policy
+    if not callable(policy):
+        raise TegotaeError(f"{place} is no policy: a {type(policy).__name__} cannot be called")
+    return from_function(policy, meaning, name=name)
 
 
 Answers = Callable[[np.ndarray], ArrayLike]
 """From observations [n, entries] to answers [n]."""
-
-
-def _of_file(
-    path: Path, read: Callable[[Path], tuple[Answers, int | None]], meaning: Meaning
-) -> Policy:
-    if not path.is_file():
-        raise TegotaeError(f"there is no file {path}")
-    answer, entries = read(path)
-    observed = meaning.settings.observed
-    if entries not in (None, len(observed)):
-        raise TegotaeError(
-            f"{path} observes {entries} numbers, and it is declared to observe {len(observed)} "
-            f"({', '.join(observed)}); name what it observes"
-        )
-    return Policy(answer, meaning, path.stem)
 
 
 def _onnx(path: Path) -> tuple[Answers, int | None]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -118,8 +116,10 @@ def sensing(settings: ModelSettings) -> Sensing:
     root = bodies[0]
     if not root:
         raise TegotaeError("the first body of the MuJoCo model has no name; give it one")
-    _name(spec.joints, "joint")
-    _name(spec.actuators, "actuator")
+    for kind, parts in (("joint", spec.joints), ("actuator", spec.actuators)):
+        for i, part in enumerate(parts):
+            if not part.name:
+                part.name = f"{kind}{i}"
     own = [sensor.name for sensor in spec.sensors]
     scalar = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
     joints = [joint.name for joint in spec.joints if joint.type in scalar]
@@ -240,17 +240,6 @@ def _touching(spec: MjSpec, foot: str) -> object:
             f"{foot} is a site, which touches nothing; name its body, {site.parent.name}"
         )
     raise unknown("body or geom of this model", foot, [*bodies, *geoms])
-
-
-class _Named(Protocol):
-    name: str
-
-
-def _name(elements: Iterable[_Named], kind: str) -> None:
-    """Give every element that has none a name."""
-    for i, element in enumerate(elements):
-        if not element.name:
-            element.name = f"{kind}{i}"
 
 
 def _entries(
