@@ -172,7 +172,7 @@ OMEGA = ("omega", 7.0, 8.0)
         ({"x": OMEGA, "y": OMEGA}, "both parameters are omega"),
         ({"x": ("omega", 8.0, 7.0)}, "omega goes from 8 to 7"),
         ({"x": OMEGA, "omega": 7.0}, "omega is one value, and it is varied"),
-        ({"x": OMEGA, "cells": (1, 5)}, "the number of values of omega is 1"),
+        ({"x": OMEGA, "cells": (1, 5)}, "points along omega is 1"),
         ({"x": ("omega", -1.0, 1.0)}, "a value of omega is -1; it must be greater than 0"),
         ({"x": ("inertia_rato", 1.0, 2.0)}, "'inertia_rato'; did you mean inertia_ratio"),
         ({"x": ("inertia_ratio", -2.0, -1.0)}, "no cell of this map has a body: inertia_ratio is"),

@@ -348,7 +348,7 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
         ),
         (
             ["gait", "sweep", "bar-light", "--levels", "9", "7"],
-            "omega goes from 9 to 7; it must rise",
+            "omega goes from 9 to 7; the second must be greater",
         ),
         (
             ["gait", "sweep", "bar-light", "--levels", "7", "9", "--omega", "7.5"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from tegotae._support.errors import (
 )
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S, MOST_SEEDS
 from tegotae.analysis.gaits.releases import coordination_frame
+from tegotae.analysis.maps import axis
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.parts._shapes import LaneNumbers
@@ -57,8 +59,7 @@ class Axis:
         for value in np.ravel(self.values):
             require_finite(f"a value of {self.name}", value)
         object.__setattr__(self, "values", tuple(float(x) for x in np.ravel(self.values)))
-        require_count(f"the number of values of {self.name}", len(self.values), least=2)
-        require_count(f"the number of values of {self.name}", len(self.values), most=MOST_POINTS)
+        require_count(f"points along {self.name}", len(self.values), least=2, most=MOST_POINTS)
         if not (np.diff(self.values) > 0.0).all():
             raise TegotaeError(f"the values of {self.name} do not rise: {self.values}")
 
@@ -69,12 +70,7 @@ class Axis:
         Raises:
             TegotaeError: for fewer than two, or ends that are not in order.
         """
-        require_finite(f"the first value of {name}", low)
-        require_finite(f"the last value of {name}", high)
-        require_count(f"the number of values of {name}", count, least=2, most=MOST_POINTS)
-        if not low < high:
-            raise TegotaeError(f"{name} goes from {low:g} to {high:g}; it must rise")
-        return cls(name, tuple(np.linspace(low, high, count).tolist()))
+        return cls(name, tuple(axis(name, low, high, count, most=math.inf).tolist()))
 
 
 def check_axis(legged: Legged, axis: Axis) -> None:
@@ -309,8 +305,8 @@ def map_gaits(
     """
     if x.name == y.name:
         raise TegotaeError(f"both parameters are {x.name}; a map is over two different ones")
-    for axis in (x, y):
-        check_axis(legged, axis)
+    for varied in (x, y):
+        check_axis(legged, varied)
     require_count("starts", starts, most=MOST_SEEDS)
     made = settings(legged, [{x.name: a, y.name: b} for b in y.values for a in x.values])
     able = [each for each in made if each.body is not None]
