@@ -23,7 +23,7 @@ from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Engine, Scenario, Timing
-from tegotae.systems.legged import quadruped_c
+from tegotae.systems.legged import system
 
 REACH_M = 0.4
 """How far a foot may be ahead of or behind its hip [l0]."""
@@ -51,7 +51,7 @@ class TimedEllipse(Actuation):
     harmonics: int = 3
     turns: int = 1
     """How often it goes round in a turn of θ."""
-    around: EllipticFoot = quadruped_c().controller.actuation  # type: ignore[assignment]
+    around: EllipticFoot = system("quadruped-c").controller.actuation  # type: ignore[assignment]
 
     @property
     def needs_phase(self) -> bool:

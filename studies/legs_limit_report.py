@@ -25,7 +25,7 @@ from tegotae.measures.gaits.names import named
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.legged import quadruped_c
+from tegotae.systems.legged import system
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = GAITS.parent
@@ -34,7 +34,7 @@ FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
 """Of the rollouts that are kept: ticks of a third, three times as long."""
 TOP = 4
 """Gaits of every speed that are simulated finely."""
-NAMES = quadruped_c().names
+NAMES = system("quadruped-c").names
 Stages = dict[str, tuple[Space, np.ndarray, Found]]
 
 

@@ -34,7 +34,7 @@ from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import OneOf, Step, Uniform, with_changes
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.legged import Legged, hexapod, quadruped_c, random_phases, settling, walking
+from tegotae.systems.legged import SYSTEMS, Legged, random_phases, settling, walking
 from tegotae.training.algorithms import CMAES
 from tegotae.training.collection import read
 from tegotae.training.evolution import Evolution, Stopping
@@ -64,16 +64,16 @@ def quick() -> Legged:
 
 def quick_hexapod() -> Legged:
     """The hexapod with the same steps."""
-    return walking("hexapod, quick", hexapod().body, FAST, SIGMA, OMEGA)
+    return walking("hexapod, quick", SYSTEMS["hexapod"]().body, FAST, SIGMA, OMEGA)
 
 
 BODIES: dict[str, tuple[Any, dict[str, float]]] = {
-    "C, ω 2": (quadruped_c, {}),
+    "C, ω 2": (SYSTEMS["quadruped-c"], {}),
     "C, quick": (quick, {}),
     "C, quick, mass moved": (quick, MOVED),
     "C, quick, mass ahead": (quick, {"com_x_m": 0.326}),
     "C, quick, mass behind": (quick, {"com_x_m": -0.326}),
-    "hexapod, ω 2": (hexapod, {}),
+    "hexapod, ω 2": (SYSTEMS["hexapod"], {}),
     "hexapod, quick": (quick_hexapod, {}),
 }
 """Vanilla walkers that lose each leg in turn: systems, and numbers of their bodies."""

@@ -9,6 +9,7 @@ import sys
 from types import SimpleNamespace
 
 import numpy as np
+import pandas
 import pytest
 
 from pages import DOCS, prose
@@ -67,7 +68,10 @@ def test_a_score_is_the_fitness_of_the_training_and_falls_come_last(study):
     )
     up = np.array([[1.0, 1.0], [1.0, 1.0], [1.0, 0.0]])
     measures = {"speed_m_per_s": speed, "cost_of_transport": cost, "upright": up}
-    found = SimpleNamespace(measures=measures, omega=np.array([2.0, 2.0]))
+    rows = {name: values.ravel() for name, values in measures.items()}
+    found = SimpleNamespace(
+        summary=pandas.DataFrame({"run": np.repeat(range(3), 2), "omega": 2.0, **rows})
+    )
     usual, cheap, falls = evaluation.scores(found, 0.1)
     assert (usual, cheap) == pytest.approx((0.0, np.log(2.0)))
     assert falls < usual
