@@ -22,9 +22,9 @@ from tegotae.figures import animation as filming
 from tegotae.questions.pictures import animate
 from tegotae.systems import controller_file
 from tegotae.training.collection import read
-from tegotae.training.environments.baseline import sweep_vanilla
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import replay
+from tegotae.training.evaluator import sweep_vanilla
 
 
 @pytest.fixture(scope="module")

@@ -1,18 +1,21 @@
-"""Fitness of candidate weights on the engine, and the search of a vanilla gain."""
+"""Fitness of candidate weights, on the engine and anywhere; the gain of a vanilla controller."""
 
 from __future__ import annotations
 
 import dataclasses
 from abc import abstractmethod
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
 
 from tegotae._support.engines import XLA
+from tegotae._support.errors import TegotaeError
+from tegotae._support.progress import reporting
 from tegotae.measures.objectives.objective import (
     EpisodeOutcome,
     EpisodeSummary,
@@ -28,6 +31,9 @@ from tegotae.simulation.timing import by_blocks
 from tegotae.simulation.world import Scenario
 from tegotae.systems.experiment import Experiment
 from tegotae.training.learner import Trainable
+
+if TYPE_CHECKING:
+    from tegotae.training.environments.experiment import EnvExperiment
 
 _LANES_SCORED = 64
 """Lanes of a block that is scored at a time."""
@@ -248,3 +254,66 @@ def gains_tried(experiment: Trainable, gains: np.ndarray, workers: int | None = 
     with evaluator_of(experiment, workers) as evaluator:
         weights = gains[None, :, None].astype("float32")
         return Scores(*(x[0] for x in evaluator.evaluate(weights, Generation.alike())))
+
+
+@dataclass(frozen=True, eq=False)
+class VanillaSweep:
+    """What a vanilla controller reaches on an environment, over σ and ω."""
+
+    sigma: np.ndarray
+    """Gains [rad/(s N)], the first of them 0: the bare rhythm. Shape [gains]."""
+    omega: np.ndarray
+    """Frequencies [rad/s], [frequencies]."""
+    fitness: np.ndarray
+    """The experiment's objective, [gains, frequencies]."""
+    cot_inverse: np.ndarray
+    """CoT⁻¹ [m/J], NaN where it is not measured, likewise."""
+    failed: np.ndarray
+    """Whether an episode failed, likewise."""
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """Where the fitness is highest: indices of σ and ω."""
+        row, column = np.unravel_index(int(np.argmax(self.fitness)), self.fitness.shape)
+        return int(row), int(column)
+
+
+def sweep_vanilla(
+    experiment: EnvExperiment, omega: Sequence[float], workers: int | None = None
+) -> VanillaSweep:
+    """Try a constant gain at several frequencies; deterministic.
+
+    Args:
+        experiment: of a model whose only weight is σ, such as V-sector-w8; tried are σ = 0 and its
+            `gains`.
+        omega: frequencies [rad/s].
+        workers: worker processes, where the environment is no MuJoCo model.
+
+    Raises:
+        TegotaeError: for a model with more to learn, or a frequency that is none.
+    """
+    if not experiment.is_searched:
+        raise TegotaeError(
+            f"{experiment.name} has more to learn than a gain; a baseline takes a pure V model, "
+            "such as V-sector-w8"
+        )
+    among = max(1, len(experiment.omegas))
+    at_omega = [
+        dataclasses.replace(
+            experiment,
+            wiring=dataclasses.replace(experiment.wiring, omega=float(one)),
+            omegas=(),
+            episodes=experiment.episodes // among,
+            evaluation_episodes=experiment.evaluation_episodes // among,
+        )
+        for one in omega
+    ]
+    gains = np.concatenate([[0.0], experiment.gains])
+    tried: list[Scores] = []
+    with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
+        for there in at_omega:
+            tried.append(gains_tried(there, gains, workers))
+            best = f"ω {there.omega:g} rad/s  fitness {tried[-1].fitness.max():+.3f}"
+            reporter.update(len(tried), best)
+    columns = (np.stack(column, axis=1) for column in zip(*tried, strict=True))
+    return VanillaSweep(gains, np.asarray(omega, float), *columns)

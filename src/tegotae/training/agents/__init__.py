@@ -200,6 +200,10 @@ def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controll
     It has the weights of the experiment's own controller; only its feedback saturates at the
     settings' L, for an agent's action is bounded.
 
+    Args:
+        experiment: whose controller.
+        settings: the agent's, which have L.
+
     Raises:
         TegotaeError: for a controller without a meaning for an agent whose action is the feedback.
 
@@ -239,6 +243,10 @@ def initial_weights(controller: Controller, seed: int) -> np.ndarray:
     """The weights that the training of this seed starts from, by whatever algorithm, [n_weights].
 
     They are those of `tegotae.training.evolution.Evolution.start`, to rounding.
+
+    Args:
+        controller: whose weights.
+        seed: of the training.
     """
     key_weights, _ = jax.random.split(jax.random.key(seed))
     return np.asarray(controller.initial(key_weights), np.float32)
