@@ -72,13 +72,6 @@ def test_all_entries_have_the_same_keys_and_respect_the_budget(listed):
     assert {model["omega_t_rad_per_s"] for model in models} == {4.0, 8.0, None}
 
 
-def test_a_table_is_never_cut_to_the_width_of_the_terminal(table, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "20")
-    rows, _ = table("ARGT-rFv-gFv-*")
-    assert "ARGT-rFv-gFv-tphif-w8" in [row[0] for row in rows]
-    assert all("…" not in word for row in rows for word in row)
-
-
 @pytest.mark.parametrize(
     ("pattern", "count"),
     [("*-w4", 108), ("V-*", 6), ("T-F*", 2), ("ART-r?-tphif-w8", 1), ("*", 218)],

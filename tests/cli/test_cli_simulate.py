@@ -310,10 +310,3 @@ def test_pictures_that_could_not_be_written_are_refused_before_the_rollout(
     for folder in ("folder.png", "folder.gif"):
         (tmp_path / folder).mkdir()
     assert said in one_line_error("simulate", option, str(tmp_path / name))
-
-
-def test_a_film_without_ffmpeg_is_refused(tmp_path, monkeypatch, one_line_error):
-    monkeypatch.setattr("matplotlib.animation.FFMpegWriter.isAvailable", lambda: False)
-    said = one_line_error("simulate", *SHORT, "--animate", str(tmp_path / "hop.mp4"))
-    assert "ffmpeg" in said
-    assert not (tmp_path / "hop.mp4").exists()

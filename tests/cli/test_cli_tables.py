@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from tegotae.cli.console import column_widths, fitting, print_rows
+from tegotae.cli.console import fitting, print_rows
 
 COLUMNS = ("controller", "CoT⁻¹ A [m/J]", "T0 [s]", "T1 [s]")
 ROWS = [("ART-rF-tphif-w8", "0.421 [0.398, 0.444]", "12.3 [10.1, 14.5]", "8.88"), ("V", *"123")]
@@ -46,10 +46,6 @@ def test_a_terminal_too_narrow_gets_several_tables_that_fit(shown, width, tables
     assert sum("controller" in line for line in lines) == tables
 
 
-def test_where_nothing_fits_a_line_is_too_long_rather_than_cut(shown):
-    assert any("0.421 [0.398, 0.444]" in line for line in shown(20, Terminal()))
-
-
 def test_a_file_or_pipe_gets_one_wide_table(shown):
     lines = shown(30, io.StringIO())
     assert sum("controller" in line for line in lines) == 1
@@ -78,10 +74,6 @@ def test_a_table_that_fits_or_would_not_fit_either_way_has_a_line_a_row(capsys):
     assert lines[0].split() == ["controller", "T0", "[s]"]
     lines = printed(("controller", *WIDE), [(f"controller {i}", *WIDE) for i in range(9)], capsys)
     assert lines[0].split()[:3] == ["controller", "quantity", "0"]
-
-
-def test_columns_are_as_wide_as_their_widest_text():
-    assert column_widths(("a", "bc"), [("long", "x"), ("", "")]) == [7, 5]
 
 
 @pytest.mark.parametrize(
