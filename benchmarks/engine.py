@@ -12,6 +12,7 @@ import numpy as np
 
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
+from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.systems.models import build
 
@@ -21,6 +22,7 @@ def controller() -> Controller:
     return build("ART")
 
 
+@needing("climb_flight_m", "work_absolute_j", "failed")
 def totals(trajectory, scenario, body, timing):
     """What a fitness needs at least: totals over the rollout."""
     return trajectory.climb_flight_m[-1], trajectory.work_absolute_j[-1], trajectory.failed[-1]

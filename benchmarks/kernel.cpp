@@ -76,13 +76,16 @@ static inline void sin_cos(Vector angle, Vector &sine, Vector &cosine) {
   cosine = (Vector)((Mask)(swap ? s : c) ^ (((n + 1) & 2) << 30));
 }
 
-// 2 / (1 + 2^z), which is 1 - tanh(x) at z = 2 x / ln 2; the weights are scaled to give z.
+// 1 / (1 + 2^z), of which twice is 1 - tanh(x) at z = 2 x / ln 2; the weights are scaled to give z.
 static inline Vector falling(Vector z) {
-  z = least(most(z, all(-40.0f)), all(40.0f));
+  z = least(z, all(40.0f));
+#if !defined(__AVX512F__)
+  z = most(z, all(-40.0f));
+#endif
   Vector n = round_of(z), f = z - n;
-  Vector power = 1.0f + f * (0.693147182f + f * (0.240226462f + f * (0.0555033024f + f *
-                 (0.00967076942f + f * 0.00133335581f))));
-  return 2.0f * inverse(1.0f + scaled(power, n));
+  Vector power = 0.9999992614f + f * (0.6931218146f + f * (0.2402474483f + f * (0.05591786111f +
+                 f * 0.009570102712f)));
+  return inverse(1.0f + scaled(power, n));
 }
 
 // A network: its sum of output weights, less each times what its neuron falls short of 1. Weights
@@ -170,6 +173,7 @@ struct Weighed {  // the weights of a vector of lanes as the kernel wants them, 
     for (int j = 0; j < neurons; j++, w += inputs + 2) {
       for (int i = 0; i <= inputs; i++) w[i] *= twice;
       sum += w[inputs + 1];
+      w[inputs + 1] *= 2.0f;
     }
     return sum;
   }

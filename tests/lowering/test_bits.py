@@ -97,7 +97,7 @@ DRIVER = r"""
 #include <stdlib.h>
 void uniform(void *, void *);
 void start(void *, void *, void *, void *);
-void episode(void *, void *, void *, void *, int64_t, int64_t, int64_t, int64_t);
+void episode(void *, void *, void *, void *, void *, int64_t, int64_t, int64_t, int64_t);
 static void *memory(long size) { return aligned_alloc(64, (size / 64 + 1) * 64); }
 int main(void)
 {
@@ -107,7 +107,7 @@ int main(void)
     if (fread(lanes, 1, LANES, stdin) != LANES) return 1;
     uniform(shared, common);
     start(lanes, common, kept, state);
-    episode(common, kept, state, out, FRAMES, TICKS, BLOCK, 0);
+    episode(lanes, common, kept, state, out, FRAMES, TICKS, BLOCK, 0);
     return fwrite(out, 1, OUT, stdout) == OUT ? 0 : 1;
 }
 """

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tegotae._start import end_on_ctrl_c, open_streams, ready
+from tegotae._support.compiled import keep_xla_programs
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
@@ -145,6 +146,7 @@ def entry(program: Command | CommandGroup = TEGOTAE, prog: str = "tegotae") -> N
     """Run a program as a command of the shell."""
     open_streams()
     end_on_ctrl_c()
+    keep_xla_programs()
     make_safe()
     warn_in_one_line()
     leave(main(program=program, prog=prog))

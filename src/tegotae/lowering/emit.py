@@ -97,6 +97,8 @@ class Emitter:
             self._loop(node)
         elif node.operation in ("given", "part") or node in known:
             return
+        elif node.operation == "row":
+            known[node] = self._row(node)
         elif node in self._fused:
             known[node] = self._fused_sum(node)
         else:
@@ -239,6 +241,22 @@ class Emitter:
                     w.either(part.kind, (b, before), (m, latch))
                     for b, m in zip(first, last, strict=True)
                 ]
+
+    def _row(self, node: Node) -> list[str]:
+        """What is in memory at equal distances, by its number, which all lanes have in common."""
+        w, (number, first, second, *_) = self._writer, node.inputs
+        place, beyond = self._leaf(first), self._leaf(second)
+        assert isinstance(place, tuple)
+        assert isinstance(beyond, tuple)
+        index = self.values(number)[0]
+        if w.lanes > 1:
+            index = w.do(f"extractelement {w.type('int32_t')} {index}, i64 0")
+        distance = w.do(f"mul i64 {w.do(f'sext i32 {index} to i64')}, {beyond[1] - place[1]}")
+        base, size = (
+            w.do(f"getelementptr i8, ptr {place[0]}, i64 {distance}"),
+            w.bytes_of(node.kind),
+        )
+        return [w.load(base, place[1] + u * size, node.kind) for u in range(self._vectors)]
 
     def _goes_on(self, node: Node, carried: list[Node], values: list[list[str]]) -> list[str]:
         """The condition of a loop, of what it carries."""

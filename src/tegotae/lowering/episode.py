@@ -217,8 +217,8 @@ class _Run:
         tables = (module.lane_rows, module.invariant_rows, module.state_rows)
         given, invariant, state = (rows.memory(block) for rows in tables)
         out = module.channel_rows.memory(row, self.frames)
-        start, episode = code.function("start", 4), code.function("episode", 4, 4)
-        at = [memory.ctypes.data for memory in (self.uniform, given, invariant, state, out)]
+        start, episode = code.function("start", 4), code.function("episode", 5, 4)
+        at = [memory.ctypes.data for memory in (given, self.uniform, invariant, state, out)]
         ends = itertools.accumulate(len(leaf) for leaf in self.rows)
         leaves = [
             module.lane_rows.view(given, end - len(leaf), end, block)[0]
@@ -233,8 +233,8 @@ class _Run:
                 for leaf, rows in zip(self.rows, leaves, strict=True):
                     rows[:, :held] = leaf[:, lane : lane + held]
                     rows[:, held:] = leaf[:, -1:]
-                start(at[1], at[0], at[2], at[3])
-                episode(at[0], *at[2:], self.frames, self.ticks, blocks * block, number * block)
+                start(*at[:-1])
+                episode(*at, self.frames, self.ticks, blocks * block, number * block)
             collected = min(blocks * block, ahead)
             self.collect(first * block, collected, self._channels(out, blocks * block, collected))
 

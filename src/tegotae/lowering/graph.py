@@ -128,7 +128,7 @@ class Reader(ABC):
             return self._branches(parameters, arguments, origin)
         if name == "while":
             return self._loop(parameters, arguments, origin)
-        if name == "scan" and parameters["length"] <= _LONGEST_SCAN:
+        if name == "scan":
             return self._rounds(parameters, arguments, origin)
         if name in _MOVES:
             try:
@@ -171,6 +171,8 @@ class Reader(ABC):
         self, parameters: Parameters, arguments: Arrays, origin: Traced
     ) -> list[np.ndarray]:
         """A loop of known length, written out."""
+        if parameters["length"] > _LONGEST_SCAN:
+            raise self._refused("scan", origin, f"it has more than {_LONGEST_SCAN} rounds")
         n_fixed, n_carry = parameters["num_consts"], parameters["num_carry"]
         fixed, carry = arguments[:n_fixed], arguments[n_fixed : n_fixed + n_carry]
         rows = arguments[n_fixed + n_carry :]

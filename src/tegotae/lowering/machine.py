@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import msgspec
 import numpy as np
 
+from tegotae._support import compiled
 from tegotae._support.errors import TegotaeError, unknown
 
 _OPTIMISATION = 2
@@ -100,14 +101,21 @@ class Code:
 
     @classmethod
     def compiled(cls, text: str, target: Target, optimisation: int = _OPTIMISATION) -> Code:
-        """A module in LLVM's language, compiled.
+        """A module in LLVM's language, compiled, or as it was kept when it was.
 
         Args:
             text: the module.
             target: the processor.
             optimisation: how hard the compiler tries, from 0 to 3; results are the same.
         """
-        return cls(*_optimised(text, target, optimisation))
+        llvm = _llvm()
+        version = f"{llvm.llvm_version_info} {optimisation}"
+        key = compiled.key_of(text, repr(target), version)
+        code = compiled.kept(key)
+        if code is None:
+            code = object_file(text, target, optimisation)
+            compiled.keep(key, code)
+        return cls.loaded(code)
 
     @classmethod
     def loaded(cls, object_file: bytes) -> Code:
@@ -137,9 +145,9 @@ def _format(code: bytes) -> bytes:
     return code[:5] + code[18:20] if code[:4] == b"\x7fELF" else code[:8]
 
 
-def object_file(text: str, target: Target) -> bytes:
+def object_file(text: str, target: Target, optimisation: int = _OPTIMISATION) -> bytes:
     """A module as an object file of the target."""
-    module, machine = _optimised(text, target, _OPTIMISATION)
+    module, machine = _optimised(text, target, optimisation)
     return machine.emit_object(module)
 
 

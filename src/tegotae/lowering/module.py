@@ -34,7 +34,7 @@ class Rows:
     def offsets(self) -> tuple[int, ...]:
         """Where each row begins, in bytes a lane: wide ones first, so that all are aligned."""
         sizes = [dtype.itemsize for dtype in self.dtypes]
-        ends = {size: sum(x for x in sizes if x > size) for size in sizes}
+        ends = {size: sum(x for x in sizes if x > size) for size in set(sizes)}
         offsets = []
         for size in sizes:
             offsets.append(ends[size])
@@ -84,8 +84,8 @@ class EpisodeModule:
 
     - `uniform(shared, uniform)`: what all lanes share, eight bytes a number;
     - `start(lanes, uniform, invariant, state)`: a block's release;
-    - `episode(uniform, invariant, state, out, frames, ticks, row, column)`: its frames, written at
-      a column of rows of so many lanes.
+    - `episode(lanes, uniform, invariant, state, out, frames, ticks, row, column)`: its frames,
+      written at a column of rows of so many lanes.
 
     Args:
         stages: the program.
@@ -167,15 +167,16 @@ class EpisodeModule:
             w.store("%uniform", offset, node.kind, *emitted.values(node))
         return w.function("@uniform(ptr %shared, ptr %uniform)")
 
+    def _given(self, node: Node) -> Address:
+        return "%lanes", self.block * self.lane_rows.offsets[node.detail[1]], False
+
     def _start(self, w: FunctionWriter) -> str:
-        stages, rows = self.stages, self.lane_rows
+        stages = self.stages
 
         def leaf(node: Node) -> Address | None:
             if node.stage == UNIFORM:
                 return "%uniform", self._shared[node], True
-            if node.operation == "given":
-                return "%lanes", self.block * rows.offsets[node.detail[1]], False
-            return None
+            return self._given(node) if node.operation == "given" else None
 
         released = [stages.start[slot] for slot in stages.slots]
         emitted = Emitter(w, self.vectors, (*stages.invariant, *released), leaf)
@@ -216,7 +217,7 @@ class EpisodeModule:
         w.go_if("%on", "frame", "stop")
         w.begin("stop")
         return w.function(
-            "@episode(ptr %uniform, ptr %invariant, ptr %state, ptr %out, "
+            "@episode(ptr %lanes, ptr %uniform, ptr %invariant, ptr %state, ptr %out, "
             "i64 %frames, i64 %ticks, i64 %row, i64 %column)"
         )
 
@@ -228,6 +229,8 @@ class EpisodeModule:
         def leaf(node: Node) -> Address | str | None:
             if node.stage == UNIFORM:
                 return "%uniform", self._shared[node], True
+            if node.stage == LANE and node.operation == "given":
+                return self._given(node)
             if node.stage == LANE:
                 return "%invariant", self._kept[node], False
             if node.operation != "given":

@@ -159,6 +159,51 @@ class NativeReader(Reader):
         results = [Node("part", x.kind, (node,), i) for i, x in enumerate(carried)]
         return in_shapes(results, shapes)
 
+    def _rounds(
+        self, parameters: Parameters, arguments: Arrays, origin: Traced
+    ) -> list[np.ndarray]:
+        """A loop over rows of what is given, where floats alone are carried; else written out."""
+        n_fixed, n_carry = parameters["num_consts"], parameters["num_carry"]
+        fixed, begins = arguments[:n_fixed], arguments[n_fixed : n_fixed + n_carry]
+        rows, results = arguments[n_fixed + n_carry :], parameters["jaxpr"].jaxpr.outvars
+        columns = [array.reshape(len(array), -1) for array in rows]
+        plain = len(results) == n_carry and not parameters["reverse"]
+        plain = plain and all(node.kind in FLOATS for node in scalars(begins))
+        if not (plain and columns and all(map(_is_given, columns))):
+            return super()._rounds(parameters, arguments, origin)
+        number = given(("carried",), "int32_t")
+        shapes = [array.shape for array in begins]
+        carried = [given(("carried",), node.kind) for node in scalars(begins)]
+        read = [
+            array_of([self._row(number, column) for column in array.T], row.shape[1:])
+            for array, row in zip(columns, rows, strict=True)
+        ]
+        inputs = [*fixed, *in_shapes(carried, shapes), *read]
+        onwards = scalars(self._run_closed(parameters["jaxpr"], inputs, origin))
+        one, length = (self._number(n, "int32_t") for n in (1, parameters["length"]))
+        goes_on = self._node("lt", "bool", (number, length), None, origin)
+        following = self._node("add", "int32_t", (number, one), None, origin)
+        loop = Loop((number, *carried), goes_on, (following, *onwards))
+        first = (self._number(0, "int32_t"), *scalars(begins))
+        node = Node("loop", "", (*first, *loop.outside()), loop)
+        parts = [Node("part", x.kind, (node,), i) for i, x in enumerate(carried, 1)]
+        return in_shapes(parts, shapes)
+
+    def _row(self, number: Node, column: np.ndarray) -> Node:
+        """Of what is given one after the other, the one of this number."""
+        return self._shared(Node("row", column[0].kind, (number, *column)))
+
+
+def _is_given(columns: np.ndarray) -> bool:
+    """Whether rows, at least two, are given for each lane, at equal distances."""
+    nodes = columns.reshape(-1)
+    if len(columns) < 2 or any(
+        node.operation != "given" or node.detail[0] != "lanes" for node in nodes
+    ):
+        return False
+    steps = np.diff([[node.detail[1] for node in row] for row in columns], axis=0)
+    return bool(np.all(steps == steps[0]) and len({node.kind for node in nodes}) == 1)
+
 
 _COMMUTE = frozenset(("add", "mul", "and", "or", "xor", "eq", "ne"))
 

@@ -47,8 +47,8 @@ class Stages:
 
     @cached_property
     def invariant(self) -> tuple[Node, ...]:
-        """What is computed once an episode and read every tick or frame."""
-        return _read(self._later, LANE)
+        """What is computed once an episode and read every tick or frame; what is given is not."""
+        return tuple(node for node in _read(self._later, LANE) if node.operation != "given")
 
     @cached_property
     def uniform(self) -> tuple[Node, ...]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
+from jax import lax
 
 from tegotae.lowering.nodes import stays_a_call
 
@@ -37,7 +39,7 @@ def sin_cos(angle: jax.Array) -> tuple[jax.Array, jax.Array]:
     r2 = r * r
     sine = r + r * r2 * (-1 / 6 + r2 * (1 / 120 + r2 * (-1 / 5040 + r2 * (1 / 362880))))
     cosine = 1.0 + r2 * (-1 / 2 + r2 * (1 / 24 + r2 * (-1 / 720 + r2 * (1 / 40320))))
-    n = quadrant.astype(jnp.int32)
+    n = _whole(quadrant)
     swap = (n & 1) == 1
     sin_sign = jnp.where((n & 2) == 0, 1.0, -1.0).astype(angle.dtype)
     cos_sign = jnp.where(((n + 1) & 2) == 0, 1.0, -1.0).astype(angle.dtype)
@@ -52,41 +54,40 @@ def wrap_phase(phase: jax.Array) -> jax.Array:
     return jnp.where(wrapped >= TWO_PI, 0.0, jnp.maximum(wrapped, 0.0)).astype(phase.dtype)
 
 
-_TANH_END = 7.0
-"""Beyond it tanh is constant: what is left to 1 is of the size of the error allowed."""
-# tanh(x) = x P(x²) / Q(x²), of least largest error up to there. Both are divided by the root of
-# Q's range, so that products of some denominators stay well inside float32.
-_TANH_SCALE = 0.1054
-_TANH_P = (0.999995711, 0.123021925, 2.27697342e-3, 3.92975610e-6)
-_TANH_Q = (1.0, 0.456340483, 2.10721735e-2, 1.42347183e-4)
-
-_RATIOS_PER_DIVISION = 16
+TANH_SCALE = 2.0 / math.log(2.0)
+"""Of x the z for which 1 - tanh x = 2 / (1 + 2ᶻ)."""
+RATIOS_PER_DIVISION = 6
+_TANH_END = 20.5
+"""|z| beyond which tanh is constant: what is left to 1 is of the size of the error allowed."""
+# 2ᶠ for f in [-½, ½], of least largest relative error, 2.6e-6.
+_POWER_OF_TWO = (0.9999992614, 0.6931218146, 0.2402474483, 0.05591786111, 0.009570102712)
 
 
 @stays_a_call
-def tanh_ratio(x: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Numerator and denominator of tanh(x) in float32, the latter in 0.1 ... 10.
+def one_plus_exp2(z: jax.Array) -> jax.Array:
+    """1 + 2ᶻ in float32, of z kept within ±20.5.
 
-    Their ratio is off by less than 1.5e-6. It is for sums over a common denominator
-    (`sum_of_ratios`): XLA's own tanh costs a division each.
+    tanh x = 1 - 2 / (1 + 2ᶻ) with z = `TANH_SCALE` x is off by less than 1.5e-6. It is for sums
+    over a common denominator (`sum_of_ratios`): XLA's own tanh costs a division each.
 
     Example:
         >>> import jax.numpy as jnp
-        >>> numerator, denominator = tanh_ratio(jnp.float32(0.5))
-        >>> f"{numerator / denominator:.5f}"
+        >>> f"{1.0 - 2.0 / one_plus_exp2(jnp.float32(TANH_SCALE * 0.5)):.5f}"
         '0.46212'
     """
-    x = jnp.clip(x, -_TANH_END, _TANH_END)
-    squared = x * x
-    numerator, denominator = _polynomial(_TANH_P, squared), _polynomial(_TANH_Q, squared)
-    return x * numerator, denominator
+    z = jnp.clip(z, -_TANH_END, _TANH_END)
+    whole = jnp.round(z)
+    rest = z - whole
+    power = jnp.full_like(z, _POWER_OF_TWO[-1])
+    for coefficient in reversed(_POWER_OF_TWO[:-1]):
+        power = power * rest + coefficient
+    bits = lax.bitcast_convert_type(power, jnp.int32) + (_whole(whole) << 23)
+    return 1.0 + lax.bitcast_convert_type(bits, jnp.float32)
 
 
-def _polynomial(coefficients: tuple[float, ...], x: jax.Array) -> jax.Array:
-    value = jnp.full_like(x, _TANH_SCALE * coefficients[-1])
-    for coefficient in reversed(coefficients[:-1]):
-        value = value * x + _TANH_SCALE * coefficient
-    return value
+def _whole(x: jax.Array) -> jax.Array:
+    """The last bits of a whole number: a float so large has no others."""
+    return lax.bitcast_convert_type(x + 1.5 * 2**23, jnp.int32)
 
 
 @stays_a_call
@@ -109,9 +110,9 @@ def add_ratio(
 
 
 def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
-    """Sum of numerators over denominators, by one division for up to sixteen.
+    """Sum of numerators over denominators, by one division for up to six.
 
-    Denominators must lie between 0.1 and 10, for the product of sixteen to be a float32.
+    Denominators must lie between 1 and 1.5e6, for the product of six to be a float32.
 
     Example:
         >>> import jax.numpy as jnp
@@ -120,8 +121,8 @@ def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
         0.75
     """
     total = jnp.zeros_like(ratios[0][0])
-    for first in range(0, len(ratios), _RATIOS_PER_DIVISION):
-        (over, under), *others = ratios[first : first + _RATIOS_PER_DIVISION]
+    for first in range(0, len(ratios), RATIOS_PER_DIVISION):
+        (over, under), *others = ratios[first : first + RATIOS_PER_DIVISION]
         for numerator, denominator in others:
             over, under = add_ratio(over, under, numerator, denominator)
         total = total + over / under

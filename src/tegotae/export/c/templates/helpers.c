@@ -50,6 +50,28 @@ static int32_t product_of(int32_t a, int32_t b)
     return (int32_t)((uint32_t)a * (uint32_t)b);
 }
 
+/* By so many bits further left, of less than 32. */
+static int32_t shifted_left(int32_t a, int32_t by)
+{
+    return (int32_t)((uint32_t)a << (uint32_t)by);
+}
+
+/* The bits of a float. */
+static int32_t bits_of(float x)
+{
+    int32_t bits;
+    (void)memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* The float of these bits. */
+static float float_of(int32_t bits)
+{
+    float x;
+    (void)memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
 /* Whether it is a number, and not an infinite one. */
 static bool is_finite(float x)
 {

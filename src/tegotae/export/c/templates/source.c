@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 % own_constants
 static const float @name@ = @value@;@comment@
