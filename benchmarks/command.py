@@ -7,12 +7,14 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rich.table import Table
 
 from tegotae._support.engines import NATIVE, VARIABLE, XLA, available_cores, why_not_native
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.files import output_folder
 from tegotae._support.limits import require_memory
 from tegotae._support.progress import Console
 from tegotae.simulation.rollout import Timing
@@ -32,6 +34,8 @@ class Bench:
     """Time all bodies with several legs, and MuJoCo with a twin of the walker."""
     mujoco: bool = False
     """Time training on a MuJoCo model beside a plain loop of Stable-Baselines3 on it."""
+    scale: Path | None = None
+    """Write the curves over lanes, weights, limbs and cores to this folder, and nothing else."""
     json: bool = False
     """Print one JSON object."""
 
@@ -40,6 +44,14 @@ class Bench:
         from benchmarks import engine, kernel, legs, loop
         from tegotae._support.engines import selected
 
+        if self.scale is not None:
+            from benchmarks import scale
+
+            folder = output_folder(self.scale)
+            table = scale.measured()
+            table.to_csv(folder / "scale.csv", index=False, float_format="%.4g")
+            print(scale.draw(table, folder / "scale.png"))
+            return
         for name in ("lanes", "most_lanes"):
             lanes = getattr(self, name)
             require_count(name, lanes)

@@ -57,15 +57,15 @@ class LastFrame:
         return trajectory.work_absolute_j[-1], trajectory.failed[-1]
 
 
-def of_body(name: str, body: Body, lanes: int) -> BodySpeed:
-    """A body under vanilla Tegotae, each lane from phases of its own."""
+def of_body(name: str, body: Body, lanes: int, tick_s: float = WALKER_TICK_S) -> BodySpeed:
+    """A body under vanilla Tegotae, each lane from phases of its own; `tick_s` is of a walker."""
     walks = isinstance(body, Walker)
     controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
     timing = Timing(duration_s=10.0)
     scenario = Scenario(omega=8.0)
     if walks:
         controller = dataclasses.replace(controller, actuation=FOOT)
-        timing = Timing(duration_s=20.0, tick_s=WALKER_TICK_S, frame_s=10 * WALKER_TICK_S)
+        timing = Timing(duration_s=20.0, tick_s=tick_s, frame_s=10 * tick_s)
         scenario = Scenario(omega=OMEGA, height_m=body.touching_height_m)
     shape = (body.limbs, lanes) if body.limbs > 1 else (lanes,)
     phases = np.random.default_rng(0).uniform(0.0, 2 * np.pi, shape)
