@@ -95,7 +95,14 @@ def draw(table: pd.DataFrame, file: Path) -> Path:
     for column, (axis, rows) in zip(axes.T, table.groupby("axis", sort=False), strict=False):
         for panel, (name, label) in zip(column, shown.items(), strict=True):
             panel.plot(rows["size"], rows[name], "o-", color="black", markersize=3)
-            panel.set(xscale="log", yscale="log")
+            if name == "ticks_per_core_s":
+                panel.set_yscale("log")
+            else:
+                panel.set_ylim(0.0, 1.1 * table[name].max())
+            if axis in ("lanes", "weights"):
+                panel.set_xscale("log")
+            else:
+                panel.set_xticks(rows["size"])
             if panel in axes[:, 0]:
                 panel.set_ylabel(label)
         column[-1].set_xlabel(axis)
