@@ -7,6 +7,7 @@ import gc
 import importlib
 import os
 import signal
+import tempfile
 import time
 from pathlib import Path
 
@@ -14,6 +15,14 @@ import jax
 import pytest
 from hypothesis import settings
 
+from tegotae._support import compiled
+
+# What tests compile is kept for other processes of theirs, apart from what the user's work does.
+os.environ[compiled.VARIABLE] = str(Path(tempfile.gettempdir(), f"tegotae-tests-{os.getuid()}"))
+compiled.keep_xla_programs()
+jax.config.update("jax_compilation_cache_dir", os.environ["JAX_COMPILATION_CACHE_DIR"])
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
 

@@ -93,7 +93,8 @@ def keep(key: str, content: bytes) -> None:
 
 
 def _remove_oldest(place: Path) -> None:
-    files = sorted(place.rglob("*"), key=lambda path: path.stat().st_mtime)
+    files = [path for path in place.rglob("*") if path.is_file()]
+    files.sort(key=lambda path: path.stat().st_mtime)
     for path in files[:-_MOST_FILES]:
         path.unlink(missing_ok=True)
 

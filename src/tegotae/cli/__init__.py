@@ -13,6 +13,7 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
+from tegotae.cli.kept_texts import is_text, shown
 from tegotae.cli.program import Command, CommandGroup, overview
 
 _HELP = (["-h"], ["--help"])
@@ -39,7 +40,11 @@ def main(
         if switch in words:
             os.environ[variable] = "1"  # which worker processes inherit
             words = [word for word in words if word != switch]
-    return exit_status(lambda: _run(words, program, prog))
+
+    def run() -> int:
+        return exit_status(lambda: _run(words, program, prog))
+
+    return shown(words, prog, run) if is_text(words) else run()
 
 
 def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:

@@ -1,0 +1,81 @@
+"""Help and completion are the same until the package changes: they are made once, and kept."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import tegotae
+from tegotae._support import compiled
+
+_LOOKS = ("NO_COLOR", "FORCE_COLOR", "TERM", "COLORTERM", "TTY_COMPATIBLE")
+
+
+def is_text(words: Sequence[str]) -> bool:
+    """Whether words ask for what the package's files alone decide: no file or part of a user.
+
+    Example:
+        >>> is_text(["train", "ART", "--help"]), is_text(["train", "ART"])
+        (True, False)
+    """
+    asks = "--help" in words or "-h" in words or words[:1] == ["completion"]
+    return asks and "--parts" not in words and not any(os.path.exists(word) for word in words)
+
+
+def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
+    """The exit status of what prints a text; where that was kept, it is printed at once.
+
+    Args:
+        words: that ask for it.
+        prog: the program's name.
+        make: prints it.
+    """
+    looks = [os.environ.get(name, "") for name in _LOOKS]
+    width = shutil.get_terminal_size().columns
+    key = compiled.key_of(_package(), prog, *words, "", str(width), str(_on_screen()), *looks)
+    text = compiled.kept(key)
+    if text is not None:
+        sys.stdout.write(text.decode())
+        return 0
+    copy = _Copy(sys.stdout)
+    sys.stdout = copy
+    try:
+        status = make()
+    except SystemExit as end:
+        if not end.code:
+            compiled.keep(key, "".join(copy.text).encode())
+        raise
+    finally:
+        sys.stdout = copy.stream
+    if status == 0:
+        compiled.keep(key, "".join(copy.text).encode())
+    return status
+
+
+def _on_screen() -> bool:
+    return sys.stdout.isatty()
+
+
+def _package() -> str:
+    """All files of the package, and when they were last changed."""
+    folder = Path(tegotae.__file__).parent
+    files = sorted(folder.rglob("*.py"))
+    return " ".join(f"{path} {path.stat().st_mtime_ns}" for path in files)
+
+
+class _Copy:
+    """A stream that remembers what is written to it."""
+
+    def __init__(self, stream: Any) -> None:
+        self.stream, self.text = stream, []
+
+    def write(self, text: str) -> int:
+        self.text.append(text)
+        return self.stream.write(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
