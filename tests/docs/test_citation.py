@@ -43,7 +43,11 @@ def test_the_citation_file_has_the_same_software_and_paper():
     yaml = pytest.importorskip("yaml")
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert (citation["title"], citation["version"]) == (SOFTWARE.title, SOFTWARE.version)
-    (paper,) = citation["references"]
+    paper, *related = citation["references"]
     authors = tuple(f"{each['given-names']} {each['family-names']}" for each in paper["authors"])
     assert (paper["title"], authors) == (PAPER.title, PAPER.authors)
     assert (paper["collection-title"], str(paper["year"])) == (PAPER.venue, PAPER.year)
+    page = words("docs/related.md")
+    for work in related:  # nothing is cited that the page does not place
+        assert work["title"] in page
+        assert work.get("doi", work.get("url")) in page
