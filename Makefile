@@ -29,7 +29,7 @@ INSTALLED := $(VENV)/.installed
 
 PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
-.PHONY: test test-thorough lint pytest reproduce study-tables experiments docs bench clean
+.PHONY: test test-thorough solutions lint pytest reproduce study-tables experiments docs bench clean
 
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -49,7 +49,12 @@ pytest: $(INSTALLED)
 	$(PYTEST) -m "precise and not thorough" $(PRECISE)
 
 test-thorough: lint
-	$(PYTEST) -m "thorough or not thorough"
+	TEGOTAE_SOLVE=compare $(PYTEST) -m "thorough or not thorough"
+
+# What adaptive solvers say, which tests compare with: anew after a change of theirs.
+solutions: $(INSTALLED)
+	TEGOTAE_SOLVE=keep $(BIN)/python -m pytest -q -m "thorough or not thorough" tests/simulation/test_accuracy.py \
+	  tests/measures/test_evaluation.py
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check .

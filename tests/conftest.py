@@ -122,3 +122,11 @@ def one_line_error(capsys):
 # Started in the background, a shell's children ignore Ctrl-C, and so would theirs, which tests
 # interrupt. A handler here is the default in programs that are started from here.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_sessionfinish():
+    """Keep what was solved, where that is asked for (`make solutions`)."""
+    import solutions
+
+    if os.environ.get(solutions.ANEW) == "keep":
+        solutions.keep()

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import cos, inf, pi, sin, sqrt
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
+from solutions import kept
 
 PERTURBATION = 1e-7
 MOST_CHANGE_M = 3e-6
@@ -44,8 +46,10 @@ class Leg:
 class Law:
     """A controller: feedback f(phase, F_k, v), force F(phase, f, F_k, v), sector of full force."""
 
-    feedback: Callable[[float, float, float], float]
-    force: Callable[[float, float, float, float], float]
+    name: str
+    """It and its numbers: what is solved is kept under it."""
+    feedback: Callable[[float, float, float], float] = field(repr=False)
+    force: Callable[[float, float, float, float], float] = field(repr=False)
     sector: tuple[float, float] | None = None
 
 
@@ -64,6 +68,7 @@ class Flown:
 def vanilla(sigma: float, actuation: str) -> Law:
     """f = -sigma cos(phase) F_k; actuation is "sector", "reflex" or "both"."""
     return Law(
+        f"vanilla {actuation} {sigma!r}",
         feedback=lambda phase, spring, v: -sigma * cos(phase) * spring,
         force=lambda phase, f, spring, v: -min(0.0, f) if actuation != "sector" else 0.0,
         sector=(1.75 * pi, 1.85 * pi) if actuation != "reflex" else None,
@@ -90,18 +95,20 @@ def learned_art(weights: np.ndarray, neurons: tuple[int, int, int], leg: Leg) ->
     def force(phase: float, f: float, spring: float, v: float) -> float:
         return network(t, (sin(phase), cos(phase), f / rate))
 
-    return Law(feedback, force)
+    return Law(f"ART {leg} {neurons} {weights.tolist()}", feedback, force)
 
 
 def learned_single(weights: np.ndarray, leg: Leg) -> Law:
     """The single network without oscillator, T(F_k, v)."""
     weight, speed = leg.m * leg.g, sqrt(leg.g * leg.rest)
     return Law(
+        f"single network {leg} {weights.tolist()}",
         feedback=lambda phase, spring, v: 0.0,
         force=lambda phase, f, spring, v: network(weights, (spring / weight, v / speed)),
     )
 
 
+@kept
 def fly(
     law: Law,
     *,

@@ -218,7 +218,7 @@ def test_the_neurons_of_the_learned_controller_are_those_assumed():
 # The oracle itself.
 
 
-STILL = Law(feedback=lambda phase, spring, v: 0.0, force=lambda phase, f, spring, v: 0.0)
+STILL = Law("still", feedback=lambda phase, spring, v: 0.0, force=lambda phase, f, spring, v: 0.0)
 
 
 def test_the_oracle_knows_an_undamped_bounce_in_closed_form():
