@@ -33,6 +33,9 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
         words: that ask for it.
         prog: the program's name.
         make: prints it.
+
+    Raises:
+        SystemExit: of status 0 after `--help`.
     """
     looks = [os.environ.get(name, "") for name in _LOOKS]
     width = shutil.get_terminal_size().columns
@@ -40,6 +43,8 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
     text = compiled.kept(key)
     if text is not None:
         sys.stdout.write(text.decode())
+        if words[0] != "completion":
+            raise SystemExit(0)
         return 0
     copy = _Copy(sys.stdout)
     sys.stdout = copy

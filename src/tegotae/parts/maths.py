@@ -39,7 +39,7 @@ def sin_cos(angle: jax.Array) -> tuple[jax.Array, jax.Array]:
     r2 = r * r
     sine = r + r * r2 * (-1 / 6 + r2 * (1 / 120 + r2 * (-1 / 5040 + r2 * (1 / 362880))))
     cosine = 1.0 + r2 * (-1 / 2 + r2 * (1 / 24 + r2 * (-1 / 720 + r2 * (1 / 40320))))
-    n = _whole(quadrant)
+    n = _last_bits(quadrant)
     swap = (n & 1) == 1
     sin_sign = jnp.where((n & 2) == 0, 1.0, -1.0).astype(angle.dtype)
     cos_sign = jnp.where(((n + 1) & 2) == 0, 1.0, -1.0).astype(angle.dtype)
@@ -81,13 +81,14 @@ def one_plus_exp2(z: jax.Array) -> jax.Array:
     power = jnp.full_like(z, _POWER_OF_TWO[-1])
     for coefficient in reversed(_POWER_OF_TWO[:-1]):
         power = power * rest + coefficient
-    bits = lax.bitcast_convert_type(power, jnp.int32) + (_whole(whole) << 23)
-    return 1.0 + lax.bitcast_convert_type(bits, jnp.float32)
+    # 2ⁿ by its bits; it is constant where the derivative is asked for, which `rest` has.
+    scale = lax.bitcast_convert_type(_last_bits(whole, 127) << 23, jnp.float32)
+    return 1.0 + power * scale
 
 
-def _whole(x: jax.Array) -> jax.Array:
-    """The last bits of a whole number: a float so large has no others."""
-    return lax.bitcast_convert_type(x + 1.5 * 2**23, jnp.int32)
+def _last_bits(whole: jax.Array, more: int = 0) -> jax.Array:
+    """The last bits of a whole number, and of some more: a float so large has no others."""
+    return lax.bitcast_convert_type(whole + (1.5 * 2**23 + more), jnp.int32)
 
 
 @stays_a_call

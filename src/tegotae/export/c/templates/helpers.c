@@ -59,17 +59,15 @@ static int32_t shifted_left(int32_t a, int32_t by)
 /* The bits of a float. */
 static int32_t bits_of(float x)
 {
-    int32_t bits;
-    (void)memcpy(&bits, &x, sizeof bits);
-    return bits;
+    const union { float x; int32_t bits; } both = {.x = x};
+    return both.bits;
 }
 
 /* The float of these bits. */
 static float float_of(int32_t bits)
 {
-    float x;
-    (void)memcpy(&x, &bits, sizeof x);
-    return x;
+    const union { int32_t bits; float x; } both = {.bits = bits};
+    return both.x;
 }
 
 /* Whether it is a number, and not an infinite one. */

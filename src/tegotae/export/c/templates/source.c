@@ -4,7 +4,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 % own_constants
 static const float @name@ = @value@;@comment@
