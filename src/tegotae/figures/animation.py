@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
+from matplotlib.text import Text
 from PIL import Image
 
 from tegotae._support.errors import TegotaeError, formatted, require
@@ -38,13 +40,21 @@ _PICTURES_FOR_COLOURS = 8
 """From so many pictures, evenly in time, an animation's colours are chosen."""
 
 
-def save_animation(moving: FuncAnimation, path: Path) -> Path:
+class Animation(FuncAnimation):
+    """An animation, and what of it moves before a background that stays."""
+
+    artists: Sequence[Artist] = ()
+    """Empty where the background moves, too."""
+
+
+def save_animation(moving: Animation, path: Path) -> Path:
     """Write an animation to a file that `animation_file` has looked at.
 
     Raises:
         TegotaeError: if ffmpeg fails, or the file cannot be written.
     """
-    writer = (GifWriter if path.suffix.lower() == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
+    gif = path.suffix.lower() == ".gif"
+    writer = GifWriter(moving.artists) if gif else FFMpegWriter(fps=FRAMES_PER_S)
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
             whole = Path(folder) / path.name
@@ -82,7 +92,16 @@ class GifWriter(PillowWriter):
     """Writes .gif: each picture is drawn once, and all have the same 256 colours.
 
     Matplotlib's own writer draws each picture twice and looks for its colours anew.
+
+    Args:
+        artists: what alone is drawn anew, in each picture, with the frames of its axes.
     """
+
+    def __init__(self, artists: Sequence[Artist]) -> None:
+        super().__init__(fps=FRAMES_PER_S)
+        frames = {axes: [*axes.spines.values()] for a in artists if (axes := a.axes)}
+        moving = [*artists, *(spine for spines in frames.values() for spine in spines)]
+        self._moving = sorted(moving, key=Artist.get_zorder)
 
     def setup(self, fig: Any, outfile: Any, dpi: float | None = None) -> None:
         """Begin a file."""
@@ -91,13 +110,26 @@ class GifWriter(PillowWriter):
 
     def grab_frame(self, **_: Any) -> None:
         """Draw the figure as it is now."""
-        width, height = self.frame_size
-        renderer = RendererAgg(width, height, self.dpi)
         before, self.fig.dpi = self.fig.dpi, self.dpi
-        self.fig.draw(renderer)
+        if not self._moving or not self._pictures:
+            self._renderer = RendererAgg(*self.frame_size, self.dpi)
+            shown = [artist for artist in self._moving if artist.get_visible()]
+            # Drawing moves a title to above what it sees, and of a hidden one it sees nothing.
+            titles = [(a, a.get_position()) for a in shown if isinstance(a, Text)]
+            for artist in shown:
+                artist.set_visible(False)
+            self.fig.draw(self._renderer)
+            for artist in shown:
+                artist.set_visible(True)
+            for title, place in titles:
+                title.set_position(place)
+            self._background = self._renderer.copy_from_bbox(self.fig.bbox)
+        self._renderer.restore_region(self._background)
+        for artist in self._moving:
+            artist.draw(self._renderer)
         self.fig.dpi = before
-        drawn = np.asarray(renderer.buffer_rgba())[..., :3]
-        self._pictures.append(Image.fromarray(np.ascontiguousarray(drawn)))
+        drawn = Image.frombytes("RGBA", self.frame_size, bytes(self._renderer.buffer_rgba()))
+        self._pictures.append(drawn.convert("RGB"))
 
     def finish(self) -> None:
         """Write the file."""
@@ -116,7 +148,7 @@ class GifWriter(PillowWriter):
         )
 
 
-def animation(result: Result) -> FuncAnimation:
+def animation(result: Result) -> Animation:
     """The animation of a simulation."""
     t, hopper = result.trajectory, result.body
     stride = max(1, round(1.0 / FRAMES_PER_S / result.timing.frame_s))
@@ -160,17 +192,30 @@ def animation(result: Result) -> FuncAnimation:
         hand.set_data([0.0, np.cos(phase)], [0.0, np.sin(phase)])
         return ground, mass, spring, actuator, label, hand
 
-    return animated(figure, draw, frames)
+    return animated(figure, draw, frames, (ground, mass, spring, actuator, label, hand))
 
 
-def animated(figure: Figure, draw: Callable[[int], Any], frames: Sequence[int]) -> FuncAnimation:
+def animated(
+    figure: Figure,
+    draw: Callable[[int], Any],
+    frames: Sequence[int],
+    artists: Sequence[Artist] = (),
+) -> Animation:
     """The animation that a function draws, frame by frame.
 
     It is laid out once: a constrained layout per picture would take most of the time.
+
+    Args:
+        figure: what is drawn on.
+        draw: moves the artists to a frame.
+        frames: in their order.
+        artists: all that move, where everything else stays: a tenth of the time.
     """
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    return FuncAnimation(figure, draw, frames=frames, interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
+    found = Animation(figure, draw, frames=frames, interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
+    found.artists = artists
+    return found
 
 
 WIDTH, HEIGHT = 480, 360
@@ -185,7 +230,7 @@ _NO_CONTEXT = (
 )
 
 
-def film_animation(replay: Replay) -> FuncAnimation:
+def film_animation(replay: Replay) -> Animation:
     """The film of an episode from the side, following the trunk.
 
     The episode's actions are played again: a MuJoCo model then goes through the same episode, to
@@ -206,7 +251,7 @@ def film_animation(replay: Replay) -> FuncAnimation:
         title.set_text(f"{index / FRAMES_PER_S:.2f} s")
         return shown, title
 
-    return animated(figure, draw, range(len(pictures)))
+    return animated(figure, draw, range(len(pictures)), (shown, title))
 
 
 def film(replay: Replay) -> list[np.ndarray]:

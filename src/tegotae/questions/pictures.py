@@ -6,7 +6,6 @@ from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
-from matplotlib.animation import FuncAnimation
 from matplotlib.figure import Figure
 
 from tegotae._support.errors import TegotaeError
@@ -55,7 +54,7 @@ def _(raw: Replay, note: str) -> dict[str, Figure]:
 
 
 @singledispatch
-def animation_of(raw: Any) -> FuncAnimation:
+def animation_of(raw: Any) -> animation.Animation:
     """What moves.
 
     Args:

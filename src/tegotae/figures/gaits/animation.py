@@ -7,13 +7,12 @@ from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.animation import FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.gaits.releases import GaitRun
-from tegotae.figures.animation import FRAMES_PER_S, animated
+from tegotae.figures.animation import FRAMES_PER_S, Animation, animated
 from tegotae.figures.style import COLOURS, new_figure
 from tegotae.parts.bodies import Body, BodyWrapper, Walker
 from tegotae.parts.bodies.upright import Upright
@@ -122,7 +121,7 @@ _SIDE, _ABOVE = (0, 2), (0, 1)
 _MARGIN = 0.25
 
 
-def animation(run: GaitRun) -> FuncAnimation:
+def animation(run: GaitRun) -> Animation:
     """The animation, a stride a second; without strides, of the last quarter at once.
 
     Raises:
@@ -133,7 +132,7 @@ def animation(run: GaitRun) -> FuncAnimation:
 
 def moving(
     legged: Legged, trajectory: Trajectory, frames: np.ndarray, note: Callable[[int], str]
-) -> FuncAnimation:
+) -> Animation:
     """The animation of some frames of a rollout of one lane.
 
     Args:
