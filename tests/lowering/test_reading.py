@@ -95,6 +95,34 @@ def test_a_function_of_one_lane_steps_as_its_trace_does():
     assert step.outputs["on"] == 0
 
 
+@pytest.mark.parametrize("lanes", [1, 5, 40])
+def test_lanes_side_by_side_step_as_each_alone_to_the_bit(lanes):
+    def driven(state, inputs):
+        far = jnp.where(state["phase"] > 1.0, jnp.tanh(inputs["felt"][0]), inputs["felt"][1])
+        return {"phase": state["phase"] + inputs["gain"] * far}, {"on": far > 0.0, "far": far}
+
+    def stepped(felt, count):
+        one = np.zeros(1, "float32")
+        given = {"felt": np.zeros((2, 1), "float32"), "gain": np.float32(0.0)}
+        step = compile_function(driven, {"phase": one}, given, lanes=count).step()
+        step.inputs["felt"][..., :count], step.inputs["gain"][...] = felt, 0.5
+        step.state["phase"][:count] = 0.9
+        for _ in range(3):
+            step()
+        return [memory[name][:count] for memory, name in read(step)]
+
+    felt = np.random.default_rng(0).normal(size=(2, lanes)).astype("float32")
+    together = stepped(felt, lanes)
+    for lane in range(lanes):
+        alone = stepped(felt[:, [lane]], 1)
+        for whole, one in zip(together, alone, strict=True):
+            assert whole[lane] == one[0]
+
+
+def read(step):
+    return (step.state, "phase"), (step.outputs, "on"), (step.outputs, "far")
+
+
 PLAIN = """
 import sys
 from tegotae.lowering.machine import load_step

@@ -4,7 +4,6 @@ to actions, of one environment or of many side by side."""
 from __future__ import annotations
 
 import warnings
-from functools import partial
 from typing import Any
 
 import gymnasium
@@ -19,12 +18,10 @@ from tegotae.envs._types import AnyEnv, AnySpace, Info
 from tegotae.envs.contact import contact_names, flat, with_contact
 from tegotae.envs.wires import Wires, WiringWarning, look_up, remarks, weights_of
 from tegotae.envs.wiring import Wiring
-from tegotae.simulation.integrators import sample
+from tegotae.simulation.sampler import sampler
 
 PHASE_KEY = "phase"
 """Where a dictionary observation holds sin φ and cos φ of the limbs."""
-
-_sample = partial(jax.jit, static_argnums=0)(sample)
 
 
 class Pilot:
@@ -49,7 +46,7 @@ class Pilot:
             )
         self._wires, self._controller = wires, controller
         self._lanes = weights.shape[1]
-        self._weights = jnp.asarray(weights, jnp.float32)
+        self._weights = np.asarray(weights, np.float32)
         self._numbers = {
             "omega": np.float32(wiring.omega),
             "scales": {signal: np.float32(scale) for signal, scale in wiring.scales.items()},
@@ -58,6 +55,7 @@ class Pilot:
         }
         self._phases = np.array([limb.phase_rad for limb in wiring.limbs], np.float32)
         self.reset()
+        self._sample = sampler(controller, self._lanes, tuple(wires.sensed), tuple(wiring.scales))
 
     def reset(self) -> None:
         """All oscillators at the phases of their limbs."""
@@ -105,8 +103,7 @@ class Pilot:
             sensed[signal] = self._of_limbs(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32) if added is None else added
         given = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
-        sampled = _sample(self._controller, *given)
-        self._oscillator, command, feedback, phase = sampled
+        self._oscillator, command, feedback, phase = self._sample(*given)
         shape = wires.limbs, self._lanes
         self.feedback = np.asarray(feedback).reshape(shape)
         self.phase = np.asarray(phase).reshape(shape)

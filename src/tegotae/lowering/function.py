@@ -37,10 +37,12 @@ class FunctionKernel:
     layout: StepLayout
     text: str = field(repr=False)
     """The code in LLVM's language."""
+    target: str = "scalar"
+    """The processor of this machine that it is for, with or without vectors."""
 
     def step(self) -> NativeStep:
         """The function, ready to be called in this process."""
-        return NativeStep(Code.compiled(self.text, target_of("scalar")), self.layout)
+        return NativeStep(Code.compiled(self.text, target_of(self.target)), self.layout)
 
     def to_bytes(self, target: str | Target = "portable") -> bytes:
         """Layout and code for a processor, with a checksum: what `load_step` takes, without JAX."""
@@ -54,8 +56,9 @@ def compile_function(
     inputs: Tree,
     *,
     dtype: str = "float32",
+    lanes: int = 0,
 ) -> FunctionKernel:
-    """A function of one lane as native code.
+    """A function of one lane, or of several side by side, as native code.
 
     Args:
         function: of (state, inputs): the new state, of the same structure, and outputs; all are
@@ -63,6 +66,10 @@ def compile_function(
         state: a state, as arrays or `jax.ShapeDtypeStruct`.
         inputs: inputs likewise.
         dtype: "float32" or "float64": whether the function is traced with double precision.
+        lanes: how many lanes are stepped at once: arrays [..., 1] of one lane then stand for
+            [..., lanes] in memory, numbers for what all share, and the last vector is filled up.
+            The function must be elementwise over lanes, its arrays of four bytes an entry. 0 takes
+            arrays as they are.
 
     Raises:
         CannotLower: for an operation that has no native code, by its name and place.
@@ -85,7 +92,19 @@ def compile_function(
         assert _fields(after) == layout[0], "the new state differs from the old in its shape"
         arrays = [*given_arrays("state", state), *given_arrays("inputs", inputs)]
         results = scalars(NativeReader().read(trace, arrays))
-    return FunctionKernel(layout, _text(results, layout))
+    if not lanes:
+        return FunctionKernel(layout, _text(results, layout))
+    width = target_of("host").lanes_of_vector(dtype)
+    filled_up = -(-lanes // width) * width
+    state, inputs, outputs = (_with_lanes(fields, filled_up) for fields in layout)
+    layout = state, inputs, outputs
+    return FunctionKernel(layout, _text_of_lanes(results, layout, width, filled_up), "host")
+
+
+def _with_lanes(fields: Fields, lanes: int) -> Fields:
+    return tuple(
+        (name, dtype, (*shape[:-1], lanes) if shape else ()) for name, dtype, shape in fields
+    )
 
 
 def _fields(tree: Tree) -> Fields:
@@ -115,6 +134,60 @@ def _text(results: Sequence[Node], layout: StepLayout) -> str:
     for (base, offset), node, value in zip(places, results, values, strict=True):
         w.store(base, offset, node.kind, value)
     return module_text([w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")], declared)
+
+
+def _text_of_lanes(results: Sequence[Node], layout: StepLayout, width: int, lanes: int) -> str:
+    """The module of several lanes: a loop over vectors of them."""
+    declared: set[str] = set()
+    w = FunctionWriter(width, declared, alignment=4)
+    names = ("state", "inputs", "outputs")
+    places = {
+        name: _rows(fields, lanes, f"%{name}") for name, fields in zip(names, layout, strict=True)
+    }
+
+    def leaf(node: Node) -> tuple[str, int, bool] | None:
+        if node.operation != "given" or node.detail[0] not in places:
+            return None
+        name, number = node.detail
+        return places[name][number]
+
+    w.go("lanes")
+    w.begin("lanes")
+    w.also("%lane = phi i64 [ 0, %entry ], [ %next, %stepped ]")
+    w.also("%bytes = mul i64 %lane, 4")
+    for name in names:
+        w.also(f"%{name}.here = getelementptr i8, ptr %{name}, i64 %bytes")
+    emitted = Emitter(w, 1, results, leaf)
+    values = [emitted.values(node)[0] for node in results]
+    ends = [place for name in ("state", "outputs") for place in places[name]]
+    for (base, offset, _), node, value in zip(ends, results, values, strict=True):
+        w.store(base, offset, node.kind, value)
+    w.go("stepped")
+    w.begin("stepped")
+    w.also(f"%next = add i64 %lane, {width}")
+    w.also(f"%more = icmp slt i64 %next, {lanes}")
+    w.go_if("%more", "lanes", "end")
+    w.begin("end")
+    bits = target_of("host").vector_bits
+    wide = f'"prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}" '
+    whole = w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")
+    return module_text([whole], declared, wide)
+
+
+def _rows(fields: Fields, lanes: int, base: str) -> list[tuple[str, int, bool]]:
+    """Where each row of lanes begins, at the lanes of the loop; a number is the same for all."""
+    kind = memory_type(fields)
+    rows: list[tuple[str, int, bool]] = []
+    for name, _, shape in fields:
+        begin = kind.fields[name][1]  # type: ignore[index]
+        if shape:
+            rows += [
+                (f"{base}.here", begin + 4 * lanes * row, False)
+                for row in range(math.prod(shape[:-1]))
+            ]
+        else:
+            rows.append((base, begin, True))
+    return rows
 
 
 def _offsets(fields: Fields) -> list[int]:

@@ -38,6 +38,8 @@ class FunctionWriter:
 
     lanes: int
     declared: set[str]
+    alignment: int = 64
+    """Bytes that memory of vectors begins at a multiple of."""
     lines: list[str] = field(default_factory=list)
     block: str = "entry"
     """The block that is being written."""
@@ -131,7 +133,7 @@ class FunctionWriter:
     def _memory(self, base: str, offset: int, kind: str, lanes: int) -> str:
         """An address, and how it is aligned."""
         address = self.do(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
-        return f"ptr {address}, align {min(lanes * _BYTES[_STORED[kind]], 64)}"
+        return f"ptr {address}, align {min(lanes * _BYTES[_STORED[kind]], self.alignment)}"
 
     def load(self, base: str, offset: int, kind: str, *, spread: bool = False) -> str:
         """A value from memory; `spread` one number over all lanes."""
