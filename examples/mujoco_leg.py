@@ -16,7 +16,7 @@ from tegotae.figures.style import save_figure
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Return
 from tegotae.training.environments.replay import replay
-from tegotae.training.evaluator import sweep_vanilla
+from tegotae.training.scoring import sweep_vanilla
 
 Path("my_leg.xml").write_text(models()["leg"])
 

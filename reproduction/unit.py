@@ -24,9 +24,9 @@ from tegotae.simulation.world import Scenario
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import parts_in, register
-from tegotae.training.evaluator import best_gain
 from tegotae.training.evolution import SEARCH, Curves, Evolution
 from tegotae.training.run import Run
+from tegotae.training.scoring import best_gain
 
 FORMAT = 4
 """Changed whenever the same configuration would give other numbers."""

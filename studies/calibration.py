@@ -52,7 +52,7 @@ from tegotae._support.files import output_folder, write_atomically
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import evaluate
 from tegotae.systems.models import find
-from tegotae.training.evaluator import best_gain
+from tegotae.training.scoring import best_gain
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "calibration"
 

@@ -38,9 +38,10 @@ from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import ModelLanes, play
-from tegotae.training.evaluator import Generation, evaluator_of
+from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
+from tegotae.training.scoring import evaluator_of
 from tegotae.training.settings import tuned
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "_static" / "mujoco"

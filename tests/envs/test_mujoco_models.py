@@ -26,7 +26,8 @@ from tegotae.systems.legged import system
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play
-from tegotae.training.evaluator import Generation, evaluator_of
+from tegotae.training.evaluator import Generation
+from tegotae.training.scoring import evaluator_of
 
 SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 

@@ -24,7 +24,7 @@ from tegotae.systems import controller_file
 from tegotae.training.collection import read
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import replay
-from tegotae.training.evaluator import sweep_vanilla
+from tegotae.training.scoring import sweep_vanilla
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from tegotae.cli import main
 from tegotae.measures.hopping.statistics import interval
 from tegotae.questions.answer import EXACT, INDEPENDENT, PAIRED, Answer, Column
 from tegotae.questions.hopping import HoppingTask
-from tegotae.questions.task import tasks_of
+from tegotae.questions.tasks import tasks_of
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.system import System

@@ -9,7 +9,7 @@ import pytest
 from tegotae import Hopper, TegotaeError
 from tegotae.parts.bodies import Sensors, Walker
 from tegotae.questions.options import changed, options_of
-from tegotae.questions.task import tasks_of
+from tegotae.questions.tasks import tasks_of
 from tegotae.systems.legged import SYSTEMS
 
 QUESTIONS = ("simulate", "evaluate")

@@ -60,8 +60,8 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
-from tegotae.training.evaluator import best_gain
 from tegotae.training.evolution import CAP
+from tegotae.training.scoring import best_gain
 
 NAMES = tuple(choice.name for choice in PRIOR)
 

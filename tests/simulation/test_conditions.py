@@ -22,8 +22,9 @@ from tegotae.simulation.world import (
 )
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import Experiment
-from tegotae.training.evaluator import Generation, evaluator_of
+from tegotae.training.evaluator import Generation
 from tegotae.training.run import train
+from tegotae.training.scoring import evaluator_of
 
 MASS = Uniform("mass_kg", low=0.08, high=0.12)
 RELEASE = Uniform("height_m", low=1.1, high=1.3)

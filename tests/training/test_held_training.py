@@ -12,8 +12,8 @@ from tegotae.questions.options import changed
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
 from tegotae.training.agents.learner import AgentLearner
-from tegotae.training.evaluator import evaluator_of
 from tegotae.training.run import Run
+from tegotae.training.scoring import evaluator_of
 
 CONTINUOUS = find("AR-rF-sector-w8").experiment()
 HELD = CONTINUOUS.replaced(integrator=Hold())
@@ -42,7 +42,7 @@ def test_agents_learn_in_continuous_time_and_say_so():
 
 
 def test_the_gain_of_a_vanilla_controller_is_searched_held():
-    from tegotae.training.evaluator import best_gain
+    from tegotae.training.scoring import best_gain
 
     usual = find("V-reflex-w8").experiment()
     short = usual.replaced(

@@ -30,9 +30,10 @@ from tegotae.training.environments.evaluator import SampleWarning, WorkerPool
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
-from tegotae.training.evaluator import Generation, evaluator_of
+from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
+from tegotae.training.scoring import evaluator_of
 from wired_experiment import ENV, HERE, WIRING, experiment
 
 GENERATIONS = 3

@@ -27,7 +27,7 @@ from tegotae.figures.style import (
 )
 from tegotae.measures.hopping.metric import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.parts._shapes import AnyArray
-from tegotae.training.evaluator import VanillaSweep
+from tegotae.training.scoring import VanillaSweep
 
 _FILL = {FAILED: "black", AT_REST: "0.9", UNSETTLED: "white"}
 _REST: Any = {"hatch": "/////", "edgecolor": "0.55"}

@@ -9,7 +9,8 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_type_
 from tegotae._support.errors import TegotaeError
 from tegotae.questions.answer import AnswerBase
 from tegotae.questions.options import changed, options_of
-from tegotae.questions.task import Subject, Task, tasks_of
+from tegotae.questions.task import Subject, Task
+from tegotae.questions.tasks import tasks_of
 
 A = TypeVar("A", bound=AnswerBase)
 

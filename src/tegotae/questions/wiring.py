@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # which needs Gymnasium
     from tegotae.envs.env_spec import EnvSpec
     from tegotae.envs.mujoco.suggesting import Suggestion
     from tegotae.training.environments.experiment import EnvExperiment
-    from tegotae.training.evaluator import VanillaSweep
+    from tegotae.training.scoring import VanillaSweep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -306,7 +306,7 @@ class BaselineOptions(OnEnvironment):
 @dataclass(frozen=True, repr=False, kw_only=True)
 class VanillaBaseline(DrawnAnswer):
     """What a vanilla controller reaches on an environment, over gain and frequency; `raw` is a
-    `tegotae.training.evaluator.VanillaSweep`."""
+    `tegotae.training.scoring.VanillaSweep`."""
 
     experiment: EnvExperiment
 
@@ -387,7 +387,7 @@ def wiring_baseline(env: str, options: BaselineOptions) -> VanillaBaseline:
     Example:
         >>> wiring_baseline("leg", frequencies=(8.0, 10.0), duration=6.0).plot()  # doctest: +SKIP
     """
-    from tegotae.training.evaluator import sweep_vanilla
+    from tegotae.training.scoring import sweep_vanilla
 
     experiment = options.experiment(
         env, options.model, duration_s=options.duration_s, fitness=options.fitness

@@ -17,7 +17,7 @@ from tegotae._support.progress import note
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe
 from tegotae.systems.resolve import Resolved, resolve
-from tegotae.training.evaluator import best_gain
+from tegotae.training.scoring import best_gain
 
 _OF_A_RUN = frozenset(
     {

@@ -22,7 +22,7 @@ from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import PGPE, Algorithm, Parameters, SearchState, algorithm_document
-from tegotae.training.evaluator import Generation, best_gain, evaluator_of
+from tegotae.training.evaluator import Generation
 from tegotae.training.learner import (
     CurvePoint,
     LearnedController,
@@ -31,6 +31,7 @@ from tegotae.training.learner import (
     TrainingState,
     versions_of,
 )
+from tegotae.training.scoring import best_gain, evaluator_of
 
 _NEVER = 2**31
 

@@ -54,6 +54,30 @@ class Observed:
         return self.names.index(name)
 
 
+@dataclass(frozen=True)
+class AgentTask:
+    """What an agent learns in, and how its policy is judged: the hopper, or an environment.
+
+    Args:
+        settings: the algorithm and how it is set.
+        controller: the policy, with a limit to its feedback (`agent_controller`).
+        observed: what the columns of an observation are, of one limb.
+        duration_s: length of an episode [s].
+        actions_per_episode: actions in a whole episode.
+        make_env: makes the episodes side by side in which the agent acts; its action is the
+            feedback.
+        judge: fitness and CoT⁻¹ [m/J] of the deterministic policy with weights [n_weights].
+    """
+
+    settings: AgentSettings
+    controller: Controller
+    observed: Observed
+    duration_s: float
+    actions_per_episode: int
+    make_env: Callable[[], VecEnv]
+    judge: Callable[[np.ndarray], tuple[float, float]]
+
+
 class TermModule(nn.Module):
     """One term: its weights as one parameter, in the layout of `tegotae.parts.terms`."""
 

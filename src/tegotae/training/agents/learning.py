@@ -2,54 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 
 import jax.numpy as jnp
 import numpy as np
 
 # First, for it says which extra is missing.
-from tegotae.training.agents.actor import Feedback, Observed  # isort: split
+from tegotae.training.agents.actor import AgentTask, Feedback, Observed  # isort: split
 
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+from stable_baselines3.common.vec_env import VecNormalize
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.sb3 import HopperVecEnv
 from tegotae.envs.settings import HopReward, TegotaeHopperSettings
 from tegotae.measures.hopping.signals import WORK
-from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Engine, Scenario
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents import AgentSettings, agent_controller, initial_weights
 from tegotae.training.learner import CurvePoint, Trainable
-
-
-@dataclass(frozen=True)
-class AgentTask:
-    """What an agent learns in, and how its policy is judged: the hopper, or an environment.
-
-    Args:
-        settings: the algorithm and how it is set.
-        controller: the policy, with a limit to its feedback (`agent_controller`).
-        observed: what the columns of an observation are, of one limb.
-        duration_s: length of an episode [s].
-        actions_per_episode: actions in a whole episode.
-        make_env: makes the episodes side by side in which the agent acts; its action is the
-            feedback.
-        judge: fitness and CoT⁻¹ [m/J] of the deterministic policy with weights [n_weights].
-    """
-
-    settings: AgentSettings
-    controller: Controller
-    observed: Observed
-    duration_s: float
-    actions_per_episode: int
-    make_env: Callable[[], VecEnv]
-    judge: Callable[[np.ndarray], tuple[float, float]]
 
 
 def task_of(experiment: Trainable, settings: AgentSettings) -> AgentTask:

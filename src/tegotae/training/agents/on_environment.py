@@ -16,8 +16,7 @@ from tegotae.envs.settings import HopReward, feedback_controller
 from tegotae.envs.wiring import read_by
 from tegotae.envs.wrapper import Pilot
 from tegotae.training.agents import AgentSettings, agent_controller
-from tegotae.training.agents.actor import Observed
-from tegotae.training.agents.learning import AgentTask
+from tegotae.training.agents.actor import AgentTask, Observed
 from tegotae.training.environments.evaluator import SampleWarning
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import (

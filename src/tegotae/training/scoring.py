@@ -1,0 +1,135 @@
+"""Who says how fit weights are, on the engine or an environment; the best gain of a vanilla one."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.progress import reporting
+from tegotae.measures.objectives.objective import Scores
+from tegotae.simulation.draws import Randomization
+from tegotae.systems.experiment import Experiment
+from tegotae.training.evaluator import EngineEvaluator, Evaluator, Generation
+from tegotae.training.learner import Trainable
+
+if TYPE_CHECKING:
+    from tegotae.training.environments.experiment import EnvExperiment
+
+
+def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
+    """Fitness of candidate weights in an experiment.
+
+    Args:
+        experiment: an `Experiment`, or one on an environment.
+        workers: worker processes of an environment, one a core by default; the engine needs none.
+    """
+    if not isinstance(experiment, Experiment):
+        from tegotae.training.environments.evaluator import EnvEvaluator
+
+        return EnvEvaluator(experiment, workers)
+    varied = Randomization(experiment.conditions, experiment.body, experiment.scenario)
+    engine = experiment.system.engine()
+    return EngineEvaluator(engine, experiment.measure, varied, experiment.episodes)
+
+
+def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
+    """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
+
+    Of several frequencies (`Experiment.search_offsets`) it is the mean fitness that counts.
+
+    Under changing conditions every σ meets the same episodes, the evaluation set.
+
+    Args:
+        experiment: one whose controller's only weight is σ.
+        workers: worker processes, where episodes are not the engine's.
+    """
+    tried_in = [experiment]
+    if isinstance(experiment, Experiment) and experiment.omega is not None:
+        omegas = [experiment.omega + offset for offset in experiment.search_offsets]
+        tried_in = [experiment.replaced(omega=omega) for omega in omegas]
+    gains = experiment.gains
+    tried = [gains_tried(there, gains, workers).fitness for there in tried_in]
+    fitness = np.mean(tried, axis=0)
+    best = int(np.argmax(fitness))
+    return float(gains[best]), float(fitness[best])
+
+
+def gains_tried(experiment: Trainable, gains: np.ndarray, workers: int | None = None) -> Scores:
+    """Scores of values of σ, [gains] each, which all meet the same episodes.
+
+    Args:
+        experiment: one whose controller's only weight is σ.
+        gains: what is tried [rad/(s N)], [gains].
+        workers: worker processes, where episodes are not the engine's.
+    """
+    with evaluator_of(experiment, workers) as evaluator:
+        weights = gains[None, :, None].astype("float32")
+        return Scores(*(x[0] for x in evaluator.evaluate(weights, Generation.alike())))
+
+
+@dataclass(frozen=True, eq=False)
+class VanillaSweep:
+    """What a vanilla controller reaches on an environment, over σ and ω."""
+
+    sigma: np.ndarray
+    """Gains [rad/(s N)], the first of them 0: the bare rhythm. Shape [gains]."""
+    omega: np.ndarray
+    """Frequencies [rad/s], [frequencies]."""
+    fitness: np.ndarray
+    """The experiment's objective, [gains, frequencies]."""
+    cot_inverse: np.ndarray
+    """CoT⁻¹ [m/J], NaN where it is not measured, likewise."""
+    failed: np.ndarray
+    """Whether an episode failed, likewise."""
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """Where the fitness is highest: indices of σ and ω."""
+        row, column = np.unravel_index(int(np.argmax(self.fitness)), self.fitness.shape)
+        return int(row), int(column)
+
+
+def sweep_vanilla(
+    experiment: EnvExperiment, omega: Sequence[float], workers: int | None = None
+) -> VanillaSweep:
+    """Try a constant gain at several frequencies; deterministic.
+
+    Args:
+        experiment: of a model whose only weight is σ, such as V-sector-w8; tried are σ = 0 and its
+            `gains`.
+        omega: frequencies [rad/s].
+        workers: worker processes, where the environment is no MuJoCo model.
+
+    Raises:
+        TegotaeError: for a model with more to learn, or a frequency that is none.
+    """
+    if not experiment.is_searched:
+        raise TegotaeError(
+            f"{experiment.name} has more to learn than a gain; a baseline takes a pure V model, "
+            "such as V-sector-w8"
+        )
+    among = max(1, len(experiment.omegas))
+    at_omega = [
+        dataclasses.replace(
+            experiment,
+            wiring=dataclasses.replace(experiment.wiring, omega=float(one)),
+            omegas=(),
+            episodes=experiment.episodes // among,
+            evaluation_episodes=experiment.evaluation_episodes // among,
+        )
+        for one in omega
+    ]
+    gains = np.concatenate([[0.0], experiment.gains])
+    tried: list[Scores] = []
+    with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
+        for there in at_omega:
+            tried.append(gains_tried(there, gains, workers))
+            best = f"ω {there.omega:g} rad/s  fitness {tried[-1].fitness.max():+.3f}"
+            reporter.update(len(tried), best)
+    columns = (np.stack(column, axis=1) for column in zip(*tried, strict=True))
+    return VanillaSweep(gains, np.asarray(omega, float), *columns)
