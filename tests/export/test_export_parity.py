@@ -54,6 +54,7 @@ from tegotae.simulation.integrators import (
     with_oscillator,
 )
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.laws import LAWS, ShortLaw
 from tegotae.systems.models import find
 
 ALPHA = 4.0
@@ -101,7 +102,8 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
         rate_scale=body.rate_scale,
     )
     phase = phase_of(controller, state, said.feedback)
-    pushed = push(controller, body.max_force_n, said.command, phase, phase, omega)
+    own = controller.actuation, controller.of_part("actuation", weights)
+    pushed = push(*own, body.max_force_n, said.command, phase, phase, omega)
     pushed = to_limbs(controller, pushed).mean_n
     commands = [pushed] if len(export.commands) == 1 else list(pushed)
     order = controller.wiring or tuple(range(limbs))
@@ -249,6 +251,11 @@ SEVERAL = {
 
 
 @needs_gcc
+@pytest.mark.parametrize("law", [law for law in LAWS if law != "clock"])  # which senses nothing
+def test_short_laws_say_in_c_what_they_say_in_the_package(law, tmp_path):
+    check_parity(Export(saved(ShortLaw(law).controller())), tmp_path)
+
+
 @pytest.mark.parametrize("which", SEVERAL)
 def test_networks_of_several_limbs_say_in_c_what_they_say_in_the_package(which, tmp_path):
     controller, body = SEVERAL[which]

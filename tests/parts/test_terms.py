@@ -13,6 +13,7 @@ from hypothesis import given, strategies as st
 from tegotae import TegotaeError
 from tegotae.parts.terms import (
     ConstantGain,
+    FreeSector,
     LearnedActuation,
     Network,
     Reflex,
@@ -115,10 +116,10 @@ def test_the_reflex_reacts_to_falling_tegotae_only():
 
 def test_only_sectors_switch_full_force():
     path = (jnp.zeros(3), jnp.ones(3), jnp.ones(3))
-    assert Reflex().full_force(*path) is None
-    assert LearnedActuation(("phase",), 3).full_force(*path) is None
-    assert Sector().full_force(*path) is not None
-    assert SectorAndReflex().full_force(*path) is not None
+    assert Reflex().full_force((), *path) is None
+    assert LearnedActuation(("phase",), 3).full_force((), *path) is None
+    assert Sector().full_force((), *path) is not None
+    assert SectorAndReflex().full_force((), *path) is not None
 
 
 # The share of a phase path inside a sector, against sampling the path.
@@ -135,7 +136,7 @@ def sampled(sector: Sector, start: float, end: float, omega: float) -> tuple[flo
 def full_force(sector: Sector, start: float, end: float, omega: float) -> tuple[float, float]:
     with jax.enable_x64(True):
         arrays = (jnp.asarray([x], "float64") for x in (start, end, omega))
-        share, centre = sector.full_force(*arrays)
+        share, centre = sector.full_force((), *arrays)
     return float(share[0]), float(centre[0])
 
 
@@ -191,6 +192,23 @@ def test_a_sector_may_last_a_fixed_time_at_the_prescribed_frequency():
     for omega in (4.0, 8.0):
         share, _ = full_force(sector, 0.5, 2.5, omega)
         assert share == pytest.approx(0.1 * omega / 2.0)
+
+
+@given(start=st.floats(-7.0, 7.0), width=st.floats(0.0, 6.0), phase=st.floats(-10.0, 20.0))
+def test_a_trained_sector_has_the_edges_of_a_given_one_inside_a_tick(start, width, phase):
+    given_one = full_force(Sector(start_rad=start, width_rad=width), phase, phase + 0.3, 5.0)
+    with jax.enable_x64(True):
+        path = (jnp.asarray([x], "float64") for x in (phase, phase + 0.3, 5.0))
+        weights = tuple(jnp.asarray([x], "float64") for x in (start, width))
+        share, centre = FreeSector().full_force(weights, *path)
+    assert (float(share[0]), float(centre[0])) == pytest.approx(given_one, abs=1e-12)
+
+
+def test_a_width_beyond_a_turn_is_one_and_a_negative_one_none():
+    path = tuple(jnp.asarray([x]) for x in (1.0, 1.2, 5.0))
+    for width, share in ((-1.0, 0.0), (7.0, 1.0)):
+        weights = jnp.array([2.0]), jnp.array([width])
+        assert FreeSector().full_force(weights, *path)[0].item() == pytest.approx(share, abs=1e-5)
 
 
 # Misuse.

@@ -165,6 +165,8 @@ def test_a_program_that_a_picture_needs_is_asked_for_before_the_work(
 class HalfWritten:
     """An animation whose program fails in its midst."""
 
+    artists = ()
+
     def __init__(self, error: Exception) -> None:
         self.error = error
 

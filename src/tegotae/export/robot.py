@@ -172,7 +172,9 @@ class RobotController:
         ends = phase
         if ahead_s is not None:
             ends = phase_of(own, held(oscillator, drive.rate, ahead_s), drive.feedback)
-        command = to_limbs(own, push(own, most, drive.command, phase, ends, omega)).mean_n
+        driving = own.actuation, own.of_part("actuation", rows)
+        pushed = push(*driving, most, drive.command, phase, ends, omega)
+        command = to_limbs(own, pushed).mean_n
         shape = jnp.shape(omega)
         return Decision(
             jnp.reshape(command, (len(self.commands), self.limbs, -1)),

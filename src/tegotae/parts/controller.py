@@ -157,6 +157,10 @@ class Controller(Part):
             start += part.n_weights
         return slices
 
+    def of_part(self, role: str, weights: Weights) -> Weights:
+        """The weights of a unit's part, of those of all of it."""
+        return weights[self.layout[role]]
+
     @property
     def unit_weights(self) -> int:
         """How many trained numbers a unit has."""
@@ -229,15 +233,15 @@ class Controller(Part):
         """Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without Tegotae terms."""
         if self.tegotae is None:
             return jnp.zeros_like(next(iter(signals.values.values())))
-        at = self.layout
-        action = self.tegotae.action(weights[at["action"]], signals)
-        reaction = self.tegotae.reaction(weights[at["reaction"]], signals)
-        gain = self.tegotae.gain(weights[at["gain"]], signals)
+        own = self.tegotae
+        action = own.action(self.of_part("action", weights), signals)
+        reaction = own.reaction(self.of_part("reaction", weights), signals)
+        gain = own.gain(self.of_part("gain", weights), signals)
         return self.tegotae.feedback(action, reaction, gain)
 
     def command(self, weights: Weights, signals: Signals, max_force_n: Number) -> PerCommand:
         """What the actuation commands: a force [N] is clipped to [0, α], its phase sector apart."""
-        command = self.actuation(weights[self.layout["actuation"]], signals)
+        command = self.actuation(self.of_part("actuation", weights), signals)
         return self.bounded(command, max_force_n)
 
     def bounded(self, command: PerCommand, max_force_n: Number) -> PerCommand:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 from tegotae.parts._shapes import Number, PerCommand, PerLane, PerLimb, Scalar, StateTree, Weights
 from tegotae.parts.bodies import Body, Contact, Push, for_limbs
 from tegotae.parts.controller import Controller
-from tegotae.parts.terms import Signals
+from tegotae.parts.terms import Actuation, Signals
 
 __all__ = ["Drive", "Hold", "Integrator", "Moment", "PredictorCorrector", "TickSetting", "sample"]
 
@@ -69,7 +69,8 @@ class TickSetting(NamedTuple):
     def push(self, command: PerCommand, phase_start: PerLimb, phase_end: PerLimb) -> Push:
         """The units' pushes along a phase path, in the order of the body's limbs."""
         controller, most = self.controller, largest_force(self.body)
-        of_units = push(controller, most, command, phase_start, phase_end, self.omega)
+        own = controller.actuation, controller.of_part("actuation", self.weights)
+        of_units = push(*own, most, command, phase_start, phase_end, self.omega)
         return to_limbs(controller, of_units)
 
 
@@ -259,7 +260,8 @@ def phase_of(controller: Controller, oscillator: StateTree, like: PerLimb) -> Pe
 
 
 def push(
-    controller: Controller,
+    actuation: Actuation,
+    weights: Weights,
     max_force_n: Number,
     command: PerCommand,
     phase_start: PerLimb,
@@ -271,7 +273,7 @@ def push(
     Its rise gives the switched part its first moment in time, so that a sector that begins or ends
     inside a tick also displaces the body as it should.
     """
-    sector = controller.actuation.full_force(phase_start, phase_end, omega)
+    sector = actuation.full_force(weights, phase_start, phase_end, omega)
     if sector is None:
         return Push(command)
     share, centre = sector
@@ -325,7 +327,8 @@ def sample(
     ahead = held(oscillator, drive.rate, step_s)
     if controller.actuation.commands_force:
         begins, ends = (phase_of(controller, each, drive.feedback) for each in (oscillator, ahead))
-        force = push(controller, max_force, drive.command, begins, ends, omega)
+        own = controller.actuation, controller.of_part("actuation", rows)
+        force = push(*own, max_force, drive.command, begins, ends, omega)
         command = force.mean_n / max_force
     else:
         command = drive.command

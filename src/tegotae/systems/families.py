@@ -29,6 +29,7 @@ from tegotae.parts.terms import (
 )
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.systems.grammar import ADDED, LearnedTerms, learned_terms, networks, shared_out
+from tegotae.systems.laws import LAWS, LAWS_OF_LEGS
 from tegotae.systems.legged import Legged
 
 
@@ -139,6 +140,7 @@ def _sensed(names: tuple[str, ...], body: Body, observation: str, found: object)
 
 FAMILIES = (
     *("V", "VG-gF", "AR-rF", "ART-rF-tphif", "ARG-rF-gF", "ARGT-rF-gF-tphif", "cos"),
+    *LAWS_OF_LEGS,
     *("T-F", "T-Fa", "W-F", "W-Fa", "Wphi-F", "Wphi-Fa"),
 )
 """The families that are listed; there are more by other senses."""
@@ -153,6 +155,7 @@ def family_named(name: str) -> Family:
       senses "F" its load, "Fv" its rate, too, or "Fa" the body's angles, too. A learned T with a
       + before its input is added to the system's own, an ellipse;
     - `cos`: the law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers;
+    - `load`, `latch`, `decay`: short laws of four and five numbers (`tegotae.systems.laws`);
     - `T-F` and the like: the paper's single network, one a leg, without oscillators;
     - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
       them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the
@@ -169,6 +172,9 @@ def family_named(name: str) -> Family:
     if name == "cos":
         about = "the cosine law φ̇ = ω - c N (cos φ + o)"
         return Family(name=name, about=about, make=_cosine_law)
+    if name in LAWS_OF_LEGS:
+        about = f"the short law {LAWS[name].about.replace('cos φ', 'cos(φ - p)')}"
+        return Family(name=name, about=about, make=partial(_short_law, name=name))
     if found := _NETWORK.fullmatch(name):
         kind, observation = found["kind"], found["observation"]
         on = f"on {_meaning(observation)}"
@@ -217,6 +223,14 @@ def _cosine_law(legged: Legged, budget: int) -> Controller:
     shared_out("cos", {}, 2, budget)
     terms = Tegotae(OffsetAction(), VanillaReaction(), ConstantGain(start=usual_gain(legged)))
     return dataclasses.replace(own, tegotae=terms)
+
+
+def _short_law(legged: Legged, budget: int, *, name: str) -> Controller:
+    """The system's controller with a short law's feedback."""
+    own = require_system(legged).controller
+    found = LAWS[name].on_legs(own, usual_gain(legged))
+    shared_out(name, {}, found.n_weights, budget)
+    return found
 
 
 def _network_per_leg(legged: Legged, budget: int, *, observation: str) -> Controller:

@@ -40,6 +40,7 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
+from tegotae.systems.laws import LAWS, short_law
 from tegotae.systems.legged import SYSTEMS, Legged, require_legs, settling
 from tegotae.systems.models import PRESETS, all_models, find, preset
 from tegotae.systems.study_records import controllers_of_study, is_study
@@ -175,8 +176,9 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
     if not isinstance(name, (str, Path)):
         return _of_object(getattr(name, "name", None) or "mine", name)
     name = str(name)
-    if is_design(name) or _is_model(name):
-        made = design(name) if is_design(name) else find(name)
+    law = short_law(name)
+    if law is not None or is_design(name) or _is_model(name):
+        made = law or (design(name) if is_design(name) else find(name))
         experiment = made.experiment(budget=BUDGET if budget is None else budget)
         return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
     if budget is not None:
@@ -198,7 +200,8 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
         return _of_folder(name, path)
     if path.exists() or path.suffix or os.sep in name:
         return _of_file(name, path)
-    raise unknown("model or system", name, [*_architectures(), *all_models(), *SYSTEMS, *PRESETS])
+    known = [*_architectures(), *all_models(), *LAWS, *SYSTEMS, *PRESETS]
+    raise unknown("model or system", name, known)
 
 
 def legged_system(name: str) -> Legged:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tegotae.export.c.plan import Export, facts, member, unit_of
@@ -34,13 +34,14 @@ def source(export: Export) -> str:
     Raises:
         CannotLower: for an operation that has no C, by its name.
     """
-    library = Library()
-    library.taken |= set(_OWN) | set(export.pieces)
-    library.helpers.add("is_finite")
-    functions = {name: _function(export, library, x) for name, x in export.pieces.items()}
-    read = frozenset().union(*(x.given for x in functions.values()))
+    library, functions = _written(export, export.pieces)
     oscillator = export.controller.oscillator
     signals = (*export.senses, *(() if oscillator is None else oscillator.SIGNALS))
+    if not any({"s", "heard"} & set(x.arguments) for x in functions.values()):  # such as a clock
+        signals = ()
+        pieces = {name: piece for name, piece in export.pieces.items() if name != "rhythm"}
+        library, functions = _written(export, pieces)
+    read = frozenset().union(*(x.given for x in functions.values()))
     known = facts(export)
     return filled_c(
         "source.c",
@@ -78,6 +79,8 @@ class _Function:
 
 def _role(name: str) -> str:
     """Whose weights a piece reads."""
+    if name == "command_law":
+        return "actuation"
     return "oscillator" if name in _AHEAD else name.removesuffix("_term")
 
 
@@ -151,6 +154,14 @@ def _weights(export: Export) -> list[str]:
     return blocks
 
 
+def _written(export: Export, pieces: Mapping[str, Piece]) -> tuple[Library, dict[str, _Function]]:
+    """The functions of pieces, and what they call."""
+    library = Library()
+    library.taken |= set(_OWN) | set(export.pieces)
+    library.helpers.add("is_finite")
+    return library, {name: _function(export, library, x) for name, x in pieces.items()}
+
+
 def _numbers(about: str, name: str, values: Sequence[int] | None) -> str:
     numbers = tuple(values or ())
     listed = ", ".join(map(str, numbers))
@@ -173,7 +184,7 @@ def _calls(export: Export, functions: dict[str, _Function], limb: str) -> dict[s
 
     phase = f"turned(checked(phase_rad{unit}, &sound))"
     felt = []
-    if controller.oscillator is not None:
+    if controller.oscillator is not None and "rhythm" in functions:
         signals = controller.oscillator.SIGNALS
         felt = [f"heard{unit}.{name} = felt.{name};" for name in signals]
         felt.insert(0, f"const rhythm_result felt = {called('rhythm')};")

@@ -191,6 +191,7 @@ class TracedTick:
             )
 
         def evaluate(
+            weights: Weights,
             smooth: _Arrays,
             phase: jax.Array,
             reached: jax.Array,
@@ -199,13 +200,14 @@ class TracedTick:
         ) -> jax.Array:
             whole = smooth[names[0]] if len(names) == 1 else jnp.stack([smooth[n] for n in names])
             command = controller.bounded(whole, most)
-            return push(controller, most, command, phase, reached, omega).mean_n
+            return push(actuation, weights, most, command, phase, reached, omega).mean_n
 
         return self._trace(
             "command_law",
             evaluate,
             names,
             about,
+            weights=_weights(controller.unit_weight_names["actuation"]),
             smooth={n: f"smooth_{n}" if len(names) > 1 else "smooth" for n in names},
             phase="phase",
             reached="reached" if self._averages else "phase",

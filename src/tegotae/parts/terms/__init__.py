@@ -2,6 +2,8 @@
 
 from tegotae.parts.terms.actuation import (
     Actuation as Actuation,
+    FreeSector as FreeSector,
+    FreeSectorAndReflex as FreeSectorAndReflex,
     LearnedActuation as LearnedActuation,
     Reflex as Reflex,
     Sector as Sector,
@@ -10,7 +12,10 @@ from tegotae.parts.terms.actuation import (
 )
 from tegotae.parts.terms.base import (
     ConstantGain as ConstantGain,
+    DecayingReaction as DecayingReaction,
     OffsetAction as OffsetAction,
+    ReversingReaction as ReversingReaction,
+    ShiftedAction as ShiftedAction,
     Signals as Signals,
     Term as Term,
     UnitAction as UnitAction,

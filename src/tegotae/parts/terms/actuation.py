@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 
-from tegotae.parts._shapes import Weights
+from tegotae.parts._shapes import Number, Weights
 from tegotae.parts.channels import FORCE
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.parameters import finite, not_negative, positive
@@ -49,7 +49,7 @@ class Actuation(Term):
         """Raise `TegotaeError` if it does not go with so many limbs, or sets of weights."""
 
     def full_force(
-        self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
+        self, weights: Weights, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
     ) -> tuple[jax.Array, jax.Array] | None:
         """Share of a phase path [rad] at full force, and that share's centre (0 ... 1); or None."""
         return None
@@ -80,28 +80,94 @@ class Sector(Actuation):
     duration_s: float = not_negative(0.0)
 
     def full_force(
-        self, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
+        self, weights: Weights, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
     ) -> tuple[jax.Array, jax.Array]:
         """Share of the path inside the sector and its centre; exact for paths below one turn."""
         width = self.width_rad + self.duration_s * omega
-        low, high = jnp.minimum(phase_start, phase_end), jnp.maximum(phase_start, phase_end)
-        # Phase past the sector's start, in its own turn; the path may reach into the next turn.
-        first = low - self.start_rad
-        first = first - TWO_PI * jnp.floor(first * (1.0 / TWO_PI))
-        path = high - low
-        moves = path > 0.0
-        inside = jnp.maximum(jnp.minimum(first + path, width) - first, 0.0)
-        again = jnp.maximum(jnp.minimum(first + path - TWO_PI, width), 0.0)
-        length = jnp.where(moves, path, 1.0)
-        share = jnp.where(moves, (inside + again) / length, jnp.where(first < width, 1.0, 0.0))
-        moment = inside * 0.5 * inside + again * (TWO_PI - first + 0.5 * again)
-        centre = moment / (jnp.where(inside + again > 0.0, inside + again, 1.0) * length)
-        centre = jnp.where(phase_end < phase_start, 1.0 - centre, centre)
-        return share, jnp.where(moves & (share > 0.0), centre, 0.5)
+        return _within_sector(self.start_rad, width, phase_start, phase_end)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """No smooth part."""
         return jnp.zeros_like(signals["feedback"])
+
+
+def _within_sector(
+    start: Number, width: Number, phase_start: jax.Array, phase_end: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Share of a phase path inside a sector, and that share's centre."""
+    low, high = jnp.minimum(phase_start, phase_end), jnp.maximum(phase_start, phase_end)
+    # Phase past the sector's start, in its own turn; the path may reach into the next turn.
+    first = low - start
+    first = first - TWO_PI * jnp.floor(first * (1.0 / TWO_PI))
+    path = high - low
+    moves = path > 0.0
+    inside = jnp.maximum(jnp.minimum(first + path, width) - first, 0.0)
+    again = jnp.maximum(jnp.minimum(first + path - TWO_PI, width), 0.0)
+    length = jnp.where(moves, path, 1.0)
+    share = jnp.where(moves, (inside + again) / length, jnp.where(first < width, 1.0, 0.0))
+    moment = inside * 0.5 * inside + again * (TWO_PI - first + 0.5 * again)
+    centre = moment / (jnp.where(inside + again > 0.0, inside + again, 1.0) * length)
+    centre = jnp.where(phase_end < phase_start, 1.0 - centre, centre)
+    return share, jnp.where(moves & (share > 0.0), centre, 0.5)
+
+
+@dataclass(frozen=True)
+class FreeSector(Actuation):
+    """Full force while the phase is in a sector whose place and width are trained:
+
+        F_a = α  while  φ mod 2π ∈ [start, start + width),  else 0.
+
+    A width is taken as 0 below 0, and as a whole turn above 2π.
+
+    Source: of this library: the paper's sector (equation 6) with its two numbers free.
+
+    Example:
+        >>> FreeSector().weight_names
+        (('start_rad',), ('width_rad',))
+    """
+
+    WEIGHTS = ("start_rad", "width_rad")
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """A start anywhere, and a quarter of a turn."""
+        start = jax.random.uniform(key, (1,), maxval=TWO_PI)
+        return jnp.concatenate([start, jnp.full((1,), 0.25 * TWO_PI)])
+
+    def full_force(
+        self, weights: Weights, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array
+    ) -> tuple[jax.Array, jax.Array]:
+        """Share of the path inside the sector and its centre; exact for paths below one turn."""
+        width = jnp.clip(weights[1], 0.0, TWO_PI)
+        return _within_sector(weights[0], width, phase_start, phase_end)
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """No smooth part."""
+        return jnp.zeros_like(signals["feedback"])
+
+
+@dataclass(frozen=True)
+class FreeSectorAndReflex(FreeSector):
+    """The sum of a trained sector and a reflex of trained scale s [N], clipped like either:
+
+        F_a = (α  while φ is in the sector,  else 0) - s min(0, f).
+
+    Source: of this library: paper equations 6 and 7 with their three numbers free.
+
+    Example:
+        >>> FreeSectorAndReflex().n_weights
+        3
+    """
+
+    READS = ("feedback",)
+    WEIGHTS = (*FreeSector.WEIGHTS, "newtons_per_feedback")
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """That of the sector, and one for one."""
+        return jnp.concatenate([super().initial(key), jnp.ones((1,))])
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """The reflex part."""
+        return -weights[2] * jnp.minimum(signals["feedback"], 0.0)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import Number, PerCommand, PerLimb, Weights, WeightVector
+from tegotae.parts.maths import sin_cos
 from tegotae.parts.parameters import Part
 from tegotae.parts.weight_names import WeightName, numbered
 
@@ -141,6 +142,29 @@ class OffsetAction(Term):
 
 
 @dataclass(frozen=True)
+class ShiftedAction(Term):
+    """`A′(φ) = -(cos(φ - p) + o)` with a trained place p [rad] and offset o.
+
+    It is `OffsetAction` where the actuation is tied to a phase, so that the place is no choice of
+    where the phase is zero.
+
+    Source: of this library; it is the action that ten trainings on four legs agree on.
+
+    Example:
+        >>> ShiftedAction().weight_names
+        (('place_rad',), ('offset',))
+    """
+
+    READS = ("sin_phase", "cos_phase")
+    WEIGHTS = ("place_rad", "offset")
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """-(cos(φ - p) + o)."""
+        sine, cosine = sin_cos(weights[0])
+        return -(signals["cos_phase"] * cosine + signals["sin_phase"] * sine + weights[1])
+
+
+@dataclass(frozen=True)
 class UnitAction(Term):
     """`A′ = 1`: what is sensed reaches the oscillator as it is, `f = G · R(s)` [rad/s].
 
@@ -161,6 +185,58 @@ class VanillaReaction(Term):
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """F_k [N]."""
         return signals["spring_force"]
+
+
+@dataclass(frozen=True)
+class ReversingReaction(Term):
+    """`R(N) = 1 - k N`, a reaction that changes sign at the load N = 1/k, in weights of the body.
+
+    In flight it lets the feedback act with one sign, and in deep stance with the other: an
+    oscillator that it slows down can park in flight until touchdown.
+
+    Source: of this library: the one number that vanilla feedback lacks.
+
+    Example:
+        >>> ReversingReaction()((jnp.array(2.0),), Signals({"spring_force": jnp.array(1.0)})).item()
+        -1.0
+    """
+
+    READS = ("spring_force",)
+    WEIGHTS = ("per_load",)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """k = 1: a change of sign at the body's weight."""
+        return jnp.ones((1,))
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """1 - k N."""
+        return 1.0 - weights[0] * signals.dimensionless("spring_force")
+
+
+@dataclass(frozen=True)
+class DecayingReaction(Term):
+    """`R(N) = e^(-k N)`, a reaction that falls with the load N, in weights of the body.
+
+    A negative k is taken as 0.
+
+    Source: of this library.
+
+    Example:
+        >>> zero = Signals({"spring_force": jnp.array(0.0)})
+        >>> DecayingReaction()((jnp.array(2.0),), zero).item()
+        1.0
+    """
+
+    READS = ("spring_force",)
+    WEIGHTS = ("per_load",)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """k = 1."""
+        return jnp.ones((1,))
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """e^(-k N)."""
+        return jnp.exp(-jnp.maximum(weights[0], 0.0) * signals.dimensionless("spring_force"))
 
 
 @dataclass(frozen=True)

@@ -117,8 +117,9 @@ def _check_value(trial: PartTrial, term: Term) -> None:
 
 def _check_full_force(trial: PartTrial, term: Actuation) -> None:
     start = trial.lanes(0.0, TWO_PI, 7)
+    weights = tuple(trial.lanes(-1.0, 1.0, 100 + i) for i in range(term.n_weights))
     path = start, start + trial.lanes(-0.5, 0.5, 8), trial.lanes(4.0, 8.0, 9)
-    sector = trial.value(".full_force", term.full_force, *path)
+    sector = trial.value(".full_force", term.full_force, weights, *path)
     if sector is None:
         return
     pair = is_of(sector, tuple) and len(sector) == 2

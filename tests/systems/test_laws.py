@@ -1,0 +1,83 @@
+"""Short laws: names, numbers, and that they are what their formulas say."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae.parts.terms import Signals
+from tegotae.simulation.checks import check_controller, check_term
+from tegotae.systems.designs import design
+from tegotae.systems.laws import LAWS, LAWS_OF_LEGS, ShortLaw, short_law
+from tegotae.systems.resolve import resolve
+
+NUMBERS = {"clock": 2, "load": 3, "offset": 4, "latch": 5, "decay": 5, "tuned": 4}
+PHI, N = 0.7, 1.3
+FEEDBACK = {
+    "clock": lambda: 0.0,
+    "load": lambda sigma: -sigma * N * 0.981 * np.cos(PHI),
+    "offset": lambda o, sigma: -sigma * N * 0.981 * (np.cos(PHI) + o),
+    "latch": lambda o, k, sigma: -sigma * (1 - k * N) * (np.cos(PHI) + o),
+    "decay": lambda o, k, sigma: -sigma * np.exp(-k * N) * (np.cos(PHI) + o),
+    "tuned": lambda sigma: -sigma * N * 0.981 * np.cos(PHI),
+}
+
+
+def test_there_are_six_and_each_has_its_numbers():
+    assert {name: ShortLaw(name).controller().n_weights for name in LAWS} == NUMBERS
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_feedback_is_that_of_the_formula(law):
+    controller = ShortLaw(law).controller()
+    numbers = 0.5 + 0.1 * np.arange(controller.n_weights)
+    values = {"spring_force": jnp.array([N * 0.981])}
+    rhythm = {"sin_phase": jnp.sin(jnp.array([PHI])), "cos_phase": jnp.cos(jnp.array([PHI]))}
+    signals = Signals({**values, **rhythm}, {"spring_force": 0.981})
+    found = controller.feedback(tuple(jnp.array([x]) for x in numbers), signals)
+    feedback = [
+        x
+        for x, (part, _) in zip(numbers, controller.weight_names, strict=True)
+        if part != "actuation"
+    ]
+    assert float(found[0]) == pytest.approx(FEEDBACK[law](*feedback), rel=1e-5)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_they_keep_the_contracts_of_terms_and_controllers(law):
+    controller = ShortLaw(law).controller()
+    for term in controller.terms.values():
+        check_term(term)
+    check_controller(controller, Hopper())
+
+
+def test_a_clock_pushes_in_its_sector_whatever_it_feels():
+    engine = Engine(controller=ShortLaw("clock").controller(), timing=Timing(duration_s=3.0))
+    out = engine.run(np.array([[4.5, 0.5]]), Scenario(omega=5.0))
+    assert np.all(out.feedback_rad_per_s == 0.0)
+    pushing = out.actuator_force_n[:, 0] > 0.0
+    late = (out.phase_rad[:, 0] > 4.4) & (out.phase_rad[:, 0] < 5.1)
+    assert pushing.any()
+    assert not (pushing & ~late).any()
+
+
+@pytest.mark.parametrize("law", LAWS_OF_LEGS)
+def test_on_legs_the_feet_stay_the_systems(law):
+    found = design(f"{law}@quadruped-c")
+    assert found.controller().actuation == design("V@quadruped-c").controller().actuation
+    assert found.controller().n_weights == {"load": 3, "latch": 4, "decay": 4}[law]
+
+
+def test_names_are_those_of_models():
+    assert resolve("latch-w4").experiment().omega == 4.0
+    assert short_law("latch").name == "latch-w8"
+    assert short_law("latch-x4") is None
+
+
+def test_a_frequency_that_is_none_or_a_budget_too_small_is_refused():
+    with pytest.raises(TegotaeError, match="omega is 0"):
+        short_law("latch-w0")
+    with pytest.raises(TegotaeError, match="latch-w4 has 5 numbers; the budget is 4"):
+        resolve("latch-w4", budget=4)
