@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, strategies as st
 from scipy.integrate import solve_ivp
 
-from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
 from tegotae.parts.bodies import Contact, Push
 from tegotae.parts.terms import Sector
 from tegotae.simulation.integrators import push
@@ -139,7 +139,7 @@ def test_a_sector_that_begins_inside_a_tick_displaces_the_body_as_it_does():
     )
     with jax.enable_x64(True):
         path = (jnp.asarray([x], "float64") for x in (0.93, 1.03, 5.0))
-        said = push(Controller(sector), Hopper().max_force_n, jnp.zeros(1), *path)
+        said = push(sector, (), Hopper().max_force_n, jnp.zeros(1), *path)
         mean, rise = float(said.mean_n[0]), float(said.rise_n[0])
     assert mean == pytest.approx(0.3 * 4.0)
     moved = advance(Hopper(), 0.8, 0.2, tick, force=mean, rise=rise, tick=tick)

@@ -32,9 +32,10 @@ WeightVector = Annotated[Array, "float", "n_weights"]
 WeightMatrix = Annotated[Array, "float", "n_weights lanes"]
 """The trained numbers of every lane."""
 if TYPE_CHECKING:
-    Weights = Sequence[Array]
+    Weights = PartWeights = Sequence[Array]
 else:  # An array is a sequence of its rows, which JAX does not declare.
     Weights = Sequence[PerCommand] | Annotated[Array, "float", "n_weights ... lanes"]
+    PartWeights = Sequence[PerCommand] | Annotated[Array, "float", "n_of_part ... lanes"]
 """n_weights arrays: [lanes], or [limbs, lanes] once they are spread over the limbs."""
 Number = float | Annotated[Array, "float", "..."]
 """A number, or an array of numbers that broadcasts against the lanes, such as a field of a body."""

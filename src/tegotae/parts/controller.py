@@ -13,7 +13,15 @@ from tegotae._support.errors import (
     require_kind,
     whole_numbers,
 )
-from tegotae.parts._shapes import Number, PerCommand, PerLimb, StateTree, Weights, WeightVector
+from tegotae.parts._shapes import (
+    Number,
+    PartWeights,
+    PerCommand,
+    PerLimb,
+    StateTree,
+    Weights,
+    WeightVector,
+)
 from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.parameters import Part, positive, whole
@@ -157,7 +165,7 @@ class Controller(Part):
             start += part.n_weights
         return slices
 
-    def of_part(self, role: str, weights: Weights) -> Weights:
+    def of_part(self, role: str, weights: Weights) -> PartWeights:
         """The weights of a unit's part, of those of all of it."""
         return weights[self.layout[role]]
 
