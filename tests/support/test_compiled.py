@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import warnings
 
 import numpy as np
 import pytest
 
 from tegotae._support import compiled
 from tegotae.cli import main
+from tegotae.cli.console import DEBUG, warn_in_one_line
 from tegotae.lowering.machine import Code, target_of
 
 MODULE = "define void @put(ptr %x) {\n  store i32 7, ptr %x\n  ret void\n}\n"
@@ -67,6 +69,35 @@ def test_the_oldest_code_goes_first(place, monkeypatch):
         os.utime(place / f"{key}.o", (age, age))
     compiled.keep("d", b"code")
     assert sorted(file.stem for file in place.iterdir()) == ["c", "d"]
+
+
+def test_a_damaged_program_of_xlas_goes_without_a_word(place, monkeypatch, capsys):
+    compiled.keep("key", b"code")
+    damaged = place / "xla-here" / "jit_f-cache"
+    damaged.parent.mkdir()
+    damaged.write_bytes(b"half")
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(damaged.parent))
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+    monkeypatch.delenv(DEBUG, raising=False)
+    warn_in_one_line()
+    warnings.showwarning(
+        UserWarning("Error reading persistent compilation cache entry for 'f': truncated"),
+        UserWarning,
+        "compiler.py",
+        1,
+    )
+    assert not damaged.exists()
+    assert compiled.kept("key") == b"code"
+    assert capsys.readouterr().err == ""
+
+
+def test_a_folder_of_programs_that_is_the_users_is_left_alone(place, tmp_path, monkeypatch):
+    theirs = tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "jit_f-cache").touch()
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(theirs))
+    assert not compiled.forget_xla_programs()
+    assert (theirs / "jit_f-cache").exists()
 
 
 def test_help_is_made_once(place, monkeypatch, capsys):

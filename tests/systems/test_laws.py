@@ -73,7 +73,8 @@ def test_on_legs_the_feet_stay_the_systems(law):
 def test_names_are_those_of_models():
     assert resolve("latch-w4").experiment().omega == 4.0
     assert short_law("latch").name == "latch-w8"
-    assert short_law("latch-x4") is None
+    for name in ("latch-x4", "latch-w", "latch-w.", "latch-w1.2.3"):
+        assert short_law(name) is None
 
 
 def test_a_frequency_that_is_none_or_a_budget_too_small_is_refused():

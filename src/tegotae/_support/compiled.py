@@ -114,6 +114,20 @@ def keep_xla_programs() -> None:
     os.environ["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "-1"
 
 
+def forget_xla_programs() -> bool:
+    """Remove the programs that JAX kept here, one of which is damaged; False if it keeps none here.
+
+    A process that is killed leaves half a file, and JAX never writes another in its place.
+    """
+    place, ours = Path(os.environ.get("JAX_COMPILATION_CACHE_DIR", "")), folder()
+    if ours is None or place.parent != ours:
+        return False
+    for file in place.glob("*"):
+        with contextlib.suppress(OSError):
+            file.unlink()
+    return True
+
+
 def _processor() -> list[str]:
     """What Linux says of the first processor's kind; elsewhere its name."""
     try:

@@ -20,6 +20,7 @@ from rich.cells import cell_len
 from rich.table import Table
 
 from tegotae._start import INTERRUPTED, end_on_ctrl_c
+from tegotae._support.compiled import forget_xla_programs
 from tegotae._support.errors import TegotaeError, shortened
 from tegotae._support.progress import Console
 
@@ -253,6 +254,8 @@ def warn_in_one_line() -> None:
     def show(message: Warning | str, *where: Any, **more: Any) -> None:
         if is_debugging():
             in_full(message, *where, **more)
+        elif "persistent compilation cache" in str(message) and forget_xla_programs():
+            return  # what could not be read or kept is compiled again
         elif (line := one_line(str(message))) not in shown:
             shown.add(line)
             with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed

@@ -134,9 +134,10 @@ def export_native(saved: SavedController, options: ExportNativeOptions) -> Expor
     """
     native = compiled(saved, options.max_force_n)
     about = asdict(native)
+    senses = ", ".join(native.senses) or "nothing"
     return ExportedNative(
         raw=native,
-        outcome=f"reads {', '.join(native.senses)}; commands {', '.join(native.commands)}",
+        outcome=f"reads {senses}; commands {', '.join(native.commands)}",
         remarks=['use it: tegotae.export.live.LiveController.load("FILE")'],
         data={name: about[name] for name in about if name not in ("code", "start")},
     )

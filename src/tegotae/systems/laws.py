@@ -82,7 +82,7 @@ LAWS: dict[str, LawForm] = {
 }
 """By name; on several legs there are `LAWS_OF_LEGS`."""
 LAWS_OF_LEGS = ("load", "latch", "decay")
-_NAME = re.compile(rf"(?P<law>{'|'.join(LAWS)})(?:-w(?P<omega>[0-9.]+))?")
+_NAME = re.compile(rf"(?P<law>{'|'.join(LAWS)})(?:-w(?P<omega>[0-9]+(?:[.][0-9]+)?))?")
 
 
 @dataclass(frozen=True)

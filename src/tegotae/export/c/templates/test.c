@@ -78,6 +78,9 @@ static bool bounded(void)
     @prefix@_inputs in = {@nothing@};
     @prefix@_outputs out;
     bool held = true;
+% no senses
+    (void)BAD;
+% end senses
     @prefix@_init(&state@phases@);
     for (int turn = 0; turn < 100; ++turn) {
         for (int n = 0; n < BADS; ++n) {
