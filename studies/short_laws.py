@@ -51,6 +51,8 @@ class ShortLaws:
     """Folder of the trainings."""
     out: Path = DOCS / "_static" / "short_laws"
     """Folder of the tables."""
+    to_cap: bool = False
+    """Train for all generations; name another `--dir` and `--out`."""
     tables_only: bool = False
     """Make the table of what `runs.csv` holds."""
 
@@ -74,7 +76,7 @@ class ShortLaws:
         return pd.concat(rows)
 
     def _trained(self, name: str) -> Path:
-        tg.train(name, seeds=self.seeds, out=self.dir / name)
+        tg.train(name, seeds=self.seeds, out=self.dir / name, to_cap=self.to_cap)
         return self.dir / name
 
 
