@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import warnings
 
@@ -53,6 +54,16 @@ def test_a_folder_that_others_can_write_to_is_not_used(place):
     assert compiled.kept("key") is None
     compiled.keep("other", b"code")
     assert not (place / "other.o").exists()
+
+
+def test_of_code_that_there_is_no_space_for_nothing_is_left(place, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    compiled.keep("key", b"code")
+    monkeypatch.setattr("os.fsync", full)
+    compiled.keep("other", b"code")
+    assert [file.name for file in place.iterdir()] == ["key.o"]
 
 
 @pytest.mark.parametrize("where", ["off", os.devnull])

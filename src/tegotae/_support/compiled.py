@@ -10,6 +10,8 @@ import stat
 import sys
 from pathlib import Path
 
+from tegotae._support.errors import TegotaeError
+
 VARIABLE = "TEGOTAE_CACHE"
 """Names another folder; `off` keeps nothing."""
 _MOST_FILES = 1000
@@ -82,13 +84,13 @@ def keep(key: str, content: bytes) -> None:
         key: as `key_of` makes it.
         content: the code.
     """
+    from tegotae._support.files import write_atomically  # of NumPy, which help does without
+
     place = folder()
     if place is None:
         return
-    part = place / f"{key}.{os.getpid()}.part"
-    with contextlib.suppress(OSError):
-        part.write_bytes(hashlib.sha256(content).digest() + content)
-        part.replace(place / f"{key}.o")
+    with contextlib.suppress(OSError, TegotaeError):
+        write_atomically(place / f"{key}.o", hashlib.sha256(content).digest() + content)
         _remove_oldest(place)
 
 
