@@ -43,6 +43,16 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "python -m reproduction figures runs.csv --out figures",
         "python -m reproduction figures study --out figures",
     ),
+    "learning": Command(
+        "reproduction.commands.learning:StudyLearning",
+        "python -m reproduction learning --dir results/learning --out docs/_static/learning",
+        "python -m reproduction learning --dir study --out tables --name study",
+    ),
+    "primary": Command(
+        "reproduction.commands.learning:StudyPrimary",
+        "python -m reproduction primary tables/study.csv",
+        "python -m reproduction primary study.csv calibrated.csv --out primary.md",
+    ),
     "merge": Command(
         "reproduction.commands.study:StudyMerge",
         "python -m reproduction merge other-study --dir study",
@@ -97,7 +107,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "Run the study": ("run", "status", "merge"),
-    "Report on it": ("report", "claims", "figures", "export", "zoo"),
+    "Report on it": ("report", "claims", "learning", "primary", "figures", "export", "zoo"),
     "Try other readings of the paper": ("readings",),
     "Know the limits of the body": ("gain-map", "optimum", "optimum-table", "optimum-proofs"),
 }

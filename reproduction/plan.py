@@ -21,6 +21,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.laws import LAWS, ShortLaw
 from tegotae.systems.models import Model, all_models, find
 from tegotae.training.algorithms import PGPE, Algorithm, algorithm_document
 from tegotae.training.evolution import Evolution, Stopping
@@ -30,6 +31,11 @@ from tegotae.training.settings import configuration, tuned
 BUDGETS = (1280, 2560, 5120)
 """Training budgets [episodes] on the way to the plateau at which runs are evaluated, too. The first
 is 80 generations of 16 episodes."""
+
+OMEGAS = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
+"""Training frequencies of the question what learning adds [rad/s]."""
+MAIN = ("V", "VG-gF", "VT", "AR-rF", "ARG-rF-gF", "ART-rF", "ARGT-rF-gF")
+"""The architectures of that question, on [F_k]; each with three actuations."""
 
 _PLAIN = ("reflex", "sector", "tphif")
 
@@ -160,7 +166,9 @@ def plan(scale: str, models: str | Sequence[str] = "*", others: Sequence[Experim
     - `smoke`: three small models for seconds, to see that everything works;
     - `quick`: every architecture, on [F_k] and [F_k, ẏ], with its plain actuation, 5 runs each;
     - `paper`: all 218 models, 15 runs each, trained to the plateau;
-    - `paper-80x16`: the same with the budget that the paper names, 80 generations of 16 episodes.
+    - `learning`: seven architectures on [F_k] and the short laws, at seven frequencies, 15 runs
+      each, for the question what learning adds (`reproduction.learning`);
+    - `paper-80x16`: the paper's models with the budget that it names, 80 generations of 16.
 
     Args:
         scale: its name.
@@ -220,6 +228,18 @@ def _paper() -> Plan:
     return Plan(scale="paper", experiments=experiments, seeds=15)
 
 
+def _learning() -> Plan:
+    drives = ("sector", "reflex", "both"), ("tphi", "tf", "tphif")
+    models = [
+        find(f"{architecture}-{drive}-w{omega:g}").experiment()
+        for architecture in MAIN
+        for drive in drives["T" in architecture]
+        for omega in OMEGAS
+    ]
+    laws = [ShortLaw(law, omega).experiment() for law in LAWS for omega in OMEGAS]
+    return Plan(scale="learning", experiments=(*models, *laws), seeds=15)
+
+
 def _paper_80x16() -> Plan:
     return dataclasses.replace(
         _paper(),
@@ -230,6 +250,12 @@ def _paper_80x16() -> Plan:
     )
 
 
-_SCALES = {"smoke": _smoke, "quick": _quick, "paper": _paper, "paper-80x16": _paper_80x16}
+_SCALES = {
+    "smoke": _smoke,
+    "quick": _quick,
+    "paper": _paper,
+    "learning": _learning,
+    "paper-80x16": _paper_80x16,
+}
 SCALES = tuple(_SCALES)
 """The names of the scales."""

@@ -36,7 +36,8 @@ class StudyRun(ReadingOptions):
     """The study's folder."""
     scale: str = "quick"
     """Extent of the study: smoke (seconds), quick (all architectures, few runs), paper (218 models,
-    15 runs, to the plateau) or paper-80x16 (the same with the paper's budget)."""
+    15 runs, to the plateau), learning (seven frequencies, and short laws) or paper-80x16 (the
+    paper's models with its budget)."""
     reading: str = STUDY
     """What the paper leaves open, of all models: study, calibrated, or a file of options (.json).
     Options that are given beside it go before its own."""

@@ -121,7 +121,15 @@ def test_every_model_is_found_by_its_name():
     assert all(find(name) is model for name, model in MODELS.items())
 
 
-@pytest.mark.parametrize("name", ["ART-rF-tphif-w9", "v-sector-w4", "", "nonsense"])
+def test_a_model_may_be_trained_at_any_frequency():
+    assert find("ART-rF-tphif-w5").omega_t == 5.0
+    assert find("V-sector-w2.5+hopf").name == "V-sector-w2.5+hopf"
+    assert "ART-rF-tphif-w5" not in all_models()
+    with pytest.raises(TegotaeError, match="omega is 0; it must be greater than 0"):
+        find("ART-rF-tphif-w0")
+
+
+@pytest.mark.parametrize("name", ["AR-w5", "v-sector-w4", "", "nonsense"])
 def test_an_unknown_name_is_refused_with_the_nearest_ones(name):
     with pytest.raises(TegotaeError, match=f"^no model is called {name!r}; ") as raised:
         find(name)

@@ -47,7 +47,9 @@ def held(
     rows = np.asarray(weights)
     f = np.broadcast_to(np.asarray(feedback_rad_per_s, rows.dtype), rows.shape[:-1])[..., None]
     n, feedback = controller.unit_weights, controller.layout["actuation"].start
-    parts = []
-    for unit in range(controller.sets):
-        parts += [f, rows[..., unit * n + feedback : (unit + 1) * n]]
-    return clock, np.concatenate([*parts, rows[..., controller.sets * n :]], axis=-1)
+    units = [
+        part
+        for unit in range(controller.sets)
+        for part in (f, rows[..., unit * n + feedback : (unit + 1) * n])
+    ]
+    return clock, np.concatenate([*units, rows[..., controller.sets * n :]], axis=-1)

@@ -20,11 +20,12 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from dataclasses import dataclass, field, replace
 from functools import cache
 
-from tegotae._support.errors import TegotaeError, require_count, unknown
-from tegotae._support.limits import MOST_WEIGHTS
+from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae._support.limits import MOST_RAD_PER_S, MOST_WEIGHTS
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller, Tegotae
@@ -131,7 +132,8 @@ class Model:
         oscillator: by its name (`tegotae.parts.oscillators.OSCILLATORS`); the paper's by default.
 
     Raises:
-        TegotaeError: for an unknown oscillator, or one in a single network.
+        TegotaeError: for a frequency that is not positive, an unknown oscillator, or one in a
+            single network.
     """
 
     terms: LearnedTerms
@@ -141,6 +143,8 @@ class Model:
 
     def __post_init__(self) -> None:
         oscillator_named(self.oscillator)
+        if self.omega_t is not None:
+            require_finite("omega", self.omega_t, above=0.0, most=MOST_RAD_PER_S)
         if self.is_single_network and self.oscillator != PHASE:
             raise TegotaeError(
                 f"{self.name} is a network without an oscillator; leave {self.oscillator} out"
@@ -229,13 +233,31 @@ def all_models() -> dict[str, Model]:
     return {model.name: model for model in models}
 
 
+_WITH_OMEGA = re.compile(r"(?P<model>.+)-w(?P<omega>[0-9]+(?:[.][0-9]+)?)")
+
+
+def at_another_omega(name: str) -> Model | None:
+    """One of the 218 models, trained at any frequency; None for another kind of name.
+
+    Raises:
+        TegotaeError: for a frequency that is not positive.
+
+    Example:
+        >>> at_another_omega("V-sector-w5").omega_t
+        5.0
+    """
+    parts = _WITH_OMEGA.fullmatch(name)
+    model = parts and all_models().get(f"{parts['model']}-w8")
+    return replace(model, omega_t=float(parts["omega"])) if parts and model else None
+
+
 def find(name: str) -> Model:
     """The model of that name; a bare architecture names its plainest member.
 
     `V`, `AR`, ... stand for the member at ω_t = 8 rad/s that senses F_k alone, with reflex
-    actuation or, where the actuation is learned, one on [φ, f]; `T` stands for `T-F`. A name
-    followed by `+` and an oscillator's (`tegotae.parts.oscillators.OSCILLATORS`) is the model with
-    that oscillator.
+    actuation or, where the actuation is learned, one on [φ, f]; `T` stands for `T-F`. A model of
+    the paper may have any other ω_t, such as `-w5`. A name followed by `+` and an oscillator's
+    (`tegotae.parts.oscillators.OSCILLATORS`) is the model with that oscillator.
 
     Raises:
         TegotaeError: for an unknown name, with the nearest ones.
@@ -252,6 +274,8 @@ def find(name: str) -> Model:
         return models[name]
     if name == "T":
         return models["T-F"]
+    if (model := at_another_omega(name)) is not None:
+        return model
     if (terms := learned_terms(name)) is not None:
         model = Model(terms, f"t{terms.actuation}" if terms.actuation else "reflex", 8.0)
         if model.name in models:

@@ -42,7 +42,7 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.laws import LAWS, short_law
 from tegotae.systems.legged import SYSTEMS, Legged, require_legs, settling
-from tegotae.systems.models import PRESETS, all_models, find, preset
+from tegotae.systems.models import PRESETS, all_models, at_another_omega, find, preset
 from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import Release, System
 from tegotae.systems.tuned import front_walker, is_front_name
@@ -368,7 +368,8 @@ def _is_experiment(document: Json) -> TypeGuard[JsonObject]:
 
 def _is_model(name: str) -> bool:
     plain = name.partition("+")[0]
-    return plain in all_models() or plain in _architectures()
+    known = plain in all_models() or plain in _architectures()
+    return known or at_another_omega(plain) is not None
 
 
 def _architectures() -> list[str]:

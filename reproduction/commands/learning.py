@@ -1,0 +1,70 @@
+"""`python -m reproduction learning`: what learning adds, judged from common releases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from reproduction.options import UNSET
+from tegotae._support import tables
+from tegotae._support.files import output_folder, write_atomically
+
+
+@dataclass(frozen=True)
+class StudyLearning:
+    """Judge every run of a study whole, with its feedback cut, and with it frozen."""
+
+    dir: Path
+    """The study's folder."""
+    out: Path
+    """Folder of the tables: NAME.csv with a row a run, and NAME.md with means by kind."""
+    name: str = "runs"
+    """Name of the tables."""
+    models: Annotated[str, UNSET] = "*"
+    """Only models with such names, with * and ? as in a shell."""
+
+    def run(self) -> None:
+        """Judge what is missing, and write."""
+        from fnmatch import fnmatchcase
+
+        from reproduction.folder import Folder
+        from reproduction.learning.judged import JudgedRuns
+        from reproduction.learning.page import feedback_table
+        from reproduction.learning.runs import joined, rows
+        from tegotae.study import Study
+
+        records = [r for r in Folder(self.dir).all()[0] if fnmatchcase(r.model, self.models)]
+        cells = [JudgedRuns(record) for record in records]
+        study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
+        study.run()
+        results = zip(cells, study.results(), strict=True)
+        runs = joined(rows(cell, result.arrays) for cell, result in results)
+        output_folder(self.out)
+        text = tables.csv_text({name: runs[name].tolist() for name in runs}, digits=5)
+        write_atomically(self.out / f"{self.name}.csv", text)
+        write_atomically(self.out / f"{self.name}.md", feedback_table(runs))
+        print(f"{len(runs)} runs in {self.out / self.name}.csv")
+
+
+@dataclass(frozen=True)
+class StudyPrimary:
+    """Write the primary analysis: what learned feedback adds to V, and to the best short law."""
+
+    sources: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """Tables of `python -m reproduction learning`, one a body; a body is called as its file."""
+    out: Annotated[Path | None, UNSET] = None
+    """File of the table (.md)."""
+
+    def run(self) -> None:
+        """Compute, print, and write if asked to."""
+        from reproduction.learning.page import primary_table
+        from reproduction.learning.runs import read
+
+        text = primary_table({path.stem: read(path) for path in self.sources})
+        if self.out is not None:
+            output_folder(self.out.parent)
+            write_atomically(self.out, text)
+        print(text)

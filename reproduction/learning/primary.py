@@ -1,0 +1,170 @@
+"""The primary analysis of what learning adds, fixed before the runs that it judges.
+
+The outcome is a run's merit: its mean CoT⁻¹ over five frequencies and fifteen common releases, in
+which an episode without a limit cycle counts as 0. It joins the two things that matter, whether a
+run settles and how efficient it is then, and both are shown beside it, as is its following of ω.
+
+Two contrasts are primary, in each of two bodies:
+
+1. learned feedback (AR, ARG, ART, ARGT on [F_k]) over V of the same drive and ω_t, whose gain is
+   searched at that ω_t;
+2. learned feedback over the best short law: the one of highest merit on the first half of the
+   releases, mean over runs and ω_t, judged on the other half, as the learned runs are.
+
+Units are the differences of a design (architecture and drive) at an ω_t, each the mean over its
+runs. Design and ω_t are crossed random effects: what is claimed is of designs and frequencies like
+these, not of these alone. The interval is Student's, from the two-way analysis of variance, with
+Satterthwaite's degrees of freedom. Beside it stand the interval over runs alone, and a bootstrap
+that draws designs, frequencies and runs anew (Owen's pigeonhole).
+
+Everything else, other ways to count, other groups, the best run of each, is sensitivity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from reproduction.claims.effects import LEARNED_FEEDBACK
+from reproduction.learning.runs import LAW
+
+RESAMPLES = 4000
+MEAN_RUN, BEST_RUN = "mean of runs", "run of best fitness"
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """A difference of merits, with its 95 % intervals [m/J].
+
+    Args:
+        effect: mean over designs and frequencies.
+        crossed: interval with design and ω_t as random effects.
+        runs: interval over runs alone.
+        drawn: interval of the pigeonhole bootstrap.
+        base: the merit of what it is compared with.
+        of_omega: the difference at each ω_t, mean over designs, by ω_t [rad/s].
+    """
+
+    effect: float
+    crossed: tuple[float, float]
+    runs: tuple[float, float]
+    drawn: tuple[float, float]
+    base: float
+    of_omega: dict[float, float]
+
+
+def crossed(differences: np.ndarray) -> tuple[float, float]:
+    """95 % interval of the mean of differences [designs, ω_t], both random effects.
+
+    `Var = (MS_design + MS_ω - MS_rest) / (designs · ω_t)`, at least `MS_rest / (designs · ω_t)`;
+    degrees of freedom after Satterthwaite.
+
+    Example:
+        >>> low, high = crossed(np.array([[0.1, 0.3], [0.2, 0.4], [0.15, 0.35]]))
+        >>> bool(low < 0.25 < high)
+        True
+    """
+    designs, omegas = differences.shape
+    mean = differences.mean()
+    by_design, by_omega = differences.mean(axis=1), differences.mean(axis=0)
+    rest = differences - by_design[:, None] - by_omega[None] + mean
+    df = np.array([designs - 1, omegas - 1, (designs - 1) * (omegas - 1)])
+    squares = np.array(
+        [
+            omegas * by_design.var(ddof=1),
+            designs * by_omega.var(ddof=1),
+            (rest**2).sum() / df[2],
+        ]
+    )
+    total = squares @ [1.0, 1.0, -1.0]
+    if total > squares[2]:
+        freedom = total**2 / (squares**2 / df).sum()
+    else:
+        total, freedom = squares[2], df[2]
+    half = stats.t.ppf(0.975, freedom) * np.sqrt(total / differences.size)
+    return float(mean - half), float(mean + half)
+
+
+def contrast(
+    runs: pd.DataFrame, law: str | None = None, *, outcome: str = "merit", run: str = MEAN_RUN
+) -> Contrast:
+    """Learned feedback over V, or over a short law.
+
+    Args:
+        runs: rows of `reproduction.learning.runs.rows`.
+        law: the short law; None compares with V.
+        outcome: the column.
+        run: `MEAN_RUN`, or `BEST_RUN` for the one of best training fitness of each design.
+
+    Returns:
+        The contrast, over all ω_t that both have.
+    """
+    own = _where(runs, runs.senses == "F")
+    if run == BEST_RUN:
+        own = own.sort_values("fitness", kind="stable").drop_duplicates("model", keep="last")
+    learned = _where(own, own.architecture.isin(LEARNED_FEEDBACK))
+    base = _where(own, own.architecture == (LAW if law else "V"))
+    base = _where(base, base.drive == law) if law else base
+    values = _cells(learned, ("architecture", "drive", "omega_t"), outcome)
+    theirs = _cells(base, ("drive", "omega_t"), outcome)
+    designs = sorted({(architecture, drive) for architecture, drive, _ in values})
+    omegas = sorted({omega for *_, omega in values} & {omega for _, omega in theirs})
+    mine = [[values[*design, omega] for omega in omegas] for design in designs]
+    other = [[theirs[law or drive, omega] for omega in omegas] for _, drive in designs]
+    means, bases = (
+        np.array([[cell.mean() for cell in row] for row in cells]) for cells in (mine, other)
+    )
+    draw = np.random.default_rng(0)
+    # A cell of the base is shared by designs: it is drawn once.
+    known = {key: _drawn(draw, cell) for key, cell in theirs.items()}
+    gaps = np.array(
+        [
+            [_drawn(draw, values[*design, w]) - known[law or design[1], w] for w in omegas]
+            for design in designs
+        ]
+    )
+    rows = draw.integers(0, len(designs), (len(designs), 1, RESAMPLES))
+    columns = draw.integers(0, len(omegas), (1, len(omegas), RESAMPLES))
+    drawn = gaps[rows, columns, np.arange(RESAMPLES)]
+    differences = means - bases
+    return Contrast(
+        float(differences.mean()),
+        crossed(differences),
+        _ends(gaps.mean(axis=(0, 1))),
+        _ends(drawn.mean(axis=(0, 1))),
+        float(bases.mean()),
+        dict(zip(omegas, differences.mean(axis=0).tolist(), strict=True)),
+    )
+
+
+def _where(runs: pd.DataFrame, mask: pd.Series) -> pd.DataFrame:
+    return pd.DataFrame(runs[mask])
+
+
+def _cells(runs: pd.DataFrame, keys: Sequence[str], outcome: str) -> dict[tuple, np.ndarray]:
+    """An outcome's values by what the keys are."""
+    cells: dict[tuple, list[float]] = {}
+    places = zip(*(runs[key].tolist() for key in keys), strict=True)
+    for place, value in zip(places, runs[outcome].tolist(), strict=True):
+        cells.setdefault(place, []).append(value)
+    return {place: np.array(values) for place, values in cells.items()}
+
+
+def _drawn(draw: np.random.Generator, cell: np.ndarray) -> np.ndarray:
+    """Means of a cell's runs, drawn anew, [`RESAMPLES`]."""
+    return draw.choice(cell, (RESAMPLES, len(cell))).mean(axis=1)
+
+
+def _ends(values: np.ndarray) -> tuple[float, float]:
+    low, high = np.percentile(values, (2.5, 97.5))
+    return float(low), float(high)
+
+
+def best_law(runs: pd.DataFrame) -> str:
+    """The short law of highest merit on the first half of the releases, over runs and ω_t."""
+    laws = _cells(_where(runs, runs.architecture == LAW), ("drive",), "merit_chosen")
+    return max(laws, key=lambda law: laws[law].mean())[0]

@@ -1,0 +1,130 @@
+"""What learning adds: runs judged without their feedback, and the primary analysis."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from reproduction.claims.effects import LEARNED_FEEDBACK
+from reproduction.learning.judged import MEASURED, RELEASES, VARIANTS, judge, releases
+from reproduction.learning.page import feedback_table, primary_table
+from reproduction.learning.primary import BEST_RUN, best_law, contrast, crossed
+from reproduction.learning.runs import LAW
+from reproduction.plan import MAIN, OMEGAS, plan
+from tegotae.measures.evaluation import Protocol
+from tegotae.measures.hopping.registry import measured_own
+from tegotae.systems.laws import LAWS
+from tegotae.systems.models import find
+
+SHORT = Protocol(undisturbed_s=10.0, disturbed_s=1.0, offsets=(0.0, 1.0))
+
+
+def test_the_plan_has_every_architecture_and_law_at_every_frequency():
+    names = [experiment.name for experiment in plan("learning").experiments]
+    assert len(names) == len(set(names)) == (3 * len(MAIN) + len(LAWS)) * len(OMEGAS)
+    assert {"V-sector-w3", "ARGT-rF-gF-tphif-w10", "latch-w5"} <= set(names)
+
+
+def test_the_common_releases_are_the_same_for_all_models():
+    a, b = (find(name).experiment().system.scenario() for name in ("V-sector-w4", "ART"))
+    np.testing.assert_array_equal(releases(a).height_m, releases(b).height_m)
+    assert releases(a).phase_rad.shape == (RELEASES,)
+
+
+def test_a_run_is_judged_whole_cut_and_frozen():
+    experiment = find("V-reflex-w8").experiment(protocol=SHORT)
+    judged = judge(experiment, np.array([[2.0], [0.0]], "float32"))
+    for name in MEASURED:
+        assert judged[name].shape == (len(VARIANTS), 2, RELEASES, 2)
+    whole, cut, frozen = judged["limit_cycle_share"].mean(axis=(2, 3))
+    assert whole[0] > 0.5
+    assert cut[0] == 0.0  # a reflex without feedback never pushes
+    # A gain of zero is no feedback: nothing is left to cut.
+    assert whole[1] == cut[1] == frozen[1]
+    assert measured_own() == ()  # the metric of the mean feedback is in no later study
+
+
+def test_one_network_is_judged_whole_alone():
+    experiment = find("T-F").experiment(protocol=SHORT)
+    judged = judge(experiment, np.zeros((1, experiment.controller.n_weights), "float32"))
+    assert np.isfinite(judged["limit_cycle_share"][0]).all()
+    assert np.isnan(judged["limit_cycle_share"][1:]).all()
+
+
+def table(learned=0.6, v=0.4, law=0.5, runs=4, seed=0):
+    """Runs with these merits, of designs and frequencies that vary, too."""
+    draw = np.random.default_rng(seed)
+    of_omega = dict(zip((3.0, 4.0, 5.0, 6.0), draw.normal(0.0, 0.05, 4), strict=True))
+    rows = []
+
+    def add(architecture, drive, merit, count):
+        for omega, shift in of_omega.items():
+            for run in range(count):
+                value = merit + shift + draw.normal(0.0, 0.02)
+                model = f"{architecture}-{drive}-w{omega:g}"
+                rows.append(
+                    {"model": model, "architecture": architecture, "senses": "F", "drive": drive}
+                    | {"omega_t": omega, "run": run, "fitness": value, "settled": 0.9}
+                    | {f"merit{kind}": value for kind in ("", "_cut", "_frozen")}
+                    | {"merit_chosen": value, "merit_judged": value, "following": 1.0}
+                )
+
+    for drive in ("φ", "f", "φf"):
+        add("V", drive, v, 1)
+        for architecture in LEARNED_FEEDBACK:
+            add(architecture, drive, learned, runs)
+    for name, merit in (("load", law), ("latch", law - 0.2)):
+        add(LAW, name, merit, runs)
+    return pd.DataFrame(rows)
+
+
+def test_contrasts_find_the_differences_that_are_there():
+    runs = table()
+    over_v, over_law = contrast(runs), contrast(runs, best_law(runs), outcome="merit_judged")
+    assert over_v.effect == pytest.approx(0.2, abs=0.03)
+    assert over_law.effect == pytest.approx(0.1, abs=0.03)
+    for found in (over_v, over_law):
+        for low, high in (found.crossed, found.runs, found.drawn):
+            assert low < found.effect < high
+    assert contrast(runs, run=BEST_RUN).effect > over_v.effect
+    assert list(over_v.of_omega) == [3.0, 4.0, 5.0, 6.0]
+
+
+def test_the_best_law_is_chosen_on_releases_that_do_not_judge_it():
+    runs = table()
+    runs["merit_judged"] = 1.0 - runs.merit_judged
+    assert best_law(runs) == "load"
+
+
+def test_frequencies_that_differ_widen_the_interval_over_runs_alone():
+    runs = table()
+    learned = runs.architecture.isin(LEARNED_FEEDBACK)
+    runs.loc[learned, "merit"] += np.where(runs.omega_t[learned] > 4.5, 0.3, -0.3)
+    found = contrast(runs)
+    assert found.crossed[0] < 0.0 < found.crossed[1]
+    assert found.runs[1] - found.runs[0] < 0.1
+
+
+def test_the_crossed_interval_is_students_where_only_one_factor_varies():
+    by_omega = np.array([0.1, 0.4, 0.2, 0.5])
+    low, high = crossed(np.tile(by_omega, (5, 1)) + 1e-9 * np.arange(5)[:, None])
+    interval = stats.t.interval(0.95, 3, by_omega.mean(), stats.sem(by_omega))
+    assert (low, high) == pytest.approx(interval, rel=1e-3)
+
+
+def test_the_crossed_interval_covers():
+    draw = np.random.default_rng(1)
+    hits = 0
+    for _ in range(300):
+        noise = draw.normal(0, 0.2, (12, 7))
+        sample = noise + draw.normal(0, 0.3, (12, 1)) + draw.normal(0, 0.3, (1, 7))
+        low, high = crossed(sample)
+        hits += low < 0.0 < high
+    assert 0.91 < hits / 300 < 0.99
+
+
+def test_the_tables_name_bodies_and_kinds():
+    runs = table()
+    assert primary_table({"study": runs}).count("| study |") == 6
+    rows = feedback_table(runs).splitlines()[2:]
+    assert len(rows) == 4 * (1 + len(LEARNED_FEEDBACK) + 2)
