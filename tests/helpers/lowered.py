@@ -45,7 +45,7 @@ def evaluated(
     found: dict[int, Any] = {}
 
     def collect(first: int, lanes: int, channels: Any) -> None:
-        found[first] = jax.tree.map(lambda x: np.array(x[0]), channels)
+        found[first] = jax.tree.map(lambda x: np.array(x[0, ..., :lanes]), channels)
 
     kernel.run(arrays, shared, frames=1, ticks_per_frame=1, threads=threads, collect=collect)
     parts = [found[first] for first in sorted(found)]

@@ -76,7 +76,7 @@ def rolled_out(kernel, lanes, shared, frames=6, ticks=5):
     found = []
 
     def collect(first, n, channels):
-        found.append({name: np.array(x) for name, x in channels.items()})
+        found.append({name: np.array(x[..., :n]) for name, x in channels.items()})
 
     kernel.run(lanes, shared, frames=frames, ticks_per_frame=ticks, threads=1, collect=collect)
     return found[0]
@@ -125,18 +125,19 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
     expected = rolled_out(kernel, lanes, shared)
     own = kernel.module
     vectors = 8 // target_of("aarch64").lanes_of_vector(dtype)
-    module = EpisodeModule(own.stages, own.lanes, target_of("aarch64"), dtype, vectors)
+    module = EpisodeModule(
+        own.stages, own.lanes, own.recorded, target_of("aarch64"), dtype, vectors
+    )
     text, block, frames, ticks = module.text(), module.block, 6, 5
     (tmp_path / "code.o").write_bytes(object_file(text, module.target))
     (tmp_path / "driver.c").write_text(DRIVER)
-    rows = module.channel_rows
     sizes = {
         "SHARED": 8,
         "UNIFORM": module.uniform_bytes,
         "LANES": module.lane_rows.size * block,
         "KEPT": module.invariant_rows.size * block,
         "STATE": module.state_rows.size * block,
-        "OUT": rows.size * block * frames,
+        "OUT": module.recorded.size * block * frames,
         "FRAMES": frames,
         "TICKS": ticks,
         "BLOCK": block,
@@ -150,8 +151,9 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
     done = subprocess.run([tools[1], "./driver"], input=given_to, capture_output=True, cwd=tmp_path)
     assert done.returncode == 0
     memory = np.frombuffer(done.stdout, np.uint8)
-    for row, name in enumerate(sorted(expected)):  # entries of a dictionary, in their order
-        found = rows.view(memory, row, row + 1, block, frames)[:, 0, :]
+    views = module.recorded.views(memory, frames, block)
+    for name, view in zip(sorted(expected), views, strict=True):  # entries of a dictionary
+        found = view[:, 0, :]
         if expected[name].dtype == bool:
             found = found != 0
         assert same_bits(np.ascontiguousarray(found), expected[name])

@@ -45,7 +45,7 @@ def run(of_lanes, shared, dtype="float32", threads=1, **options):
     groups = []
 
     def collect(first, n, channels):
-        groups.append((first, n, {name: np.array(x) for name, x in channels.items()}))
+        groups.append((first, n, {name: np.array(x[..., :n]) for name, x in channels.items()}))
 
     kernel.run(
         of_lanes, shared, frames=FRAMES, ticks_per_frame=TICKS, threads=threads, collect=collect

@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae._support.engines import available_cores
 from tegotae.lowering.machine import Code, Target, target_of
-from tegotae.lowering.module import EpisodeModule, Rows, aligned
+from tegotae.lowering.module import EpisodeModule, RecordedArrays, Rows, aligned
 from tegotae.lowering.native_reader import NativeReader, given_arrays
 from tegotae.lowering.nodes import LANE, TICK, UNIFORM, Node, Tree, scalars
 from tegotae.lowering.placement import Stages
@@ -28,7 +28,8 @@ _LANES_TOGETHER = 64
 """Lanes of a group, or a multiple of them: so many are summarised at a time."""
 
 Collect = Callable[[int, int, Tree], None]
-"""Takes the first lane of a group, how many it has, and its channels [frames, ..., lanes]."""
+"""Takes the first lane of a group, how many it has, and its channels [frames, ..., lanes], the last
+lane's again behind them until there are as many as in every group."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,8 @@ def compile_episode(
         lanes = jax.tree.map(_of_one_lane, lanes_shapes)
         shared = jax.tree.map(_shape, shared_shapes)
         stages, channels = _read(episode, lanes, shared)
-    module = EpisodeModule(stages, _kinds(lanes), chosen, dtype, vectors)
+    recorded = _recorded(stages.channels, jax.tree.leaves(channels))
+    module = EpisodeModule(stages, _kinds(lanes), recorded, chosen, dtype, vectors)
     return Kernel(channels, module, _kinds(shared), Code.compiled(module.text(), chosen))
 
 
@@ -91,6 +93,17 @@ def _of_one_lane(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
 
 def _kinds(tree: Tree) -> tuple[str, ...]:
     return tuple(node.kind for node in scalars(given_arrays("", tree)))
+
+
+def _recorded(nodes: Sequence[Node], leaves: Sequence[jax.ShapeDtypeStruct]) -> RecordedArrays:
+    """The arrays that channels make, with the kinds of their scalars."""
+    scalars = tuple(math.prod(leaf.shape) for leaf in leaves)
+    lasts = itertools.accumulate(scalars)
+    kinds = tuple(
+        nodes[last - 1].kind if count else "float32"
+        for count, last in zip(scalars, lasts, strict=True)
+    )
+    return RecordedArrays(kinds, scalars)
 
 
 _STAGES = {"shared": UNIFORM, "lanes": LANE, "state": TICK, "index": TICK}
@@ -150,9 +163,8 @@ class Kernel:
             frames: how many frames.
             ticks_per_frame: control ticks of each.
             threads: how many work at once; as many as there are cores by default.
-            collect: is called once a group of blocks, from any of the threads: with the group's
-                first lane, its number of lanes, and its channels as arrays [frames, ..., lanes],
-                which are only valid meanwhile. What it raises, `run` raises.
+            collect: is called once a group of blocks, from any of the threads, with what `Collect`
+                says; the channels are only valid meanwhile. What it raises, `run` raises.
         """
         leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(lanes)]
         count = leaves[0].shape[-1]
@@ -189,7 +201,7 @@ class Kernel:
     def _blocks_of_group(self, blocks: int, threads: int, frames: int) -> int:
         """As many as the buffer holds, few enough that no thread waits long for another."""
         block = self.module.block
-        frame_bytes = self.module.channel_rows.size * block * frames
+        frame_bytes = self.module.recorded.size * block * frames
         fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
         together = max(1, _LANES_TOGETHER // block)
         shares = -(-blocks // (_GROUPS_OF_THREAD * threads * together)) * together
@@ -216,12 +228,12 @@ class _Run:
         block, row = module.block, module.block * self.group
         tables = (module.lane_rows, module.invariant_rows, module.state_rows)
         given, invariant, state = (rows.memory(block) for rows in tables)
-        out = module.channel_rows.memory(row, self.frames)
+        out = module.recorded.memory(self.frames, row)
         start, episode = code.function("start", 4), code.function("episode", 5, 4)
         at = [memory.ctypes.data for memory in (given, self.uniform, invariant, state, out)]
         ends = itertools.accumulate(len(leaf) for leaf in self.rows)
         leaves = [
-            module.lane_rows.view(given, end - len(leaf), end, block)[0]
+            module.lane_rows.view(given, end - len(leaf), end, block)
             for leaf, end in zip(self.rows, ends, strict=True)
         ]
         while (first := next_first()) is not None:
@@ -234,18 +246,19 @@ class _Run:
                     rows[:, :held] = leaf[:, lane : lane + held]
                     rows[:, held:] = leaf[:, -1:]
                 start(*at[:-1])
-                episode(*at, self.frames, self.ticks, blocks * block, number * block)
+                episode(*at, self.frames, self.ticks, row, number * block)
             collected = min(blocks * block, ahead)
-            self.collect(first * block, collected, self._channels(out, blocks * block, collected))
+            arrays = module.recorded.views(out, self.frames, row)
+            for array in arrays:  # a block has filled itself up
+                array[..., blocks * block :] = array[..., collected - 1 : collected]
+            self.collect(first * block, collected, self._channels(arrays))
 
-    def _channels(self, out: np.ndarray, row: int, lanes: int) -> Tree:
+    def _channels(self, arrays: Sequence[np.ndarray]) -> Tree:
         """What was recorded, as arrays [frames, ..., lanes]."""
-        module, first, arrays = self.kernel.module, 0, []
         leaves, structure = jax.tree.flatten(self.kernel.channels)
-        for leaf in leaves:
-            last = first + math.prod(leaf.shape)
-            view = module.channel_rows.view(out, first, last, row, self.frames)
-            array = view.reshape(self.frames, *leaf.shape[:-1], row)[..., :lanes]
-            arrays.append(array != 0 if leaf.dtype == bool else array)
-            first = last
-        return jax.tree.unflatten(structure, arrays)
+        shaped = [
+            array.reshape(len(array), *leaf.shape[:-1], array.shape[-1])
+            for array, leaf in zip(arrays, leaves, strict=True)
+        ]
+        pairs = zip(shaped, leaves, strict=True)
+        return jax.tree.unflatten(structure, [x != 0 if y.dtype == bool else x for x, y in pairs])

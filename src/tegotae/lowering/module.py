@@ -34,12 +34,7 @@ class Rows:
     def offsets(self) -> tuple[int, ...]:
         """Where each row begins, in bytes a lane: wide ones first, so that all are aligned."""
         sizes = [dtype.itemsize for dtype in self.dtypes]
-        ends = {size: sum(x for x in sizes if x > size) for size in set(sizes)}
-        offsets = []
-        for size in sizes:
-            offsets.append(ends[size])
-            ends[size] += size
-        return tuple(offsets)
+        return _wide_first(sizes, sizes)
 
     @cached_property
     def size(self) -> int:
@@ -48,25 +43,71 @@ class Rows:
         widest = max(sizes, default=1)
         return -(-sum(sizes) // widest) * widest
 
-    def memory(self, lanes: int, times: int = 1) -> np.ndarray:
-        """Bytes for all rows of so many lanes, so many times."""
-        return aligned(self.size * lanes * times)
+    def memory(self, lanes: int) -> np.ndarray:
+        """Bytes for all rows of so many lanes."""
+        return aligned(self.size * lanes)
 
-    def view(
-        self, memory: np.ndarray, first: int, last: int, lanes: int, times: int = 1
-    ) -> np.ndarray:
-        """Rows that follow each other, of one type: [times, rows, lanes]."""
+    def view(self, memory: np.ndarray, first: int, last: int, lanes: int) -> np.ndarray:
+        """Rows that follow each other, of one type: [rows, lanes]."""
         if first == last:
-            return np.empty((times, 0, lanes))
-        dtype = self.dtypes[first]
-        row = dtype.itemsize * lanes
-        return np.ndarray(
-            (times, last - first, lanes),
-            dtype,
-            memory.data,
-            self.offsets[first] * lanes,
-            (self.size * lanes, row, dtype.itemsize),
-        )
+            return np.empty((0, lanes))
+        shape = last - first, lanes
+        return np.ndarray(shape, self.dtypes[first], memory.data, self.offsets[first] * lanes)
+
+
+@dataclass(frozen=True)
+class RecordedArrays:
+    """Arrays of so many scalars of one kind, recorded frame by frame; true and false as int32.
+
+    Each is whole in memory, [frames, scalars, lanes]: a summary takes it as it is.
+
+    Args:
+        kinds: of each array.
+        scalars: how many a lane has of each in a frame.
+    """
+
+    kinds: tuple[str, ...]
+    scalars: tuple[int, ...]
+
+    @cached_property
+    def dtypes(self) -> tuple[np.dtype, ...]:
+        """The type of each array in memory."""
+        return Rows(self.kinds).dtypes
+
+    @cached_property
+    def sizes(self) -> tuple[int, ...]:
+        """Bytes of each, a lane and frame."""
+        pairs = zip(self.dtypes, self.scalars, strict=True)
+        return tuple(dtype.itemsize * scalars for dtype, scalars in pairs)
+
+    @cached_property
+    def offsets(self) -> tuple[int, ...]:
+        """Where each array begins, in bytes a lane and frame: wide ones first, all aligned."""
+        return _wide_first(self.sizes, [dtype.itemsize for dtype in self.dtypes])
+
+    @property
+    def size(self) -> int:
+        """Bytes a lane and frame of all arrays."""
+        return sum(self.sizes)
+
+    def memory(self, frames: int, lanes: int) -> np.ndarray:
+        """Bytes for all arrays."""
+        return aligned(self.size * frames * lanes)
+
+    def views(self, memory: np.ndarray, frames: int, lanes: int) -> list[np.ndarray]:
+        """The arrays, [frames, scalars, lanes]."""
+        return [
+            np.ndarray((frames, scalars, lanes), dtype, memory.data, offset * frames * lanes)
+            for scalars, dtype, offset in zip(self.scalars, self.dtypes, self.offsets, strict=True)
+        ]
+
+
+def _wide_first(sizes: Sequence[int], widths: Sequence[int]) -> tuple[int, ...]:
+    """Where things of these sizes begin, in the order of their numbers' widths."""
+    offsets, end = [0] * len(sizes), 0
+    for i in sorted(range(len(sizes)), key=lambda i: -widths[i]):
+        offsets[i], end = end, end + sizes[i]
+    return tuple(offsets)
 
 
 def aligned(size: int) -> np.ndarray:
@@ -90,6 +131,7 @@ class EpisodeModule:
     Args:
         stages: the program.
         lanes: kinds of what is given lane by lane.
+        recorded: the arrays that its channels make, in their order.
         target: the processor.
         dtype: the type of its numbers.
         vectors: vectors of a block.
@@ -97,6 +139,7 @@ class EpisodeModule:
 
     stages: Stages
     lanes: tuple[str, ...]
+    recorded: RecordedArrays
     target: Target
     dtype: str
     vectors: int
@@ -125,11 +168,6 @@ class EpisodeModule:
     def invariant_rows(self) -> Rows:
         """Rows of what a block computes once."""
         return Rows(tuple(node.kind for node in self.stages.invariant))
-
-    @cached_property
-    def channel_rows(self) -> Rows:
-        """Rows of what is recorded."""
-        return Rows(tuple(node.kind for node in self.stages.channels))
 
     def text(self) -> str:
         """The module in LLVM's language."""
@@ -241,16 +279,19 @@ class EpisodeModule:
         return leaf
 
     def _record(self, w: FunctionWriter, emitted: Emitter) -> None:
-        rows = self.channel_rows
-        lanes = w.do("mul i64 %f, %row")
-        for i, node in enumerate(self.stages.channels):
-            size = rows.dtypes[i].itemsize
-            whole = w.do(f"mul i64 {lanes}, {rows.size}")
-            row = w.do(f"mul i64 %row, {rows.offsets[i]}")
-            column = w.do(f"mul i64 %column, {size}")
-            offset = w.do(f"add i64 {w.do(f'add i64 {whole}, {row}')}, {column}")
-            base = w.do(f"getelementptr i8, ptr %out, i64 {offset}")
-            w.store(base, 0, node.kind, *emitted.values(node))
+        arrays, nodes = self.recorded, iter(self.stages.channels)
+        for scalars, dtype, offset, size in zip(
+            arrays.scalars, arrays.dtypes, arrays.offsets, arrays.sizes, strict=True
+        ):
+            begin = w.do(f"mul i64 %frames, {offset}")
+            frame = w.do(f"add i64 {begin}, {w.do(f'mul i64 %f, {size}')}")
+            column = w.do(f"mul i64 %column, {dtype.itemsize}")
+            for number in range(scalars):
+                before = w.do(f"add i64 {frame}, {number * dtype.itemsize}")
+                place = w.do(f"add i64 {w.do(f'mul i64 {before}, %row')}, {column}")
+                base = w.do(f"getelementptr i8, ptr %out, i64 {place}")
+                node = next(nodes)
+                w.store(base, 0, node.kind, *emitted.values(node))
 
     def _store_state(self, w: FunctionWriter, nodes: Sequence[Node], emitted: Emitter) -> None:
         """The state, once all of it is known."""

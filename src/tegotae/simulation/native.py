@@ -72,9 +72,8 @@ def roll_out(
     def collect(first: int, n: int, trajectory: Trajectory) -> None:
         with jax.enable_x64(dtype == "float64"):  # a setting of each thread
             for at in range(0, n, LANES_SUMMARISED):
-                here = slice(at, min(at + LANES_SUMMARISED, n))
-                there = slice(first + here.start, first + here.stop)
-                given = filled(trajectory, here, LANES_SUMMARISED)
+                there = slice(first + at, first + min(at + LANES_SUMMARISED, n))
+                given = filled(trajectory, slice(at, at + LANES_SUMMARISED), LANES_SUMMARISED)
                 met = filled(lanes.scenario, there, LANES_SUMMARISED)
                 part = summarised(given, met, shared.body)
                 jax.tree.map(partial(put, there), found, part)
