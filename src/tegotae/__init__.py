@@ -25,6 +25,7 @@ _HOMES = {
         "figure_portrait",
         "figure_surface",
     ),
+    "questions.explaining": ("explain",),
     "questions.exporting": ("export_c", "export_cost", "export_native"),
     "questions.gaits": (
         "gait_front",

@@ -22,6 +22,7 @@ from tegotae.questions.drawing import (
     figure_portrait as figure_portrait,
     figure_surface as figure_surface,
 )
+from tegotae.questions.explaining import explain as explain
 from tegotae.questions.exporting import (
     export_c as export_c,
     export_cost as export_cost,

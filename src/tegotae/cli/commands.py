@@ -30,6 +30,7 @@ _QUESTIONS: Mapping[str, tuple[str, ...]] = {
     ),
     "evaluate": ("verbs", "V-sector-w4", "runs/art --csv runs.csv"),
     "compare": ("verbs", "V-sector-w4 V-reflex-w4", "runs/art runs/ar --metric cot_inverse"),
+    "explain": ("explaining", "V-sector-w4", "runs/art/ART-rF-tphif-w8-seed0.json --out page"),
     "measure": (
         "measuring",
         "walk.csv --rest-length 1 --omega 5 --plot walk.png",
@@ -118,7 +119,7 @@ SECTIONS: Mapping[str, tuple[str, ...]] = {
     "See a controller move": ("simulate", "models"),
     "Learn one": ("train", "wiring"),
     "Measure and compare": ("evaluate", "compare", "measure", "generalise"),
-    "Understand one": ("figure", "gait"),
+    "Understand one": ("explain", "figure", "gait"),
     "Use one on a robot": ("export",),
     "Get help, cite": ("doctor", "completion", "cite"),
 }

@@ -1,0 +1,481 @@
+"""What a controller does, in numbers: its curves over what its gait visits, where it waits and
+pushes, what is left of it without feedback, and whether it follows its command."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
+from tegotae.measures.hopping.metric import LIMIT_CYCLE, REGIME, GaitMetric
+from tegotae.measures.hopping.registry import chosen
+from tegotae.measures.hopping.statistics import POSITIVE, Interval, interval, mean_defined
+from tegotae.parts.controller import Controller
+from tegotae.parts.held import held
+from tegotae.parts.maths import TWO_PI
+from tegotae.parts.terms import Signals
+from tegotae.simulation.rollout import KeptChannels, Scenario, Timing
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.legged import Legged, lanes_of
+
+PARKED = 0.1
+"""A phase that moves slower than this share of ω waits."""
+_BINS = 120
+"""Parts of a turn in which phases are counted."""
+_CHANNELS = ("phase_rad", "spring_force_n", "velocity_m_per_s", "feedback_rad_per_s")
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How good a controller is from several releases at several frequencies.
+
+    Args:
+        omega: commanded ω [rad/s], shape [frequencies]; NaN without an oscillator.
+        merit: CoT⁻¹, of one leg [m/J], of several without a unit; 0 of what does not settle, or
+            falls. Shape [releases, frequencies].
+        rate_rad_per_s: hops, or turns of the reference leg, likewise; NaN where undefined.
+        sound: whether it settles on a limit cycle, or stays up, likewise.
+        speed_m_per_s: of a walk, likewise; NaN of one leg.
+    """
+
+    omega: np.ndarray
+    merit: np.ndarray
+    rate_rad_per_s: np.ndarray
+    sound: np.ndarray
+    speed_m_per_s: np.ndarray
+
+    @property
+    def mean(self) -> Interval:
+        """The merit: the mean over frequencies, and over releases with its 95 % interval."""
+        return interval(self.merit.mean(axis=1), within=POSITIVE)
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Mean rate at every frequency [rad/s], [frequencies]."""
+        return mean_defined(self.rate_rad_per_s.T)
+
+    @property
+    def following(self) -> float:
+        """Slope of the rate over ω: 1 follows the command, 0 ignores it; NaN where undefined."""
+        omega = np.broadcast_to(self.omega, self.merit.shape)
+        known = self.sound & np.isfinite(self.rate_rad_per_s) & np.isfinite(omega)
+        if len(np.unique(omega[known])) < 2:
+            return math.nan
+        return float(np.polyfit(omega[known], self.rate_rad_per_s[known], 1)[0])
+
+
+@dataclass(frozen=True)
+class Trials(ABC):
+    """Releases of a controller, the same ones at every frequency.
+
+    Args:
+        saved: the system and the weights of the whole controller.
+        omega: commanded ω [rad/s], shape [frequencies]; NaN without an oscillator.
+        release: entries of shape [releases] or, of phases a leg, [limbs, releases].
+        timing: of an episode.
+    """
+
+    saved: SavedController
+    omega: np.ndarray
+    release: Scenario
+    timing: Timing
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Releases, frequencies."""
+        return np.shape(self.release.phase_rad)[-1], len(self.omega)
+
+    @property
+    def middle(self) -> int:
+        """Which frequency is that of the training."""
+        omega = self.saved.omega
+        return 0 if omega is None else int(np.argmin(np.abs(self.omega - omega)))
+
+    @property
+    def scenario(self) -> Scenario:
+        """A lane for each frequency of each release."""
+        releases, n = self.shape
+        given = {"phase_rad": np.repeat(self.release.phase_rad, n, axis=-1)}
+        if np.ndim(self.release.height_m):
+            given["height_m"] = np.repeat(self.release.height_m, n)
+        return self.release._replace(omega=np.tile(np.nan_to_num(self.omega), releases), **given)
+
+    def lanes(self, weights: np.ndarray) -> np.ndarray:
+        """Weights of every lane, of those of a controller, [n] or [frequencies, n]."""
+        of_lanes = np.broadcast_to(weights, (*self.shape, np.shape(weights)[-1]))
+        return of_lanes.reshape(-1, of_lanes.shape[-1])
+
+    @abstractmethod
+    def judged(self, controller: Controller, weights: np.ndarray) -> Judged:
+        """How good a controller is.
+
+        Args:
+            controller: in place of the whole one.
+            weights: the same at every frequency, [n_weights], or [frequencies, n_weights].
+        """
+
+    def recorded(self) -> dict[str, np.ndarray]:
+        """Second halves of the whole controller's episodes, [frames, limbs, releases, frequencies].
+
+        Beside its channels there is `rate_rad_per_s`, φ̇.
+        """
+        system = self.saved.system
+        engine = system.engine(KeptChannels((*_CHANNELS, "actuator_force_n")), self.timing)
+        path = engine.run(self.lanes(self.saved.weights), self.scenario, system.mechanics)
+        arrays = {name: np.asarray(value, float) for name, value in path.channels.items()}
+        turned = np.diff(arrays["phase_rad"], axis=0, prepend=arrays["phase_rad"][:1])
+        turned = (turned + np.pi) % TWO_PI - np.pi
+        arrays["rate_rad_per_s"] = turned / self.timing.frame_s
+        half = len(turned) // 2
+        limbs = arrays["phase_rad"].shape[1:-1] or (1,)
+
+        def of_limbs(x: np.ndarray) -> np.ndarray:
+            x = x if x.ndim == 3 else x[:, None]
+            x = np.broadcast_to(x, (len(x), *limbs, x.shape[-1]))
+            return x.reshape(*x.shape[:2], *self.shape)[half:]
+
+        return {name: of_limbs(x) for name, x in arrays.items()}
+
+
+@dataclass(frozen=True)
+class HoppingTrials(Trials):
+    """On one leg.
+
+    Args:
+        protocol: what counts as settled, and the definition of work.
+    """
+
+    protocol: Protocol = field(default_factory=Protocol)
+
+    def judged(self, controller: Controller, weights: np.ndarray) -> Judged:
+        system = self.saved.system
+        metrics = [x for x in chosen(("cot_inverse", "hop_rate")) if isinstance(x, GaitMetric)]
+        omega = np.tile(self.omega, self.shape[0])
+        if controller.oscillator is None:
+            omega = np.full_like(omega, np.nan)
+        episodes = EvaluatedEpisodes(
+            controller,
+            self.lanes(weights),
+            self.scenario._replace(omega=omega),
+            system.mechanics,
+            self.protocol,
+            system.integrator,
+        )
+        values, _ = episodes.measured(metrics, ())
+        found = {name: np.reshape(x, self.shape) for name, x in values.items()}
+        merit, rate = np.nan_to_num(found["cot_inverse"]), found["hop_rate"]
+        return Judged(
+            self.omega, merit, rate, found[REGIME] == LIMIT_CYCLE, np.full_like(rate, np.nan)
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkingTrials(Trials):
+    """On several legs.
+
+    Args:
+        legged: their system.
+    """
+
+    legged: Legged
+
+    def judged(self, controller: Controller, weights: np.ndarray) -> Judged:
+        system = dataclasses.replace(self.saved.system, controller=controller)
+        engine = system.engine(self.legged.summary(), self.timing)
+        found = lanes_of(engine.run(self.lanes(weights), self.scenario, system.mechanics))
+        cost, speed, hz, fall = (
+            np.reshape(getattr(found, name), self.shape)
+            for name in ("cost_of_transport", "speed_m_per_s", "cycle_frequency_hz", "fall_time_s")
+        )
+        sound = ~np.isfinite(fall)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            merit = np.where(sound & (cost > 0.0), 1.0 / cost, 0.0)
+        return Judged(self.omega, merit, np.where(sound, TWO_PI * hz, np.nan), sound, speed)
+
+
+def without_feedback(trials: Trials, feedback: np.ndarray) -> dict[str, Judged]:
+    """The controller with its feedback cut, and frozen at its mean over the gait; {} without any.
+
+    Args:
+        trials: from which releases.
+        feedback: f [rad/s] of the whole controller, [frequencies]; 0 where it never settles.
+    """
+    saved = trials.saved
+    if saved.controller.tegotae is None:
+        return {}
+    weights = np.broadcast_to(saved.weights, (len(feedback), len(saved.weights)))
+    return {
+        name: trials.judged(*held(saved.controller, weights, f))
+        for name, f in (("cut", 0.0), ("frozen", feedback))
+    }
+
+
+@dataclass(frozen=True)
+class Visits:
+    """Moments of settled gaits at the frequency of the training, of units with the same weights.
+
+    Arrays of shape [moments], evenly spaced in time.
+    """
+
+    phase_rad: np.ndarray
+    """Phase φ in [0, 2π)."""
+    spring_force_n: np.ndarray
+    """Spring force F_k [N]."""
+    load: np.ndarray
+    """The same in weights of the body, N."""
+    rate_rad_per_s: np.ndarray
+    """φ̇ [rad/s]."""
+    feedback_rad_per_s: np.ndarray
+    """f [rad/s]."""
+    force_n: np.ndarray
+    """Actuator force [N]."""
+    action: np.ndarray
+    """A′(φ); NaN where it is not known."""
+    reaction: np.ndarray
+    """R(s), likewise."""
+    gain: np.ndarray
+    """G, likewise."""
+
+    @property
+    def stance(self) -> np.ndarray:
+        """Whether the leg is loaded."""
+        return self.load > 0.0
+
+    @property
+    def density(self) -> tuple[np.ndarray, np.ndarray]:
+        """Edges of equal parts of a turn [rad], and the share of the time in each."""
+        counts, edges = np.histogram(self.phase_rad, _BINS, (0.0, TWO_PI))
+        return edges, counts / max(1, len(self.phase_rad))
+
+
+def visits(trials: Trials, whole: Judged, recorded: dict[str, np.ndarray]) -> list[Visits]:
+    """What settled gaits visit, set of weights by set; all releases' where none settles.
+
+    Args:
+        trials: from which releases.
+        whole: of the controller.
+        recorded: its second halves (`Trials.recorded`).
+    """
+    controller, at = trials.saved.controller, trials.middle
+    sound = whole.sound[:, at]
+    sound = sound if sound.any() else np.ones_like(sound)
+    sharing = np.array(controller.sharing or (0,) * controller.limbs)
+
+    def of_set(number: int) -> Visits:
+        moments = {
+            name: x[:, sharing == number][:, :, sound, at].ravel() for name, x in recorded.items()
+        }
+        load, terms = _terms(trials.saved, moments, number)
+        return Visits(
+            moments["phase_rad"],
+            moments["spring_force_n"],
+            load,
+            moments["rate_rad_per_s"],
+            moments["feedback_rad_per_s"],
+            moments["actuator_force_n"],
+            terms["action"],
+            terms["reaction"],
+            terms["gain"],
+        )
+
+    return [of_set(number) for number in range(controller.sets)]
+
+
+def _terms(
+    saved: SavedController, moments: dict[str, np.ndarray], number: int
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """The load, and the values of the feedback's terms at some moments, [moments] each."""
+    controller, body = saved.controller, saved.body
+    none = np.full_like(moments["phase_rad"], np.nan)
+    with jax.enable_x64(True):
+        state = body.release(jnp.full(1, saved.system.release.height_m), jnp.zeros(1))
+        scales = dict(body.sense(state, jnp.zeros(1)).scales)
+        values = {
+            "spring_force": jnp.asarray(moments["spring_force_n"]),
+            "velocity": jnp.asarray(moments["velocity_m_per_s"]),
+        }
+        oscillator = controller.oscillator
+        if oscillator is not None and oscillator.has_phase:
+            values |= oscillator.signals(oscillator.start(jnp.asarray(moments["phase_rad"])))
+        load = np.asarray(Signals(values, scales).dimensionless("spring_force"), float)
+        unit = np.asarray(saved.weights, float)[number * controller.unit_weights :]
+        found: dict[str, np.ndarray] = dict.fromkeys(("action", "reaction", "gain"), none)
+        for role, term in controller.terms.items():
+            if role in found and {*term.reads} <= {*values}:
+                own = [jnp.full(len(none), x) for x in unit[controller.layout[role]]]
+                found[role] = np.broadcast_to(term(own, Signals(values, scales)), none.shape)
+    return load, found
+
+
+def mean_feedback(whole: Judged, recorded: dict[str, np.ndarray]) -> np.ndarray:
+    """f over settled gaits at every frequency [rad/s], [frequencies]; 0 where none settles."""
+    feedback = recorded["feedback_rad_per_s"].mean(axis=(0, 1))
+    sound = whole.sound.sum(axis=0)
+    return np.where(whole.sound, feedback, 0.0).sum(axis=0) / np.maximum(sound, 1)
+
+
+# Curves as formulas, by least squares: moments are even in time, so each visit counts.
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A formula of a curve.
+
+    Args:
+        formula: with its numbers.
+        numbers: the coefficients of its columns, and a number inside of these, if there is one.
+        explained: R², the share of the curve's variance over the visits; NaN of a constant.
+    """
+
+    formula: str
+    numbers: tuple[float, ...]
+    explained: float
+
+
+def _least_squares(columns: list[np.ndarray], values: np.ndarray) -> tuple[list[float], float]:
+    design = np.stack(columns, axis=1)
+    numbers, *_ = np.linalg.lstsq(design, values, rcond=None)
+    left, all_of_it = np.mean((values - design @ numbers) ** 2), np.var(values)
+    numbers[np.abs(numbers) < 1e-9 * np.abs(numbers).max(initial=0.0)] = 0.0  # rounding
+    constant = np.ptp(values) <= 1e-6 * np.abs(values).max(initial=0.0)
+    return numbers.tolist(), math.nan if constant else float(1.0 - left / all_of_it)
+
+
+def action_fits(v: Visits) -> list[Fit]:
+    """A′ as an offset and one harmonic of the phase, and as an offset and two.
+
+    Their numbers are o, a, b (, c, d) of `o + a cos φ + b sin φ (+ c cos 2φ + d sin 2φ)`.
+    """
+    phase = v.phase_rad
+    columns = [np.ones_like(phase), np.cos(phase), np.sin(phase)]
+    fits = []
+    for used in (columns, [*columns, np.cos(2.0 * phase), np.sin(2.0 * phase)]):
+        numbers, explained = _least_squares(used, v.action)
+        waves = (
+            f" + {math.hypot(a, b):.3g} cos({turns}φ - {math.atan2(b, a) % TWO_PI:.2f})"
+            for turns, a, b in zip(("", "2"), numbers[1::2], numbers[2::2], strict=False)
+        )
+        fits.append(Fit(f"{numbers[0]:.3g}{''.join(waves)}", tuple(numbers), explained))
+    return fits
+
+
+_TRIED = np.concatenate([[0.0], np.geomspace(0.05, 50.0, 61)])
+"""Numbers s that are tried where a curve is not linear in them."""
+
+
+def reaction_fits(v: Visits) -> dict[str, Fit]:
+    """The reaction with its gain, G R, as formulas of the load N, by the law that they are of.
+
+    `b N`, `c + b N`, `c e^(-s N)` and `c + b N / (1 + s N)`.
+    """
+    values, load, one = v.gain * v.reaction, v.load, np.ones_like(v.load)
+    columns: dict[str, Callable[[float], list[np.ndarray]]] = {
+        "load": lambda s: [load],
+        "latch": lambda s: [one, load],
+        "decay": lambda s: [np.exp(-s * load)],
+        "saturating": lambda s: [one, load / (1.0 + s * load)],
+    }
+    formulas = {
+        "load": "{0:.3g} N",
+        "latch": "{0:.3g} + {1:.3g} N",
+        "decay": "{0:.3g} e^(-{1:.3g} N)",
+        "saturating": "{0:.3g} + {1:.3g} N / (1 + {2:.3g} N)",
+    }
+    fits = {}
+    for name, of_number in columns.items():
+        inner = [float(s) for s in _TRIED] if name in ("decay", "saturating") else [0.0]
+        tried = [(*_least_squares(of_number(s), values), s) for s in inner]
+        numbers, explained, s = max(tried, key=lambda x: np.nan_to_num(x[1], nan=-math.inf))
+        numbers += [s] if len(inner) > 1 else []
+        fits[name] = Fit(formulas[name].format(*numbers), tuple(numbers), explained)
+    return fits
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An interval of phases.
+
+    Args:
+        start_rad: where it begins, in [0, 2π).
+        width_rad: how wide it is.
+        share: of the moments in question that lie in it.
+    """
+
+    start_rad: float
+    width_rad: float
+    share: float
+
+
+def arcs(phase_rad: np.ndarray, among: np.ndarray, inside: np.ndarray) -> list[Arc]:
+    """Where on the circle most moments are of a kind, the largest share first.
+
+    Parts of a turn that are not visited belong to an interval if both neighbours do.
+
+    Args:
+        phase_rad: of moments, [moments].
+        among: which of them count.
+        inside: which of these are of the kind.
+
+    Example:
+        >>> phase = np.linspace(0.0, 6.28, 629)
+        >>> (arc,) = arcs(phase, phase < 6.0, (phase > 1.0) & (phase < 2.0))
+        >>> round(arc.start_rad, 1), round(arc.width_rad, 1), arc.share
+        (1.0, 1.0, 1.0)
+    """
+    part = (phase_rad / TWO_PI * _BINS).astype(int) % _BINS
+    all_of_it = np.bincount(part[among], minlength=_BINS)
+    of_kind = np.bincount(part[among & inside], minlength=_BINS)
+    seen = np.flatnonzero(all_of_it)
+    most = of_kind[seen] > 0.5 * all_of_it[seen]
+    if not most.any():
+        return []
+    if most.all():
+        return [Arc(0.0, TWO_PI, 1.0)]
+    first = int(np.argmin(most))  # begin outside
+    seen, most = np.roll(seen, -first), np.roll(most, -first)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], most, [False]]).astype(int)))
+    width = TWO_PI / _BINS
+    found = []
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        run = seen[begin:end]
+        turn = (run[-1] - run[0]) % _BINS + 1
+        found.append(Arc(run[0] * width, turn * width, of_kind[run].sum() / of_kind.sum()))
+    return sorted(found, key=lambda arc: -arc.share)
+
+
+def parking(v: Visits, omega: float) -> dict[str, tuple[float, list[Arc]]]:
+    """In flight and in stance the share of the time that the phase waits in, and where.
+
+    Args:
+        v: the visits.
+        omega: commanded ω [rad/s].
+    """
+    waits = np.abs(v.rate_rad_per_s) < PARKED * omega
+    places = {}
+    for name, among in (("flight", ~v.stance), ("stance", v.stance)):
+        share = float(np.mean(waits & among))
+        places[name] = (share, arcs(v.phase_rad, among, waits) if share > 0.0 else [])
+    return places
+
+
+def pushing(v: Visits, most_n: float) -> tuple[float, list[Arc]]:
+    """The share of the stance with more than half of the largest force, and where that is.
+
+    Of an actuator that never reaches half of α it is half of the largest force that it has.
+
+    Args:
+        v: the visits.
+        most_n: α [N].
+    """
+    half = 0.5 * min(most_n, max(float(v.force_n.max()), 1e-9))
+    pushes = v.stance & (v.force_n > half)
+    if not pushes.any():
+        return 0.0, []
+    return float(pushes.sum() / v.stance.sum()), arcs(v.phase_rad, v.stance, pushes)

@@ -1,0 +1,102 @@
+"""The pictures of a controller's page: its curves over what it visits, and its rate over ω."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tegotae.analysis.explanation import Judged, Visits
+from tegotae.analysis.surface import Surface
+from tegotae.figures.cycles import phase_axis
+from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, literal, new_figure, styled
+from tegotae.parts.maths import TWO_PI
+
+_DOTS = 3000
+"""So many moments are drawn at most."""
+
+
+@styled()
+def explanation_figure(
+    name: str, visited: Sequence[Visits], surface: Surface | None, judged: Mapping[str, Judged]
+) -> Figure:
+    """A′ over phase with the density of visits, G R over load, the force, and the rate over ω.
+
+    Args:
+        name: of the controller.
+        visited: what its gait visits, set of weights by set.
+        surface: its force over phase and spring force; None leaves φ̇ in its place.
+        judged: whole, cut and frozen.
+    """
+    figure = new_figure(PAGE_IN, 4.6)
+    figure.suptitle(literal(name), fontsize=9)
+    (action, reaction), (force, rate) = figure.subplots(2, 2)
+    for i, v in enumerate(visited):
+        some = slice(None, None, max(1, len(v.load) // _DOTS))
+        order = np.argsort(v.phase_rad[some])
+        dots = {"color": COLOURS[i % len(COLOURS)], "ms": 1.5, "ls": "", "marker": "."}
+        action.plot(v.phase_rad[some][order], v.action[some][order], **dots)
+        reaction.plot(v.load[some], (v.gain * v.reaction)[some], **dots)
+        if surface is None:
+            force.plot(v.phase_rad[some], v.rate_rad_per_s[some], **dots)
+    action.set_ylabel("action A′")
+    _density(action, visited)
+    reaction.set_xlabel("load N [weights of the body]")
+    reaction.set_ylabel("gain · reaction, G R")
+    if surface is None:
+        phase_axis(force)
+        force.set_ylabel("rate φ̇ [rad/s]")
+    else:
+        _force(figure, force, surface, visited[0])
+    _rates(rate, judged)
+    return figure
+
+
+def _density(axes: Axes, visited: Sequence[Visits]) -> None:
+    """The share of the time in parts of a turn, in flight and in stance, behind the curve."""
+    phase_axis(axes)
+    behind = axes.twinx()
+    behind.set_zorder(-1)
+    axes.patch.set_visible(False)
+    phase = np.concatenate([v.phase_rad for v in visited])
+    stance = np.concatenate([v.stance for v in visited])
+    parts = [phase[~stance], phase[stance]]
+    weights = [np.full(len(x), 1.0 / max(1, len(phase))) for x in parts]
+    shown = {"stacked": True, "color": ["#dddddd", "#999999"], "label": ["flight", "stance"]}
+    behind.hist(parts, bins=60, range=(0.0, TWO_PI), weights=weights, **shown)
+    behind.set_ylabel("share of the time")
+    behind.legend(loc="upper right")
+
+
+def _force(figure: Figure, axes: Axes, surface: Surface, v: Visits) -> None:
+    """The force over phase (or velocity) and spring force, and where the gait is."""
+    phase, forces = surface.phase_rad, surface.actuator_force_n
+    across = surface.velocity_m_per_s if phase is None else phase
+    mesh = axes.pcolormesh(
+        across, surface.spring_force_n, forces, cmap=SEQUENTIAL, vmin=0.0, rasterized=True
+    )
+    figure.colorbar(mesh, ax=axes, label="actuator force [N]")
+    if phase is not None:
+        some = slice(None, None, max(1, len(v.load) // _DOTS))
+        axes.plot(v.phase_rad[some], v.spring_force_n[some], ".", color=COLOURS[4], ms=1.5)
+        phase_axis(axes)
+    else:
+        axes.set_xlabel("velocity [m/s]")
+    axes.set_ylabel("spring force [N]")
+
+
+def _rates(axes: Axes, judged: Mapping[str, Judged]) -> None:
+    """Hops or turns a second over the commanded frequency; the command as a thin line."""
+    whole = judged["whole"]
+    axes.set_ylabel("rate [rad/s]")
+    if np.isnan(whole.omega).all():
+        axes.set_xticks([])
+        axes.plot(np.zeros_like(whole.rates), whole.rates, "o", color=COLOURS[0])
+        return
+    axes.plot(whole.omega, whole.omega, color="#bbbbbb", lw=0.8, label="command")
+    for (name, found), marker in zip(judged.items(), "osx", strict=False):
+        axes.plot(found.omega, found.rates, marker=marker, ms=4, label=name)
+    axes.set_xlabel("command ω [rad/s]")
+    axes.legend()

@@ -1,0 +1,387 @@
+"""A page about one controller: what it does, and what is left of it without its feedback."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from tegotae._support.documents import JsonObject, as_json
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.files import write_atomically
+from tegotae._support.limits import MOST_POINTS
+from tegotae.analysis.explanation import (
+    Arc,
+    HoppingTrials,
+    Judged,
+    Trials,
+    Visits,
+    WalkingTrials,
+    action_fits,
+    arcs,
+    mean_feedback,
+    parking,
+    pushing,
+    reaction_fits,
+    visits,
+    without_feedback,
+)
+from tegotae.measures.hopping.statistics import Interval, mean_defined
+from tegotae.parts.bodies import Hopper, Walker
+from tegotae.parts.fields import unwrapped
+from tegotae.parts.maths import TWO_PI
+from tegotae.questions.answer import UNDEFINED, AnswerBase
+from tegotae.questions.hopping import HoppingTask
+from tegotae.questions.question import Tasks, question
+from tegotae.questions.task import Subject, Task
+from tegotae.questions.walking import WalkingTask
+from tegotae.simulation.world import OMEGA
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.legged import random_phases
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tegotae.analysis.surface import Surface
+
+SPREAD_M = 0.1
+"""How far a release of one leg is above or below the usual one at most [m]."""
+_ALIKE, _MUCH = 0.95, 0.5
+"""A share of the score from which on it is the same; below which most of it is gone."""
+_FOLLOWS, _WEAKLY = 0.75, 0.25
+"""Slopes of the rate over ω, from which on a controller follows, or follows weakly."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explained(Tasks):
+    """A controller by name, on a body of this package."""
+
+    def named(self, *names: Subject | Task) -> Sequence[Any]:
+        tasks = super().named(*names)
+        for task in tasks:
+            if isinstance(task, WalkingTask) and not isinstance(unwrapped(task.runs.body), Walker):
+                raise TegotaeError(
+                    f"explain judges legs by their cost of transport, and {task.name} hops in "
+                    "place; tegotae gait sweep and tegotae gait stability study it"
+                )
+            if not isinstance(task, (HoppingTask, WalkingTask)):
+                raise TegotaeError(
+                    f"{task.name} {task.what}, and explain reads what moves on a body of this "
+                    "package; tegotae simulate and tegotae evaluate run it there"
+                )
+        return tasks
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExplainOptions:
+    """From which releases a controller is judged."""
+
+    duration_s: float
+    """Simulated time of an episode [s]."""
+    releases: int = 15
+    """Number of releases, none of which a training saw."""
+    seed: int = 0
+    """Seed of their heights and phases."""
+
+    @classmethod
+    def options_of(cls, task: HoppingTask | WalkingTask) -> ExplainOptions:
+        """As long as an evaluation."""
+        legged = isinstance(task, WalkingTask)
+        own_s = task.legged.timing.duration_s if legged else task.runs.protocol.undisturbed_s
+        return cls(duration_s=own_s)
+
+
+@question(
+    subjects=Explained,
+    kinds={"One leg, such as paper": "paper", "Several legs, such as quadruped-c": "quadruped-c"},
+)
+def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explanation:
+    """Explain a controller on one page: its curves over what its gait visits, where it waits and
+    pushes, its score with and without its feedback, and whether it follows its command.
+
+    Example:
+        >>> explain("V-reflex-w8", duration=10.0, releases=2).judged["whole"].merit.shape
+        (2, 5)
+    """
+    require_count("releases", options.releases, most=MOST_POINTS)
+    require_count("seed", options.seed, least=0)
+    trials = _trials(task, options)
+    whole = trials.judged(trials.saved.controller, trials.saved.weights)
+    recorded = trials.recorded()
+    feedback = mean_feedback(whole, recorded)
+    return Explanation(
+        name=task.name,
+        trials=trials,
+        visited=visits(trials, whole, recorded),
+        judged={"whole": whole, **without_feedback(trials, feedback)},
+        feedback_rad_per_s=feedback,
+        options=options,
+    )
+
+
+def _trials(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Trials:
+    """The releases from which a controller is judged."""
+    runs, n = task.runs, options.releases
+    saved = SavedController(runs.system, task.weights, task.name, runs.experiment)
+    if isinstance(task, WalkingTask):
+        legged = task.legged
+        timing = replace(legged.timing, duration_s=options.duration_s)
+        release = legged.scenario(random_phases(legged.body.limbs, n, options.seed))
+        return WalkingTrials(saved, _frequencies(saved), release, timing, legged=legged)
+    protocol = replace(runs.protocol, undisturbed_s=options.duration_s)
+    draw, usual_m = np.random.default_rng(options.seed), runs.system.release.height_m
+    release = runs.system.scenario(
+        height_m=usual_m + draw.uniform(-SPREAD_M, SPREAD_M, n),
+        phase_rad=draw.uniform(0.0, TWO_PI, n),
+    )
+    timing = runs.system.timing_over(options.duration_s, tick_s=protocol.tick_s)
+    return HoppingTrials(saved, _frequencies(saved, protocol.offsets), release, timing, protocol)
+
+
+def _frequencies(saved: SavedController, offsets: Sequence[float] = ()) -> np.ndarray:
+    """The commands [rad/s]: those of the evaluation, those of the training, or around its own."""
+    omega = saved.omega
+    if omega is None:
+        return np.array([math.nan])
+    conditions = () if saved.experiment is None else saved.experiment.conditions
+    for condition in conditions:
+        if condition.name == OMEGA:
+            return np.linspace(min(condition.extremes), max(condition.extremes), 5)
+    around = omega + np.array(offsets)
+    return around if len(around) and min(around) > 0.0 else omega * np.linspace(0.5, 1.5, 5)
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Explanation(AnswerBase):
+    """What a controller does; its page is `page.md` of the folder that `save` writes."""
+
+    name: str
+    """Of the controller."""
+    trials: Trials
+    """From which releases it was judged."""
+    visited: Sequence[Visits]
+    """What its gait visits at the frequency of its training, set of weights by set."""
+    judged: Mapping[str, Judged]
+    """How good it is: whole, and without its feedback."""
+    feedback_rad_per_s: np.ndarray
+    """Its mean over the gait, [frequencies]."""
+    options: ExplainOptions
+
+    @property
+    def title(self) -> str:
+        return self.name
+
+    @property
+    def _hops(self) -> bool:
+        return self.trials.saved.body.limbs == 1
+
+    @property
+    def _has_feedback(self) -> bool:
+        return self.trials.saved.controller.tegotae is not None
+
+    def frame(self) -> pd.DataFrame:
+        """A row a variant, release and frequency."""
+        releases, n = self.trials.shape
+        rows = [
+            pd.DataFrame(
+                {
+                    "variant": name,
+                    "release": np.repeat(np.arange(releases), n),
+                    "omega_rad_per_s": np.tile(x.omega, releases),
+                    "merit": x.merit.ravel(),
+                    "rate_rad_per_s": x.rate_rad_per_s.ravel(),
+                    "sound": x.sound.ravel(),
+                    "speed_m_per_s": x.speed_m_per_s.ravel(),
+                }
+            )
+            for name, x in self.judged.items()
+        ]
+        return pd.concat(rows, ignore_index=True)
+
+    @cached_property
+    def scores(self) -> pd.DataFrame:
+        """The score of the whole controller and without its feedback."""
+        unit, sound = ("m/J", "settles") if self._hops else ("1", "stays up")
+        rows = []
+        for name, x in self.judged.items():
+            row = {
+                "": name,
+                f"mean CoT⁻¹ [{unit}]": _ranged(x.mean),
+                sound: f"{x.sound.mean():.0%}",
+                "rate over ω": _short(x.following),
+                "rates [rad/s]": " ".join(map(_short, x.rates)),
+            }
+            if not self._hops:
+                row["speed"] = " ".join(map(_short, mean_defined(x.speed_m_per_s.T)))
+            rows.append(row)
+        return pd.DataFrame(rows).set_index("")
+
+    @cached_property
+    def curves(self) -> pd.DataFrame:
+        """The feedback's curves as formulas, with the share of the variance over the visits."""
+        rows = []
+        for i, v in enumerate(self.visited):
+            curves = {"A′(φ)": v.action, "G R(N)": v.gain * v.reaction}
+            known = {name: np.isfinite(x).all() for name, x in curves.items()}
+            fits = [("A′(φ)", x) for x in action_fits(v)] if known["A′(φ)"] else []
+            fits += [("G R(N)", x) for x in reaction_fits(v).values()] if known["G R(N)"] else []
+            for curve, fit in fits:
+                row = {"curve": curve, "formula": fit.formula, "R²": _explained(fit.explained)}
+                rows.append({"set": i, **row})
+        table = pd.DataFrame(rows, columns=["set", "curve", "formula", "R²"])
+        several = len(self.visited) > 1
+        return table.set_index(["set", "curve"] if several else "curve").drop(
+            columns=[] if several else "set"
+        )
+
+    def texts(self) -> list[pd.DataFrame]:
+        return [self.scores, *([self.curves] if len(self.curves) else [])]
+
+    @property
+    def notes(self) -> list[str]:
+        return [*self._of_feedback(), *self._of_command(), *self._of_visits()]
+
+    def _of_feedback(self) -> list[str]:
+        """What cutting and freezing the feedback does to the score."""
+        whole = self.judged["whole"].mean.mean
+        if not self._has_feedback:
+            return [
+                f"The score is {whole:.3g}. There is no feedback that could be cut: one network "
+                "leads from the senses to the force."
+            ]
+        if whole < 0.01:
+            return [f"The score is {whole:.2g}: from these releases it does not get anywhere."]
+        cut, frozen = (self.judged[name].mean.mean for name in ("cut", "frozen"))
+        said = f"Cutting the feedback changes the score from {whole:.3g} to {cut:.3g}"
+        kind = "a clock with a sector" if self._hops else "a clock"
+        if cut > whole / _ALIKE:
+            return [f"{said}: from these releases its feedback costs more than it gains."]
+        if cut >= _ALIKE * whole:
+            return [f"{said}: this controller is {kind}."]
+        held_at = f"and holding it at its mean to {frozen:.3g}"
+        if frozen >= _ALIKE * whole:
+            return [f"{said}, {held_at}: it is {kind} of another frequency."]
+        much = "much of" if max(cut, frozen) > _MUCH * whole else "most of"
+        return [f"{said}, {held_at}: its feedback as it moves makes {much} the score."]
+
+    def _of_command(self) -> list[str]:
+        """Whether the rate follows ω."""
+        whole = self.judged["whole"]
+        slope, what = whole.following, "hops" if self._hops else "steps"
+        if np.isnan(whole.omega).all():
+            return ["It has no oscillator, and so no command to follow."]
+        if math.isnan(slope):
+            return ["It settles at fewer than two frequencies: whether it follows is unknown."]
+        how = "follows" if slope >= _FOLLOWS else "follows weakly"
+        how = "overdoes" if slope > 1.0 / _FOLLOWS else "ignores" if slope < _WEAKLY else how
+        known = np.flatnonzero(np.isfinite(whole.rates))
+        low, high = known[0], known[-1]
+        return [
+            f"It {how} its command: it {what} at {whole.rates[low]:.3g} rad/s where ω is "
+            f"{whole.omega[low]:.3g}, and at {whole.rates[high]:.3g} where ω is "
+            f"{whole.omega[high]:.3g} (slope {slope:.2f})."
+        ]
+
+    def _of_visits(self) -> list[str]:
+        """Where the phase waits, stands and pushes."""
+        saved, said = self.trials.saved, []
+        if saved.omega is None:
+            return []
+        omega = float(self.trials.omega[self.trials.middle])
+        for i, v in enumerate(self.visited):
+            of = "" if len(self.visited) == 1 else f" of the set {i}"
+            waits = [
+                f"{share:.0%} of the time in {where}, {_places(places)}"
+                for where, (share, places) in parking(v, omega).items()
+                if places and share >= 0.01
+            ]
+            stands = arcs(v.phase_rad, np.ones_like(v.stance), v.stance)
+            said.append(
+                f"The phase{of} waits {' and '.join(waits) or 'nowhere'}; the leg stands "
+                f"{v.stance.mean():.0%} of the time, {_places(stands)}."
+            )
+            if saved.controller.actuation.commands_force:
+                share, places = pushing(v, float(np.max(saved.body.max_force_n)))
+                said.append(f"It pushes for {share:.0%} of the stance, {_places(places)}.")
+        if not self.judged["whole"].sound[:, self.trials.middle].any():
+            said.append("No release settles there: the curves are those of unsettled gaits.")
+        return said
+
+    def document(self) -> JsonObject:
+        """All numbers: scores, curves and what is said of them."""
+        scores = {
+            name: {"mean": x.mean, "following": x.following, **asdict(x)}
+            for name, x in self.judged.items()
+        }
+        curves = self.curves.reset_index().to_dict("records")
+        settings = {"name": self.name, "settings": asdict(self.options)}
+        more = {"scores": scores, "curves": curves, "said": self.notes}
+        return as_json({**settings, "feedback_rad_per_s": self.feedback_rad_per_s, **more})
+
+    def figures(self) -> dict[str, Figure]:
+        from tegotae.figures.explanation import explanation_figure
+
+        surface = self._surface()
+        return {"curves": explanation_figure(self.name, self.visited, surface, self.judged)}
+
+    def _surface(self) -> Surface | None:
+        from tegotae.analysis.surface import actuation_surface
+
+        saved, v = self.trials.saved, self.visited[0]
+        if not isinstance(saved.body, Hopper):
+            return None
+        most_n = 1.1 * max(float(v.spring_force_n.max()), float(saved.body.weight_n))
+        most_n = min(most_n, saved.body.stiffness_n_per_m * saved.body.rest_length_m)
+        return actuation_surface(saved, np.linspace(0.0, most_n, 80), columns=120)
+
+    def page(self) -> str:
+        """The page, in Markdown; its figures are beside it."""
+        parts = [f"# {self.name}", *self.notes, "## Scores", _markdown(self.scores)]
+        parts += ["![curves](curves.png)", "## Curves", _markdown(self.curves)]
+        return "\n\n".join(parts) + "\n"
+
+    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
+        """Write the page, its figures, numbers and document into a folder."""
+        written = super().save(folder, format)
+        path = Path(folder) / "page.md"
+        write_atomically(path, self.page().replace("curves.png", f"curves.{format}"))
+        return [path, *written]
+
+
+def _short(x: float) -> str:
+    return UNDEFINED if math.isnan(x) else f"{x:.3g}"
+
+
+def _explained(share: float) -> str:
+    """R² as people read it: below zero it is worse than a constant."""
+    if math.isnan(share):
+        return "constant"
+    return f"{share:.2f}" if share >= 0.0 else "< 0"
+
+
+def _ranged(mean: Interval) -> str:
+    ends = "" if math.isnan(mean.low) else f" [{mean.low:.3g}, {mean.high:.3g}]"
+    return f"{_short(mean.mean)}{ends}"
+
+
+def _places(places: Sequence[Arc]) -> str:
+    """Intervals of phases in words."""
+    shown = [
+        f"{x.start_rad:.2f} ... {(x.start_rad + x.width_rad) % TWO_PI:.2f}"
+        for x in places
+        if x.share >= 0.05
+    ]
+    return f"at φ = {' and '.join(shown)} rad" if shown else "at no phase of its own"
+
+
+def _markdown(table: pd.DataFrame) -> str:
+    """A table in Markdown."""
+    cells = table.reset_index().astype(str)
+    rows = [list(cells.columns), ["---"] * len(cells.columns), *cells.to_numpy().tolist()]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

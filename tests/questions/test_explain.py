@@ -1,0 +1,134 @@
+"""A controller on a page: what is said of it, and what cannot be explained."""
+
+import numpy as np
+import pytest
+
+import tegotae as tg
+from tegotae import SavedController
+from tegotae.analysis.explanation import Visits, action_fits, arcs, parking, pushing, reaction_fits
+
+SHORT = {"duration": 12.0, "releases": 3}
+
+
+def visited(phase, load, force=None, rate=None, action=None, reaction=None) -> Visits:
+    one, nothing = np.ones_like(phase), np.zeros_like(phase)
+    given = (action, reaction)
+    action, reaction = (one if x is None else x for x in given)
+    force, rate = (nothing if x is None else x for x in (force, rate))
+    return Visits(phase, load, load, rate, nothing, force, action, reaction, one)
+
+
+PHASE = np.linspace(0.0, 2.0 * np.pi, 1201)[:-1]
+LOAD = np.maximum(0.0, np.sin(PHASE)) * 3.0
+
+
+def test_a_clock_is_called_one():
+    clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 8.0, name="clock")
+    page = tg.explain(clock, **SHORT)
+    assert page.judged["cut"].mean == page.judged["whole"].mean
+    assert "a clock with a sector" in page.notes[0]
+
+
+@pytest.fixture(scope="module")
+def vanilla():
+    return tg.explain("V-sector-w8", **SHORT)
+
+
+def test_a_vanilla_controller_has_the_curves_that_it_is_made_of(vanilla):
+    (v,) = vanilla.visited
+    assert action_fits(v)[0].explained == pytest.approx(1.0)
+    assert action_fits(v)[0].numbers == pytest.approx((0.0, -1.0, 0.0), abs=1e-6)
+    assert reaction_fits(v)["load"].explained == pytest.approx(1.0)
+
+
+def test_a_page_has_scores_with_and_without_feedback_of_every_release(vanilla):
+    frame = vanilla.frame()
+    assert len(frame) == 3 * 3 * 5
+    assert list(vanilla.scores.index) == ["whole", "cut", "frozen"]
+    assert "Cutting the feedback changes the score" in vanilla.page()
+
+
+def test_equal_seeds_give_equal_pages_and_others_do_not(vanilla):
+    again, other = (tg.explain("V-sector-w8", seed=seed, **SHORT) for seed in (0, 1))
+    assert again.page() == vanilla.page()
+    assert not np.array_equal(other.trials.release.height_m, vanilla.trials.release.height_m)
+
+
+def test_a_folder_holds_the_page_its_figures_and_its_numbers(vanilla, tmp_path):
+    names = {path.name for path in vanilla.save(tmp_path / "page")}
+    assert names == {"page.md", "curves.png", "numbers.csv", "numbers.json"}
+    assert "curves.png" in (tmp_path / "page" / "page.md").read_text()
+
+
+def test_one_network_without_feedback_says_so():
+    page = tg.explain("zoo:T-Fv", **SHORT)
+    assert [*page.judged] == ["whole"]
+    assert any("no feedback that could be cut" in note for note in page.notes)
+    assert any("no command to follow" in note for note in page.notes)
+
+
+def test_legs_are_judged_by_their_cost_of_transport_and_speed():
+    page = tg.explain("quadruped-c", duration=60.0, releases=2)
+    whole = page.judged["whole"]
+    assert whole.sound.all()
+    assert (whole.speed_m_per_s > 0.0).all()
+    assert "speed" in page.scores
+    assert 0.7 < whole.following < 1.3
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        ("latch", (2.0, -1.0)),
+        ("decay", (2.0, 1.0)),
+        ("saturating", (2.0, -1.0, 0.5)),
+    ],
+)
+def test_a_formula_finds_its_own_numbers(name, numbers):
+    of = {
+        "latch": 2.0 - LOAD,
+        "decay": 2.0 * np.exp(-LOAD),
+        "saturating": 2.0 - LOAD / (1.0 + 0.5 * LOAD),
+    }
+    found = reaction_fits(visited(PHASE, LOAD, reaction=of[name]))[name]
+    assert found.explained > 0.99
+    assert found.numbers == pytest.approx(numbers, rel=0.2)
+
+
+def test_a_constant_curve_explains_nothing():
+    assert np.isnan(action_fits(visited(PHASE, LOAD))[0].explained)
+
+
+def test_waiting_and_pushing_have_their_places():
+    waits = (PHASE > 4.0) & (PHASE < 5.0)
+    v = visited(PHASE, LOAD, force=4.0 * (PHASE < 1.0), rate=np.where(waits, 0.1, 4.0))
+    share, (place,) = parking(v, 4.0)["flight"]
+    assert share == pytest.approx(1.0 / (2.0 * np.pi), abs=0.01)
+    assert (place.start_rad, place.width_rad) == pytest.approx((4.0, 1.0), abs=0.11)
+    assert parking(v, 4.0)["stance"][0] == 0.0
+    share, (place,) = pushing(v, 4.0)
+    assert share == pytest.approx(1.0 / np.pi, abs=0.01)
+    assert place.width_rad == pytest.approx(1.0, abs=0.06)
+
+
+def test_an_interval_may_pass_zero_and_what_is_not_visited():
+    phase = PHASE[(PHASE < 5.5) | (PHASE > 6.0)]
+    (place,) = arcs(phase, phase > -1.0, (phase > 5.0) | (phase < 0.5))
+    assert place.start_rad == pytest.approx(5.0, abs=0.06)
+    assert place.width_rad == pytest.approx(0.5 + 2.0 * np.pi - 5.0, abs=0.1)
+    assert arcs(phase, phase > -1.0, phase > 7.0) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["bar-light"], "hops in place"),
+        (["zoo:ART-rF-tphi-w8/all"], "name one of them"),
+        (["V-sector-w8", "--releases", "0"], "releases is 0"),
+        (["V-sector-w8", "--seed", "-1"], "seed is -1"),
+        (["V-sector-w8", "--duration", "0"], "must be at least 1"),
+        (["ART-rF-tphi-w8"], "take zoo:ART-rF-tphi-w8"),
+    ],
+)
+def test_what_cannot_be_explained_is_refused_in_one_line(words, said, one_line_error):
+    assert said in one_line_error("explain", *words)
