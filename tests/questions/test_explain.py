@@ -25,7 +25,7 @@ LOAD = np.maximum(0.0, np.sin(PHASE)) * 3.0
 def test_a_clock_is_called_one():
     clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 8.0, name="clock")
     page = tg.explain(clock, **SHORT)
-    assert page.judged["cut"].mean == page.judged["whole"].mean
+    assert page.evaluated["cut"].mean == page.evaluated["whole"].mean
     assert "a clock with a sector" in page.notes[0]
 
 
@@ -51,7 +51,7 @@ def test_a_page_has_scores_with_and_without_feedback_of_every_release(vanilla):
 def test_equal_seeds_give_equal_pages_and_others_do_not(vanilla):
     again, other = (tg.explain("V-sector-w8", seed=seed, **SHORT) for seed in (0, 1))
     assert again.page() == vanilla.page()
-    assert not np.array_equal(other.trials.release.height_m, vanilla.trials.release.height_m)
+    assert not np.array_equal(other.released.release.height_m, vanilla.released.release.height_m)
 
 
 def test_a_folder_holds_the_page_its_figures_and_its_numbers(vanilla, tmp_path):
@@ -62,14 +62,14 @@ def test_a_folder_holds_the_page_its_figures_and_its_numbers(vanilla, tmp_path):
 
 def test_one_network_without_feedback_says_so():
     page = tg.explain("zoo:T-Fv", **SHORT)
-    assert [*page.judged] == ["whole"]
+    assert [*page.evaluated] == ["whole"]
     assert any("no feedback that could be cut" in note for note in page.notes)
     assert any("no command to follow" in note for note in page.notes)
 
 
 def test_legs_are_judged_by_their_cost_of_transport_and_speed():
     page = tg.explain("quadruped-c", duration=60.0, releases=2)
-    whole = page.judged["whole"]
+    whole = page.evaluated["whole"]
     assert whole.sound.all()
     assert (whole.speed_m_per_s > 0.0).all()
     assert "speed" in page.scores

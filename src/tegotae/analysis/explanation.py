@@ -33,7 +33,7 @@ _CHANNELS = ("phase_rad", "spring_force_n", "velocity_m_per_s", "feedback_rad_pe
 
 
 @dataclass(frozen=True)
-class Judged:
+class Evaluated:
     """How good a controller is from several releases at several frequencies.
 
     Args:
@@ -72,7 +72,7 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Trials(ABC):
+class ReleasedController(ABC):
     """Releases of a controller, the same ones at every frequency.
 
     Args:
@@ -113,7 +113,7 @@ class Trials(ABC):
         return of_lanes.reshape(-1, of_lanes.shape[-1])
 
     @abstractmethod
-    def judged(self, controller: Controller, weights: np.ndarray) -> Judged:
+    def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         """How good a controller is.
 
         Args:
@@ -145,7 +145,7 @@ class Trials(ABC):
 
 
 @dataclass(frozen=True)
-class HoppingTrials(Trials):
+class ReleasedHopper(ReleasedController):
     """On one leg.
 
     Args:
@@ -154,7 +154,7 @@ class HoppingTrials(Trials):
 
     protocol: Protocol = field(default_factory=Protocol)
 
-    def judged(self, controller: Controller, weights: np.ndarray) -> Judged:
+    def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         system = self.saved.system
         metrics = [x for x in chosen(("cot_inverse", "hop_rate")) if isinstance(x, GaitMetric)]
         omega = np.tile(self.omega, self.shape[0])
@@ -171,13 +171,13 @@ class HoppingTrials(Trials):
         values, _ = episodes.measured(metrics, ())
         found = {name: np.reshape(x, self.shape) for name, x in values.items()}
         merit, rate = np.nan_to_num(found["cot_inverse"]), found["hop_rate"]
-        return Judged(
+        return Evaluated(
             self.omega, merit, rate, found[REGIME] == LIMIT_CYCLE, np.full_like(rate, np.nan)
         )
 
 
 @dataclass(frozen=True, kw_only=True)
-class WalkingTrials(Trials):
+class ReleasedWalker(ReleasedController):
     """On several legs.
 
     Args:
@@ -186,7 +186,7 @@ class WalkingTrials(Trials):
 
     legged: Legged
 
-    def judged(self, controller: Controller, weights: np.ndarray) -> Judged:
+    def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         system = dataclasses.replace(self.saved.system, controller=controller)
         engine = system.engine(self.legged.summary(), self.timing)
         found = lanes_of(engine.run(self.lanes(weights), self.scenario, system.mechanics))
@@ -197,22 +197,22 @@ class WalkingTrials(Trials):
         sound = ~np.isfinite(fall)
         with np.errstate(divide="ignore", invalid="ignore"):
             merit = np.where(sound & (cost > 0.0), 1.0 / cost, 0.0)
-        return Judged(self.omega, merit, np.where(sound, TWO_PI * hz, np.nan), sound, speed)
+        return Evaluated(self.omega, merit, np.where(sound, TWO_PI * hz, np.nan), sound, speed)
 
 
-def without_feedback(trials: Trials, feedback: np.ndarray) -> dict[str, Judged]:
+def without_feedback(released: ReleasedController, feedback: np.ndarray) -> dict[str, Evaluated]:
     """The controller with its feedback cut, and frozen at its mean over the gait; {} without any.
 
     Args:
-        trials: from which releases.
+        released: from which releases.
         feedback: f [rad/s] of the whole controller, [frequencies]; 0 where it never settles.
     """
-    saved = trials.saved
+    saved = released.saved
     if saved.controller.tegotae is None:
         return {}
     weights = np.broadcast_to(saved.weights, (len(feedback), len(saved.weights)))
     return {
-        name: trials.judged(*held(saved.controller, weights, f))
+        name: released.evaluated(*held(saved.controller, weights, f))
         for name, f in (("cut", 0.0), ("frozen", feedback))
     }
 
@@ -255,15 +255,17 @@ class Visits:
         return edges, counts / max(1, len(self.phase_rad))
 
 
-def visits(trials: Trials, whole: Judged, recorded: dict[str, np.ndarray]) -> list[Visits]:
+def visits(
+    released: ReleasedController, whole: Evaluated, recorded: dict[str, np.ndarray]
+) -> list[Visits]:
     """What settled gaits visit, set of weights by set; all releases' where none settles.
 
     Args:
-        trials: from which releases.
+        released: from which releases.
         whole: of the controller.
-        recorded: its second halves (`Trials.recorded`).
+        recorded: its second halves (`ReleasedController.recorded`).
     """
-    controller, at = trials.saved.controller, trials.middle
+    controller, at = released.saved.controller, released.middle
     sound = whole.sound[:, at]
     sound = sound if sound.any() else np.ones_like(sound)
     sharing = np.array(controller.sharing or (0,) * controller.limbs)
@@ -272,7 +274,7 @@ def visits(trials: Trials, whole: Judged, recorded: dict[str, np.ndarray]) -> li
         moments = {
             name: x[:, sharing == number][:, :, sound, at].ravel() for name, x in recorded.items()
         }
-        load, terms = _terms(trials.saved, moments, number)
+        load, terms = _terms(released.saved, moments, number)
         return Visits(
             moments["phase_rad"],
             moments["spring_force_n"],
@@ -314,7 +316,7 @@ def _terms(
     return load, found
 
 
-def mean_feedback(whole: Judged, recorded: dict[str, np.ndarray]) -> np.ndarray:
+def mean_feedback(whole: Evaluated, recorded: dict[str, np.ndarray]) -> np.ndarray:
     """f over settled gaits at every frequency [rad/s], [frequencies]; 0 where none settles."""
     feedback = recorded["feedback_rad_per_s"].mean(axis=(0, 1))
     sound = whole.sound.sum(axis=0)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tegotae.analysis.explanation import Judged, Visits
+from tegotae.analysis.explanation import Evaluated, Visits
 from tegotae.analysis.surface import Surface
 from tegotae.figures.cycles import phase_axis
 from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, literal, new_figure, styled
@@ -20,7 +20,10 @@ _DOTS = 3000
 
 @styled()
 def explanation_figure(
-    name: str, visited: Sequence[Visits], surface: Surface | None, judged: Mapping[str, Judged]
+    name: str,
+    visited: Sequence[Visits],
+    surface: Surface | None,
+    evaluated: Mapping[str, Evaluated],
 ) -> Figure:
     """A′ over phase with the density of visits, G R over load, the force, and the rate over ω.
 
@@ -28,7 +31,7 @@ def explanation_figure(
         name: of the controller.
         visited: what its gait visits, set of weights by set.
         surface: its force over phase and spring force; None leaves φ̇ in its place.
-        judged: whole, cut and frozen.
+        evaluated: whole, cut and frozen.
     """
     figure = new_figure(PAGE_IN, 4.6)
     figure.suptitle(literal(name), fontsize=9)
@@ -50,7 +53,7 @@ def explanation_figure(
         force.set_ylabel("rate φ̇ [rad/s]")
     else:
         _force(figure, force, surface, visited[0])
-    _rates(rate, judged)
+    _rates(rate, evaluated)
     return figure
 
 
@@ -87,16 +90,16 @@ def _force(figure: Figure, axes: Axes, surface: Surface, v: Visits) -> None:
     axes.set_ylabel("spring force [N]")
 
 
-def _rates(axes: Axes, judged: Mapping[str, Judged]) -> None:
+def _rates(axes: Axes, evaluated: Mapping[str, Evaluated]) -> None:
     """Hops or turns a second over the commanded frequency; the command as a thin line."""
-    whole = judged["whole"]
+    whole = evaluated["whole"]
     axes.set_ylabel("rate [rad/s]")
     if np.isnan(whole.omega).all():
         axes.set_xticks([])
         axes.plot(np.zeros_like(whole.rates), whole.rates, "o", color=COLOURS[0])
         return
     axes.plot(whole.omega, whole.omega, color="#bbbbbb", lw=0.8, label="command")
-    for (name, found), marker in zip(judged.items(), "osx", strict=False):
+    for (name, found), marker in zip(evaluated.items(), "osx", strict=False):
         axes.plot(found.omega, found.rates, marker=marker, ms=4, label=name)
     axes.set_xlabel("command ω [rad/s]")
     axes.legend()

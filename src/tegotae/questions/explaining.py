@@ -18,11 +18,11 @@ from tegotae._support.files import write_atomically
 from tegotae._support.limits import MOST_POINTS
 from tegotae.analysis.explanation import (
     Arc,
-    HoppingTrials,
-    Judged,
-    Trials,
+    Evaluated,
+    ReleasedController,
+    ReleasedHopper,
+    ReleasedWalker,
     Visits,
-    WalkingTrials,
     action_fits,
     arcs,
     mean_feedback,
@@ -80,7 +80,7 @@ class Explained(Tasks):
 
 @dataclass(frozen=True, kw_only=True)
 class ExplainOptions:
-    """From which releases a controller is judged."""
+    """From which releases a controller is evaluated."""
 
     duration_s: float
     """Simulated time of an episode [s]."""
@@ -106,34 +106,34 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     pushes, its score with and without its feedback, and whether it follows its command.
 
     Example:
-        >>> explain("V-reflex-w8", duration=10.0, releases=2).judged["whole"].merit.shape
+        >>> explain("V-reflex-w8", duration=10.0, releases=2).evaluated["whole"].merit.shape
         (2, 5)
     """
     require_count("releases", options.releases, most=MOST_POINTS)
     require_count("seed", options.seed, least=0)
-    trials = _trials(task, options)
-    whole = trials.judged(trials.saved.controller, trials.saved.weights)
-    recorded = trials.recorded()
+    released = _released(task, options)
+    whole = released.evaluated(released.saved.controller, released.saved.weights)
+    recorded = released.recorded()
     feedback = mean_feedback(whole, recorded)
     return Explanation(
         name=task.name,
-        trials=trials,
-        visited=visits(trials, whole, recorded),
-        judged={"whole": whole, **without_feedback(trials, feedback)},
+        released=released,
+        visited=visits(released, whole, recorded),
+        evaluated={"whole": whole, **without_feedback(released, feedback)},
         feedback_rad_per_s=feedback,
         options=options,
     )
 
 
-def _trials(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Trials:
-    """The releases from which a controller is judged."""
+def _released(task: HoppingTask | WalkingTask, options: ExplainOptions) -> ReleasedController:
+    """The releases from which a controller is evaluated."""
     runs, n = task.runs, options.releases
     saved = SavedController(runs.system, task.weights, task.name, runs.experiment)
     if isinstance(task, WalkingTask):
         legged = task.legged
         timing = replace(legged.timing, duration_s=options.duration_s)
         release = legged.scenario(random_phases(legged.body.limbs, n, options.seed))
-        return WalkingTrials(saved, _frequencies(saved), release, timing, legged=legged)
+        return ReleasedWalker(saved, _frequencies(saved), release, timing, legged=legged)
     protocol = replace(runs.protocol, undisturbed_s=options.duration_s)
     draw, usual_m = np.random.default_rng(options.seed), runs.system.release.height_m
     release = runs.system.scenario(
@@ -141,7 +141,7 @@ def _trials(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Trials:
         phase_rad=draw.uniform(0.0, TWO_PI, n),
     )
     timing = runs.system.timing_over(options.duration_s, tick_s=protocol.tick_s)
-    return HoppingTrials(saved, _frequencies(saved, protocol.offsets), release, timing, protocol)
+    return ReleasedHopper(saved, _frequencies(saved, protocol.offsets), release, timing, protocol)
 
 
 def _frequencies(saved: SavedController, offsets: Sequence[float] = ()) -> np.ndarray:
@@ -163,11 +163,11 @@ class Explanation(AnswerBase):
 
     name: str
     """Of the controller."""
-    trials: Trials
-    """From which releases it was judged."""
+    released: ReleasedController
+    """From which releases it was evaluated."""
     visited: Sequence[Visits]
     """What its gait visits at the frequency of its training, set of weights by set."""
-    judged: Mapping[str, Judged]
+    evaluated: Mapping[str, Evaluated]
     """How good it is: whole, and without its feedback."""
     feedback_rad_per_s: np.ndarray
     """Its mean over the gait, [frequencies]."""
@@ -179,15 +179,15 @@ class Explanation(AnswerBase):
 
     @property
     def _hops(self) -> bool:
-        return self.trials.saved.body.limbs == 1
+        return self.released.saved.body.limbs == 1
 
     @property
     def _has_feedback(self) -> bool:
-        return self.trials.saved.controller.tegotae is not None
+        return self.released.saved.controller.tegotae is not None
 
     def frame(self) -> pd.DataFrame:
         """A row a variant, release and frequency."""
-        releases, n = self.trials.shape
+        releases, n = self.released.shape
         rows = [
             pd.DataFrame(
                 {
@@ -200,7 +200,7 @@ class Explanation(AnswerBase):
                     "speed_m_per_s": x.speed_m_per_s.ravel(),
                 }
             )
-            for name, x in self.judged.items()
+            for name, x in self.evaluated.items()
         ]
         return pd.concat(rows, ignore_index=True)
 
@@ -209,7 +209,7 @@ class Explanation(AnswerBase):
         """The score of the whole controller and without its feedback."""
         unit, sound = ("m/J", "settles") if self._hops else ("1", "stays up")
         rows = []
-        for name, x in self.judged.items():
+        for name, x in self.evaluated.items():
             row = {
                 "": name,
                 f"mean CoT⁻¹ [{unit}]": _ranged(x.mean),
@@ -249,7 +249,7 @@ class Explanation(AnswerBase):
 
     def _of_feedback(self) -> list[str]:
         """What cutting and freezing the feedback does to the score."""
-        whole = self.judged["whole"].mean.mean
+        whole = self.evaluated["whole"].mean.mean
         if not self._has_feedback:
             return [
                 f"The score is {whole:.3g}. There is no feedback that could be cut: one network "
@@ -257,7 +257,7 @@ class Explanation(AnswerBase):
             ]
         if whole < 0.01:
             return [f"The score is {whole:.2g}: from these releases it does not get anywhere."]
-        cut, frozen = (self.judged[name].mean.mean for name in ("cut", "frozen"))
+        cut, frozen = (self.evaluated[name].mean.mean for name in ("cut", "frozen"))
         said = f"Cutting the feedback changes the score from {whole:.3g} to {cut:.3g}"
         kind = "a clock with a sector" if self._hops else "a clock"
         if cut > whole / _ALIKE:
@@ -272,7 +272,7 @@ class Explanation(AnswerBase):
 
     def _of_command(self) -> list[str]:
         """Whether the rate follows ω."""
-        whole = self.judged["whole"]
+        whole = self.evaluated["whole"]
         slope, what = whole.following, "hops" if self._hops else "steps"
         if np.isnan(whole.omega).all():
             return ["It has no oscillator, and so no command to follow."]
@@ -290,10 +290,10 @@ class Explanation(AnswerBase):
 
     def _of_visits(self) -> list[str]:
         """Where the phase waits, stands and pushes."""
-        saved, said = self.trials.saved, []
+        saved, said = self.released.saved, []
         if saved.omega is None:
             return []
-        omega = float(self.trials.omega[self.trials.middle])
+        omega = float(self.released.omega[self.released.middle])
         for i, v in enumerate(self.visited):
             of = "" if len(self.visited) == 1 else f" of the set {i}"
             waits = [
@@ -309,7 +309,7 @@ class Explanation(AnswerBase):
             if saved.controller.actuation.commands_force:
                 share, places = pushing(v, float(np.max(saved.body.max_force_n)))
                 said.append(f"It pushes for {share:.0%} of the stance, {_places(places)}.")
-        if not self.judged["whole"].sound[:, self.trials.middle].any():
+        if not self.evaluated["whole"].sound[:, self.released.middle].any():
             said.append("No release settles there: the curves are those of unsettled gaits.")
         return said
 
@@ -317,7 +317,7 @@ class Explanation(AnswerBase):
         """All numbers: scores, curves and what is said of them."""
         scores = {
             name: {"mean": x.mean, "following": x.following, **asdict(x)}
-            for name, x in self.judged.items()
+            for name, x in self.evaluated.items()
         }
         curves = self.curves.reset_index().to_dict("records")
         settings = {"name": self.name, "settings": asdict(self.options)}
@@ -328,12 +328,12 @@ class Explanation(AnswerBase):
         from tegotae.figures.explanation import explanation_figure
 
         surface = self._surface()
-        return {"curves": explanation_figure(self.name, self.visited, surface, self.judged)}
+        return {"curves": explanation_figure(self.name, self.visited, surface, self.evaluated)}
 
     def _surface(self) -> Surface | None:
         from tegotae.analysis.surface import actuation_surface
 
-        saved, v = self.trials.saved, self.visited[0]
+        saved, v = self.released.saved, self.visited[0]
         if not isinstance(saved.body, Hopper):
             return None
         most_n = 1.1 * max(float(v.spring_force_n.max()), float(saved.body.weight_n))
