@@ -21,11 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, formatted, require, require_finite, unknown
+from tegotae._support.errors import TegotaeError, formatted, require, unknown
 from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, TegotaeHopperSettings
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.parameters import Part, finite, positive
 from tegotae.parts.terms import Signals
 from tegotae.systems.user_objects import is_reference, named
 
@@ -57,7 +58,7 @@ class ClockedHopperSettings(HopperSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Meaning:
+class Meaning(Part):
     """What a policy's numbers mean.
 
     Args:
@@ -86,23 +87,21 @@ class Meaning:
     acts: str = "force"
     observes: tuple[str, ...] = ()
     si: bool = False
-    answer_scale: float | None = None
+    answer_scale: float | None = positive(None)
     omega: float = 8.0
     actuation: str = "sector"
     body: Hopper = field(default_factory=Hopper)
-    step_s: float = 0.01
+    step_s: float = finite(0.01, least=_TICK_S, most=0.02)
 
     def __post_init__(self) -> None:
         if self.acts not in ACTS:
             raise unknown("kind of action", self.acts, ACTS)
-        require_finite("step_s", self.step_s, least=_TICK_S, most=0.02)
+        super().__post_init__()
         ticks = self.step_s / _TICK_S
         if abs(ticks - round(ticks)) > 1e-6:
             raise TegotaeError(
                 f"step_s is {self.step_s:g}; it must be a whole number of ticks of {_TICK_S:g} s"
             )
-        if self.answer_scale is not None:
-            require_finite("answer_scale", self.answer_scale, above=0.0)
         _ = self.settings  # which checks the rest
 
     @cached_property

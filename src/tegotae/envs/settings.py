@@ -18,6 +18,7 @@ from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import Oscillator, PhaseOscillator
+from tegotae.parts.parameters import Part, not_negative, positive, whole
 from tegotae.parts.terms import (
     Actuation,
     ConstantGain,
@@ -69,7 +70,7 @@ def feedback_controller(actuation: Actuation, oscillator: Oscillator | None = No
 
 
 @dataclass(frozen=True, kw_only=True)
-class HopReward:
+class HopReward(Part):
     """Zero but at each apex of a hop, where it is CoT⁻¹ of the hop just ended [m/J].
 
         r = (height climbed in flight since the last hop's apex) / (work since then),
@@ -96,11 +97,11 @@ class HopReward:
     """
 
     work: str = "absolute"
-    least_work_j: float = 1e-6
+    least_work_j: float = not_negative(1e-6)
     charge_stored: bool = False
 
     def __post_init__(self) -> None:
-        require_finite("least_work_j", self.least_work_j, least=0.0)
+        super().__post_init__()
         check_work(self.work)
 
     def counted(self, work_j: Numeric) -> Numeric:
@@ -132,7 +133,7 @@ ACTUATIONS: dict[str, Actuation] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class HopperSettings:
+class HopperSettings(Part):
     """Settings of `tegotae/Hopper-v0`, whose action is the actuator force.
 
     An action a in [-1, 1] is the force `F_a = α · max(0, a)`: none at 0, full force at 1.
@@ -147,11 +148,11 @@ class HopperSettings:
 
     body: Body = field(default_factory=Hopper)
     """The body; or some parameters of a hopper by name, `{"mass_kg": 0.2}`."""
-    tick_s: float = 0.001
+    tick_s: float = positive(0.001)
     """Control period [s]: how finely the environment is advanced."""
-    decimation: int = 10
+    decimation: int = whole(10)
     """Ticks for which an action is held: the agent acts every `decimation · tick_s` seconds."""
-    duration_s: float = 20.0
+    duration_s: float = positive(20.0)
     """Length of an episode [s], rounded to whole steps of the agent; then it is truncated."""
     height_m: Chosen = 1.2
     """Release height [m]."""
@@ -173,9 +174,7 @@ class HopperSettings:
         object.__setattr__(self, "body", _of_kind(Body, "body", self.body, Hopper))
         object.__setattr__(self, "reward", _of_kind(HopReward, "reward", self.reward, HopReward))
         require_one_limb(self.body, "the environment of a hopper")
-        require_finite("tick_s", self.tick_s, above=0.0)
-        require_count("decimation", self.decimation)
-        require_finite("duration_s", self.duration_s, above=0.0)
+        super().__post_init__()
         require_count("duration_s in steps of the agent", self.n_steps)
         self.body.check_tick(self.tick_s)
         for name in self.CHOSEN:
@@ -289,7 +288,7 @@ class TegotaeHopperSettings(HopperSettings):
     """Oscillator phase at release [rad]."""
     actuation: str | Actuation = "sector"
     """`sector` (equation 6), `reflex` (equation 7), `both`, or an actuation without weights."""
-    max_feedback_rad_per_s: float = 40.0
+    max_feedback_rad_per_s: float = positive(40.0)
     """The feedback that an action of 1 is [rad/s]."""
     oscillator: Oscillator = field(default_factory=PhaseOscillator)
     """The oscillator."""
@@ -297,7 +296,6 @@ class TegotaeHopperSettings(HopperSettings):
     CHOSEN = ("height_m", "velocity_m_per_s", "drop_m", "drop_time_s", "omega", "phase_rad")
 
     def __post_init__(self) -> None:
-        require_finite("max_feedback_rad_per_s", self.max_feedback_rad_per_s, above=0.0)
         if isinstance(self.actuation, str):
             if self.actuation not in ACTUATIONS:
                 raise unknown("actuation", self.actuation, ACTUATIONS)

@@ -13,7 +13,8 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.documents import JsonObject
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.parameters import Part, not_negative, positive, whole
 from tegotae.systems.descriptions import describe
 
 T = TypeVar("T")
@@ -26,7 +27,7 @@ Parameters: TypeAlias = Any
 """A strategy's parameters: a pytree of its own."""
 
 
-class Algorithm(ABC):
+class Algorithm(Part, ABC):
     """An optimiser of weights from episode fitness alone: a frozen dataclass of its settings.
 
     Between generations it moves a search distribution with mean μ and standard deviation σ, both of
@@ -110,7 +111,6 @@ def _with_settings(state: SearchState, settings: dict[str, float]) -> SearchStat
 
 
 def _require_pairs(population: int, what: str) -> None:
-    require_count("population", population, least=2)
     if population % 2:
         raise TegotaeError(f"population is {population}; {what} samples pairs, so it must be even")
 
@@ -135,27 +135,24 @@ class PGPE(Algorithm):
 
     NAME = "pgpe"
 
-    population: int = 64
+    population: int = whole(64, least=2)
     """Episodes per generation: an even number."""
-    std: float = 0.3
+    std: float = positive(0.3)
     """Initial standard deviation of every weight."""
-    std_lr: float = 0.1
+    std_lr: float = not_negative(0.1)
     """Learning rate of the standard deviations."""
-    std_max_change: float = 0.2
+    std_max_change: float = not_negative(0.2)
     """Largest share by which a standard deviation changes in a generation."""
-    learning_rate: float = 0.2
+    learning_rate: float = positive(0.2)
     """ClipUp's step size."""
-    max_speed: float = 0.4
+    max_speed: float = positive(0.4)
     """ClipUp's largest step."""
-    momentum: float = 0.9
+    momentum: float = not_negative(0.9)
     """ClipUp's momentum."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         _require_pairs(self.population, "PGPE")
-        for name in ("std", "learning_rate", "max_speed"):
-            require_finite(name, getattr(self, name), above=0.0)
-        for name in ("std_lr", "std_max_change", "momentum"):
-            require_finite(name, getattr(self, name), least=0.0)
 
     @property
     def program(self) -> PGPE:
@@ -207,14 +204,10 @@ class CMAES(Algorithm):
 
     NAME = "cma-es"
 
-    population: int = 64
+    population: int = whole(64, least=4)
     """Episodes per generation."""
-    std: float = 0.3
+    std: float = positive(0.3)
     """Initial step size, the standard deviation of every weight."""
-
-    def __post_init__(self) -> None:
-        require_count("population", self.population, least=4)
-        require_finite("std", self.std, above=0.0)
 
     @property
     def program(self) -> CMAES:
@@ -258,17 +251,16 @@ class OpenES(Algorithm):
 
     NAME = "openai-es"
 
-    population: int = 64
+    population: int = whole(64, least=2)
     """Episodes per generation: an even number."""
-    std: float = 0.2
+    std: float = positive(0.2)
     """Standard deviation of every weight."""
-    learning_rate: float = 0.05
+    learning_rate: float = positive(0.05)
     """Adam's step size."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         _require_pairs(self.population, "OpenAI-ES")
-        require_finite("std", self.std, above=0.0)
-        require_finite("learning_rate", self.learning_rate, above=0.0)
 
     @property
     def program(self) -> OpenES:

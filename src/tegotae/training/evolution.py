@@ -14,12 +14,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.documents import JsonObject
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import require_memory
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.objectives.objective import Scores
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
+from tegotae.parts.parameters import Part, not_negative, positive, whole
 from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import PGPE, Algorithm, Parameters, SearchState, algorithm_document
 from tegotae.training.evaluator import Generation
@@ -43,7 +44,7 @@ SEARCH = "search"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stopping:
+class Stopping(Part):
     """Stop a run once its fitness is on a plateau, or at a cap.
 
     With b(g) the best fitness of the distribution's mean over the first g generations, a run is on
@@ -70,16 +71,13 @@ class Stopping:
         ['', '', 'plateau']
     """
 
-    generations: int = 480
-    least: int = 240
-    share: float = 0.5
-    tolerance: float = 0.02
+    generations: int = whole(480)
+    least: int = whole(240)
+    share: float = positive(0.5)
+    tolerance: float = not_negative(0.02)
 
     def __post_init__(self) -> None:
-        require_count("generations", self.generations)
-        require_count("least", self.least)
-        require_finite("share", self.share, above=0.0)
-        require_finite("tolerance", self.tolerance, least=0.0)
+        super().__post_init__()
         if self.share >= 1.0:
             raise TegotaeError(
                 f"share is {self.share:g}; it must be less than 1: the part of a training that "

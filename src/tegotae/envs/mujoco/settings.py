@@ -13,15 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require, require_finite, require_kind, unknown
+from tegotae._support.errors import TegotaeError, require, require_kind, unknown
 from tegotae.envs._types import MjsActuator, MjSpec
+from tegotae.parts.parameters import Part, finite, not_negative, positive
 
 _OCCASION = re.compile(r" at DOF \d+| Time = [-\d.einf]*\d\.")
 """What differs between two warnings of MuJoCo of one kind."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModelSettings:
+class ModelSettings(Part):
     """A MuJoCo model as an environment, `tegotae.envs.mujoco.env.ModelEnv`.
 
     Args:
@@ -50,24 +51,20 @@ class ModelSettings:
 
     model: str | Path
     feet: Sequence[str] = ()
-    control_s: float = 0.01
-    duration_s: float = 24.0
-    release_m: float = 0.0
-    noise: float = 0.0
-    fallen_share: float = 0.3
+    control_s: float = positive(0.01)
+    duration_s: float = positive(24.0)
+    release_m: float = not_negative(0.0)
+    noise: float = not_negative(0.0)
+    fallen_share: float = finite(0.3, least=0.0, most=1.0)
     ground: bool = False
     without: Sequence[str] = ()
-    servo_nm_per_rad: float = 0.0
-    mass_factor: float = 1.0
-    friction_factor: float = 1.0
-    effort: float = 0.1
+    servo_nm_per_rad: float = not_negative(0.0)
+    mass_factor: float = positive(1.0)
+    friction_factor: float = positive(1.0)
+    effort: float = not_negative(0.1)
 
     def __post_init__(self) -> None:
-        for name in ("control_s", "duration_s", "mass_factor", "friction_factor"):
-            require_finite(name, getattr(self, name), above=0.0)
-        for name in ("release_m", "noise", "effort", "servo_nm_per_rad"):
-            require_finite(name, getattr(self, name), least=0.0)
-        require_finite("fallen_share", self.fallen_share, least=0.0, most=1.0)
+        super().__post_init__()
         require_kind("ground", self.ground, bool, "true or false")
         for name, what in (("feet", "bodies or geoms"), ("without", "bodies and geoms")):
             names = getattr(self, name)

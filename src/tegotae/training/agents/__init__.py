@@ -5,13 +5,15 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 import jax
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.parts.controller import Controller
+from tegotae.parts.parameters import Part, finite, not_negative, positive, whole
 from tegotae.systems.registry import name_of
 from tegotae.training.learner import Trainable
 
@@ -21,9 +23,12 @@ if TYPE_CHECKING:
 
     from tegotae.training.agents.actor import Feedback
 
+_share = partial(finite, above=0.0, most=1.0)
+"""A field that is a share of something."""
+
 
 @dataclass(frozen=True, kw_only=True)
-class AgentSettings:
+class AgentSettings(Part):
     """Common settings of the agents: actions, reward and critics.
 
     Raises:
@@ -33,44 +38,38 @@ class AgentSettings:
     NAME: ClassVar[str]
     """What `tegotae train --algorithm` calls the algorithm."""
 
-    tick_s: float = 0.001
+    tick_s: float = positive(0.001)
     """Control period of the hopper [s]; an environment has its own."""
-    decimation: int = 10
+    decimation: int = whole(10)
     """Ticks for which an action is held: by default the agent acts every 10 ms, on an environment
     in whole control periods."""
-    max_feedback_rad_per_s: float = 40.0
+    max_feedback_rad_per_s: float = positive(40.0)
     """L, the feedback that an action of 1 is [rad/s]: `f = L tanh(G A′ R / L)`."""
-    n_envs: int = 20
+    n_envs: int = whole(20)
     """Hoppers that are stepped together."""
     critic_senses: tuple[str, ...] = ()
     """What the critics sense beyond what the policy does, such as `velocity` and `height`; on an
     environment entries of its observation."""
-    least_work_j: float = 1e-6
+    least_work_j: float = not_negative(1e-6)
     """Work up to which a hop is not rewarded [J] (see `tegotae.envs.HopReward`)."""
     charge_stored: bool = False
     """Whether energy that the body lost since the last apex is charged as work too."""
     normalize_reward: bool = False
     """Whether rewards are divided by the running deviation of their discounted sum, and clipped
     to ±10, before the agent sees them."""
-    gamma: float = 0.995
+    gamma: float = _share(0.995)
     """Discount per action; 1 / (1 - γ) actions are the agent's horizon, by default 2 s."""
-    learning_rate: float = 3e-4
+    learning_rate: float = positive(3e-4)
     """Adam's step size."""
-    batch_size: int = 256
+    batch_size: int = whole(256, least=2)
     """Transitions per gradient step."""
-    noise: float = 0.1
+    noise: float = positive(0.1)
     """Initial standard deviation of the explored actions around the policy's, as a share of L."""
     critic_layers: tuple[int, ...] = (64, 64)
     """Neurons in the hidden layers of a critic."""
 
     def __post_init__(self) -> None:
-        for name in ("tick_s", "max_feedback_rad_per_s", "learning_rate", "noise"):
-            require_finite(name, getattr(self, name), above=0.0)
-        require_finite("least_work_j", self.least_work_j, least=0.0)
-        for name in ("decimation", "n_envs"):
-            require_count(name, getattr(self, name))
-        require_count("batch_size", self.batch_size, least=2)
-        _require_share("gamma", self.gamma)
+        super().__post_init__()
         for size in self.critic_layers:
             require_count("critic_layers", size)
         # As they are read back from a file, so that settings compare equal.
@@ -105,27 +104,23 @@ class SACSettings(AgentSettings):
 
     NAME = "sac"
 
-    buffer_size: int = 300_000
+    buffer_size: int = whole(300_000)
     """Transitions that the replay buffer holds."""
-    learning_starts: int = 12_000
+    learning_starts: int = whole(12_000)
     """Transitions by uniformly random actions before the first gradient step."""
-    train_freq: int = 1
+    train_freq: int = whole(1)
     """Steps of all hoppers between updates."""
-    gradient_steps: int = 2
+    gradient_steps: int = whole(2)
     """Gradient steps per update."""
-    td_steps: int = 1
+    td_steps: int = whole(1)
     """Steps of reward before a critic's own estimate takes over (n-step returns)."""
-    tau: float = 0.005
+    tau: float = _share(0.005)
     """Share by which the target critics follow in a gradient step."""
-    target_entropy: float = -1.0
+    target_entropy: float = finite(-1.0)
     """Entropy of each limb's action that the temperature is adapted to [nat]."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("buffer_size", "learning_starts", "train_freq", "gradient_steps", "td_steps"):
-            require_count(name, getattr(self, name))
-        _require_share("tau", self.tau)
-        require_finite("target_entropy", self.target_entropy)
         if self.buffer_size < max(self.batch_size, self.n_envs):
             raise TegotaeError(
                 f"buffer_size is {self.buffer_size}; it must hold at least a batch "
@@ -148,32 +143,25 @@ class PPOSettings(AgentSettings):
 
     NAME = "ppo"
 
-    batch_size: int = 240
+    batch_size: int = whole(240, least=2)
     """Transitions per gradient step."""
-    n_steps: int = 120
+    n_steps: int = whole(120)
     """Actions of each hopper between updates."""
-    n_epochs: int = 10
+    n_epochs: int = whole(10)
     """Passes over what was gathered, per update."""
-    gae_lambda: float = 0.95
+    gae_lambda: float = _share(0.95)
     """λ of the generalised advantage estimate."""
-    clip_range: float = 0.2
+    clip_range: float = positive(0.2)
     """Largest change of an action's probability ratio that is rewarded."""
-    ent_coef: float = 0.0
+    ent_coef: float = not_negative(0.0)
     """Weight of the entropy bonus."""
-    vf_coef: float = 0.5
+    vf_coef: float = not_negative(0.5)
     """Weight of the critic's loss."""
-    max_grad_norm: float = 0.5
+    max_grad_norm: float = positive(0.5)
     """Norm to which gradients are clipped."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("n_steps", "n_epochs"):
-            require_count(name, getattr(self, name))
-        _require_share("gae_lambda", self.gae_lambda)
-        for name in ("clip_range", "max_grad_norm"):
-            require_finite(name, getattr(self, name), above=0.0)
-        for name in ("ent_coef", "vf_coef"):
-            require_finite(name, getattr(self, name), least=0.0)
         gathered = self.n_steps * self.n_envs
         if gathered % self.batch_size:
             raise TegotaeError(
@@ -186,12 +174,6 @@ class PPOSettings(AgentSettings):
         from tegotae.training.agents.actor import make_ppo
 
         return make_ppo(self, env, feedback, seed)
-
-
-def _require_share(name: str, value: float) -> None:
-    require_finite(name, value, above=0.0)
-    if value > 1.0:
-        raise TegotaeError(f"{name} is {value:g}; it must be at most 1")
 
 
 def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controller:

@@ -10,8 +10,9 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.engines import XLA
-from tegotae._support.errors import TegotaeError, require, require_count
+from tegotae._support.errors import TegotaeError, require
 from tegotae.parts.bodies import require_one_limb
+from tegotae.parts.parameters import Part, whole
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import Release
@@ -28,7 +29,7 @@ from tegotae.training.learner import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class AgentLearner(Learner):
+class AgentLearner(Part, Learner):
     """Learning by an agent, one seed after the other; resumable by seed.
 
     On the engine an agent's reward has no ΔΩ, and so its policies are evaluated without it; the
@@ -45,14 +46,10 @@ class AgentLearner(Learner):
     """
 
     settings: AgentSettings = field(default_factory=SACSettings)
-    episodes: int = 1000
-    evaluate_every: int = 10
+    episodes: int = whole(1000)
+    evaluate_every: int = whole(10)
 
     UNIT = "episode"
-
-    def __post_init__(self) -> None:
-        require_count("episodes", self.episodes)
-        require_count("evaluate_every", self.evaluate_every)
 
     @property
     def software(self) -> dict[str, str]:

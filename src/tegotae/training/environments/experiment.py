@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from tegotae._support.documents import JsonObject, fitted
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae._support.part_code import code_of_file
 from tegotae.envs.contact import with_contact
@@ -21,6 +21,7 @@ from tegotae.envs.wires import Wires, controller_of, look_up
 from tegotae.envs.wiring import Wiring, read_by, wiring_document, wiring_of
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
+from tegotae.parts.parameters import Part, positive, whole
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe, restore
 from tegotae.systems.env_task import EnvTask, WiringDocument
@@ -40,7 +41,7 @@ _OF_EPISODES = ("duration_s", "episodes", "seed", "evaluation_episodes")
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnvExperiment:
+class EnvExperiment(Part):
     """An experiment on an environment; `tegotae.training.run.Run` takes it as any other.
 
     Args:
@@ -80,23 +81,19 @@ class EnvExperiment:
     spec: EnvSpec
     wiring: Wiring
     objective: EnvObjective = field(default_factory=Return)
-    duration_s: float = 24.0
-    episodes: int = 1
+    duration_s: float = positive(24.0)
+    episodes: int = whole(1)
     omegas: tuple[float, ...] = ()
-    seed: int = 0
-    evaluation_episodes: int = 0
-    limit_s: float = 60.0
+    seed: int = whole(0, least=0)
+    evaluation_episodes: int = whole(0, least=0)
+    limit_s: float = positive(60.0)
 
     cot_unit: ClassVar[str] = "m/J"
     """The unit of CoT⁻¹."""
 
     def __post_init__(self) -> None:
         require_name(self.name)
-        require_finite("duration_s", self.duration_s, above=0.0)
-        require_finite("limit_s", self.limit_s, above=0.0)
-        require_count("episodes", self.episodes)
-        require_count("seed", self.seed, least=0)
-        require_count("evaluation_episodes", self.evaluation_episodes, least=0)
+        super().__post_init__()
         if self.evaluation_episodes % self.episodes:
             raise TegotaeError(
                 f"the evaluation set has {self.evaluation_episodes} episodes and a candidate "
