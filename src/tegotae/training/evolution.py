@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -25,14 +25,18 @@ from tegotae.systems.descriptions import check_kept
 from tegotae.training.algorithms import PGPE, Algorithm, Parameters, SearchState, algorithm_document
 from tegotae.training.evaluator import Generation
 from tegotae.training.learner import (
+    Arrays,
     CurvePoint,
     LearnedController,
-    Learner,
+    Points,
     Trainable,
     TrainingState,
     versions_of,
 )
 from tegotae.training.scoring import best_gain, evaluator_of
+
+if TYPE_CHECKING:
+    from tegotae.training.run import Run
 
 _NEVER = 2**31
 
@@ -154,7 +158,7 @@ class Curves(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evolution(Learner):
+class Evolution:
     """Learning by an evolution strategy, all seeds side by side; resumable by generation.
 
     A pure V model has no network: its σ is found by search, which is one run whatever the seeds.
@@ -174,7 +178,7 @@ class Evolution(Learner):
     stopping: Stopping = field(default_factory=Stopping)
     workers: int | None = None
 
-    UNIT = "generation"
+    UNIT: ClassVar[str] = "generation"
 
     @property
     def software(self) -> dict[str, str]:
@@ -186,20 +190,20 @@ class Evolution(Learner):
         with evaluator_of(experiment) as evaluator:
             return evaluator.engine
 
-    def check(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
+    def check(self, run: Run[Any]) -> None:
         """Raise `TegotaeError` if a generation's weights and noise would not fit into memory."""
-        episodes = self.algorithm.population * experiment.episodes
-        n_weights = experiment.controller.n_weights
+        episodes, seeds = self.algorithm.population * run.experiment.episodes, len(run.seeds)
+        n_weights = run.experiment.controller.n_weights
         require_memory(
-            8.0 * 4 * len(seeds) * episodes * n_weights,
-            f"{episodes} episodes a generation, of {len(seeds)} seeds and {n_weights} weights,",
+            8.0 * 4 * seeds * episodes * n_weights,
+            f"{episodes} episodes a generation, of {seeds} seeds and {n_weights} weights,",
         )
 
-    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
+    def configuration(self, run: Run[Any]) -> JsonObject:
         """What decides the result, but for the cap on generations, as JSON values."""
         return {
-            "experiment": experiment.document,
-            "seeds": list(seeds),
+            "experiment": run.experiment.document,
+            "seeds": list(run.seeds),
             "algorithm": algorithm_document(self.algorithm),
             "stopping": self.stopping.rule,
         }
@@ -259,22 +263,24 @@ class Evolution(Learner):
                 curve.append(curves.centre_fitness)
                 yield progress, curves
 
-    # As a `Learner`.
-
-    def length(self, seeds: tuple[int, ...]) -> int:
+    def length(self, run: Run[Any]) -> int:
         """The cap on generations."""
         return self.stopping.generations
 
-    def learn(
-        self, experiment: Trainable, seeds: tuple[int, ...], state: TrainingState | None = None
-    ) -> Iterator[TrainingState]:
-        """A generation each, or the search of a gain at once."""
+    def learn(self, run: Run[Any], state: TrainingState | None = None) -> Iterator[TrainingState]:
+        """A generation each, or the search of a gain at once.
+
+        Args:
+            run: the training.
+            state: where it goes on (`resumed`), or None from the beginning.
+        """
+        experiment, seeds = run.experiment, run.seeds
         if experiment.is_searched:
-            yield self._searched(experiment, seeds[0])
+            yield self._searched(run)
             return
         state = state or TrainingState()
         points = state.points
-        begun = self._progress(experiment, seeds, state.arrays) if state.arrays else None
+        begun = self._progress(run, state.arrays) if state.arrays else None
         episodes = self.algorithm.population * experiment.episodes
         for progress, curves in self.evolve(experiment, seeds, begun, _fitness(points, seeds)):
             done = int(np.max(progress.generation))
@@ -286,23 +292,17 @@ class Evolution(Learner):
                 if not math.isnan(row[0])
             )
             points = (*points, *new)
-            yield self._state(experiment, seeds, points, progress, new)
+            yield self._state(run, points, progress, new)
 
-    def resumed(
-        self,
-        experiment: Trainable,
-        seeds: tuple[int, ...],
-        points: tuple[CurvePoint, ...],
-        arrays: Mapping[str, np.ndarray],
-    ) -> TrainingState:
-        """Behind the last generation.
+    def resumed(self, run: Run[Any], points: Points, arrays: Arrays) -> TrainingState:
+        """Behind the last generation, of which points and arrays are kept.
 
         Raises:
             TegotaeError: for more generations than there are to be.
             ValueError or KeyError: for arrays of another training.
         """
-        progress = self._progress(experiment, seeds, arrays)
-        done = len(_fitness(points, seeds))
+        progress = self._progress(run, arrays)
+        done = len(_fitness(points, run.seeds))
         if np.max(progress.generation) != done:
             raise ValueError("curves and progress differ in length")
         if done > self.stopping.generations:
@@ -310,13 +310,11 @@ class Evolution(Learner):
                 f"generations is {self.stopping.generations}, and {done} have been trained "
                 "already; ask for as many or more, or choose another folder with --out"
             )
-        return self._state(experiment, seeds, points, progress)
+        return self._state(run, points, progress)
 
-    def _progress(
-        self, experiment: Trainable, seeds: tuple[int, ...], arrays: Mapping[str, np.ndarray]
-    ) -> Progress:
+    def _progress(self, run: Run[Any], arrays: Arrays) -> Progress:
         """The progress of a state's arrays."""
-        leaves, structure = jax.tree.flatten(self.start(experiment, seeds))
+        leaves, structure = jax.tree.flatten(self.start(run.experiment, run.seeds))
         kept = [arrays[f"leaf{i}"] for i in range(len(leaves))]
         for ours, theirs in zip(leaves, kept, strict=True):
             if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
@@ -324,14 +322,10 @@ class Evolution(Learner):
         return jax.tree.unflatten(structure, [jnp.asarray(leaf) for leaf in kept])
 
     def _state(
-        self,
-        experiment: Trainable,
-        seeds: tuple[int, ...],
-        points: tuple[CurvePoint, ...],
-        progress: Progress,
-        new: tuple[CurvePoint, ...] = (),
+        self, run: Run[Any], points: Points, progress: Progress, new: Points = ()
     ) -> TrainingState:
         """After a generation: of each seed the mean of the best distribution."""
+        experiment, seeds = run.experiment, run.seeds
         ended = self.stopping.reasons(_fitness(points, seeds))
         progress = jax.tree.map(np.asarray, progress)
         learned = tuple(
@@ -364,12 +358,12 @@ class Evolution(Learner):
             {f"leaf{i}": leaf for i, leaf in enumerate(jax.tree.leaves(progress))},
         )
 
-    def _searched(self, experiment: Trainable, seed: int) -> TrainingState:
+    def _searched(self, run: Run[Any]) -> TrainingState:
         """The gain σ of a pure V model."""
-        gain, fitness = best_gain(experiment, self.workers)
-        outcome = {"seed": seed, "best_fitness": fitness, "ended": SEARCH}
+        gain, fitness = best_gain(run.experiment, self.workers)
+        outcome = {"seed": run.seeds[0], "best_fitness": fitness, "ended": SEARCH}
         outcome |= {"generations": 0, "best_generation": 0}
-        learned = LearnedController(experiment.controller, np.array([gain]), outcome)
+        learned = LearnedController(run.experiment.controller, np.array([gain]), outcome)
         return TrainingState(1, f"fitness {fitness:+.3f}", learned=(learned,))
 
 

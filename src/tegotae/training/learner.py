@@ -1,22 +1,23 @@
-"""The contract of a learner, and what a training comes to."""
+"""What learns, what is learned, and what a training comes to."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
-from tegotae._support.documents import Json, JsonObject
+from tegotae._support.documents import Json
 from tegotae.parts.controller import Controller
 
 if TYPE_CHECKING:
     from tegotae.systems.experiment import Experiment
+    from tegotae.training.agents.learner import AgentLearner
     from tegotae.training.environments.experiment import EnvExperiment
+    from tegotae.training.evolution import Evolution
 
 
 class CurvePoint(NamedTuple):
@@ -30,6 +31,10 @@ class CurvePoint(NamedTuple):
     mean_fitness: float = math.nan
     best_fitness: float = math.nan
     failed_share: float = math.nan
+
+
+Points: TypeAlias = tuple[CurvePoint, ...]
+Arrays: TypeAlias = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,69 +67,23 @@ class TrainingState:
 
     done: int = 0
     report: str = ""
-    points: tuple[CurvePoint, ...] = ()
-    new: tuple[CurvePoint, ...] = ()
+    points: Points = ()
+    new: Points = ()
     learned: tuple[LearnedController, ...] = ()
-    arrays: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
+    arrays: Arrays = field(default_factory=dict[str, np.ndarray])
 
 
 Trainable: TypeAlias = "Experiment | EnvExperiment"
 """What is learned: an experiment on the engine, or on an environment."""
 
 
-class Learner(ABC):
-    """How is learned and for how long: a frozen dataclass of its settings."""
+Learner: TypeAlias = "Evolution | AgentLearner"
+"""How is learned and for how long: by a population or by an agent, frozen dataclasses of settings.
 
-    UNIT: ClassVar[str]
-    """What it counts, such as "generation"."""
-
-    @property
-    @abstractmethod
-    def software(self) -> dict[str, str]:
-        """Versions of the programs that decide the numbers."""
-
-    @abstractmethod
-    def engine(self, experiment: Trainable) -> str:
-        """The engine that rolls the episodes out (`tegotae._support.engines`)."""
-
-    @abstractmethod
-    def check(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
-        """Raise `TegotaeError` if it cannot learn this experiment from so many seeds."""
-
-    @abstractmethod
-    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
-        """What decides the result, but for how long is learned, as JSON values."""
-
-    @abstractmethod
-    def length(self, seeds: tuple[int, ...]) -> int:
-        """What `TrainingState.done` counts to."""
-
-    @abstractmethod
-    def learn(
-        self, experiment: Trainable, seeds: tuple[int, ...], state: TrainingState | None = None
-    ) -> Iterator[TrainingState]:
-        """Learn until every seed has ended; between steps an interrupt loses nothing.
-
-        Args:
-            experiment: what is learned.
-            seeds: one training from random weights each.
-            state: where it goes on (`resumed`), or None from the beginning.
-        """
-
-    @abstractmethod
-    def resumed(
-        self,
-        experiment: Trainable,
-        seeds: tuple[int, ...],
-        points: tuple[CurvePoint, ...],
-        arrays: Mapping[str, np.ndarray],
-    ) -> TrainingState:
-        """The state of an earlier training, of which the points and the arrays are kept.
-
-        Raises:
-            TegotaeError: for a state that is further than this learner is to go.
-            ValueError, KeyError or TypeError: for arrays that are no such state.
-        """
+Of a `tegotae.training.run.Run` each says what it is counted in (`UNIT`), the versions and the
+`engine` that decide the numbers, its `configuration` and `length`; it can `check` it, `learn` step
+by step, and go on from what an earlier training left (`resumed`).
+"""
 
 
 def versions_of(*packages: str) -> dict[str, str]:

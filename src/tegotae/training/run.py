@@ -12,7 +12,7 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -89,12 +89,12 @@ class Run(Generic[LearnerT]):
             require_count("seed", seed, least=0, most=2**31 - 1)
         if len(set(self.seeds)) < len(self.seeds):
             raise TegotaeError(f"seeds are {self.seeds}; each may be given only once")
-        self.learner.check(self.experiment, self.seeds)
+        self.learner.check(self)
 
     @property
     def configuration(self) -> JsonObject:
         """What decides the result, but for how long is learned, as JSON values."""
-        return self.learner.configuration(self.experiment, self.seeds)
+        return self.learner.configuration(self)
 
     @cached_property
     def software(self) -> dict[str, str]:
@@ -103,7 +103,7 @@ class Run(Generic[LearnerT]):
 
     def learn(self) -> Iterator[TrainingState]:
         """Learn step by step, from the beginning, and keep nothing in files."""
-        return self.learner.learn(self.experiment, self.seeds)
+        return self.learner.learn(self)
 
 
 def train(
@@ -131,18 +131,17 @@ def train(
     Raises:
         TegotaeError: if the folder cannot be written, is in use or holds another training.
     """
-    experiment, learner, seeds = run.experiment, run.learner, run.seeds
+    experiment, learner = run.experiment, run.learner
     experiment.check()
     check_kept(learner)
     configuration, software = run.configuration, run.software
     with alone(out, TRAINING, anew=anew):
         claim(out, configuration, software)
-        resumed = partial(learner.resumed, experiment, seeds)
-        state = begun = read_checkpoint(out, configuration, resumed)
+        state = begun = read_checkpoint(out, run)
         saved_at = -np.inf
-        with reporting(experiment.name, learner.length(seeds)) as reporter:
+        with reporting(experiment.name, learner.length(run)) as reporter:
             try:
-                for state in learner.learn(experiment, seeds, begun):
+                for state in learner.learn(run, begun):
                     if time.monotonic() - saved_at > _SECONDS_BETWEEN_CHECKPOINTS:
                         write_checkpoint(out, configuration, state)
                         saved_at = time.monotonic()
@@ -252,17 +251,12 @@ def write_checkpoint(out: Path, configuration: Mapping[str, Json], state: Traini
         write_atomically(out / "checkpoint.npz", stream.getvalue())
 
 
-def read_checkpoint(
-    out: Path,
-    configuration: Mapping[str, Json],
-    resumed: Callable[[tuple[CurvePoint, ...], dict[str, np.ndarray]], TrainingState],
-) -> TrainingState:
+def read_checkpoint(out: Path, run: Run[Any]) -> TrainingState:
     """Where the training in a folder goes on; at the beginning, if there is no checkpoint.
 
     Args:
         out: the folder.
-        configuration: of the training.
-        resumed: makes a state of the points and arrays of `checkpoint.npz` (`Learner.resumed`).
+        run: the training.
 
     Raises:
         TegotaeError: for a checkpoint of another training, or that cannot be used.
@@ -273,12 +267,13 @@ def read_checkpoint(
     try:
         arrays = read_arrays(path, _MOST_BYTES)
         document = fitted(parse(str(arrays.pop("configuration"))), dict)
-        if names := differing(document, json.loads(json.dumps(configuration))):
+        if names := differing(document, json.loads(json.dumps(run.configuration))):
             raise TegotaeError(
                 f"{path} is of a training that differs in {', '.join(names)}; {_REMEDY}"
             )
         rows = arrays.pop("points").tolist()
-        return resumed(tuple(CurvePoint(int(row[0]), *row[1:]) for row in rows), arrays)
+        points = tuple(CurvePoint(int(row[0]), *row[1:]) for row in rows)
+        return run.learner.resumed(run, points, arrays)
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     except (TypeError, ValueError, KeyError) as error:

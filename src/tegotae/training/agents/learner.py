@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.engines import XLA
@@ -19,17 +18,21 @@ from tegotae.systems.system import Release
 from tegotae.training.agents import AgentSettings, SACSettings, agent_controller
 from tegotae.training.algorithms import algorithm_document
 from tegotae.training.learner import (
+    Arrays,
     CurvePoint,
     LearnedController,
-    Learner,
+    Points,
     Trainable,
     TrainingState,
     versions_of,
 )
 
+if TYPE_CHECKING:
+    from tegotae.training.run import Run
+
 
 @dataclass(frozen=True, kw_only=True)
-class AgentLearner(Part, Learner):
+class AgentLearner(Part):
     """Learning by an agent, one seed after the other; resumable by seed.
 
     On the engine an agent's reward has no ΔΩ, and so its policies are evaluated without it; the
@@ -49,7 +52,7 @@ class AgentLearner(Part, Learner):
     episodes: int = whole(1000)
     evaluate_every: int = whole(10)
 
-    UNIT = "episode"
+    UNIT: ClassVar[str] = "episode"
 
     @property
     def software(self) -> dict[str, str]:
@@ -61,18 +64,19 @@ class AgentLearner(Part, Learner):
         """XLA's: an agent acts within every episode, tick by tick."""
         return XLA
 
-    def check(self, experiment: Trainable, seeds: tuple[int, ...]) -> None:
+    def check(self, run: Run[Any]) -> None:
         """Raise `TegotaeError` for what an agent cannot learn.
 
         That is a controller without a meaning for agents; on the engine also a body of several
         limbs, conditions that change, an integrator or a release of its own.
         """
-        if isinstance(experiment, Experiment):
-            _check_on_engine(experiment)
-        agent_controller(experiment, self.settings)
+        if isinstance(run.experiment, Experiment):
+            _check_on_engine(run.experiment)
+        agent_controller(run.experiment, self.settings)
 
-    def configuration(self, experiment: Trainable, seeds: tuple[int, ...]) -> JsonObject:
+    def configuration(self, run: Run[Any]) -> JsonObject:
         """What decides a seed's result, but for the number of episodes, as JSON values."""
+        experiment = run.experiment
         if isinstance(experiment, Experiment):
             experiment = experiment.replaced(objective=experiment.objective.without_frequency())
         return {
@@ -81,17 +85,19 @@ class AgentLearner(Part, Learner):
             "evaluate_every": self.evaluate_every,
         }
 
-    def length(self, seeds: tuple[int, ...]) -> int:
+    def length(self, run: Run[Any]) -> int:
         """Episodes of all seeds."""
-        return len(seeds) * self.episodes
+        return len(run.seeds) * self.episodes
 
-    def learn(
-        self, experiment: Trainable, seeds: tuple[int, ...], state: TrainingState | None = None
-    ) -> Iterator[TrainingState]:
+    def learn(self, run: Run[Any], state: TrainingState | None = None) -> Iterator[TrainingState]:
         """A point of a seed's learning curve each.
 
         Seeds that are done are left as they are; one that was interrupted begins anew, to the same
         end.
+
+        Args:
+            run: the training.
+            state: where it goes on (`resumed`), or None from the beginning.
         """
         from tegotae.training.agents.learning import learn, task_of
 
@@ -100,8 +106,8 @@ class AgentLearner(Part, Learner):
         lasted = {point.seed: point.step for point in points}
         done = {seed for seed, step in lasted.items() if step >= self.episodes}
         points = tuple(point for point in points if point.seed in done)
-        task = task_of(experiment, self.settings)
-        for i, seed in enumerate(seeds):
+        task = task_of(run.experiment, self.settings)
+        for i, seed in enumerate(run.seeds):
             if seed in done:
                 continue
             best = -math.inf
@@ -116,38 +122,28 @@ class AgentLearner(Part, Learner):
                     f"seed {seed}  {_report(point)}",
                     points,
                     (point,),
-                    self._learned(experiment, seeds, points, weights),
+                    self._learned(run, points, weights),
                     weights,
                 )
 
-    def resumed(
-        self,
-        experiment: Trainable,
-        seeds: tuple[int, ...],
-        points: tuple[CurvePoint, ...],
-        arrays: Mapping[str, np.ndarray],
-    ) -> TrainingState:
+    def resumed(self, run: Run[Any], points: Points, arrays: Arrays) -> TrainingState:
         """With the best weights of every seed that has begun.
 
         Raises:
             ValueError or KeyError: for arrays of another training.
         """
-        shape = (experiment.controller.n_weights,)
+        shape = (run.experiment.controller.n_weights,)
         if any(arrays[_named(point.seed)].shape != shape for point in points):
             raise ValueError("shapes differ")
-        learned = self._learned(experiment, seeds, points, arrays)
+        learned = self._learned(run, points, arrays)
         return TrainingState(points=points, learned=learned, arrays=arrays)
 
     def _learned(
-        self,
-        experiment: Trainable,
-        seeds: tuple[int, ...],
-        points: tuple[CurvePoint, ...],
-        weights: Mapping[str, np.ndarray],
+        self, run: Run[Any], points: Points, weights: Arrays
     ) -> tuple[LearnedController, ...]:
         """The policy of each seed's best point."""
         learned = []
-        for seed in seeds:
+        for seed in run.seeds:
             curve = [point for point in points if point.seed == seed]
             if curve:
                 best = max(curve, key=lambda point: point.fitness)
@@ -158,7 +154,7 @@ class AgentLearner(Part, Learner):
                     "best_fitness": best.fitness,
                     "best_episode": best.step,
                 }
-                policy = agent_controller(experiment, self.settings)
+                policy = agent_controller(run.experiment, self.settings)
                 learned.append(LearnedController(policy, weights[_named(seed)], outcome))
         return tuple(learned)
 
