@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from tegotae.cli.console import fitting, print_rows
+from tegotae.cli.console import print_rows
 
 COLUMNS = ("controller", "CoT⁻¹ A [m/J]", "T0 [s]", "T1 [s]")
 ROWS = [("ART-rF-tphif-w8", "0.421 [0.398, 0.444]", "12.3 [10.1, 14.5]", "8.88"), ("V", *"123")]
@@ -76,15 +76,9 @@ def test_a_table_that_fits_or_would_not_fit_either_way_has_a_line_a_row(capsys):
     assert lines[0].split()[:3] == ["controller", "quantity", "0"]
 
 
-@pytest.mark.parametrize(
-    ("widths", "width", "key", "parts"),
-    [
-        ([5, 5, 5], 16, 1, [(0, 1, 2)]),
-        ([5, 5, 5], 15, 1, [(0, 1), (0, 2)]),
-        ([5, 5, 5, 5], 16, 2, [(0, 1, 2), (0, 1, 3)]),
-        ([5, 50, 5], 16, 1, [(0, 1), (0, 2)]),
-        ([50], 10, 1, [(0,)]),
-    ],
-)
-def test_each_part_begins_with_the_keys_and_holds_at_least_one_more(widths, width, key, parts):
-    assert fitting(widths, width, key) == parts
+def test_each_part_begins_with_all_keys(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "16")
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    print_rows(("a", "b", "first", "second"), [("1", "2", "3", "4")], key=2)
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [line for line in lines if line[:1] == ["1"]] == [["1", "2", "3"], ["1", "2", "4"]]

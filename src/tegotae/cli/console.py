@@ -7,6 +7,7 @@ import contextlib
 import errno
 import io
 import os
+import shutil
 import sys
 import textwrap
 import traceback
@@ -15,14 +16,11 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
-from rich import box
-from rich.cells import cell_len
-from rich.table import Table
+from rich.cells import cell_len, set_cell_size
 
 from tegotae._start import INTERRUPTED, end_on_ctrl_c
 from tegotae._support.compiled import forget_xla_programs
 from tegotae._support.errors import TegotaeError, shortened
-from tegotae._support.progress import Console
 
 PLAIN = "tegotae.plain"
 """Name of the error handler (`codecs.register_error`) that spells plainly."""
@@ -111,8 +109,6 @@ codecs.register_error(PLAIN, _plainly)
 
 WIDTH = 80
 """That lines and tables are to fit where the output is no terminal [columns]."""
-_PADDING = 3
-"""Blanks around a cell, and to the next."""
 
 
 def print_rows(
@@ -129,70 +125,38 @@ def print_rows(
         key: how many columns, the first ones, name the row.
         turned: print a line per column, and a column per row, where that makes the table fit.
     """
-    # A name in a cell is no markup, whatever brackets it has.
-    console, wide = (
-        Console(highlight=False, markup=False, emoji=False, width=width) for width in (None, 10_000)
-    )
-    plain = partial(shown, encoding=console.encoding)
-    columns, rows = tuple(map(plain, columns)), [tuple(map(plain, row)) for row in rows]
-    if turned and not _fits(columns, rows, console):
-        across = list(zip(columns, *rows, strict=True))
-        if _fits(across[0], across[1:], console):
-            columns, rows = across[0], across[1:]
-    parts = [tuple(range(len(columns)))]
-    if console.is_terminal:
-        parts = fitting(column_widths(columns, rows), console.width, key)
+    plain, on_screen = partial(shown, encoding=sys.stdout.encoding or "utf-8"), sys.stdout.isatty()
+    width = shutil.get_terminal_size().columns if on_screen else WIDTH
+    lines = [[plain(cell) for cell in row] for row in (columns, *rows)]
+    table, across = map(_aligned, (zip(*lines, strict=True), lines))
+    if turned and _width(table) > width >= _width(across):
+        table = across
+    parts = [table[:key]]
+    for column in table[key:]:
+        if on_screen and len(parts[-1]) > key and _width([*parts[-1], column]) > width:
+            parts.append(table[:key])
+        parts[-1] = [*parts[-1], column]
     for part in parts:
-        table = Table(box=box.SIMPLE_HEAD)
-        for i in part:
-            table.add_column(columns[i], no_wrap=True)
-        for row in rows:
-            table.add_row(*(row[i] for i in part))
-        console.width = max(console.width, wide.measure(table).maximum)
-        console.print(table)
+        print("\n".join(map("  ".join, zip(*part, strict=True))), end="\n\n")
 
 
-def _fits(columns: Sequence[str], rows: Sequence[Sequence[str]], console: Console) -> bool:
-    width = console.width if console.is_terminal else WIDTH
-    return 1 + sum(column_widths(columns, rows)) <= width
+def _aligned(columns: Iterable[Sequence[str]]) -> list[list[str]]:
+    """Columns, each of cells as wide as the widest, with a line below the heading."""
+    widths = [(column, max(map(cell_len, column))) for column in columns]
+    return [
+        [set_cell_size(cell, wide) for cell in (column[0], "─" * wide, *column[1:])]
+        for column, wide in widths
+    ]
+
+
+def _width(columns: Sequence[Sequence[str]]) -> int:
+    """Of columns with blanks between them, in cells of a letter."""
+    return sum(cell_len(column[0]) + 2 for column in columns) - 2
 
 
 def print_text(text: str) -> None:
     """Print a paragraph in lines that fit a screen, or a command in one line."""
     print(text if text.startswith("tegotae ") else textwrap.fill(text, WIDTH))
-
-
-def column_widths(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]:
-    """How wide each column is on the screen, in cells of a letter."""
-    return [
-        _PADDING + max(cell_len(text) for text in (name, *(row[i] for row in rows)))
-        for i, name in enumerate(columns)
-    ]
-
-
-def fitting(widths: Sequence[int], width: int, key: int = 1) -> list[tuple[int, ...]]:
-    """Which columns go into which part of a table, so that each fits a width if it can.
-
-    Args:
-        widths: of the columns.
-        width: of the screen.
-        key: the first so many columns begin every part.
-
-    Example:
-        >>> fitting([10, 6, 6, 6], width=23)
-        [(0, 1, 2), (0, 3)]
-    """
-    keys = tuple(range(min(key, len(widths))))
-    edges = 1  # of the table's box
-    parts = [list(keys)]
-    for i in range(len(keys), len(widths)):
-        part = parts[-1]
-        wide = edges + sum(widths[j] for j in part) + widths[i]
-        if wide > width and len(part) > len(keys):
-            parts.append([*keys, i])
-        else:
-            part.append(i)
-    return [tuple(part) for part in parts]
 
 
 NOT_WRITTEN = 1

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -210,7 +210,6 @@ class Hoppers:
             jnp.asarray(settings.n_steps * settings.decimation, jnp.int32),
             _single(settings.action_scale),
         )
-        self._compiled = _compiled(self._program)
         self._episodes: Episodes | None = None
 
     def seed(
@@ -256,10 +255,10 @@ class Hoppers:
         arrays = jax.tree.map(lambda *entries: np.array(entries, np.float32), *scenarios)
         arrays = jax.tree.map(lambda x: np.broadcast_to(x, (self.lanes,)), arrays)
         if self._episodes is None or where is None:
-            self._episodes, packed = self._compiled.start(self._numbers, arrays)
+            self._episodes, packed = _start(self._program, self._numbers, arrays)
         else:
-            self._episodes, packed = self._compiled.restart(
-                self._numbers, arrays, self._episodes, where
+            self._episodes, packed = _restart(
+                self._program, self._numbers, arrays, self._episodes, where
             )
         return self._unpack(packed)
 
@@ -302,8 +301,8 @@ class Hoppers:
             raise TegotaeError("the environment has no episode yet; call reset() before step()")
         if not np.isfinite(actions).all():
             raise TegotaeError("an action is not finite; actions are numbers in [-1, 1]")
-        self._episodes, packed = self._compiled.advance(
-            self._numbers, self._episodes, actions[:, 0]
+        self._episodes, packed = _advance(
+            self._program, self._numbers, self._episodes, actions[:, 0]
         )
         return self._unpack(packed)
 
@@ -338,23 +337,15 @@ def observation_space(settings: HopperSettings) -> Box:
     return Box(np.where(one_sided, np.float32(0.0), -bounds), bounds, dtype=np.float32)
 
 
-class _Compiled(NamedTuple):
-    """The compiled functions of a program, shared by all environments that are alike."""
-
-    start: Callable[..., tuple[Episodes, jax.Array]]
-    restart: Callable[..., tuple[Episodes, jax.Array]]
-    advance: Callable[..., tuple[Episodes, jax.Array]]
-
-
-@cache
-def _compiled(program: _CompiledSettings) -> _Compiled:
-    return _Compiled(*(jax.jit(partial(f, program)) for f in (_start, _restart, _advance)))
-
-
 def _single(value: ArrayLike) -> jax.Array:
     return jnp.asarray(value, jnp.float32)
 
 
+_compiled = partial(jax.jit, static_argnums=0)
+"""Functions of a program are shared by all environments that are alike."""
+
+
+@_compiled
 def _start(
     program: _CompiledSettings, numbers: _Numbers, scenario: Scenario
 ) -> tuple[Episodes, jax.Array]:
@@ -374,6 +365,7 @@ def _start(
     return episodes, _report(program, numbers, episodes, zero)
 
 
+@_compiled
 def _restart(
     program: _CompiledSettings,
     numbers: _Numbers,
@@ -387,6 +379,7 @@ def _restart(
     return kept, _report(program, numbers, kept, jnp.zeros_like(kept.lane.force_n))
 
 
+@_compiled
 def _advance(
     program: _CompiledSettings, numbers: _Numbers, episodes: Episodes, actions: jax.Array
 ) -> tuple[Episodes, jax.Array]:
