@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from importlib import resources
 from typing import Any, TypeVar
 
 import jax
@@ -265,7 +268,17 @@ def walking(
     return Legged(about=about, system=system, weights=(sigma,))
 
 
-_FOOT_OF_C = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
+_WALKERS = tomllib.loads(
+    resources.files("tegotae.systems").joinpath("walkers.toml").read_text("utf-8")
+)
+
+
+def _walker(name: str) -> Legged:
+    known = _WALKERS[name]
+    body, foot = Walker(**known.get("body", {})), EllipticFoot(**known["foot"])
+    tick = WALKING_TICK * known.get("ticks", 1.0)
+    return walking(known["about"], body, foot, known["sigma"], known["omega"], tick)
+
 
 SYSTEMS: dict[str, Callable[[], Legged]] = {
     "bar-light": lambda: bar(LIGHT),
@@ -275,73 +288,7 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
     "plate-light-both": lambda: plate(LIGHT, LIGHT),
     "plate-heavy": lambda: plate(HEAVY, HEAVY),
     "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
-    # Broad and high, stiff legs sideways.
-    "quadruped-a": lambda: walking(
-        "a quadruped that walks and trots, set A",
-        Walker(
-            hips_x_m=(0.7, 0.7, -0.7, -0.7),
-            hips_y_m=(0.45, -0.45, 0.45, -0.45),
-            com_z_m=-0.2,
-            inertia_x_kg_m2=0.10,
-            inertia_y_kg_m2=0.25,
-            inertia_z_kg_m2=0.30,
-            stiffness_x_n_per_m=15.0,
-            stiffness_y_n_per_m=8.0,
-            stiffness_z_n_per_m=8.0,
-            damping_xy_ns_per_m=1.5,
-            damping_z_ns_per_m=1.2,
-            friction=0.6,
-        ),
-        EllipticFoot(stride_m=0.25, lift_m=0.08, press_m=0.02, shift_rad=0.0),
-        sigma=1.0,
-        omega=2.0,
-    ),
-    # Long and low, the defaults of `Walker`.
-    "quadruped-c": lambda: walking(
-        "a quadruped that walks and trots, set C", Walker(), _FOOT_OF_C, sigma=1.25, omega=2.0
-    ),
-    # Light in roll, heavy in pitch, its mass ahead of the middle; short and low steps.
-    "quadruped-g": lambda: walking(
-        "a quadruped that walks, trots and gallops, set G",
-        Walker(
-            hips_x_m=(1.0457, 1.0457, -1.0457, -1.0457),
-            hips_y_m=(0.4044, -0.4044, 0.4044, -0.4044),
-            com_x_m=0.2188,
-            com_z_m=-0.3413,
-            inertia_x_kg_m2=0.02383,
-            inertia_y_kg_m2=0.7942,
-            inertia_z_kg_m2=0.7781,
-            stiffness_x_n_per_m=7.198,
-            stiffness_y_n_per_m=11.996,
-            stiffness_z_n_per_m=22.144,
-            damping_xy_ns_per_m=0.9013,
-            damping_z_ns_per_m=1.2410,
-            friction=1.179,
-        ),
-        EllipticFoot(stride_m=0.0890, lift_m=0.0460, press_m=0.0102, shift_rad=0.6400),
-        sigma=2.3979,
-        omega=4.6,
-        tick=0.5 * WALKING_TICK,  # its light roll is too fast for that of the others
-    ),
-    # Three legs of set C on either side.
-    "hexapod": lambda: walking(
-        "a hexapod with the legs of set C",
-        Walker(
-            hips_x_m=(0.85, 0.85, 0.0, 0.0, -0.85, -0.85),
-            hips_y_m=(0.44, -0.44, 0.44, -0.44, 0.44, -0.44),
-        ),
-        _FOOT_OF_C,
-        sigma=1.25,
-        omega=2.0,
-    ),
-    # Two of them side by side. It has no ankle, and feels no tilt.
-    "biped": lambda: walking(
-        "a biped with the legs of set C; it falls",
-        Walker(hips_x_m=(0.0, 0.0), hips_y_m=(0.44, -0.44)),
-        EllipticFoot(stride_m=0.15, lift_m=0.08, press_m=0.03, shift_rad=0.4),
-        sigma=1.25,
-        omega=2.0,
-    ),
+    **{name: partial(_walker, name) for name in _WALKERS},
 }
 """What makes each of the named systems."""
 
