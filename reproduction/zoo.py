@@ -14,7 +14,7 @@ from reproduction.record import Record
 from reproduction.table import means, ordered
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import checksum, with_checksum, write_arrays
+from tegotae._support.files import write_arrays
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import all_models
@@ -121,7 +121,6 @@ def write(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
         "software": _software(entries),
         "models": models,
         "metrics": metrics,
-        "weights": {model: checksum(model, {"": values}) for model, values in weights.items()},
     }
     index = {
         "documents": np.array([json.dumps(entry.document).encode() for entry in entries]),
@@ -132,7 +131,7 @@ def write(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
         "metrics": np.concatenate([_columns(entry, metrics) for entry in entries]),
     }
     of_models = {f"weights/{model}": values for model, values in weights.items()}
-    write_arrays(path, with_checksum(json.dumps(header), index) | of_models)
+    write_arrays(path, {"header": np.array(json.dumps(header)), **index, **of_models})
 
 
 def _software(entries: Iterable[ZooEntry]) -> dict[str, str]:

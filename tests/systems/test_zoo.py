@@ -170,22 +170,6 @@ def test_a_damaged_file_is_refused_in_one_line(file, tmp_path, one_line_error, c
         assert f"{damaged} is damaged, or no file of" in one_line_error(*words)
 
 
-def test_changed_weights_are_noticed_by_their_checksum(file, tmp_path):
-    name = f"weights/{MODEL}"
-    weights = read_arrays(file, MOST_BYTES, [name])[name]
-    path = with_arrays(file, tmp_path / "changed.npz", **{name: weights[::-1]})
-    with pytest.raises(TegotaeError, match=f"checksum of the weights of {MODEL}"):
-        load(f"zoo:{path}:{MODEL}")
-    assert load(f"zoo:{path}:T-Fv").name == "T-Fv"
-
-
-def test_a_changed_fitness_is_noticed_by_the_checksum(file, tmp_path):
-    fitness = read_arrays(file, MOST_BYTES, ["fitness"])["fitness"]
-    path = with_arrays(file, tmp_path / "changed.npz", fitness=fitness + 1)
-    with pytest.raises(TegotaeError, match="checksum is wrong"):
-        open_zoo(path)
-
-
 def test_a_file_of_a_later_version_is_refused(file, tmp_path):
     header = json.loads(str(read_arrays(file, MOST_BYTES, ["header"])["header"]))
     text = np.array(json.dumps({**header, "version": 2}))

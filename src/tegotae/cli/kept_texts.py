@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import sys
@@ -46,18 +47,16 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
         if words[0] != "completion":
             raise SystemExit(0)
         return 0
-    copy = _Copy(sys.stdout)
-    sys.stdout = copy
+    copy, status = _Copy(sys.stdout), 1
     try:
-        status = make()
+        with contextlib.redirect_stdout(copy):  # type: ignore[type-var]
+            status = make()
     except SystemExit as end:
-        if not end.code:
-            compiled.keep(key, "".join(copy.text).encode())
+        status = end.code
         raise
     finally:
-        sys.stdout = copy.stream
-    if status == 0:
-        compiled.keep(key, "".join(copy.text).encode())
+        if not status:
+            compiled.keep(key, "".join(copy.text).encode())
     return status
 
 

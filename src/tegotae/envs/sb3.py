@@ -38,13 +38,7 @@ class LaneVecEnv(VecEnv):
             raise TegotaeError("the lanes of a batch share their attributes; set them for all")
         setattr(self, attr_name, value)
 
-    def env_method(
-        self,
-        method_name: str,
-        *method_args: object,
-        indices: int | Iterable[int] | None = None,
-        **method_kwargs: object,
-    ) -> NoReturn:
+    def env_method(self, method_name: str, *_: object, **__: object) -> NoReturn:
         """There are no environments behind the lanes whose methods could be called."""
         raise TegotaeError(
             f"lanes have no environments of their own, and so no method {method_name!r}"

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -26,9 +26,6 @@ from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Engine
 from tegotae.simulation.timing import by_blocks
 from tegotae.simulation.world import Scenario
-
-if TYPE_CHECKING:
-    pass
 
 _LANES_SCORED = 64
 """Lanes of a block that is scored at a time."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -28,49 +27,7 @@ Seeds = int | np.ndarray
 """Of the starts of episodes: one for all lanes, or one a lane, [lanes]."""
 
 
-class Lanes(ABC):
-    """So many episodes that are stepped together.
-
-    A lane that cannot go on has a trouble: a plain sentence. It is not stepped again.
-    """
-
-    lanes: int
-    steps: int
-    """Steps of the longest episode."""
-    troubles: list[str]
-    """Of each lane since its reset; empty without one."""
-    truncated: np.ndarray
-    """Whether the last step ended an episode by its time alone, [lanes]."""
-
-    @abstractmethod
-    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes; what all observe, [lanes, entries].
-
-        Args:
-            seed: of the starts: lanes of the same seed have the same one.
-            where: which lanes, [lanes]; the others stay as they are.
-        """
-
-    @abstractmethod
-    def step(
-        self, actions: np.ndarray, alive: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every lane that is alive one step on; the others stand still.
-
-        Args:
-            actions: [lanes, entries].
-            alive: whose episode goes on, [lanes].
-
-        Returns:
-            observations [lanes, entries], rewards and whether an episode is over, [lanes].
-        """
-
-    @abstractmethod
-    def close(self) -> None:
-        """Give back what they hold."""
-
-
-class GymLanes(Lanes):
+class GymLanes:
     """Environments of any kind, each stepped in turn; one that fails ends its own lane alone.
 
     Args:
@@ -101,7 +58,12 @@ class GymLanes(Lanes):
         self._done = np.zeros(lanes, int)
 
     def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes."""
+        """Begin a new episode of some lanes; what all observe, [lanes, entries].
+
+        Args:
+            seed: of the starts: lanes of the same seed have the same one.
+            where: which lanes, [lanes]; the others stay as they are.
+        """
         seeds = np.broadcast_to(seed, (self.lanes,))
         while len(self._envs) < self.lanes:
             self._envs.append(self._make())
@@ -115,7 +77,15 @@ class GymLanes(Lanes):
     def step(
         self, actions: np.ndarray, alive: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every lane that is alive one step on."""
+        """Every lane that is alive one step on; the others stand still.
+
+        Args:
+            actions: [lanes, entries].
+            alive: whose episode goes on, [lanes].
+
+        Returns:
+            observations [lanes, entries], rewards and whether an episode is over, [lanes].
+        """
         self._done += 1
         self.truncated = np.zeros(self.lanes, bool)
         rewards, over = np.zeros(self.lanes), np.zeros(self.lanes, bool)
@@ -170,7 +140,7 @@ class _Trouble(Exception):  # noqa: N818 - never seen outside
     """What an environment did that it must not."""
 
 
-class ModelLanes(Lanes):
+class ModelLanes:
     """Lanes of a MuJoCo model: its physics in threads, rewards and ends as `ModelEnv` has them.
 
     Args:
@@ -239,6 +209,14 @@ class ModelLanes(Lanes):
     def close(self) -> None:
         """End the threads."""
         self.batch.close()
+
+
+Lanes = GymLanes | ModelLanes
+"""So many episodes that are stepped together, the longest one of so many `steps`.
+
+A lane that cannot go on has a trouble, a plain sentence, and is not stepped again until its reset.
+Whether the last step ended an episode by its time alone is in `truncated`, [lanes].
+"""
 
 
 class Trials(NamedTuple):
