@@ -21,38 +21,14 @@ from rich.cells import cell_len, set_cell_size
 from tegotae._start import INTERRUPTED, end_on_ctrl_c
 from tegotae._support.compiled import forget_xla_programs
 from tegotae._support.errors import TegotaeError, shortened
+from tegotae._support.spelling import IN_ASCII
 
 PLAIN = "tegotae.plain"
 """Name of the error handler (`codecs.register_error`) that spells plainly."""
 
 _SPELLINGS = {
-    "⁻": "^-",
-    "¹": "1",
-    "²": "^2",
-    "·": "*",
-    "×": "x",
-    "≥": ">=",
-    "≤": "<=",
-    "±": "+-",
-    "√": "sqrt ",
-    "∞": "inf",
-    "–": "-",
-    "—": "-",
-    "−": "-",
-    "…": "...",
-    "•": "*",
-    "→": "->",
-    "′": "'",
-    "°": " deg",
-    "α": "alpha",
-    "Δ": "Delta",
-    "λ": "lambda",
-    "π": "pi",
-    "σ": "sigma",
-    "φ": "phi",
-    "Ω": "Omega",
-    "ω": "omega",
-    "ẏ": "y'",
+    **IN_ASCII,
+    **{"⁻": "^-", "¹": "1", "±": "+-", "—": "-", "•": "*", "→": "->", "°": " deg", "λ": "lambda"},
     "\u0307": "'",
     **dict.fromkeys("─━╌╴╶╸╺", "-"),
     **dict.fromkeys("│┃╎", "|"),

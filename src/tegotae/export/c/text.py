@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from tegotae._support.spelling import IN_ASCII
 from tegotae.lowering.operations import ATOM, UNARY
 from tegotae.parts._shapes import Number
 
@@ -121,13 +122,6 @@ def floating(value: Number) -> str:
     return number(value)[0]
 
 
-_LETTERS = {
-    **{"φ": "phi", "ω": "omega", "σ": "sigma", "α": "alpha", "κ": "kappa", "ψ": "psi", "π": "pi"},
-    **{"δ": "delta", "τ": "tau", "η": "eta", "θ": "theta", "ρ": "rho", "Ω": "Omega", "μ": "mu"},
-    **{"′": "'", "·": "*", "≤": "<=", "≥": ">=", "∈": "in", "Σ": "sum", "√": "sqrt", "²": "^2"},
-    **{"½": "1/2", "−": "-", "–": "-", "…": "...", "∞": "inf", "`": "", "Δ": "Delta", "β": "beta"},
-    **{"φ̇": "phi_dot", "ẏ": "y_dot", "ȧ": "a_dot", "×": "x", "∘": "*", "≠": "!="},
-}
 _WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int
 long register restrict return short signed sizeof static struct switch typedef union unsigned void
@@ -173,7 +167,7 @@ def plain(text: str) -> str:
         'f = sigma cos phi <= 2'
     """
     text = unicodedata.normalize("NFC", text)
-    for letter, word in sorted(_LETTERS.items(), key=lambda pair: -len(pair[0])):
+    for letter, word in sorted(IN_ASCII.items(), key=lambda pair: -len(pair[0])):
         text = text.replace(unicodedata.normalize("NFC", letter), word)
     return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
 
