@@ -7,7 +7,8 @@ import importlib
 import math
 import operator
 import reprlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from types import ModuleType
 
 _LONGEST = 600
@@ -120,6 +121,27 @@ def formatted(error: BaseException) -> str:
     ends = isinstance(error, SystemExit)
     first = "it ends the program" if ends else (str(error).splitlines() or [""])[0]
     return f"{type(error).__name__}: {first}"
+
+
+@contextmanager
+def other_code(outcome: str) -> Iterator[None]:
+    """Whatever code of others raises in here is a `TegotaeError`: the outcome, and then why.
+
+    Args:
+        outcome: what has come of it, such as "robot.py:body cannot be made".
+
+    Example:
+        >>> with other_code("mine.py:leg cannot be made"):
+        ...     1 / 0
+        Traceback (most recent call last):
+        tegotae.TegotaeError: mine.py:leg cannot be made: ZeroDivisionError: division by zero
+    """
+    try:
+        yield
+    except TegotaeError as error:
+        raise TegotaeError(f"{outcome}: {error}") from None
+    except (Exception, SystemExit) as error:
+        raise TegotaeError(f"{outcome}: {formatted(error)}") from None
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:

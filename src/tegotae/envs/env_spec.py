@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 from tegotae._support.documents import DamagedDocumentError, Json, parse
-from tegotae._support.errors import TegotaeError, formatted, require, unknown
+from tegotae._support.errors import TegotaeError, other_code, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, located
 from tegotae.envs.wiring import Wiring
 from tegotae.systems.env_task import is_mujoco_model
 from tegotae.systems.user_objects import is_reference, named, source_of
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +95,6 @@ class EnvSpec:
         settings = dict(self.settings)
         if is_reference(self.env):
             maker = named(self.env, (_Function, type), "function that makes an environment")
-            found = _made(self.env, maker, settings)
         else:
             importlib.import_module("tegotae.envs")  # which registers those of this package
             if self.env not in gymnasium.registry:
@@ -107,7 +104,9 @@ class EnvSpec:
                         f"{self.env}:FUNCTION"
                     )
                 raise unknown("environment", self.env, [*gymnasium.registry, *PACKAGED])
-            found = _made(self.env, lambda **given: gymnasium.make(self.env, **given), settings)
+            maker = partial(gymnasium.make, self.env)
+        with other_code(f"{self.env} cannot be made"):
+            found = maker(**settings)
         if not isinstance(found, gymnasium.Env):
             raise TegotaeError(
                 f"{self.env} made a {type(found).__name__}; it must make a Gymnasium environment"
@@ -140,14 +139,3 @@ def settings_of(texts: Iterable[str]) -> dict[str, Json]:
 
 
 _Function = type(lambda: None)
-
-
-def _made(name: str, maker: Callable[..., T], settings: Mapping[str, object]) -> T:
-    try:
-        return maker(**settings)
-    except TegotaeError:
-        raise
-    except ModuleNotFoundError as error:
-        raise TegotaeError(f"{name} cannot be made: {error.name} is not installed") from None
-    except (Exception, SystemExit) as error:  # anything may go wrong in somebody else's program
-        raise TegotaeError(f"{name} cannot be made: {formatted(error)}") from None

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, formatted, require, unknown
+from tegotae._support.errors import TegotaeError, other_code, require, unknown
 from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, TegotaeHopperSettings
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller
@@ -182,14 +182,8 @@ class Policy:
         Raises:
             TegotaeError: for answers of another number, or that are not finite.
         """
-        try:
+        with other_code(f"{self.name} failed on observations of shape {observed.shape}"):
             answer = np.asarray(self.answer(observed), float)
-        except TegotaeError:
-            raise
-        except (Exception, SystemExit) as error:  # anything may go wrong in a user's policy
-            raise TegotaeError(
-                f"{self.name} failed on observations of shape {observed.shape}: {formatted(error)}"
-            ) from None
         if answer.size != len(observed):
             raise TegotaeError(
                 f"{self.name} answers {len(observed)} observations by an array of shape "
@@ -336,10 +330,8 @@ Answers = Callable[[np.ndarray], ArrayLike]
 def _onnx(path: Path) -> tuple[Answers, int | None]:
     """What a network answers, and how many entries it observes if it says so."""
     runtime = require("onnxruntime", "onnx")
-    try:
+    with other_code(f"{path} is no ONNX network"):
         session = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-    except Exception as error:  # onnxruntime's own, which share no base
-        raise TegotaeError(f"{path} is no ONNX network: {formatted(error)}") from None
     inputs = session.get_inputs()
     if len(inputs) != 1 or len(inputs[0].shape) != 2:
         shapes = ", ".join(f"{each.name} {each.shape}" for each in inputs)
@@ -374,19 +366,14 @@ def _stable_baselines(path: Path) -> tuple[Answers, int]:
     settings = _settings(path, document["policy_kwargs"])
     if algorithm == "PPO":  # the others have it among these
         settings["use_sde"] = document["use_sde"]
-    try:
+    with other_code(f"{path} cannot be loaded as {algorithm}"):
+        observes = _box("observes", document["observation_space"])
+        acts = _box("acts by", document["action_space"])
         policy = getattr(sb3, algorithm).policy_aliases["MlpPolicy"](
-            _box(path, "observes", document["observation_space"]),
-            _box(path, "acts by", document["action_space"]),
-            lambda _: 0.0,
-            **settings,
+            observes, acts, lambda _: 0.0, **settings
         )
         numbers = torch.load(io.BytesIO(weights), map_location="cpu", weights_only=True)
         policy.load_state_dict(numbers)
-    except TegotaeError:
-        raise
-    except Exception as error:  # of torch, or of a file of another version
-        raise TegotaeError(f"{path} cannot be loaded as {algorithm}: {formatted(error)}") from None
 
     def answer(observed: np.ndarray) -> np.ndarray:
         return policy.predict(observed.astype(np.float32), deterministic=True)[0]
@@ -415,14 +402,14 @@ def _settings(path: Path, written: dict[str, Any]) -> dict[str, Any]:
     return settings
 
 
-def _box(path: Path, does: str, written: dict[str, Any]) -> Any:
+def _box(does: str, written: dict[str, Any]) -> Any:
     """A space, by the text of its limits."""
     from gymnasium.spaces import Box
 
     kind = written.get(":type:", "")
     if not kind.endswith("spaces.box.Box'>") or len(written["_shape"]) != 1:
         raise TegotaeError(
-            f"{path} {does} {kind} of shape {written.get('_shape')}; it must be one row of Box"
+            f"it {does} {kind} of shape {written.get('_shape')}; it must be one row of Box"
         )
     low, high = (np.array(written[end].strip("[]").split(), np.float32) for end in ("low", "high"))
     return Box(low, high)

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from tegotae._support.errors import TegotaeError, formatted, unknown
+from tegotae._support.errors import TegotaeError, formatted, other_code, unknown
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in
 from tegotae.systems import registry
@@ -52,14 +52,8 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
     found = getattr(module, name)
     kinds = kind if isinstance(kind, tuple) else (kind,)
     if isinstance(found, type) and issubclass(found, kinds):
-        try:
+        with other_code(f"{reference} cannot be made"):
             found = found()
-        except TypeError as error:
-            raise TegotaeError(f"{reference} cannot be made without arguments: {error}") from None
-        except TegotaeError as error:
-            raise TegotaeError(f"{reference} cannot be made: {error}") from None
-        except (Exception, SystemExit) as error:  # anything may go wrong in a user's class
-            raise TegotaeError(f"{reference} cannot be made: {formatted(error)}") from None
     if not isinstance(found, kinds):
         names = " or ".join(each.__name__ for each in kinds)
         own = found if isinstance(found, type) else type(found)

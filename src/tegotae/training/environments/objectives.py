@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, formatted, unknown
+from tegotae._support.errors import TegotaeError, other_code, unknown
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.hopping.signals import check_work
@@ -281,15 +281,9 @@ class UserObjective(EnvObjective):
         return Scores(fitness, np.full(fitness.shape, np.nan), failed)
 
     def _of(self, score: Callable[[EnvEpisode], SupportsFloat], episode: EnvEpisode) -> float:
-        try:
+        steps = len(episode.time_s)
+        with other_code(f"the fitness {self.function} failed on an episode of {steps} steps"):
             value = score(episode)
-        except TegotaeError as error:
-            raise TegotaeError(f"the fitness {self.function} failed: {error}") from None
-        except (Exception, SystemExit) as error:  # anything may go wrong in a user's function
-            raise TegotaeError(
-                f"the fitness {self.function} failed on an episode of {len(episode.time_s)} steps: "
-                + formatted(error)
-            ) from None
         try:
             return float(value)
         except (TypeError, ValueError):
