@@ -22,6 +22,7 @@ from tegotae.envs.scaling import (
     scales_of,
     started,
 )
+from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Limb, Wiring
 
 mujoco = require("mujoco", "mujoco")
@@ -192,7 +193,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     return Suggestion(wiring, reasons, tuple(left_out), on_rail)
 
 
-def lifted(settings: ModelSettings, wiring: Wiring) -> float:
+def lifted(settings: ModelSettings, wiring: Wiring, wires: Wires) -> float:
     """What the pushes of a wiring lift where the model starts, over its weight.
 
     Of the joints of a leg it is the strongest one's; infinite where a servo pushes, whose force is
@@ -200,19 +201,12 @@ def lifted(settings: ModelSettings, wiring: Wiring) -> float:
     """
     sensed = sensing(settings)
     data = started(sensed.model)
-    limbs = {limb.drives: limb for limb in wiring.limbs}
+    driven = [limb.drives for limb in wiring.limbs]
+    ends = dict(zip(driven, zip(wires.rest, wires.push, strict=True), strict=True))
     joints, _ = _joints(sensed, data, list(wiring.contact_bodies))
-    joints = [joint for joint in joints if joint.actuator in limbs]
-    given = [limbs[joint.actuator] for joint in joints]
-    pushes = [
-        (
-            limb.rest if limb.rest is not None else 0.5 * (joint.low + joint.high),
-            float(np.clip(joint.high if limb.push is None else limb.push, joint.low, joint.high)),
-        )
-        for limb, joint in zip(given, joints, strict=True)
-    ]
+    joints = [joint for joint in joints if joint.actuator in ends]
     weight_n = gravity_m_per_s2(sensed.model) * float(sensed.model.body_mass.sum())
-    return _lift(joints, pushes) / weight_n
+    return _lift(joints, [ends[joint.actuator] for joint in joints]) / weight_n
 
 
 def _lift(joints: Sequence[_Joint], pushes: Sequence[tuple[float, float]]) -> float:

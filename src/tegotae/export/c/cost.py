@@ -86,7 +86,7 @@ def require_tools() -> None:
             raise TegotaeError(f"{tool} is not installed; apt-get install {PACKAGES}")
 
 
-def systems(models: Sequence[str], seed: int = 0) -> list[Export]:
+def systems(models: Sequence[str]) -> list[Export]:
     """Exports of models of the paper, with random weights.
 
     Raises:
@@ -96,23 +96,22 @@ def systems(models: Sequence[str], seed: int = 0) -> list[Export]:
     for name in models:
         model = find(name)
         controller = model.controller()
-        weights = np.asarray(controller.initial(jax.random.key(seed)))
+        weights = np.asarray(controller.initial(jax.random.key(0)))
         saved = SavedController.of(controller, weights, model.omega_t, name=model.name)
         exports.append(Export(saved))
     return exports
 
 
-def costs(export: Export, cores: Sequence[Core] = CORES) -> Iterator[Cost]:
+def costs(export: Export) -> Iterator[Cost]:
     """Compile a controller for each core, and count what its ticks take.
 
     Raises:
         TegotaeError: if the tools are missing, or fail.
     """
-    require_tools()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         _write(export, folder)
-        for core in cores:
+        for core in CORES:
             yield _cost(export, core, folder)
 
 

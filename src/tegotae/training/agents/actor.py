@@ -49,10 +49,6 @@ class Observed:
     names: tuple[str, ...]
     scales: Mapping[str, float]
 
-    def column(self, name: str) -> int:
-        """The column in which a signal stands."""
-        return self.names.index(name)
-
 
 @dataclass(frozen=True)
 class AgentTask:
@@ -87,7 +83,7 @@ class TermModule(nn.Module):
         super().__init__()
         self.term = term
         self.weights = nn.Parameter(torch.tensor(weights, dtype=torch.float32))
-        self.columns = [observed.column(name) for name in term.reads]
+        self.columns = [observed.names.index(name) for name in term.reads]
         self.scales = [observed.scales.get(name, 1.0) for name in term.reads]
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:

@@ -65,7 +65,7 @@ class Replay:
         if spec.is_model:
             from tegotae.envs.mujoco.suggesting import lifted
 
-            lift = lifted(spec.for_wiring(wiring).model_settings, wiring)
+            lift = lifted(spec.for_wiring(wiring).model_settings, wiring, self.experiment.wires)
             if lift < 1.0:
                 return f"{said}: its pushes lift {lift:.2g} of its weight"
             if math.isfinite(lift):
