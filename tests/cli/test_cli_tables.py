@@ -39,7 +39,7 @@ def test_every_number_is_on_the_screen_whole_and_beside_its_row(shown, width):
     assert "…" not in "".join(lines)
 
 
-@pytest.mark.parametrize(("width", "tables"), [(40, 3), (60, 2), (200, 1)])
+@pytest.mark.parametrize(("width", "tables"), [(45, 3), (60, 2), (200, 1)])
 def test_a_terminal_too_narrow_gets_several_tables_that_fit(shown, width, tables):
     lines = shown(width, Terminal())
     assert max(map(len, lines)) <= width

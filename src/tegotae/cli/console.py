@@ -113,7 +113,7 @@ def print_rows(
             parts.append(table[:key])
         parts[-1] = [*parts[-1], column]
     for part in parts:
-        print("\n".join(map("  ".join, zip(*part, strict=True))), end="\n\n")
+        print(*("  " + "   ".join(cells) for cells in zip(*part, strict=True)), "", sep="\n")
 
 
 def _aligned(columns: Iterable[Sequence[str]]) -> list[list[str]]:
@@ -126,8 +126,8 @@ def _aligned(columns: Iterable[Sequence[str]]) -> list[list[str]]:
 
 
 def _width(columns: Sequence[Sequence[str]]) -> int:
-    """Of columns with blanks between them, in cells of a letter."""
-    return sum(cell_len(column[0]) + 2 for column in columns) - 2
+    """Of columns with blanks around and between them, in cells of a letter."""
+    return 1 + sum(3 + cell_len(column[0]) for column in columns)
 
 
 def print_text(text: str) -> None:
