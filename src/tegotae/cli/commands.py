@@ -2,84 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 
 from tegotae.cli.program import Command, CommandGroup
 
-_QUESTIONS: Mapping[str, tuple[str, ...]] = {
-    "models": ("listing", "'*@quadruped-c'", "'ART*' --zoo"),
-    "train": (
-        "training",
-        "ART --seeds 4 --out runs/art",
-        "AR@quadruped-c --generations 40",
-    ),
-    "wiring suggest": (
-        "wiring",
-        "my_leg.xml",
-        "robot.xml --settings ground=true --out robot.toml",
-    ),
-    "wiring baseline": (
-        "wiring",
-        "my_leg.xml --wiring my_leg.toml",
-        "leg --frequencies 8 10 12 --duration 6",
-    ),
-    "simulate": (
-        "verbs",
-        "V-sector-w4 --plot hop.png --animate hop.gif",
-        "quadruped-c --out walk",
-    ),
-    "evaluate": ("verbs", "V-sector-w4", "runs/art --csv runs.csv"),
-    "compare": ("verbs", "V-sector-w4 V-reflex-w4", "runs/art runs/ar --metric cot_inverse"),
-    "explain": ("explaining", "V-sector-w4", "runs/art/ART-rF-tphif-w8-seed0.json --out page"),
-    "measure": (
-        "measuring",
-        "walk.csv --rest-length 1 --omega 5 --plot walk.png",
-        "walk.csv --preset paper --json",
-    ),
-    "figure surface": (
-        "drawing",
-        "V-sector-w4",
-        "runs/art/ART-rF-tphif-w8-seed0.json --out surface.pdf",
-    ),
-    "figure portrait": ("drawing", "V-sector-w4", "V-reflex-w8 --heights 1.1 1.5 2"),
-    "figure phase-locking": ("drawing", "--resolution 40", "paper-reflex --cut 3"),
-    "figure phase-response": ("drawing", "V-sector-w4", "V-sector-w8 --push 0.01 -0.01"),
-    "figure basin": ("drawing", "V-sector-w4", "quadruped-c --starts 64"),
-    "figure poincare": ("drawing", "V-sector-w4", "V-reflex-w8 --turns 20"),
-    "figure learning-curves": ("drawing", "runs/art", "runs/art runs/ar --out curves.pdf"),
-    "gait sweep": (
-        "gaits",
-        "quadruped-c --levels 0.7 3.5",
-        "bar-light --levels 2 6 --count 8 --out bar",
-    ),
-    "gait map": (
-        "gaits",
-        "bar-light --x inertia_ratio 0.4 1.6 --y omega 2 6",
-        "quadruped-c --x com_x_m -0.3 0.3 --y omega 0.7 3.5",
-    ),
-    "gait front": ("gaits", "quadruped-c", 'hexapod --family vanilla "forced tripod"'),
-    "gait stability": (
-        "gaits",
-        "bar-light --over inertia_ratio 0.4 1.6",
-        "quadruped-c --over omega 0.7 3.5 --gaits trot",
-    ),
-    "gait lesion": ("gaits", "hexapod --lose LM RM", "quadruped-c --drop 0.05"),
-    "generalise": ("generalising", "--list", "runs/art --conditions delay noise"),
-    "export c": (
-        "exporting",
-        "V-sector-w4 --out robot",
-        "runs/art/ART-rF-tphif-w8-seed0.json --out robot --tick 0.002",
-    ),
-    "export native": (
-        "exporting",
-        "V-sector-w4 --out leg.native",
-        "quadruped-c --out walker.native",
-    ),
-    "export cost": ("exporting", "V-sector-w4 ART-rF-tphif-w8", "--json"),
-    "doctor": ("about", "", "--json"),
-    "cite": ("about", "", "--bibtex"),
-}
-"""Of each command the module of its question, and what a user can type after its name."""
+_QUESTIONS: Mapping[str, Mapping[str, list[str]]] = tomllib.loads(
+    Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")
+)
+"""By the module of its question each command, and what a user can type after its name."""
 
 _GROUPS: Mapping[str, str] = {
     "wiring": "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
@@ -97,7 +29,11 @@ def _command(name: str, module: str, *examples: str) -> Command:
 
 
 def _commands() -> dict[str, Command | CommandGroup]:
-    made = {name: _command(name, *row) for name, row in _QUESTIONS.items()}
+    made = {
+        name: _command(name, module, *examples)
+        for module, questions in _QUESTIONS.items()
+        for name, examples in questions.items()
+    }
     commands: dict[str, Command | CommandGroup] = {}
     for name in made:
         first, _, grouped = name.partition(" ")

@@ -67,7 +67,7 @@ def _on_screen() -> bool:
 def _package() -> str:
     """All files of the package, and when they were last changed."""
     folder = Path(tegotae.__file__).parent
-    files = sorted(folder.rglob("*.py"))
+    files = sorted([*folder.rglob("*.py"), *folder.rglob("*.toml")])
     return " ".join(f"{path} {path.stat().st_mtime_ns}" for path in files)
 
 

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib import resources
+from pathlib import Path
 from typing import Any, TypeVar
 
 import jax
@@ -268,9 +268,7 @@ def walking(
     return Legged(about=about, system=system, weights=(sigma,))
 
 
-_WALKERS = tomllib.loads(
-    resources.files("tegotae.systems").joinpath("walkers.toml").read_text("utf-8")
-)
+_WALKERS = tomllib.loads(Path(__file__).with_name("walkers.toml").read_text(encoding="utf-8"))
 
 
 def _walker(name: str) -> Legged:
