@@ -47,7 +47,8 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
         if words[0] != "completion":
             raise SystemExit(0)
         return 0
-    copy, status = _Copy(sys.stdout), 1
+    copy = _Copy(sys.stdout)
+    status: Any = 1
     try:
         with contextlib.redirect_stdout(copy):  # type: ignore[type-var]
             status = make()
