@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError, JsonObject
+from tegotae._support.documents import DamagedDocumentError, JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae._support.files import write_atomically
 from tegotae.envs._types import AnyEnv
@@ -35,18 +35,6 @@ _OWN = {"sin_phase", "cos_phase", "feedback"}
 _MOST_BYTES = 2**20
 _ENDS = {".toml": documents.parse_toml, ".json": documents.parse}
 _PACKAGED = Path(__file__).parent / "mujoco" / "wirings"
-_NUMBERS = (
-    "height",
-    "work",
-    "work_positive",
-    "work_net",
-    "rest_length_m",
-    "max_force",
-    "max_feedback_rad_per_s",
-    "step_s",
-    "omega",
-)
-_LISTS = ("observation_names", "action_names", "contact_bodies", "sector_rad")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -332,11 +320,10 @@ def wiring_document(wiring: Wiring) -> JsonObject:
         }
         for limb in wiring.limbs
     ]
-    lists = {name: list(getattr(wiring, name) or ()) for name in _LISTS}
+    plain = (field.name for field in dataclasses.fields(wiring) if field.name not in _OTHERWISE)
     return {
         "format": WIRING_FORMAT,
-        **_given({name: getattr(wiring, name) for name in _NUMBERS}),
-        **{name: values for name, values in lists.items() if values},
+        **_given({name: getattr(wiring, name) for name in plain}),
         "scales": {name: float(scale) for name, scale in wiring.scales.items()},
         "limbs": limbs,
     }
@@ -389,12 +376,16 @@ def packaged() -> list[str]:
     return sorted(file.stem for file in _PACKAGED.glob("*.toml"))
 
 
-def _given(values: Mapping[str, str | float | None]) -> JsonObject:
-    """The entries that are not None, with JSON's numbers."""
+_OTHERWISE = ("limbs", "weights", "controller", "scales")
+"""Fields of a wiring that a document has in another form, or not."""
+
+
+def _given(values: Mapping[str, str | float | Sequence[Any] | None]) -> JsonObject:
+    """The entries that are not None and not empty, with JSON's numbers."""
     return {
-        name: value if isinstance(value, str) else float(value)
+        name: float(value) if isinstance(value, (int, float)) else as_json(value)
         for name, value in values.items()
-        if value is not None
+        if value is not None and value not in ((), [])
     }
 
 
