@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, other_code
 from tegotae.export.c.reader import CReader
 from tegotae.export.c.text import commented
 from tegotae.export.robot import RobotController
@@ -115,14 +115,8 @@ class TracedTick:
             return function(**jax.tree.unflatten(structure, arrays))
 
         spoken = name.replace("_", " ")
-        try:
-            with keeping_calls():
-                trace = jax.make_jaxpr(of_flat)(*shapes)
-        except TegotaeError:
-            raise
-        except Exception as error:  # whatever a user's part does with what it is given
-            first = (str(error) or type(error).__name__).splitlines()[0]
-            raise TegotaeError(f"the {spoken} cannot be traced for export: {first}") from error
+        with other_code(f"the {spoken} cannot be traced for export"), keeping_calls():
+            trace = jax.make_jaxpr(of_flat)(*shapes)
         nodes = [array_of([given(text)], (1,)) for text in flat]
         numbers = tuple(scalars(self._reader.read(trace, nodes)))
         if len(numbers) != len(results):
