@@ -20,12 +20,23 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import names
-from tegotae.questions.experiments import experiments_at
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.resolve import resolve
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.settings import settings_named
 
 if TYPE_CHECKING:
     from reproduction.table import Table
+
+
+def experiments_at(place: str) -> list[Experiment]:
+    """The experiments of a name: one, or a list in a user's own file or a file of documents.
+
+    Raises:
+        TegotaeError: if there are none, or they cannot be read.
+    """
+    found = resolve(place)
+    return list(found.experiments) or [found.experiment()]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reproduction.commands.study import experiments_at
 from tegotae import Engine, TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.cli.console import warn_in_one_line
 from tegotae.measures import recordings
 from tegotae.measures.recordings import read_columns
-from tegotae.questions.experiments import experiments_at
 from tegotae.systems import controller_file
 
 

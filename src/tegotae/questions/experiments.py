@@ -183,16 +183,6 @@ class HopperOptions(ExperimentOptions):
         }
 
 
-def experiments_at(place: str) -> list[Experiment]:
-    """The experiments of a name: one, or a list in a user's own file or a file of documents.
-
-    Raises:
-        TegotaeError: if there are none, or they cannot be read.
-    """
-    found = resolve(place)
-    return list(found.experiments) or [found.experiment()]
-
-
 @dataclass(frozen=True, kw_only=True)
 class Experiments(Names):
     """Experiments by name. The fields, which decide what is trained, are options as well."""
