@@ -165,8 +165,7 @@ def animation(result: Result) -> Animation:
     mass = scene.add_patch(Circle((0, 0), 0.08, color=COLOURS[2], zorder=3))
     label = scene.set_title(" 0.00 s")
 
-    dial.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), xticks=[], yticks=[])
-    dial.set_aspect("equal")
+    dial.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), xticks=[], yticks=[], aspect="equal")
     for spine in dial.spines.values():
         spine.set_visible(False)
     with_oscillator = result.system.controller.oscillator is not None

@@ -21,6 +21,7 @@ STRIDES = 6.0
 """How many of the last strides are drawn."""
 
 
+@styled()
 def footfall_figure(run: GaitRun, note: str = "") -> Figure:
     """The stances of every leg over the last strides, and their duty factors beside them.
 
@@ -32,29 +33,29 @@ def footfall_figure(run: GaitRun, note: str = "") -> Figure:
     long = STRIDES * run.stride_s if np.isfinite(run.stride_s) else 0.25 * end
     begin = max(0.0, end - long)
     rows = by_side(names)
-    with styled():
-        figure = new_figure(COLUMN_IN, 0.75 + 0.22 * len(names))
-        axes = figure.subplots()
-        for row, leg in enumerate(rows):
-            for stance in run.stances[leg]:
-                if stance.liftoff_s > begin:
-                    start = max(stance.touchdown_s, begin)
-                    axes.barh(row, stance.liftoff_s - start, left=start, height=0.62, color="0.15")
-        axes.set_yticks(range(len(rows)), [names[leg] for leg in rows])
-        axes.set_ylim(len(rows) - 0.4, -0.6)
-        axes.set_xlim(begin, end)
-        axes.set_xlabel(f"time [{run.legged.units[1]}]")
-        duty = axes.secondary_yaxis("right")
-        shown = run.found.duty_factor[:, 0]
-        duty.set_yticks(range(len(rows)), [f"{shown[leg]:.2f}" for leg in rows])
-        duty.set_ylabel("duty factor")
-        for side in (axes, duty):
-            side.tick_params(axis="y", length=0)
-            side.spines["left" if side is axes else "right"].set_visible(False)
-        axes.set_title(note)
+    figure = new_figure(COLUMN_IN, 0.75 + 0.22 * len(names))
+    axes = figure.subplots()
+    for row, leg in enumerate(rows):
+        for stance in run.stances[leg]:
+            if stance.liftoff_s > begin:
+                start = max(stance.touchdown_s, begin)
+                axes.barh(row, stance.liftoff_s - start, left=start, height=0.62, color="0.15")
+    axes.set_yticks(range(len(rows)), [names[leg] for leg in rows])
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.set_xlim(begin, end)
+    axes.set_xlabel(f"time [{run.legged.units[1]}]")
+    duty = axes.secondary_yaxis("right")
+    shown = run.found.duty_factor[:, 0]
+    duty.set_yticks(range(len(rows)), [f"{shown[leg]:.2f}" for leg in rows])
+    duty.set_ylabel("duty factor")
+    for side in (axes, duty):
+        side.tick_params(axis="y", length=0)
+        side.spines["left" if side is axes else "right"].set_visible(False)
+    axes.set_title(note)
     return figure
 
 
+@styled()
 def lags_figure(run: GaitRun, note: str = "") -> Figure:
     """The lag of every leg behind the reference leg, averaged over strides.
 
@@ -67,28 +68,28 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
     names, reference = run.legged.names, run.legged.reference
     others = [leg for leg in by_side(names) if leg != reference]
     time = np.asarray(run.trajectory.time_s)
-    with styled():
-        figure = new_figure(COLUMN_IN, 2.2)
-        axes = figure.subplots()
-        for number, leg in enumerate(others):
-            colour = COLOURS[number % len(COLOURS)]
-            axes.plot(time, broken(run.lag[:, leg], turn=1.0), color=colour, label=names[leg])
-            final = float(run.found.lag[leg, 0] % 1.0)
-            axes.axhline(final, color=colour, lw=0.6, ls=":")
-        if np.isfinite(run.found.lock_time_s[0]):
-            axes.axvline(float(run.found.lock_time_s[0]), color="0.5", lw=0.6)
-        axes.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.0), yticks=np.linspace(0.0, 1.0, 5))
-        axes.set_xlabel(f"time [{run.legged.units[1]}]")
-        axes.set_ylabel(f"lag behind {names[reference]} [cycles]")
-        axes.legend(
-            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(others), title=note or None
-        )
+    figure = new_figure(COLUMN_IN, 2.2)
+    axes = figure.subplots()
+    for number, leg in enumerate(others):
+        colour = COLOURS[number % len(COLOURS)]
+        axes.plot(time, broken(run.lag[:, leg], turn=1.0), color=colour, label=names[leg])
+        final = float(run.found.lag[leg, 0] % 1.0)
+        axes.axhline(final, color=colour, lw=0.6, ls=":")
+    if np.isfinite(run.found.lock_time_s[0]):
+        axes.axvline(float(run.found.lock_time_s[0]), color="0.5", lw=0.6)
+    axes.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.0), yticks=np.linspace(0.0, 1.0, 5))
+    axes.set_xlabel(f"time [{run.legged.units[1]}]")
+    axes.set_ylabel(f"lag behind {names[reference]} [cycles]")
+    axes.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(others), title=note or None
+    )
     return figure
 
 
 _WAYS: Mapping[str, Any] = {UP: {"fillstyle": "full"}, DOWN: {"fillstyle": "none"}}
 
 
+@styled()
 def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
     """From the top: the gaits' names, every leg's lag, and speed and cost, or frequency and power.
 
@@ -103,22 +104,19 @@ def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
     quantities = {"speed_m_per_s": f"speed\n[{speed}]", "cost_of_transport": "cost of\ntransport"}
     if not np.isfinite(sweep.frame["speed_m_per_s"]).any():
         quantities = {"cycle_frequency_hz": f"strides [1/{time}]", "power_w": "power [W]"}
-    with styled():
-        figure = new_figure(COLUMN_IN, 4.6)
-        names, lags, *others = figure.subplots(
-            4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0)
-        )
-        _names(names, sweep, note)
-        _lags(lags, sweep)
-        for axes, (quantity, label) in zip(others, quantities.items(), strict=True):
-            for way, style in ((UP, "-"), (DOWN, "--")):
-                own = sweep.frame[sweep.frame["direction"] == way]
-                middle = own.groupby(_OMEGA)[quantity].median()
-                axes.plot(middle.index, middle, style, color=COLOURS[0], lw=0.7)
-                dots = {"color": COLOURS[0], "ms": 2.6, "mew": 0.6, **_WAYS[way]}
-                axes.plot(own[_OMEGA], own[quantity], "o", **dots)
-            axes.set_ylabel(label)
-        others[-1].set_xlabel(f"frequency ω [rad/{time}]")
+    figure = new_figure(COLUMN_IN, 4.6)
+    names, lags, *others = figure.subplots(4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0))
+    _names(names, sweep, note)
+    _lags(lags, sweep)
+    for axes, (quantity, label) in zip(others, quantities.items(), strict=True):
+        for way, style in ((UP, "-"), (DOWN, "--")):
+            own = sweep.frame[sweep.frame["direction"] == way]
+            middle = own.groupby(_OMEGA)[quantity].median()
+            axes.plot(middle.index, middle, style, color=COLOURS[0], lw=0.7)
+            dots = {"color": COLOURS[0], "ms": 2.6, "mew": 0.6, **_WAYS[way]}
+            axes.plot(own[_OMEGA], own[quantity], "o", **dots)
+        axes.set_ylabel(label)
+    others[-1].set_xlabel(f"frequency ω [rad/{time}]")
     return figure
 
 

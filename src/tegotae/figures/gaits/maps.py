@@ -41,6 +41,7 @@ _COMMON = 0.002
 """Share of the cells below which a gait is not in the legend."""
 
 
+@styled()
 def map_figure(found: GaitMap, note: str = "") -> Figure:
     """The gait of most starts, pale where they disagree; one lag of it; and its cost of transport.
 
@@ -54,21 +55,20 @@ def map_figure(found: GaitMap, note: str = "") -> Figure:
     shape = len(found.y.values), len(found.x.values)
     cells = {name: x.to_numpy().reshape(shape) for name, x in found.cells.items()}
     grid = np.array(found.x.values), np.array(found.y.values)
-    with styled():
-        figure = new_figure(PAGE_IN, 3.1)
-        gaits, *others = figure.subplots(1, 3, sharex=True, sharey=True)
-        _gaits(figure, gaits, grid, cells)
-        gaits.set_title(note, loc="left")
-        gaits.set_ylabel(label(found.y, found.legged))
-        for axes, shown in zip(others, (_lag(found, cells), _quantity(found, cells)), strict=True):
-            values, what, scale, bar = shown
-            known = np.ma.masked_invalid(values)
-            mesh = axes.pcolormesh(*grid, known, rasterized=True, **scale)
-            figure.colorbar(mesh, ax=axes, location="top", aspect=30, label=what, **bar)
-        for axes in (gaits, *others):
-            axes.set_xlabel(label(found.x, found.legged))
-            axes.spines[["top", "right"]].set_visible(True)
-            axes.set_facecolor("0.92")
+    figure = new_figure(PAGE_IN, 3.1)
+    gaits, *others = figure.subplots(1, 3, sharex=True, sharey=True)
+    _gaits(figure, gaits, grid, cells)
+    gaits.set_title(note, loc="left")
+    gaits.set_ylabel(label(found.y, found.legged))
+    for axes, shown in zip(others, (_lag(found, cells), _quantity(found, cells)), strict=True):
+        values, what, scale, bar = shown
+        known = np.ma.masked_invalid(values)
+        mesh = axes.pcolormesh(*grid, known, rasterized=True, **scale)
+        figure.colorbar(mesh, ax=axes, location="top", aspect=30, label=what, **bar)
+    for axes in (gaits, *others):
+        axes.set_xlabel(label(found.x, found.legged))
+        axes.spines[["top", "right"]].set_visible(True)
+        axes.set_facecolor("0.92")
     return figure
 
 
@@ -139,6 +139,7 @@ _SHADES = ("0.3", "0.55", "0.75")
 """Their greys: colours, and black, are those of gaits."""
 
 
+@styled()
 def front_figure(table: Mapping[str, Any] | pd.DataFrame, note: str = "") -> Figure:
     """Cost of transport over speed, each family's.
 
@@ -153,34 +154,32 @@ def front_figure(table: Mapping[str, Any] | pd.DataFrame, note: str = "") -> Fig
         np.asarray(table[name]) for name in ("family", "speed", "cost_of_transport")
     )
     names = list(dict.fromkeys(family.tolist()))
-    with styled():
-        figure = new_figure(COLUMN_IN * 1.2, 2.6 + 0.09 * len(names))
-        axes = figure.subplots()
-        for name in sorted(names, key=lambda name: name not in _FREE):
-            own = family == name
-            order = np.argsort(speed[own])
-            x, y = speed[own][order], cost[own][order]
-            apart = np.flatnonzero(np.diff(x) > _APART) + 1
-            x, y = (np.insert(values, apart, np.nan) for values in (x, y))
-            forced = name.startswith(FORCED)
-            gait = name.removeprefix(FORCED)
-            colour = gait_colour(gait) if forced else _SHADES[_FREE.index(name)]
-            axes.plot(
-                x,
-                y,
-                "--" if forced else "-",
-                color=colour,
-                lw=0.7 if forced else 1.4,
-                marker=gait_marker(gait) if forced else "o",
-                ms=2.5,
-                label=name,
-            )
-        axes.set_yscale("log")
-        axes.set_yticks(_TICKS, [f"{tick:g}" for tick in _TICKS])
-        axes.set_yticks([], minor=True)
-        axes.set_ylim(0.8 * np.min(cost), 1.25 * np.max(cost))
-        axes.set(xlabel="speed [√(g l0)]", ylabel="cost of transport", title=note)
-        figure.legend(loc="outside lower center", ncols=2)
+    figure = new_figure(COLUMN_IN * 1.2, 2.6 + 0.09 * len(names))
+    axes = figure.subplots()
+    for name in sorted(names, key=lambda name: name not in _FREE):
+        own = family == name
+        order = np.argsort(speed[own])
+        x, y = speed[own][order], cost[own][order]
+        apart = np.flatnonzero(np.diff(x) > _APART) + 1
+        x, y = (np.insert(values, apart, np.nan) for values in (x, y))
+        forced = name.startswith(FORCED)
+        gait = name.removeprefix(FORCED)
+        colour = gait_colour(gait) if forced else _SHADES[_FREE.index(name)]
+        axes.plot(
+            x,
+            y,
+            "--" if forced else "-",
+            color=colour,
+            lw=0.7 if forced else 1.4,
+            marker=gait_marker(gait) if forced else "o",
+            ms=2.5,
+            label=name,
+        )
+    axes.set(yscale="log", yticks=_TICKS, yticklabels=[f"{tick:g}" for tick in _TICKS])
+    axes.set_yticks([], minor=True)
+    axes.set_ylim(0.8 * np.min(cost), 1.25 * np.max(cost))
+    axes.set(xlabel="speed [√(g l0)]", ylabel="cost of transport", title=note)
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -189,6 +188,7 @@ _APART = 0.1001
 """Speeds farther apart than two bins are not joined [√(g l0)]."""
 
 
+@styled()
 def basin_figure(basin: Releases, note: str = "") -> Figure:
     """Left the share of each outcome with its 95 % interval, right the lags that starts end at.
 
@@ -200,15 +200,14 @@ def basin_figure(basin: Releases, note: str = "") -> Figure:
         note: the title.
     """
     outcomes = basin.outcomes
-    with styled():
-        figure = new_figure(PAGE_IN, 2.4)
-        bars, torus = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-        _shares(bars, outcomes, len(basin.frame), basin.legged.units[1])
-        bars.set_title(note, loc="left")
-        if basin.legged.body.limbs == 2:
-            _from_release(torus, basin)
-        else:
-            _of_two_legs(torus, basin)
+    figure = new_figure(PAGE_IN, 2.4)
+    bars, torus = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    _shares(bars, outcomes, len(basin.frame), basin.legged.units[1])
+    bars.set_title(note, loc="left")
+    if basin.legged.body.limbs == 2:
+        _from_release(torus, basin)
+    else:
+        _of_two_legs(torus, basin)
     return figure
 
 
@@ -252,8 +251,7 @@ def _dots(axes: Axes, basin: Releases, x: np.ndarray, y: np.ndarray) -> None:
         colour, marker = gait_colour(gait), gait_marker(gait)
         axes.scatter(x[own], y[own], s=18, color=colour, marker=marker, lw=0, alpha=0.6)
     ticks = np.linspace(0.0, 1.0, 5)
-    axes.set(xlim=(-0.13, 1.0), ylim=(-0.13, 1.0), xticks=ticks, yticks=ticks)
-    axes.set_aspect("equal")
+    axes.set(xlim=(-0.13, 1.0), ylim=(-0.13, 1.0), xticks=ticks, yticks=ticks, aspect="equal")
 
 
 def _drawn(basin: Releases, leg: str) -> np.ndarray:
@@ -261,6 +259,7 @@ def _drawn(basin: Releases, leg: str) -> np.ndarray:
     return (basin.frame[f"lag_cycles_{leg}"].to_numpy() + 0.125) % 1.0 - 0.125
 
 
+@styled()
 def stability_figure(found: GaitStability, note: str = "") -> Figure:
     """Above the moduli of all multipliers, the largest filled; below what the fit leaves over.
 
@@ -271,42 +270,42 @@ def stability_figure(found: GaitStability, note: str = "") -> Figure:
         found: the return maps.
         note: the title.
     """
-    with styled():
-        rows = 0.12 * len(found.jacobians)
-        figure = new_figure(COLUMN_IN, 3.4 + rows)
-        moduli, stays, residual = figure.subplots(
-            3, 1, sharex=True, height_ratios=(2.4, 0.9 * rows, 1.0)
-        )
-        moduli.axhline(1.0, color="0.6", lw=0.6, zorder=0)
-        frame: Any = found.frame
-        for row, (gait, own) in enumerate(frame.groupby("gait", sort=False)):
-            values = own[found.over.name]
-            look: Any = {"color": gait_colour(str(gait)), "marker": gait_marker(str(gait))}
-            there = values[own["stays"]]
-            alike = {"color": look["color"], "ms": 3, "clip_on": False}
-            stays.plot(there, np.full(len(there), row), "s", **alike)
-            if own["largest"].notna().any():
-                line: Any = {**look, "ms": 3, "lw": 0.8, "label": gait}
-                moduli.plot(values, own["largest"], **line)
-                residual.plot(values, own["unexplained"], **line)
-                for k in range(2, len(found.legged.names)):
-                    parts = (own[f"multiplier_{k}_{part}"] for part in ("real", "imaginary"))
-                    smaller: Any = {**look, "ls": "", "ms": 2.6, "mew": 0.5, "fillstyle": "none"}
-                    moduli.plot(values, np.hypot(*parts), **smaller)
-        moduli.plot(found.crossings["at"], np.ones(len(found.crossings)), "x", color="k", ms=5,
-                    mew=0.8, zorder=3)  # fmt: skip
-        moduli.set_ylabel("|multipliers| per cycle")
-        moduli.set_ylim(bottom=0.0)
-        moduli.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None)
-        stays.set(ylim=(len(found.jacobians) - 0.4, -0.6), yticks=[])
-        stays.set_ylabel("stays", rotation=0, ha="right", va="center")
-        stays.tick_params(axis="x", length=0)
-        residual.set(ylim=(0.0, 1.0), ylabel="unexplained")
-        residual.set_xlabel(label(found.over, found.legged))
-        residual.set_xlim(found.over.values[0], found.over.values[-1])
+    rows = 0.12 * len(found.jacobians)
+    figure = new_figure(COLUMN_IN, 3.4 + rows)
+    moduli, stays, residual = figure.subplots(
+        3, 1, sharex=True, height_ratios=(2.4, 0.9 * rows, 1.0)
+    )
+    moduli.axhline(1.0, color="0.6", lw=0.6, zorder=0)
+    frame: Any = found.frame
+    for row, (gait, own) in enumerate(frame.groupby("gait", sort=False)):
+        values = own[found.over.name]
+        look: Any = {"color": gait_colour(str(gait)), "marker": gait_marker(str(gait))}
+        there = values[own["stays"]]
+        alike = {"color": look["color"], "ms": 3, "clip_on": False}
+        stays.plot(there, np.full(len(there), row), "s", **alike)
+        if own["largest"].notna().any():
+            line: Any = {**look, "ms": 3, "lw": 0.8, "label": gait}
+            moduli.plot(values, own["largest"], **line)
+            residual.plot(values, own["unexplained"], **line)
+            for k in range(2, len(found.legged.names)):
+                parts = (own[f"multiplier_{k}_{part}"] for part in ("real", "imaginary"))
+                smaller: Any = {**look, "ls": "", "ms": 2.6, "mew": 0.5, "fillstyle": "none"}
+                moduli.plot(values, np.hypot(*parts), **smaller)
+    moduli.plot(found.crossings["at"], np.ones(len(found.crossings)), "x", color="k", ms=5,
+                mew=0.8, zorder=3)  # fmt: skip
+    moduli.set_ylabel("|multipliers| per cycle")
+    moduli.set_ylim(bottom=0.0)
+    moduli.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None)
+    stays.set(ylim=(len(found.jacobians) - 0.4, -0.6), yticks=[])
+    stays.set_ylabel("stays", rotation=0, ha="right", va="center")
+    stays.tick_params(axis="x", length=0)
+    residual.set(ylim=(0.0, 1.0), ylabel="unexplained")
+    residual.set_xlabel(label(found.over, found.legged))
+    residual.set_xlim(found.over.values[0], found.over.values[-1])
     return figure
 
 
+@styled()
 def lesion_figure(found: Aftermath, note: str = "") -> Figure:
     """Left the shares of starts that stand, and that are locked, over time; right the lags.
 
@@ -314,12 +313,11 @@ def lesion_figure(found: Aftermath, note: str = "") -> Figure:
         found: what followed.
         note: the title.
     """
-    with styled():
-        figure = new_figure(PAGE_IN, 2.5)
-        shares, lags = figure.subplots(1, 2, width_ratios=(1.3, 1.0))
-        _shares_lesion(shares, found)
-        shares.set_title(note, loc="left")
-        _lags(lags, found)
+    figure = new_figure(PAGE_IN, 2.5)
+    shares, lags = figure.subplots(1, 2, width_ratios=(1.3, 1.0))
+    _shares_lesion(shares, found)
+    shares.set_title(note, loc="left")
+    _lags(lags, found)
     return figure
 
 
