@@ -98,7 +98,7 @@ def compile_function(
     filled_up = -(-lanes // width) * width
     state, inputs, outputs = (_with_lanes(fields, filled_up) for fields in layout)
     layout = state, inputs, outputs
-    return FunctionKernel(layout, _text_of_lanes(results, layout, width, filled_up), "host")
+    return FunctionKernel(layout, _text(results, layout, width, filled_up), "host")
 
 
 def _with_lanes(fields: Fields, lanes: int) -> Fields:
@@ -115,34 +115,13 @@ def _fields(tree: Tree) -> Fields:
     )
 
 
-def _text(results: Sequence[Node], layout: StepLayout) -> str:
-    """The module: loads, computes, and stores once all is known."""
+def _text(results: Sequence[Node], layout: StepLayout, width: int = 1, lanes: int = 0) -> str:
+    """The module: loads, computes, and stores once all is known; of lanes, vector by vector."""
     declared: set[str] = set()
-    w = FunctionWriter(1, declared)
-    names = ("state", "inputs", "outputs")
-    offsets = {name: _offsets(fields) for name, fields in zip(names, layout, strict=True)}
-
-    def leaf(node: Node) -> tuple[str, int, bool] | None:
-        if node.operation != "given" or node.detail[0] not in offsets:
-            return None
-        name, number = node.detail
-        return f"%{name}", offsets[name][number], False
-
-    emitted = Emitter(w, 1, results, leaf)
-    values = [emitted.values(node)[0] for node in results]
-    places = [(f"%{name}", x) for name in ("state", "outputs") for x in offsets[name]]
-    for (base, offset), node, value in zip(places, results, values, strict=True):
-        w.store(base, offset, node.kind, value)
-    return module_text([w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")], declared)
-
-
-def _text_of_lanes(results: Sequence[Node], layout: StepLayout, width: int, lanes: int) -> str:
-    """The module of several lanes: a loop over vectors of them."""
-    declared: set[str] = set()
-    w = FunctionWriter(width, declared, alignment=4)
+    w = FunctionWriter(width, declared, alignment=4 if lanes else 64)
     names = ("state", "inputs", "outputs")
     places = {
-        name: _rows(fields, lanes, f"%{name}") for name, fields in zip(names, layout, strict=True)
+        name: _places(fields, lanes, f"%{name}") for name, fields in zip(names, layout, strict=True)
     }
 
     def leaf(node: Node) -> tuple[str, int, bool] | None:
@@ -151,52 +130,43 @@ def _text_of_lanes(results: Sequence[Node], layout: StepLayout, width: int, lane
         name, number = node.detail
         return places[name][number]
 
-    w.go("lanes")
-    w.begin("lanes")
-    w.also("%lane = phi i64 [ 0, %entry ], [ %next, %stepped ]")
-    w.also("%bytes = mul i64 %lane, 4")
-    for name in names:
-        w.also(f"%{name}.here = getelementptr i8, ptr %{name}, i64 %bytes")
+    if lanes:
+        w.go("lanes")
+        w.begin("lanes")
+        w.also("%lane = phi i64 [ 0, %entry ], [ %next, %stepped ]")
+        w.also("%bytes = mul i64 %lane, 4")
+        for name in names:
+            w.also(f"%{name}.here = getelementptr i8, ptr %{name}, i64 %bytes")
     emitted = Emitter(w, 1, results, leaf)
     values = [emitted.values(node)[0] for node in results]
     ends = [place for name in ("state", "outputs") for place in places[name]]
     for (base, offset, _), node, value in zip(ends, results, values, strict=True):
         w.store(base, offset, node.kind, value)
-    w.go("stepped")
-    w.begin("stepped")
-    w.also(f"%next = add i64 %lane, {width}")
-    w.also(f"%more = icmp slt i64 %next, {lanes}")
-    w.go_if("%more", "lanes", "end")
-    w.begin("end")
-    bits = target_of("host").vector_bits
-    wide = f'"prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}" '
+    wide = ""
+    if lanes:
+        w.go("stepped")
+        w.begin("stepped")
+        w.also(f"%next = add i64 %lane, {width}")
+        w.also(f"%more = icmp slt i64 %next, {lanes}")
+        w.go_if("%more", "lanes", "end")
+        w.begin("end")
+        bits = target_of("host").vector_bits
+        wide = f'"prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}" '
     whole = w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")
     return module_text([whole], declared, wide)
 
 
-def _rows(fields: Fields, lanes: int, base: str) -> list[tuple[str, int, bool]]:
-    """Where each row of lanes begins, at the lanes of the loop; a number is the same for all."""
+def _places(fields: Fields, lanes: int, base: str) -> list[tuple[str, int, bool]]:
+    """Where each number begins, in bytes; of lanes each row of them, at the lanes of the loop.
+
+    A number that is not of a lane is the same for all.
+    """
     kind = memory_type(fields)
-    rows: list[tuple[str, int, bool]] = []
+    places: list[tuple[str, int, bool]] = []
     for name, _, shape in fields:
-        begin = kind.fields[name][1]  # type: ignore[index]
-        if shape:
-            rows += [
-                (f"{base}.here", begin + 4 * lanes * row, False)
-                for row in range(math.prod(shape[:-1]))
-            ]
-        else:
-            rows.append((base, begin, True))
-    return rows
-
-
-def _offsets(fields: Fields) -> list[int]:
-    """Where each number of the arrays begins, in bytes."""
-    kind = memory_type(fields)
-    begins = [(kind[name].base.itemsize, kind.fields[name][1]) for name in kind.names or ()]  # type: ignore[index]
-    sizes = [math.prod(shape) for _, _, shape in fields]
-    return [
-        begin + number * step
-        for (step, begin), size in zip(begins, sizes, strict=True)
-        for number in range(size)
-    ]
+        begin, step = kind.fields[name][1], kind[name].base.itemsize * (lanes or 1)  # type: ignore[index]
+        rows = bool(lanes and shape)
+        here = f"{base}.here" if rows else base
+        numbers = range(math.prod(shape[:-1] if rows else shape))
+        places += [(here, begin + step * n, bool(lanes) and not rows) for n in numbers]
+    return places

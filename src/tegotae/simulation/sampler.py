@@ -41,7 +41,7 @@ def sampler(
     if selected() == NATIVE:
         kernel = _kernel(controller, lanes, tuple(sensed), tuple(scaled))
         if kernel is not None:
-            return _NativeSample(kernel.step(), controller, lanes)
+            return _stepping(kernel.step(), controller, lanes)
     return cast(Callable[..., Sampled], partial(_by_xla, controller))
 
 
@@ -76,21 +76,17 @@ def _kernel(
         return None
 
 
-class _NativeSample:
-    """The step of a kernel with memory of its own."""
+def _stepping(step: NativeStep, controller: Controller, lanes: int) -> Callable[..., Sampled]:
+    """The step of a kernel, which has memory of its own, as `sample` takes and returns values."""
 
-    def __init__(self, step: NativeStep, controller: Controller, lanes: int) -> None:
-        self._step, self._shape = step, (*controller.limb_shape, lanes)
+    def views(memory: np.ndarray) -> list[np.ndarray]:
+        entries = [memory[name] for name in memory.dtype.names or ()]
+        return [entry[..., :lanes] if entry.ndim else entry for entry in entries]
 
-        def views(memory: np.ndarray) -> list[np.ndarray]:
-            entries = [memory[name] for name in memory.dtype.names or ()]
-            return [entry[..., :lanes] if entry.ndim else entry for entry in entries]
+    state, inputs, outputs = map(views, (step.state, step.inputs, step.outputs))
+    shape = (*controller.limb_shape, lanes)
 
-        self._state, self._inputs = views(step.state), views(step.inputs)
-        self._outputs = views(step.outputs)
-
-    def __call__(
-        self,
+    def sampled(
         weights: np.ndarray,
         oscillator: StateTree,
         sensed: dict[str, np.ndarray],
@@ -98,11 +94,13 @@ class _NativeSample:
         numbers: dict[str, Any],
     ) -> Sampled:
         leaves, structure = jax.tree.flatten(oscillator)
-        numbers = numbers | {"omega": np.broadcast_to(numbers["omega"], self._shape)}
+        numbers = numbers | {"omega": np.broadcast_to(numbers["omega"], shape)}
         given = jax.tree.leaves((weights, sensed, added, numbers))
-        for view, value in zip((*self._state, *self._inputs), (*leaves, *given), strict=True):
+        for view, value in zip((*state, *inputs), (*leaves, *given), strict=True):
             view[...] = value
-        self._step()
-        ahead = jax.tree.unflatten(structure, [view.copy() for view in self._state])
-        command, feedback, phase = (view.copy() for view in self._outputs)
+        step()
+        ahead = jax.tree.unflatten(structure, [view.copy() for view in state])
+        command, feedback, phase = (view.copy() for view in outputs)
         return ahead, command, feedback, phase
+
+    return sampled
