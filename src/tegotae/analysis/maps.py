@@ -14,7 +14,7 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.hopping import LimitCycle, hops, settled
+from tegotae.measures.hopping.hopping import LimitCycle, at_frame, hops, settled
 from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
@@ -97,16 +97,14 @@ class OutcomeSummary:
         counts = (row > first[None]) & (row <= last[None])
         apex_height = jnp.sum(jnp.where(counts, table.height_m, 0.0), axis=0)
 
-        def at(x: AnyArray, row: AnyArray) -> jax.Array:
-            return jnp.take_along_axis(x, row[None], axis=0)[0]
-
         def travelled_at(hop: AnyArray) -> AnyArray:
-            frame = at(table.frame, hop)
-            since = turn(at(table.phase_rad, hop) - at(trajectory.phase_rad, frame))
-            return at(travelled, frame) + since
+            frame = at_frame(table.frame, hop)
+            since = turn(at_frame(table.phase_rad, hop) - at_frame(trajectory.phase_rad, frame))
+            return at_frame(travelled, frame) + since
 
         hopping = last > first
-        lasted = jnp.where(hopping, at(table.time_s, last) - at(table.time_s, first), 1.0)
+        between_s = at_frame(table.time_s, last) - at_frame(table.time_s, first)
+        lasted = jnp.where(hopping, between_s, 1.0)
         over_hops = (travelled_at(last) - travelled_at(first)) / lasted
         over_half = (travelled[-1] - travelled[middle]) / (end_s - trajectory.time_s[middle])
         sound = gait.regime != FAILED

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.measures.hopping.gait import gait
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, hops, settled
@@ -38,6 +38,7 @@ from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import Clamped
+from tegotae.parts.parameters import Part, finite, whole
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.rollout import (
     Engine,
@@ -55,7 +56,7 @@ CONTINUOUS = PredictorCorrector()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Protocol:
+class Protocol(Part):
     """How controllers are evaluated.
 
     One episode per frequency: undisturbed for `undisturbed_s`, and then the ground drops at the
@@ -81,25 +82,21 @@ class Protocol:
     """
 
     offsets: tuple[float, ...] = (-2.0, -1.0, 0.0, 1.0, 2.0)
-    undisturbed_s: float = 40.0
-    disturbed_s: float = 40.0
-    drop_m: float = 0.2
-    clamped_phases: int = 6
+    undisturbed_s: float = finite(40.0, least=1.0)
+    disturbed_s: float = finite(40.0, least=1.0)
+    drop_m: float = finite(0.2, least=0.0, most=MOST_M)
+    clamped_phases: int = whole(6, most=MOST_POINTS)
     limit_cycle: LimitCycle = field(default_factory=LimitCycle)
     work: str = "absolute"
     tick_s: float = 0.001
-    release_m: float = 1.2
+    release_m: float = finite(1.2, above=0.0, most=MOST_M)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.offsets:
             raise TegotaeError("offsets is empty; give at least one, such as 0")
         for offset in self.offsets:
             require_finite("an offset of the frequency", offset)
-        require_finite("undisturbed_s", self.undisturbed_s, least=1.0)
-        require_finite("disturbed_s", self.disturbed_s, least=1.0)
-        require_finite("drop_m", self.drop_m, least=0.0, most=MOST_M)
-        require_finite("release_m", self.release_m, above=0.0, most=MOST_M)
-        require_count("clamped_phases", self.clamped_phases, most=MOST_POINTS)
         check_work(self.work)
 
     def omegas(self, controller: Controller, omega_t: float | None) -> tuple[float, ...]:

@@ -61,15 +61,22 @@ def not_negative(default: float) -> Any:
     return finite(default, least=0.0)
 
 
-def whole(default: Any = dataclasses.MISSING, *, least: int = 1, static: bool = False) -> Any:
+def whole(
+    default: Any = dataclasses.MISSING,
+    *,
+    least: int = 1,
+    most: int | None = None,
+    static: bool = False,
+) -> Any:
     """A field that is a whole number.
 
     Args:
         default: of the field; without one it has to be given.
         least: the smallest that it may be.
+        most: the largest.
         static: whether it gives arrays their shape (`STATIC`).
     """
-    check = {_CHECK: partial(require_count, least=least)}
+    check = {_CHECK: partial(require_count, least=least, most=most)}
     return dataclasses.field(default=default, metadata=check | (STATIC if static else {}))
 
 

@@ -9,7 +9,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.parameters import Part, positive
 
 
 def filled(tree: Any, lanes: slice, size: int) -> Any:
@@ -60,7 +61,7 @@ MOST_TICKS = 2**24
 
 
 @dataclass(frozen=True, kw_only=True)
-class Timing:
+class Timing(Part):
     """How long a rollout lasts and how finely it is advanced and recorded.
 
     Raises:
@@ -68,16 +69,15 @@ class Timing:
             the tick, or a duration shorter than a frame or longer than 2^24 ticks.
     """
 
-    duration_s: float = 20.0
+    duration_s: float = positive(20.0)
     """Simulated time [s]; rounded to whole frames."""
-    tick_s: float = 0.001
+    tick_s: float = positive(0.001)
     """Control period [s]."""
-    frame_s: float = 0.02
+    frame_s: float = positive(0.02)
     """Recording period [s], a whole multiple of the tick."""
 
     def __post_init__(self) -> None:
-        for name in ("duration_s", "tick_s", "frame_s"):
-            require_finite(name, getattr(self, name), above=0.0)
+        super().__post_init__()
         if self.duration_s / self.tick_s > MOST_TICKS:
             raise TegotaeError(
                 f"duration_s is {self.duration_s:g}; at {self.tick_s:g} s per control tick it must "

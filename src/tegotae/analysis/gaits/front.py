@@ -20,14 +20,15 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.documents import Document, as_json
-from tegotae._support.errors import require_count
-from tegotae.analysis.gaits.releases import coordination_frame, mean_known, over_starts
+from tegotae.analysis.gaits.releases import coordination_frame, over_starts
 from tegotae.measures.fronts import COLUMNS
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, length
+from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
+from tegotae.parts.parameters import Part, whole
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Summary, Timing
 from tegotae.study import Arrays, Cell, CellResult, Study, measured_in_turn
@@ -64,7 +65,7 @@ _MOST = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Search:
+class Search(Part):
     """How much is searched.
 
     Args:
@@ -80,19 +81,13 @@ class Search:
         TegotaeError: for a number below one, or above a million.
     """
 
-    coarse: int = 16384
-    rounds: int = 8
-    varied: int = 1024
-    starts: int = 4
-    unseen: int = 32
+    coarse: int = whole(16384, most=_MOST)
+    rounds: int = whole(8, least=0, most=_MOST)
+    varied: int = whole(1024, most=_MOST)
+    starts: int = whole(4, most=_MOST)
+    unseen: int = whole(32, most=_MOST)
     seed: int = 0
     duration_s: float = 100.0
-
-    def __post_init__(self) -> None:
-        require_count("the number of walkers", self.coarse, most=_MOST)
-        for name in ("varied", "starts", "unseen"):
-            require_count(name, getattr(self, name), most=_MOST)
-        require_count("rounds", self.rounds, least=0, most=_MOST)
 
     @property
     def sizes(self) -> list[int]:
@@ -347,7 +342,7 @@ def evaluated(
             "speed_spread": np.nanstd(speeds, axis=1),
             "gait": measured["gait"],
             "gait_share": measured["gait_share"],
-            "duty_factor": mean_known(duty),
+            "duty_factor": mean_defined(duty),
         }
     )
 

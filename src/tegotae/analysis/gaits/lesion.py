@@ -27,6 +27,7 @@ from tegotae.measures.hopping.statistics import wilson
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Walker
 from tegotae.parts.fields import numbers_of, unwrapped
+from tegotae.parts.parameters import Part, finite
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
 from tegotae.simulation.world import Step, apply_changes, with_changes
@@ -34,7 +35,7 @@ from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 
 @dataclass(frozen=True, kw_only=True)
-class GaitLesion:
+class GaitLesion(Part):
     """What happens to a body once; for good, unless it lasts for a time.
 
     Args:
@@ -52,15 +53,14 @@ class GaitLesion:
         'LH lost'
     """
 
-    at_s: float
+    at_s: float = finite(above=0.0)
     lost: tuple[str, ...] = ()
     fields: tuple[tuple[str, float], ...] = ()
-    drop_m: float = 0.0
+    drop_m: float = finite(0.0, least=-MOST_M, most=MOST_M)
     lasts_s: float = math.inf
 
     def __post_init__(self) -> None:
-        require_finite("at_s", self.at_s, above=0.0)
-        require_finite("drop_m", self.drop_m, least=-MOST_M, most=MOST_M)
+        super().__post_init__()
         for name, value in self.fields:
             require_finite(name, value)
         if self.lasts_s != math.inf:

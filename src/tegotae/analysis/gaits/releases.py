@@ -23,7 +23,7 @@ from tegotae.measures.gaits.lags import (
 )
 from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, total_mass_kg
-from tegotae.measures.hopping.statistics import wilson
+from tegotae.measures.hopping.statistics import mean_defined, wilson
 from tegotae.parts._shapes import AnyArray, LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
@@ -277,13 +277,14 @@ def over_starts(frame: pd.DataFrame, starts: int, body: Body) -> dict[str, np.nd
 
     stands, gait = ~np.isfinite(of("fall_time_s")), of("gait")
     locks = stands & ~np.isin(gait.astype(str), NO_GAIT[1:])
-    speed, power = mean_known(of("speed_m_per_s")), mean_known(of("power_w"))
+    speed, power = mean_defined(of("speed_m_per_s")), mean_defined(of("power_w"))
     own: Any = unwrapped(body)
     gravity = float(own.gravity_m_per_s2)
     weight = float(total_mass_kg(own)) * gravity
     common = [Counter(row.tolist()).most_common(1)[0] for row in gait]
     with np.errstate(divide="ignore", invalid="ignore"):
-        slip = np.where(stands, of("slip_m") / of("distance_m") / body.limbs, np.nan)
+        slips = stands & (of("distance_m") > 0.0)
+        slip = np.where(slips, of("slip_m") / of("distance_m") / body.limbs, np.nan)
         return {
             "upright": stands.mean(axis=-1),
             "locked": locks.mean(axis=-1),
@@ -293,18 +294,10 @@ def over_starts(frame: pd.DataFrame, starts: int, body: Body) -> dict[str, np.nd
             "speed_m_per_s": speed,
             "cost_of_transport": np.where(speed > 0.0, power / (weight * speed), np.nan),
             "froude": speed**2 / (gravity * float(body.rest_length_m)),  # type: ignore[attr-defined]
-            "slip": mean_known(slip),
+            "slip": mean_defined(slip),
             "gait": np.array([name for name, _ in common]),
             "gait_share": np.array([count / starts for _, count in common]),
         }
-
-
-def mean_known(x: np.ndarray) -> np.ndarray:
-    """Mean over the last axis of what is defined; NaN where nothing is."""
-    defined = np.isfinite(x)
-    count = defined.sum(axis=-1)
-    total = np.where(defined, x, 0.0).sum(axis=-1)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def release_all(

@@ -139,16 +139,10 @@ def _hop_measures(
     first = jnp.sum(table.time_s < (1.0 - MEASURED_SHARE) * end_s[None], axis=0, dtype=jnp.int32)
     first = jnp.clip(first + (last - first) % 2, 0, jnp.maximum(last, 0))
 
-    def over_hops(total: AnyArray) -> jax.Array:
-        def at(hop: AnyArray) -> jax.Array:
-            frame = jnp.take_along_axis(table.frame, jnp.maximum(hop, 0)[None], axis=0)
-            return jnp.take_along_axis(total, frame, axis=0)[0]
-
-        return at(last) - at(first)
-
     sound = ~recorded.failed[-1]
     on_cycle = cycle.found & sound
-    climbed, work = map(over_hops, (recorded.climb_flight_m, recorded.work_absolute_j))
+    totals = recorded.climb_flight_m, recorded.work_absolute_j
+    climbed, work = (table.between(first, jnp.maximum(last, 0), total) for total in totals)
     gained = jnp.where(last > first, cot_inverse(climbed, work), jnp.nan)
     later = jnp.where(table.time_s >= event_s, table.time_s, jnp.inf)
     return {

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Self
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.gaits.lags import (
     OfPhases,
     OfTouchdowns,
@@ -29,6 +29,7 @@ from tegotae.parts._shapes import AnyArray, Number
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
+from tegotae.parts.parameters import Part, finite, whole
 from tegotae.parts.terms import WholeBody
 from tegotae.simulation.recorder import Trajectory, declared
 from tegotae.simulation.rollout import Scenario, Timing
@@ -90,18 +91,17 @@ class Coordination(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoordinationSummary:
+class CoordinationSummary(Part):
     """An `Engine`'s summary: the `Coordination` of every lane.
 
     Args:
-        window_s: the length of the recording's end that is measured [s]; its last quarter if None.
         reference: the leg that lags are measured from.
         tolerance: how far the lags of a locked gait may stray from their mean [cycles].
         rhythm: where lags are read from: `OfPhases` or `OfTouchdowns`.
         channels: what it reads of those that not every body records (`on`).
 
     Raises:
-        TegotaeError: for a window or a tolerance that is not positive, or no leg.
+        TegotaeError: for a tolerance that is not positive, or no leg.
 
     Example:
         >>> import dataclasses, numpy as np
@@ -114,17 +114,10 @@ class CoordinationSummary:
         [[0.0], [0.5]]
     """
 
-    window_s: float | None = None
-    reference: int = 0
-    tolerance: float = TOLERANCE
+    reference: int = whole(0, least=0)
+    tolerance: float = finite(TOLERANCE, above=0.0, most=0.5)
     rhythm: Rhythm = field(default_factory=OfPhases)
     channels: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.window_s is not None:
-            require_finite("window_s", self.window_s, above=0.0)
-        require_finite("tolerance", self.tolerance, above=0.0, most=0.5)
-        require_count("reference", self.reference, least=0)
 
     @classmethod
     def on(cls, controller: Controller, body: Body, **more: Any) -> Self:
@@ -174,9 +167,7 @@ class CoordinationSummary:
                 f"the duration is {timing.duration_s:g}; a gait takes {LEAST_FRAMES} frames at "
                 f"least ({LEAST_FRAMES * timing.frame_s:g} s)"
             )
-        window = frames // 4 if self.window_s is None else round(self.window_s / timing.frame_s)
-        begins = frames - min(max(window, 2), frames)
-        return coordination(self, trajectory, body, timing.frame_s, begins)
+        return coordination(self, trajectory, body, timing.frame_s, frames - max(frames // 4, 2))
 
 
 def coordination(
@@ -190,7 +181,7 @@ def coordination(
     """The coordination of the legs in the end of a recording.
 
     Args:
-        summary: how it is measured; its window does not count.
+        summary: how it is measured.
         trajectory: of several limbs; frames of shape [frames, limbs, lanes] or [frames, lanes].
         body: the body, for its weight and size.
         frame_s: recording period [s].

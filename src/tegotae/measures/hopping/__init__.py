@@ -1,28 +1,14 @@
 """Metrics, the paper's and users': pure functions on arrays that end in lanes, units in names."""
 
-from tegotae.measures.hopping.gait import gait, measure
-from tegotae.measures.hopping.hopping import LimitCycle
+from tegotae.measures.hopping.gait import gait as gait, measure as measure
+from tegotae.measures.hopping.hopping import LimitCycle as LimitCycle
 from tegotae.measures.hopping.metric import (
-    REGIMES,
-    ClampedEpisodes,
-    ClampedMetric,
-    Conditions,
-    DerivedMetric,
-    Episode,
-    GaitMetric,
-    Metric,
+    REGIMES as REGIMES,
+    ClampedEpisodes as ClampedEpisodes,
+    ClampedMetric as ClampedMetric,
+    Conditions as Conditions,
+    DerivedMetric as DerivedMetric,
+    Episode as Episode,
+    GaitMetric as GaitMetric,
+    Metric as Metric,
 )
-
-__all__ = [
-    "REGIMES",
-    "ClampedEpisodes",
-    "ClampedMetric",
-    "Conditions",
-    "DerivedMetric",
-    "Episode",
-    "GaitMetric",
-    "LimitCycle",
-    "Metric",
-    "gait",
-    "measure",
-]

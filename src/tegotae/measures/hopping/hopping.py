@@ -10,8 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import AnyArray, Numeric
+from tegotae.parts.parameters import Part, positive, whole
 from tegotae.simulation.rollout import Trajectory
 
 HOP_CLEARANCE = 0.01
@@ -139,6 +140,14 @@ class Hops(NamedTuple):
     n_hops: AnyArray
     """How many hops the lane has, shape [lanes]."""
 
+    def between(self, first: AnyArray, last: AnyArray, total: AnyArray) -> jax.Array:
+        """By how much a running total [frames, lanes] grows from hop to hop, each [lanes].
+
+        They go from apex to apex, in whole frames.
+        """
+        ends, begins = (at_frame(total, at_frame(self.frame, hop)) for hop in (last, first))
+        return ends - begins
+
 
 def hops(trajectory: Trajectory, rest_length_m: Numeric) -> Hops:
     """The hops of a trajectory: flights whose apex clears the rest length by 1 % of it.
@@ -184,7 +193,7 @@ _LATEST = 1.1  # of the time to the next hop, when it would have come
 
 
 @dataclass(frozen=True, kw_only=True)
-class LimitCycle:
+class LimitCycle(Part):
     """When a gait counts as settled on a limit cycle.
 
     On the Poincaré section at the apex, with hops i = 1 ... N in the window, a gait is settled with
@@ -214,20 +223,18 @@ class LimitCycle:
         2
     """
 
-    height_tolerance_m: float = 0.005
+    height_tolerance_m: float = positive(0.005)
     phase_tolerance_rad: float = 0.05
-    max_period: int = 4
-    min_repeats: int = 4
+    max_period: int = whole(4)
+    min_repeats: int = whole(4)
 
     def __post_init__(self) -> None:
-        require_finite("height_tolerance_m", self.height_tolerance_m, above=0.0)
+        super().__post_init__()
         if math.isnan(self.phase_tolerance_rad) or self.phase_tolerance_rad <= 0.0:
             raise TegotaeError(
                 f"phase_tolerance_rad is {self.phase_tolerance_rad}; it must be greater than 0 "
                 "(infinite to leave the phase out)"
             )
-        require_count("max_period", self.max_period)
-        require_count("min_repeats", self.min_repeats)
 
 
 class Settled(NamedTuple):
@@ -293,7 +300,7 @@ def settled(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) 
     found = jnp.isfinite(period)
     part_of_cycle = (run - 1) % jnp.where(found, period, 1.0).astype(run.dtype)
     steps = jnp.where(found, run - 1 - part_of_cycle, 0)
-    first_settled = jnp.take_along_axis(time, jnp.maximum(run - 1, 0)[None], axis=0)[0]
+    first_settled = at_frame(time, jnp.maximum(run - 1, 0))
     return Settled(
         period=period,
         time_s=jnp.where(found, first_settled, jnp.nan),

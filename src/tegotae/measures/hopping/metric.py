@@ -14,7 +14,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, dies_out, hops, settled
+from tegotae.measures.hopping.hopping import (
+    Hops,
+    LimitCycle,
+    Settled,
+    at_frame,
+    dies_out,
+    hops,
+    settled,
+)
 from tegotae.measures.hopping.signals import Spectrum, peak, spectrum, work_total
 from tegotae.measures.hopping.statistics import UNBOUNDED, Range
 from tegotae.parts._shapes import AnyArray, Numeric
@@ -133,20 +141,12 @@ class Episode:
         return jnp.where(number > 0.0, total / jnp.maximum(number, 1.0), jnp.nan)
 
     def over_cycles(self, total: AnyArray) -> jax.Array:
-        """By how much a running total [frames, lanes] grows over the last whole cycles, [lanes].
-
-        They go from apex to apex, in whole frames.
-        """
-
-        def at(hop: AnyArray) -> jax.Array:
-            frame = jnp.take_along_axis(self.hops.frame, hop[None], axis=0)
-            return jnp.take_along_axis(total, frame, axis=0)[0]
-
-        return at(self.cycle.to_hop) - at(self.cycle.from_hop)
+        """By how much a running total [frames, lanes] grows over the last whole cycles, [lanes]."""
+        return self.hops.between(self.cycle.from_hop, self.cycle.to_hop, total)
 
     def apex_s(self, hop: AnyArray) -> jax.Array:
         """Time of the apex of each lane's hop of that number [s], [lanes]."""
-        return jnp.take_along_axis(self.hops.time_s, hop[None], axis=0)[0]
+        return at_frame(self.hops.time_s, hop)
 
     def settles_again(self, after_s: Numeric) -> Settled:
         """Where each lane settles between a time [s], [lanes], and the end of all frames."""

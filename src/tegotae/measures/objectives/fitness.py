@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.hopping import at_frame, dies_out, whole_hops
 from tegotae.measures.hopping.signals import (
     REST_RANGE_M,
@@ -27,6 +27,7 @@ from tegotae.measures.hopping.signals import (
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
+from tegotae.parts.parameters import not_negative
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
 EPISODE = Timing(duration_s=24.0, tick_s=0.002)
@@ -112,10 +113,10 @@ class Fitness(_SettledHops):
         TegotaeError: for an unknown definition, a negative settling time or a negative weight.
     """
 
-    settle_s: float = SETTLE_S
+    settle_s: float = not_negative(SETTLE_S)
     work: str = "absolute"
     follow_omega: bool = True
-    frequency_weight: float = 1.0
+    frequency_weight: float = not_negative(1.0)
 
     needs = (
         *("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m"),
@@ -123,9 +124,8 @@ class Fitness(_SettledHops):
     )
 
     def __post_init__(self) -> None:
-        require_finite("settle_s", self.settle_s, least=0.0)
+        super().__post_init__()
         check_work(self.work)
-        require_finite("frequency_weight", self.frequency_weight, least=0.0)
 
     @property
     def program(self) -> Fitness:
@@ -180,17 +180,6 @@ class Fitness(_SettledHops):
         return {"fitness": fitness, "cot_inverse": cot, "delta_omega": gap}
 
 
-class HoppingLegsOutcome(NamedTuple):
-    """What of an episode of hopping legs counts, [lanes] each."""
-
-    cot_inverse: jax.Array
-    """CoT⁻¹ of all legs together [m/J]."""
-    delta_omega: jax.Array
-    """ΔΩ (equation 13), the mean over the legs; 0 if it does not count."""
-    climb_m: jax.Array
-    """What the middle of the body climbs in the whole episode [m]."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class HoppingLegs(_SettledHops):
     """`fitness = CoT⁻¹ + ΔΩ` of hopper legs under a frame (paper equations 11-13), leg by leg.
@@ -218,18 +207,15 @@ class HoppingLegs(_SettledHops):
         False
     """
 
-    settle_s: float = SETTLE_S
+    settle_s: float = not_negative(SETTLE_S)
     follow_omega: bool = True
 
     needs = ("hip_m", "ground_m", "work_absolute_j", "climb_m", "failed")
 
-    def __post_init__(self) -> None:
-        require_finite("settle_s", self.settle_s, least=0.0)
-
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> HoppingLegsOutcome:
-        """CoT⁻¹, ΔΩ and the climb of every lane."""
+    ) -> HopOutcome:
+        """CoT⁻¹ of all legs together, [lanes], the mean ΔΩ, and what the middle climbs."""
         t = trajectory
         first = round(self.settle_s / timing.frame_s)
         hips, ground = t.hip_m[first:], t.ground_m[first:, None]
@@ -244,9 +230,9 @@ class HoppingLegs(_SettledHops):
             moves_m = heights.max(axis=0) - heights.min(axis=0)
             of_legs = _gap(heights, moves_m, wanted, timing.frame_s)
             gap = of_legs.reshape(limbs, lanes).mean(axis=0)
-        return HoppingLegsOutcome(cot, gap, t.climb_m[-1])
+        return HopOutcome(cot, gap, t.climb_m[-1])
 
-    def score(self, outcome: HoppingLegsOutcome, data: object) -> dict[str, jax.Array]:
+    def score(self, outcome: HopOutcome, data: object) -> dict[str, jax.Array]:
         """`fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
         cot, gap, climb_m = outcome
         fitness = cot + gap + TIE_BREAK * jnp.tanh(climb_m)

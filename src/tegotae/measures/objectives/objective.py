@@ -11,6 +11,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body
+from tegotae.parts.parameters import Part
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
 FAILED_FITNESS = -1e6
@@ -28,7 +29,7 @@ class Scores(NamedTuple):
     """Whether the episode failed."""
 
 
-class Objective(ABC):
+class Objective(Part, ABC):
     """The measure by which an episode is evaluated, a frozen dataclass of its settings.
 
     It has two methods: `outcome` reduces the trajectory of an episode to what counts, and `score`
@@ -89,10 +90,10 @@ class Objective(ABC):
         """The part that is data of the compiled program: arrays."""
         return ()
 
-    def check(self, timing: Timing) -> None:  # noqa: B027 - optional
+    def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode of this timing cannot be evaluated."""
 
-    def check_frequencies(self, least: float, most: float) -> None:  # noqa: B027 - optional
+    def check_frequencies(self, least: float, most: float) -> None:
         """Raise `TegotaeError` if an episode at one of these frequencies cannot be evaluated.
 
         Args:

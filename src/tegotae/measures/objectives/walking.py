@@ -16,6 +16,7 @@ from tegotae.measures.objectives.objective import Objective
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
+from tegotae.parts.parameters import finite, not_negative
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 from tegotae.simulation.world import whole_run
 
@@ -54,10 +55,6 @@ class _SettledWalk(Objective):
 
     needs = ("time_s", "x_m", "y_m", "yaw_rad", "work_absolute_j", "failed")
     COT_UNIT = ""
-
-    def __post_init__(self) -> None:
-        require_finite("settle_s", self.settle_s, least=0.0)
-        require_finite("tracking", self.tracking, least=0.0)
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
@@ -113,13 +110,9 @@ class Walking(_SettledWalk):
         10.0
     """
 
-    speed_m_per_s: float
-    settle_s: float
-    tracking: float = TRACKING
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_finite("speed_m_per_s", self.speed_m_per_s, above=0.0)
+    speed_m_per_s: float = finite(above=0.0)
+    settle_s: float = finite(least=0.0)
+    tracking: float = not_negative(TRACKING)
 
     @property
     def program(self) -> Walking:
@@ -185,9 +178,9 @@ class CommandedWalking(_SettledWalk):
     """
 
     front: tuple[tuple[float, float], ...]
-    advance_m_per_rad: float
-    settle_s: float
-    tracking: float = COMMANDED_TRACKING
+    advance_m_per_rad: float = finite(above=0.0)
+    settle_s: float = finite(least=0.0)
+    tracking: float = not_negative(COMMANDED_TRACKING)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -199,7 +192,6 @@ class CommandedWalking(_SettledWalk):
         speeds = [speed for speed, _ in self.front]
         if any(b <= a for a, b in pairwise(speeds)):
             raise TegotaeError(f"the speeds of the front are {speeds}; they must rise")
-        require_finite("advance_m_per_rad", self.advance_m_per_rad, above=0.0)
 
     def check_frequencies(self, least: float, most: float) -> None:
         """Raise `TegotaeError` if no walker of the front is as slow or as fast as is commanded."""

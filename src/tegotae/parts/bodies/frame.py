@@ -88,9 +88,10 @@ class Turn(NamedTuple):
 
 
 class Law(NamedTuple):
-    """The legs' linear law, each leg in stance or in flight, arrays [limbs, lanes]:
+    """The linear law of legs in stance or in flight, d being the height over touchdown:
 
-    F_i = push + rise·t - stiffness·d_i - damping·ḋ_i, with d_i the hip's height over touchdown.
+    F = push + rise·t - stiffness·d - damping·ḋ, a force of each leg, arrays [limbs, lanes], or
+    the acceleration of a hopper, [lanes].
     """
 
     push: jax.Array

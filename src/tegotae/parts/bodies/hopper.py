@@ -14,7 +14,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae._support.transforms import cond
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
-from tegotae.parts.bodies.frame import LARGEST_TURN_RAD, ORDER, crossing_time, rise, series
+from tegotae.parts.bodies.frame import LARGEST_TURN_RAD, ORDER, Law, crossing_time, rise, series
 from tegotae.parts.parameters import not_negative, positive, traceable
 
 
@@ -23,18 +23,6 @@ class HopperState(NamedTuple):
 
     height: jax.Array
     velocity: jax.Array
-
-
-class _Law(NamedTuple):
-    """The linear law of one contact mode, all per mass, x being the height over touchdown:
-
-    ẍ = push + rise·t - stiffness·x - damping·ẋ.
-    """
-
-    push: jax.Array
-    rise: jax.Array
-    stiffness: jax.Array
-    damping: jax.Array
 
 
 @traceable
@@ -158,10 +146,10 @@ class Hopper(Body):
             {"spring_force": self.weight_n, "velocity": speed, "height": self.rest_length_m},
         )
 
-    def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array | float) -> _Law:
-        """Stance (equation 8) or flight, lane by lane."""
+    def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array | float) -> Law:
+        """Stance (equation 8) or flight, lane by lane, all per mass."""
         inverse_mass = 1.0 / self.mass_kg
-        return _Law(
+        return Law(
             jnp.where(stance, force_n * inverse_mass, 0.0) - self.gravity_m_per_s2,
             jnp.where(stance, rise_n_per_s * inverse_mass, 0.0),
             jnp.where(stance, self.stiffness_n_per_m * inverse_mass, 0.0),
@@ -259,7 +247,7 @@ class Hopper(Body):
         )
 
 
-def _derivatives(law: _Law, x: jax.Array, v: jax.Array) -> list[jax.Array]:
+def _derivatives(law: Law, x: jax.Array, v: jax.Array) -> list[jax.Array]:
     """x and its derivatives under a linear law, as many as `series` needs.
 
     From the fourth on, each follows from the two before it:
@@ -272,6 +260,6 @@ def _derivatives(law: _Law, x: jax.Array, v: jax.Array) -> list[jax.Array]:
     return derivatives
 
 
-def _flow(law: _Law, x: jax.Array, v: jax.Array, time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _flow(law: Law, x: jax.Array, v: jax.Array, time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Position and velocity after `time_s` under a linear law."""
     return series(_derivatives(law, x, v), time_s)
