@@ -443,7 +443,7 @@ def accepted(share: float = 0.02) -> pd.DataFrame:
 
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
-    from tegotae.measures.gaits.limit import limit_table
+    from studies.legs_limit_known import limit_table
 
     kept = pd.DataFrame(limit_table())
     return kept[kept.feet == feet]
@@ -451,7 +451,7 @@ def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
 
 def over_bound(kept: pd.DataFrame) -> pd.Series:
     """The costs of kept gaits over the proved bound for their longest stances."""
-    from tegotae.measures.gaits.limit import bound
+    from studies.legs_limit_known import bound
     from tegotae.parts.bodies import Walker
 
     return kept.cost_of_transport / bound(Walker(), kept.speed, kept.longest_stance)

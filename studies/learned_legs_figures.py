@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from learned_legs_evaluate import selected
 from learned_legs_plan import RANGE, TABLES, baseline, baseline_cost
+from legs_limit_known import limit
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.gaits.limit import limit
 
 Rows = dict[str, np.ndarray]
 

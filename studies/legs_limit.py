@@ -7,7 +7,7 @@
 Thousands of gaits without feedback are rolled out on the same body as controllers have, and
 evolution strategies make them cheaper. A stage is a file in `runs/legs_limit`; a search goes on
 with the next one that is missing. `report` keeps the best gait of every speed, simulated again with
-a shorter tick and for longer: the package's table (`tegotae.measures.gaits.limit`), and tables and
+a shorter tick and for longer: the kept table (`legs_limit_known.py`), and tables and
 figures of `docs/studies/legs_limit.md`. A kept gait stays until a cheaper one is found.
 
 A small search of all stages, written elsewhere:

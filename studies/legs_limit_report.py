@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
 from legs_limit_gaits import Space
+from legs_limit_known import FEET, KEPT, bound, limit_table
 from legs_limit_search import GAITS, kept_gaits, losses
 from strategies import Found
 from tegotae._support.tables import read_csv
@@ -20,7 +21,6 @@ from tegotae.figures.gaits.style import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.fronts import front
 from tegotae.measures.gaits.lags import stances
-from tegotae.measures.gaits.limit import FEET, bound, limit_table
 from tegotae.measures.gaits.names import named
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
@@ -29,7 +29,6 @@ from tegotae.systems.legged import system
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = GAITS.parent
-KEPT = ROOT / "src" / "tegotae" / "measures" / "gaits" / "limit_quadruped_c.csv"
 FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
 """Of the rollouts that are kept: ticks of a third, three times as long."""
 TOP = 4

@@ -7,7 +7,7 @@ argument and the results are in docs/studies/legs_limit.md.
 from __future__ import annotations
 
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,7 @@ from tegotae._support.errors import require_finite, unknown
 from tegotae._support.tables import numbers, parse_csv
 from tegotae.parts.bodies import Walker
 
+KEPT = Path(__file__).resolve().parents[1] / "docs" / "_static" / "legs_limit" / "known.csv"
 FEET = ("free", "ellipse")
 """What the feet of the kept limits may do."""
 
@@ -103,8 +104,7 @@ def limit_table() -> dict[str, np.ndarray]:
     - `flight`: share of the stride without a foot on the ground
     - `source`: `search`, or the learned controller that showed it
     """
-    own = files("tegotae.measures.gaits").joinpath("limit_quadruped_c.csv")
-    table = parse_csv(own.read_text(encoding="utf-8"))
+    table = parse_csv(KEPT.read_text(encoding="utf-8"))
     words = ("feet", "gait", "source")
     return {n: np.asarray(x, str) if n in words else numbers(x) for n, x in table.items()}
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from places import ROOT
+from studies.legs_limit_known import bound, limit, limit_share, limit_table, stance_loss_j
 from tegotae import TegotaeError
 from tegotae._support.tables import read_csv
 from tegotae.measures.fronts import front
-from tegotae.measures.gaits.limit import bound, limit, limit_share, limit_table, stance_loss_j
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
 from tegotae.systems.legged import random_phases, system
