@@ -122,7 +122,7 @@ def test_every_figure_of_a_held_controller_keeps_its_period_and_its_hold():
     assert section.distance[0] == pytest.approx(0.01)
     shift = measure_phase_response(HELD, found, np.array([0.0]), points=3, cycles=4).shift_rad
     np.testing.assert_allclose(shift, 0.0, atol=1e-9)
-    assert paths_of(HELD, np.array([1.2]), duration_s=1.0).time_s[0] == pytest.approx(0.008)
+    assert paths_of(HELD, np.array([1.2]), duration_s=1.0).time_s[0, 0] == pytest.approx(0.008)
 
 
 def test_a_gait_that_settles_nowhere_is_said_to_be_released_as_its_system_says():

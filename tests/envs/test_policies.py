@@ -30,6 +30,7 @@ from tegotae.envs.policies import (
     load_policy,
 )
 from tegotae.figures.cycles import portrait_figure, portrait_table
+from tegotae.simulation.recorder import Trajectory
 from tegotae.systems.controller_file import SavedController
 
 FORCES = np.array([0.0, 0.5, 1.0])
@@ -118,7 +119,7 @@ def test_what_does_not_settle_has_no_orbit_and_says_why():
 def test_a_leg_that_has_lost_its_length_is_told_from_one_at_rest():
     policy = from_function(bang)
     paths = policy_paths(policy, np.array([1.2]), duration_s=12.0)
-    assert paths.failed.tolist() == [True]
+    assert paths.failed[-1].tolist() == [True]
     with pytest.raises(NoLimitCycleError, match="no length left"):
         policy_orbit(paths, measured_policy(policy, paths))
 
@@ -127,7 +128,7 @@ def test_a_leg_that_has_lost_its_length_is_told_from_one_at_rest():
 def test_a_portrait_shows_every_release(hopping, with_phase):
     _, paths = hopping
     if not with_phase:
-        paths = paths.__class__(**{**vars(paths), "phase_rad": None})
+        paths = Trajectory(**{n: x for n, x in paths.channels.items() if n != "phase_rad"})
     figure = portrait_figure(paths, rest_length_m=1.0, note="reflex")
     assert len(figure.axes) == 2
     assert len(figure.axes[1].lines) == 6  # thin, thick and release of both

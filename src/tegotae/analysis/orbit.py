@@ -17,7 +17,7 @@ from tegotae.measures.hopping.metric import LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.maths import TWO_PI
-from tegotae.simulation.rollout import Timing
+from tegotae.simulation.rollout import KeptChannels, Timing, Trajectory
 from tegotae.systems.controller_file import SavedController
 
 ORBIT_AFTER_S = 60.0
@@ -160,28 +160,6 @@ def _recorded(trajectory, scenario, body, timing):
     return trajectory, gait.regime, gait.limit_cycle_period, table
 
 
-@dataclass(frozen=True)
-class Paths:
-    """Rollouts from several releases, arrays [frames, releases]."""
-
-    time_s: np.ndarray
-    """Time [s], [frames]."""
-    height_m: np.ndarray
-    """Height y [m]."""
-    velocity_m_per_s: np.ndarray
-    """Velocity ẏ [m/s]."""
-    phase_rad: np.ndarray | None
-    """Phase φ modulo 2π [rad]; None without an oscillator."""
-    spring_force_n: np.ndarray
-    """Spring force F_k [N]."""
-    actuator_force_n: np.ndarray
-    """Actuator force F_a [N]."""
-    feedback_rad_per_s: np.ndarray
-    """Tegotae feedback f [rad/s]."""
-    failed: np.ndarray
-    """Who had no leg length left, and stands still from then on, [releases]."""
-
-
 def check_releases(height_m: np.ndarray, duration_s: float) -> np.ndarray:
     """The heights [m], [releases]; raises `TegotaeError` for any that cannot be, or none."""
     heights = np.atleast_1d(np.asarray(height_m, float))
@@ -198,13 +176,16 @@ def paths_of(
     height_m: np.ndarray,
     *,
     duration_s: float = 30.0,
-) -> Paths:
+) -> Trajectory:
     """Release a system on a hopper from several heights.
 
     Args:
         saved: the system and its weights.
         height_m: heights in place of the system's [m], [releases].
         duration_s: simulated time [s].
+
+    Returns:
+        Time, `SIGNALS`, and the phase of an oscillator, frames of shape [frames, releases].
 
     Raises:
         TegotaeError: for a body that is no hopper, or a release that is not finite.
@@ -218,15 +199,10 @@ def paths_of(
     require_hopper(saved.body, "a phase portrait")
     heights = check_releases(height_m, duration_s)
     system = saved.system
-    engine = system.engine(timing=system.timing_over(duration_s, frame_s=0.01))
-    path = engine.run(saved.weights, system.scenario(height_m=heights), saved.body)
-    with_phase = saved.controller.oscillator is not None
-    return Paths(
-        time_s=path.time_s[:, 0],
-        phase_rad=path.phase_rad if with_phase else None,
-        **{name: getattr(path, name) for name in SIGNALS},
-        failed=path.failed[-1],
-    )
+    phase = () if saved.controller.oscillator is None else ("phase_rad",)
+    shown = KeptChannels(("time_s", *SIGNALS, *phase, "failed"))
+    engine = system.engine(shown, system.timing_over(duration_s, frame_s=0.01))
+    return engine.run(saved.weights, system.scenario(height_m=heights), saved.body)
 
 
 @dataclass(frozen=True)

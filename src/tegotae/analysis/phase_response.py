@@ -15,6 +15,9 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.maths import TWO_PI
 from tegotae.systems.controller_file import SavedController
 
+_TICK_S = 0.001
+"""Control period of controllers in continuous time [s]."""
+
 
 @dataclass(frozen=True)
 class PhaseResponse:
@@ -40,8 +43,6 @@ def measure_phase_response(
     *,
     points: int = 60,
     cycles: int = 40,
-    tolerance: LimitCycle | None = None,
-    tick_s: float = 0.001,
 ) -> PhaseResponse:
     """Start on the limit cycle with the velocity changed by J / m, and wait.
 
@@ -57,8 +58,6 @@ def measure_phase_response(
         push_ns: impulses J [N s], upward if positive, shape [pushes].
         points: how many points of the cycle, evenly spaced in time.
         cycles: how many periods to wait.
-        tolerance: how near to the limit cycle counts as back on it, over a cycle.
-        tick_s: control period in continuous time [s].
 
     Raises:
         TegotaeError: for a body without a mass, impulses that are not finite, or fewer than three
@@ -70,7 +69,6 @@ def measure_phase_response(
     body = require_hopper(saved.body, "a push")
     push_ns = np.atleast_1d(np.asarray(push_ns, float))
     check_pushes(push_ns, body, points, cycles)
-    tolerance = tolerance or LimitCycle()
 
     start = np.searchsorted(orbit.time_s, np.arange(points) / points * orbit.period_s)
     start = np.minimum(start, len(orbit.time_s) - 1)
@@ -79,7 +77,7 @@ def measure_phase_response(
     duration_s = (cycles + 2) * orbit.period_s
     table, _ = hops_of(
         saved,
-        saved.system.timing_over(duration_s, tick_s=tick_s, frame_s=20 * tick_s),
+        saved.system.timing_over(duration_s, tick_s=_TICK_S, frame_s=20 * _TICK_S),
         height_m=orbit.height_m[point],
         velocity_m_per_s=orbit.velocity_m_per_s[point] + push / body.mass_kg,
         phase_rad=orbit.phase_rad[point],
@@ -93,7 +91,7 @@ def measure_phase_response(
     nearest = np.full(len(push), np.inf)
     # In a cycle of k hops, the last hop may be any of them: take the one that looks alike.
     for back in range(k):
-        apart = _distance(table, rows, last, unpushed, last[unpushed] - back, k, tolerance)
+        apart = _distance(table, rows, last, unpushed, last[unpushed] - back, k)
         time = table.time_s[last, rows], table.time_s[last[unpushed] - back, unpushed]
         closer = apart < nearest
         earlier = turn(TWO_PI * (time[1] - time[0]) / orbit.period_s)
@@ -117,16 +115,11 @@ def check_pushes(push_ns: np.ndarray, body: Hopper, points: int, cycles: int) ->
     require_count("cycles", cycles, least=3, most=MOST_POINTS)
 
 
-def _distance(table, lanes, rows, other_lanes, other_rows, k, tolerance) -> np.ndarray:
-    """Largest distance of the last k hops from their counterparts, over the tolerance."""
-    largest = np.zeros(len(lanes))
-    for back in range(k):
-        at = np.maximum(rows - back, 0), lanes
-        other = np.maximum(other_rows - back, 0), other_lanes
-        height = np.abs(table.height_m[at] - table.height_m[other])
-        phase = np.abs(turn(table.phase_rad[at] - table.phase_rad[other]))
-        far = np.maximum(
-            height / tolerance.height_tolerance_m, phase / tolerance.phase_tolerance_rad
-        )
-        largest = np.maximum(largest, np.nan_to_num(far, nan=np.inf))
-    return largest
+def _distance(table, lanes, rows, other_lanes, other_rows, k) -> np.ndarray:
+    """Largest distance of the last k hops from their counterparts, over what counts as settled."""
+    back, near = np.arange(k)[:, None], LimitCycle()
+    at = np.maximum(rows - back, 0), lanes
+    other = np.maximum(other_rows - back, 0), other_lanes
+    height = np.abs(table.height_m[at] - table.height_m[other]) / near.height_tolerance_m
+    phase = np.abs(turn(table.phase_rad[at] - table.phase_rad[other])) / near.phase_tolerance_rad
+    return np.nan_to_num(np.maximum(height, phase), nan=np.inf).max(axis=0)

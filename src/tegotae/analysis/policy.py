@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tegotae.analysis.orbit import SIGNALS, NoLimitCycleError, Orbit, Paths, check_releases
+from tegotae.analysis.orbit import SIGNALS, NoLimitCycleError, Orbit, check_releases
 from tegotae.envs.core import TELEMETRY, Hoppers
 from tegotae.envs.policies import Policy
 from tegotae.measures.hopping import measure
 from tegotae.measures.hopping.gait import Measured
 from tegotae.parts.maths import TWO_PI
+from tegotae.simulation.recorder import Trajectory
 
 
 def policy_paths(
@@ -18,7 +19,7 @@ def policy_paths(
     *,
     phase_rad: float = 0.0,
     duration_s: float = 30.0,
-) -> Paths:
+) -> Trajectory:
     """Release the hopper from several heights under a policy, which acts every `step_s`.
 
     Args:
@@ -43,53 +44,50 @@ def policy_paths(
     for _ in range(round(duration_s / settings.step_s)):
         step = hoppers.step(policy.actions(step.observation)[:, None])
         telemetry.append(step.telemetry)
-    column = dict(zip(TELEMETRY, np.moveaxis(np.asarray(telemetry, float), -1, 0), strict=True))
+    numbers = np.moveaxis(np.asarray(telemetry, float), -1, 0)
+    column: dict[str, np.ndarray] = dict(zip(TELEMETRY, numbers, strict=True))
     compressed = body.rest_length_m - (column["height_m"] - column["ground_m"])
-    return Paths(
-        time_s=np.arange(len(telemetry)) * settings.step_s,
-        height_m=column["height_m"],
-        velocity_m_per_s=column["velocity_m_per_s"],
-        phase_rad=column["phase_rad"] if with_phase else None,
-        spring_force_n=body.stiffness_n_per_m * np.maximum(compressed, 0.0),
-        actuator_force_n=column["actuator_force_n"],
-        feedback_rad_per_s=column["feedback_rad_per_s"],
-        failed=step.terminated,
+    column["spring_force_n"] = body.stiffness_n_per_m * np.maximum(compressed, 0.0)
+    time = np.arange(len(telemetry)) * settings.step_s
+    shown = (*SIGNALS, *(("phase_rad",) if with_phase else ()))
+    return Trajectory(
+        time_s=np.broadcast_to(time[:, None], compressed.shape),
+        **{name: column[name] for name in shown},
+        failed=np.broadcast_to(step.terminated, compressed.shape),
     )
 
 
-def measured_policy(policy: Policy, paths: Paths, release: int = 0) -> Measured:
-    """The metrics of one of a policy's rollouts, with the reason of each that is undefined.
+def measured_policy(policy: Policy, paths: Trajectory) -> Measured:
+    """The metrics of a policy's first rollout, with the reason of each that is undefined.
 
     Args:
         policy: the policy.
         paths: of `policy_paths`.
-        release: which.
     """
-    body = policy.meaning.body
+    body, with_phase = policy.meaning.body, policy.meaning.with_phase
     return measure(
-        paths.time_s,
-        paths.height_m[:, release],
+        paths.time_s[:, 0],
+        paths.height_m[:, 0],
         rest_length_m=float(body.rest_length_m),
-        phase_rad=None if paths.phase_rad is None else paths.phase_rad[:, release],
-        omega=policy.meaning.omega if policy.meaning.with_phase else None,
-        force_n=paths.actuator_force_n[:, release],
+        phase_rad=paths.phase_rad[:, 0] if with_phase else None,
+        omega=policy.meaning.omega if with_phase else None,
+        force_n=paths.actuator_force_n[:, 0],
         max_force_n=float(body.max_force_n),
         body=body,
     )
 
 
-def policy_orbit(paths: Paths, measured: Measured, release: int = 0) -> Orbit:
-    """The last turn of the limit cycle of one of a policy's rollouts.
+def policy_orbit(paths: Trajectory, measured: Measured) -> Orbit:
+    """The last turn of the limit cycle of a policy's first rollout.
 
     Args:
         paths: of `policy_paths`.
         measured: its metrics.
-        release: which of them.
 
     Raises:
         NoLimitCycleError: if it does not settle; says why.
     """
-    if paths.failed[release]:
+    if paths.failed[-1, 0]:
         raise NoLimitCycleError("the gait has no limit cycle: the leg has no length left")
     if not np.isfinite(measured.limit_cycle_period):
         raise NoLimitCycleError(
@@ -97,15 +95,16 @@ def policy_orbit(paths: Paths, measured: Measured, release: int = 0) -> Orbit:
         )
     table, k = measured.hops, int(measured.limit_cycle_period)
     start_s, end_s = table.time_s[-1 - k], table.time_s[-1]
-    turn = (paths.time_s >= start_s) & (paths.time_s <= end_s)
-    path = {name: getattr(paths, name)[turn, release] for name in SIGNALS}
-    phase = 0.0 * path["height_m"] if paths.phase_rad is None else paths.phase_rad[turn, release]
+    time = paths.time_s[:, 0]
+    turn = (time >= start_s) & (time <= end_s)
+    path = {name: x[turn, 0] for name, x in paths.channels.items()}
+    phase = path.get("phase_rad", 0.0 * path["height_m"])
     return Orbit(
         hops=k,
         period_s=float(end_s - start_s),
         apex_height_m=np.asarray(table.height_m[-1 - k : -1]),
         apex_phase_rad=np.asarray(table.phase_rad[-1 - k : -1]),
-        time_s=paths.time_s[turn] - start_s,
+        time_s=path["time_s"] - start_s,
         phase_rad=phase % TWO_PI,
-        **path,
+        **{name: path[name] for name in SIGNALS},
     )

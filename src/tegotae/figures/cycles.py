@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from tegotae.analysis.orbit import SIGNALS, Orbit, Paths
+from tegotae.analysis.orbit import SIGNALS, Orbit
 from tegotae.analysis.phase_response import PhaseResponse
 from tegotae.analysis.poincare import NUMERICAL, Poincare
 from tegotae.analysis.surface import Surface
@@ -28,6 +28,7 @@ from tegotae.figures.style import (
     new_figure,
     styled,
 )
+from tegotae.simulation.recorder import Trajectory
 
 
 def phase_axis(axes: Axes, label: str = "phase φ [rad]") -> None:
@@ -184,7 +185,7 @@ _LATE = 0.75
 
 
 @styled()
-def portrait_figure(paths: Paths, *, rest_length_m: float, note: str = "") -> Figure:
+def portrait_figure(paths: Trajectory, *, rest_length_m: float, note: str = "") -> Figure:
     """Velocity over height, and spring force over phase, or over velocity without an oscillator.
 
     Thin lines lead from the releases, the squares; the last quarter of the time is thick. A cross
@@ -204,7 +205,7 @@ def portrait_figure(paths: Paths, *, rest_length_m: float, note: str = "") -> Fi
     handles, labels = body.get_legend_handles_labels()
     place = {"loc": "outside right center", "title_fontsize": 7}
     figure.legend(handles, labels, title="released from", **place)
-    if paths.phase_rad is None:
+    if "phase_rad" not in paths.channels:
         _draw_paths(felt, paths.velocity_m_per_s, paths.spring_force_n, paths)
         felt.set_xlabel("velocity ẏ [m/s]")
     else:
@@ -215,7 +216,7 @@ def portrait_figure(paths: Paths, *, rest_length_m: float, note: str = "") -> Fi
     return figure
 
 
-def _draw_paths(axes: Axes, x: np.ndarray, y: np.ndarray, paths: Paths) -> None:
+def _draw_paths(axes: Axes, x: np.ndarray, y: np.ndarray, paths: Trajectory) -> None:
     late = round(_LATE * len(x))
     for i, (across, up) in enumerate(zip(x.T, y.T, strict=True)):
         colour = COLOURS[i % len(COLOURS)]
@@ -223,18 +224,16 @@ def _draw_paths(axes: Axes, x: np.ndarray, y: np.ndarray, paths: Paths) -> None:
         axes.plot(across[: late + 1], up[: late + 1], color=colour, lw=0.4, alpha=0.6)
         axes.plot(across[late:], up[late:], color=colour, lw=1.3, label=label)
         axes.plot(across[0], up[0], "s", color=colour, ms=4)
-        if paths.failed[i]:
+        if paths.failed[-1, i]:
             axes.plot(across[-1], up[-1], "x", color=colour, ms=6, clip_on=False)
 
 
-def portrait_table(paths: Paths) -> pd.DataFrame:
+def portrait_table(paths: Trajectory) -> pd.DataFrame:
     """What the figure shows, a row a frame and release."""
     height, velocity, spring, _, actuator = SIGNALS
-    names = [height, velocity, "phase_rad", spring, actuator]
-    if paths.phase_rad is None:
-        names.remove("phase_rad")
-    shown = {name: getattr(paths, name).T for name in names}
-    axes = ("release_height_m", paths.height_m[0]), ("time_s", paths.time_s)
+    names = (height, velocity, "phase_rad", spring, actuator)
+    shown = {name: paths.channels[name].T for name in names if name in paths.channels}
+    axes = ("release_height_m", paths.height_m[0]), ("time_s", paths.time_s[:, 0])
     return long_table(*axes, shown)
 
 

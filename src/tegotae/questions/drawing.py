@@ -16,7 +16,6 @@ from tegotae._support.errors import TegotaeError, require_all, require_count, re
 from tegotae.analysis.orbit import (
     NoLimitCycleError,
     Orbit,
-    Paths,
     find_orbit,
     paths_of,
     require_hopper,
@@ -28,7 +27,7 @@ from tegotae.questions.hopping import HoppingOptions, HoppingTask
 from tegotae.questions.question import Names, Tasks, question
 from tegotae.questions.task import Task
 from tegotae.questions.walking import WalkingTask
-from tegotae.simulation.rollout import Timing
+from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import PRESETS
 from tegotae.systems.system import RELEASE_M
@@ -212,7 +211,7 @@ def _orbit(driver: SavedController | Policy, options: SurfaceOptions) -> Orbit:
 
 def _paths(
     driver: SavedController | Policy, options: Any, heights: np.ndarray, duration_s: float
-) -> Paths:
+) -> Trajectory:
     if isinstance(driver, SavedController):
         return paths_of(driver, heights, duration_s=duration_s)
     from tegotae.analysis.policy import policy_paths

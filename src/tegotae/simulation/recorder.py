@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import jax
@@ -79,7 +78,7 @@ class Trajectory:
     """The recorded arrays by name."""
 
     def __init__(self, **channels: Recorded) -> None:
-        object.__setattr__(self, "channels", MappingProxyType(channels))
+        self.channels = channels
 
     def __getattr__(self, name: str) -> Recorded:
         if name.startswith("_") or name == "channels":
@@ -91,14 +90,8 @@ class Trajectory:
                 f"{name!r} was not recorded; recorded are {', '.join(self.channels)}"
             ) from None
 
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError("a trajectory does not change; make another")
-
     def __repr__(self) -> str:
         return f"Trajectory({', '.join(self.channels)})"
-
-    def __reduce__(self) -> tuple[Callable[..., Trajectory], tuple[dict[str, Recorded]]]:
-        return _restored, (dict(self.channels),)
 
     def tree_flatten(self) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
         """The arrays, and their names."""
@@ -108,10 +101,6 @@ class Trajectory:
     def tree_unflatten(cls, names: tuple[str, ...], arrays: Iterable[Recorded]) -> Trajectory:
         """From the arrays and their names."""
         return cls(**dict(zip(names, arrays, strict=True)))
-
-
-def _restored(channels: dict[str, Recorded]) -> Trajectory:
-    return Trajectory(**channels)
 
 
 def _spring_force(frame: RecordedFrame) -> PerLimb:

@@ -53,6 +53,34 @@ whole_trajectory = KeptChannels()
 Summary = Callable[[Trajectory, Scenario, Body, Timing], Any]
 
 
+@dataclass(frozen=True)
+class Together:
+    """The summary that gives what several summaries make of the same lanes, as a tuple.
+
+    Args:
+        parts: the summaries.
+    """
+
+    parts: tuple[Summary, ...]
+
+    @property
+    def needs(self) -> tuple[str, ...] | None:
+        """The channels that are recorded for them; None for all."""
+        kept: dict[str, None] = {}
+        for part in self.parts:
+            names: tuple[str, ...] | None = getattr(part, "needs", None)
+            if names is None:
+                return None
+            kept |= dict.fromkeys(names)
+        return tuple(kept)
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[Any, ...]:
+        """What each of them makes of it."""
+        return tuple(part(trajectory, scenario, body, timing) for part in self.parts)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Engine:
     """How lanes are advanced: the static part of a compiled program.

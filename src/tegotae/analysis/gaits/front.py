@@ -23,14 +23,14 @@ from tegotae._support.documents import Document, as_json
 from tegotae.analysis.gaits.releases import coordination_frame, over_starts
 from tegotae.measures.fronts import COLUMNS
 from tegotae.measures.gaits.names import TOLERANCE
-from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, length
+from tegotae.measures.gaits.summary import length
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.parameters import Part, whole
-from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.rollout import Scenario, Summary, Timing
+from tegotae.simulation.recorder import Trajectory, needing
+from tegotae.simulation.rollout import Scenario, Summary, Timing, Together
 from tegotae.study import Arrays, Cell, CellResult, Study, measured_in_turn
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of
@@ -111,49 +111,23 @@ class Travel(NamedTuple):
     """Whether it fell."""
 
 
-@dataclass(frozen=True)
-class TravelSummary:
+@needing("time_s", "x_m", "y_m", "work_absolute_j", "failed")
+def travel(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Travel:
     """An `Engine`'s summary: the `Travel` of every lane, from few frames."""
+    t, last = trajectory, len(trajectory.time_s) - 1
+    third, half = last - last // 4, last - 2 * (last // 4)
 
-    needs = ("time_s", "x_m", "y_m", "work_absolute_j", "failed")
+    def speed(first: int, end: int) -> jax.Array:
+        way = length([t.channels[name][end] - t.channels[name][first] for name in ("x_m", "y_m")])
+        return way / (t.time_s[end] - t.time_s[first])
 
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Travel:
-        """The travel of every lane."""
-        t, last = trajectory, len(trajectory.time_s) - 1
-        third, half = last - last // 4, last - 2 * (last // 4)
-
-        def speed(first: int, end: int) -> jax.Array:
-            way = length(
-                [t.channels[name][end] - t.channels[name][first] for name in ("x_m", "y_m")]
-            )
-            return way / (t.time_s[end] - t.time_s[first])
-
-        work = t.work_absolute_j[last] - t.work_absolute_j[third]
-        return Travel(
-            speed_m_per_s=speed(third, last),
-            before_m_per_s=speed(half, third),
-            power_w=work / (t.time_s[last] - t.time_s[third]),
-            failed=jnp.asarray(t.failed[last]),
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class VerifiedSummary(CoordinationSummary):
-    """An `Engine`'s summary: how lanes travel, and how their legs go together."""
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """The channels that are recorded for it."""
-        return tuple(dict.fromkeys((*super().needs, *TravelSummary.needs)))
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> tuple[Travel, Coordination]:
-        """Both."""
-        given = trajectory, scenario, body, timing
-        return TravelSummary()(*given), super().__call__(*given)
+    work = t.work_absolute_j[last] - t.work_absolute_j[third]
+    return Travel(
+        speed_m_per_s=speed(third, last),
+        before_m_per_s=speed(half, third),
+        power_w=work / (t.time_s[last] - t.time_s[third]),
+        failed=jnp.asarray(t.failed[last]),
+    )
 
 
 @dataclass(frozen=True)
@@ -195,7 +169,7 @@ class FrontPart(Cell):
         tick = legged.timing.tick_s
         timing = Timing(duration_s=search.duration_s, tick_s=tick, frame_s=_COARSE_TICKS * tick)
         numbers = family.numbers(legged, free)
-        found: Travel = _run(legged, family, numbers, phase, TravelSummary(), timing)
+        found: Travel = _run(legged, family, numbers, phase, travel, timing)
         speed, cost = travelled(legged, found, search.starts)
         return CellResult(self.document, {}, {"shares": shares, "speed": speed, "cost": cost})
 
@@ -319,13 +293,13 @@ def evaluated(
         seed: of their phases.
     """
     phase = family.phases(legged, starts, seed)
-    summary = legged.summary(VerifiedSummary)
+    summary = Together((travel, legged.summary()))
     walkers = len(numbers["omega"])
     if not walkers:
         return pd.DataFrame(columns=list(COLUMNS), dtype=float)
     own_timing = legged.timing
     timing = dataclasses.replace(own_timing, frame_s=2.0 * own_timing.frame_s)
-    travel, own = _run(legged, family, numbers, phase, summary, timing)
+    way, own = _run(legged, family, numbers, phase, summary, timing)
 
     measured = over_starts(coordination_frame(own, legged.names, TOLERANCE), starts, legged.body)
     speeds = np.asarray(own.speed_m_per_s).reshape(walkers, starts)
@@ -337,7 +311,7 @@ def evaluated(
             "cost_of_transport": measured["cost_of_transport"],
             **{name: np.asarray(numbers[name], float) for name in NUMBERS},
             "upright": measured["upright"],
-            "steady": settled(travel).reshape(walkers, starts).mean(axis=1),
+            "steady": settled(way).reshape(walkers, starts).mean(axis=1),
             "locked": measured["locked"],
             "speed_spread": np.nanstd(speeds, axis=1),
             "gait": measured["gait"],

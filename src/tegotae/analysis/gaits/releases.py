@@ -28,7 +28,7 @@ from tegotae.parts._shapes import AnyArray, LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.rollout import Timing, Together, whole_trajectory
 from tegotae.simulation.world import whole_run, with_changes
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of, random_phases
@@ -135,18 +135,6 @@ class GaitRun:
         return table
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Closely(CoordinationSummary):
-    """A summary that keeps the trajectory, all of it, beside the coordination."""
-
-    needs = None  # type: ignore[assignment]
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> tuple[Trajectory, Coordination]:
-        return trajectory, super().__call__(trajectory, scenario, body, timing)
-
-
 def simulate(
     legged: Legged,
     phase_rad: Sequence[float] | None = None,
@@ -176,8 +164,9 @@ def simulate(
         raise TegotaeError(f"{phase.size} phases are given; this body has {limbs} legs")
     for angle in phase:
         require_finite("a phase", angle)
-    summary = legged.summary(_Closely)
-    trajectory, found = legged.run(summary, legged.scenario(phase[:, None]))
+    summary = legged.summary()
+    closely = Together((whole_trajectory, summary))
+    trajectory, found = legged.run(closely, legged.scenario(phase[:, None]))
     found = lanes_of(found)
     return GaitRun(
         legged=legged,

@@ -28,11 +28,12 @@ from tegotae.parts.bodies import Actuators, Blows, Body, BodyWrapper, Sensors
 from tegotae.parts.channels import FORCE
 from tegotae.parts.fields import path_of, unwrapped, with_fields
 from tegotae.parts.terrains import Rough, Slope, Sum
+from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.recorder import declared
 from tegotae.simulation.rollout import Scenario, Timing, check_senses
 from tegotae.simulation.timing import filled
-from tegotae.simulation.world import ENTRIES, GROUND, OMEGA, Staircase, Step, with_changes
+from tegotae.simulation.world import ENTRIES, GROUND, Staircase, Step, with_changes
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import settling_s
 from tegotae.systems.system import System
@@ -112,10 +113,6 @@ class ControllersUnderTest(Tested):
     def system(self) -> System:
         """The closed loop that the runs share, as they were trained."""
         return self.controllers.system
-
-    @property
-    def omega(self) -> float | None:
-        return self.system.omega
 
     @property
     def body(self) -> Body:
@@ -201,19 +198,13 @@ class ControllersUnderTest(Tested):
 
     def check(self, disturbances: Sequence[Disturbance]) -> None:
         tested = self.meeting(disturbances)
-        tick_s, oscillator = tested.timing.tick_s, tested.controller.oscillator
+        body, release = tested.prepared, tested.system.scenario()
         for disturbance in disturbances:
             for level in disturbance.levels:
                 changes = disturbance.changes(tested, np.array([level]), np.zeros(1))
-                fields = {
-                    name: _number(change, tested.usual(name))
-                    for name, change in changes.items()
-                    if name not in (GROUND, *ENTRIES)
-                }
                 try:
-                    with_fields(tested.prepared, fields).check_tick(tick_s)
-                    if OMEGA in changes and oscillator is not None:
-                        oscillator.check_tick(float(np.max(changes[OMEGA])), tick_s)
+                    met = with_changes(release, body, changes)
+                    check_scenario(met, body, tested.controller.oscillator, tested.timing)
                 except TegotaeError as error:
                     raise TegotaeError(
                         f"{disturbance.name}={level:g} on {tested.name}: {error}"
@@ -249,13 +240,6 @@ def _around(kind: type, body: Body) -> bool:
             return True
         body = body.body
     return False
-
-
-def _number(change: Any, usual: Any) -> Any:
-    value = np.asarray(change.value if isinstance(change, Step) else change, float)
-    if isinstance(usual, tuple):
-        return tuple(map(float, np.broadcast_to(value[..., 0], len(usual))))
-    return float(np.ravel(value)[0])
 
 
 Meets = Sequence[tuple[dict[str, LaneNumbers], int]]

@@ -95,11 +95,6 @@ class ModelUnderTest(Tested):
         """Where they were trained."""
         return EnvExperiment.of(self.controllers)
 
-    @property
-    def omega(self) -> float | None:
-        """The frequency they are tried at [rad/s]: the training's, or the middle one of several."""
-        return self.experiment.omega
-
     @cached_property
     def body(self) -> MujocoModel:  # type: ignore[override]
         """What disturbances ask of it."""
