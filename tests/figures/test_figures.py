@@ -18,12 +18,10 @@ from reproduction.ridge import find_ridge, one_to_one_ridge
 from tegotae import TegotaeError, build
 from tegotae.analysis.maps import GainSweep, HopperBasin, Outcome
 from tegotae.analysis.orbit import Orbit
-from tegotae.analysis.phase_response import PhaseResponse
 from tegotae.analysis.poincare import Poincare
 from tegotae.analysis.surface import Surface
 from tegotae.figures.cycles import (
     phase_response_figure,
-    phase_response_table,
     poincare_figure,
     poincare_tables,
     predicted,
@@ -235,22 +233,30 @@ def test_the_surface_is_drawn_with_the_limit_cycle_on_it(phase):
     assert list(surface_tables(surface_of(phase), None)) == [""]
 
 
-def test_the_phase_response_is_drawn_per_push_with_gaps_where_it_wraps():
-    response = PhaseResponse(
-        cycle_phase_rad=np.linspace(0.0, 2 * np.pi, 5, endpoint=False),
-        push_ns=np.array([0.01, -0.01]),
-        shift_rad=np.array([[0.1, 3.1, -3.1, np.nan, 0.0], [0.0, 0.1, 0.2, 0.1, 0.0]]),
-        stance=np.array([False, True, True, False, False]),
-        oscillator_phase_rad=np.arange(5.0),
+def phase_response(pushes, *shifts):
+    """A response at five points of the cycle, of which the second and third are in stance."""
+    cycle = np.linspace(0.0, 2 * np.pi, 5, endpoint=False)
+    return pd.concat(
+        pd.DataFrame(
+            {
+                "push_ns": push,
+                "cycle_phase_rad": cycle,
+                "stance": [False, True, True, False, False],
+                "shift_rad": shift,
+            }
+        )
+        for push, shift in zip(pushes, shifts, strict=True)
     )
+
+
+def test_the_phase_response_is_drawn_per_push_with_gaps_where_it_wraps():
+    shifts = [0.1, 3.1, -3.1, np.nan, 0.0], [0.0, 0.1, 0.2, 0.1, 0.0]
+    response = phase_response([0.01, -0.01], *shifts)
     figure = phase_response_figure(response)
     lines = [line for line in figure.axes[0].lines if "push" in str(line.get_label())]
     assert len(lines) == 2
-    np.testing.assert_array_equal(lines[1].get_ydata(), response.shift_rad[1])
+    np.testing.assert_array_equal(lines[1].get_ydata(), shifts[1])
     assert np.isnan(lines[0].get_ydata()[[2, 3]]).all()
-    table = phase_response_table(response)
-    np.testing.assert_array_equal(table["shift_rad"], response.shift_rad.ravel())
-    assert table["push_ns"].tolist() == [0.01] * 5 + [-0.01] * 5
 
 
 @pytest.mark.parametrize(
@@ -262,13 +268,7 @@ def test_the_phase_response_is_drawn_per_push_with_gaps_where_it_wraps():
     ],
 )
 def test_a_response_that_is_negligible_looks_flat_and_is_called_so(largest, words):
-    response = PhaseResponse(
-        cycle_phase_rad=np.linspace(0.0, 2 * np.pi, 5, endpoint=False),
-        push_ns=np.array([0.01]),
-        shift_rad=largest * np.array([[0.0, 1.0, -1.0, 0.5, 0.0]]),
-        stance=np.zeros(5, bool),
-        oscillator_phase_rad=np.arange(5.0),
-    )
+    response = phase_response([0.01], [largest * x for x in (0.0, 1.0, -1.0, 0.5, 0.0)])
     axes = phase_response_figure(response).axes[0]
     assert " ".join(text.get_text() for text in axes.texts) == words
     low, high = axes.get_ylim()

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+import pandas as pd
 
 from tegotae._support.errors import require_count
 from tegotae._support.limits import MOST_M, MOST_POINTS, require_within
@@ -19,23 +18,6 @@ _TICK_S = 0.001
 """Control period of controllers in continuous time [s]."""
 
 
-@dataclass(frozen=True)
-class PhaseResponse:
-    """Asymptotic shift of the rhythm by pushes at points of a limit cycle."""
-
-    cycle_phase_rad: np.ndarray
-    """Where the push comes, θ = 2π t / T from the apex on [rad], shape [points]."""
-    push_ns: np.ndarray
-    """Upward impulses J [N s], shape [pushes]."""
-    shift_rad: np.ndarray
-    """Shift Δθ in [-π, π) [rad], shape [pushes, points]: positive if the rhythm comes earlier;
-    NaN where the gait does not return to its limit cycle."""
-    stance: np.ndarray
-    """Whether the push comes in stance, shape [points]."""
-    oscillator_phase_rad: np.ndarray
-    """The oscillator's phase φ at the push [rad], shape [points]."""
-
-
 def measure_phase_response(
     saved: SavedController,
     orbit: Orbit,
@@ -43,7 +25,7 @@ def measure_phase_response(
     *,
     points: int = 60,
     cycles: int = 40,
-) -> PhaseResponse:
+) -> pd.DataFrame:
     """Start on the limit cycle with the velocity changed by J / m, and wait.
 
         Δθ(θ) = 2π (t∞ - t∞*) / T   (mod 2π),
@@ -58,6 +40,12 @@ def measure_phase_response(
         push_ns: impulses J [N s], upward if positive, shape [pushes].
         points: how many points of the cycle, evenly spaced in time.
         cycles: how many periods to wait.
+
+    Returns:
+        A row a push and point, push by push: the impulse, where it comes (θ = 2π t / T from the
+        apex on), the oscillator's phase there, whether that is in stance, and the shift Δθ in
+        [-π, π): positive if the rhythm comes earlier, NaN where the gait does not return to its
+        limit cycle.
 
     Raises:
         TegotaeError: for a body without a mass, impulses that are not finite, or fewer than three
@@ -97,13 +85,16 @@ def measure_phase_response(
         earlier = turn(TWO_PI * (time[1] - time[0]) / orbit.period_s)
         shift = np.where(closer, earlier, shift)
         nearest = np.minimum(apart, nearest)
-    shift = np.where((nearest <= 1.0) & (last >= k), shift, np.nan).reshape(len(pushes), points)
-    return PhaseResponse(
-        cycle_phase_rad=TWO_PI * orbit.time_s[start] / orbit.period_s,
-        push_ns=push_ns,
-        shift_rad=shift[1:],
-        stance=orbit.height_m[start] < body.rest_length_m,
-        oscillator_phase_rad=orbit.phase_rad[start],
+    shift = np.where((nearest <= 1.0) & (last >= k), shift, np.nan)
+    rows = len(push_ns)
+    return pd.DataFrame(
+        {
+            "push_ns": np.repeat(push_ns, points),
+            "cycle_phase_rad": np.tile(TWO_PI * orbit.time_s[start] / orbit.period_s, rows),
+            "oscillator_phase_rad": np.tile(orbit.phase_rad[start], rows),
+            "stance": np.tile(orbit.height_m[start] < body.rest_length_m, rows),
+            "shift_rad": shift[points:],
+        }
     )
 
 

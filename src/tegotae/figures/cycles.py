@@ -15,7 +15,6 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from tegotae.analysis.orbit import SIGNALS, Orbit
-from tegotae.analysis.phase_response import PhaseResponse
 from tegotae.analysis.poincare import NUMERICAL, Poincare
 from tegotae.analysis.surface import Surface
 from tegotae.figures.style import (
@@ -339,7 +338,7 @@ NEGLIGIBLE_RAD = 0.01
 
 
 @styled()
-def phase_response_figure(response: PhaseResponse, note: str = "") -> Figure:
+def phase_response_figure(response: pd.DataFrame, note: str = "") -> Figure:
     """Shift of the rhythm over the phase of the cycle at which the push comes.
 
     The axis reaches at least to twice `NEGLIGIBLE_RAD`, so that a gait that does not respond does
@@ -347,16 +346,19 @@ def phase_response_figure(response: PhaseResponse, note: str = "") -> Figure:
     """
     figure = new_figure(COLUMN_IN, 2.6)
     axes = figure.subplots()
-    x, stance = response.cycle_phase_rad / (2.0 * np.pi), response.stance.tolist()
+    pushes: Any = list(response.groupby("push_ns", sort=False))
+    _, first = pushes[0]
+    x, stance = first["cycle_phase_rad"].to_numpy() / (2.0 * np.pi), first["stance"].tolist()
     whole = {"transform": axes.get_xaxis_transform(), "step": "post"}
     axes.fill_between(x, 0.0, 1.0, where=stance, color="0.88", lw=0, **whole)
     axes.axhline(0.0, color="0.5", lw=0.6)
-    for i, (push, shift) in enumerate(zip(response.push_ns, response.shift_rad, strict=True)):
+    for i, (push, own) in enumerate(pushes):
         look: Any = {"ls": ("-", "--", "-.", ":")[i % 4], "color": COLOURS[(0, 4, 2, 5)[i % 4]]}
-        axes.plot(x, broken(shift), label=f"push of {1e3 * push:+.3g} mN s", **look)
+        shift = broken(own["shift_rad"].to_numpy())
+        axes.plot(x, shift, label=f"push of {1e3 * push:+.3g} mN s", **look)
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, -2.0 * NEGLIGIBLE_RAD), max(high, 2.0 * NEGLIGIBLE_RAD))
-    shifts = np.abs(response.shift_rad[np.isfinite(response.shift_rad)])
+    shifts = np.abs(response["shift_rad"].dropna().to_numpy())
     words = "the gait never returns to its limit cycle"
     if shifts.size:
         most, share = shifts.max(), shifts.max() / (2.0 * np.pi)
@@ -368,12 +370,3 @@ def phase_response_figure(response: PhaseResponse, note: str = "") -> Figure:
     handles = [*axes.get_legend_handles_labels()[0], Patch(color="0.88", label="stance")]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
-
-
-def phase_response_table(response: PhaseResponse) -> pd.DataFrame:
-    """What the figure shows, one row per push and point of the cycle."""
-    names = ("oscillator_phase_rad", "stance", "shift_rad")
-    shape = response.shift_rad.shape
-    cells = {name: np.broadcast_to(getattr(response, name), shape) for name in names}
-    axes = ("push_ns", response.push_ns), ("cycle_phase_rad", response.cycle_phase_rad)
-    return long_table(*axes, cells)

@@ -330,13 +330,14 @@ def figure_phase_response(task: HoppingTask, options: PhaseResponseOptions) -> P
     orbit = find_orbit(saved, settle_s=options.settle_s)
     response = measure_phase_response(saved, orbit, push, points=points, cycles=options.cycles)
     remarks = []
-    for impulse, shift in zip(response.push_ns, response.shift_rad, strict=True):
+    for impulse, own in response.groupby("push_ns", sort=False):
+        shift = own["shift_rad"].to_numpy()
         pushed, lost = f"push of {impulse:g} N s: ", float(np.mean(np.isnan(shift)))
         if lost == 1.0:
             remarks.append(f"{pushed}no return to the limit cycle")
             continue
         most = int(np.nanargmax(np.abs(shift)))
-        where = response.cycle_phase_rad[most] / (2.0 * np.pi)
+        where = own["cycle_phase_rad"].iloc[most] / (2.0 * np.pi)
         tiny = ", which is negligible" if abs(shift[most]) < cycles.NEGLIGIBLE_RAD else ""
         gone = f"; no return from {lost:.0%} of the points" if lost else ""
         remarks.append(
@@ -345,7 +346,7 @@ def figure_phase_response(task: HoppingTask, options: PhaseResponseOptions) -> P
     return Picture(
         raw=response,
         drawn=lambda: cycles.phase_response_figure(response, _titled(saved)),
-        tables={"": cycles.phase_response_table(response)},
+        tables={"": response},
         settings=options,
         remarks=remarks,
     )

@@ -52,15 +52,11 @@ def names_of(forward_m: ArrayLike, left_m: ArrayLike) -> tuple[str, ...]:
         )
     rows = np.unique(forward.round(6))
     sides = np.sign(left.round(6)).astype(int)
-    row_names = _ROWS.get(len(rows))
-    names = (
-        []
-        if row_names is None
-        else [
-            ("", "L", "R")[side] + row_names[int(np.searchsorted(rows, at))]
-            for side, at in zip(sides, forward.round(6), strict=True)
-        ]
-    )
+    row_names = _ROWS.get(len(rows), ("",) * len(rows))
+    names = [
+        ("", "L", "R")[side] + row_names[int(np.searchsorted(rows, at))]
+        for side, at in zip(sides, forward.round(6), strict=True)
+    ]
     if len(set(names)) == len(forward) and all(names):
         return tuple(names)
     return tuple(str(leg) for leg in range(1, len(forward) + 1))
