@@ -150,14 +150,21 @@ def about(owner: type, name: str) -> str:
     for kind in owner.__mro__:
         if name not in vars(kind).get("__annotations__", {}):
             continue
-        (body,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
-        statements = body.body  # type: ignore[attr-defined]
-        for field, below in pairwise(statements):
-            if getattr(getattr(field, "target", None), "id", "") == name:
-                said = below.value if isinstance(below, ast.Expr) else None
-                if isinstance(said, ast.Constant) and isinstance(said.value, str):
-                    return " ".join(said.value.split())
+        if text := _texts_below(kind).get(name):
+            return text
         if said := re.search(rf"^ +{name}: ((?:.|\n +(?! *\w+:))+)", kind.__doc__ or "", re.M):
             text = " ".join(said[1].split())
             return text[0].upper() + text[1:]
     return ""
+
+
+@cache
+def _texts_below(kind: type) -> dict[str, str]:
+    """What is said of fields below them, in the source of their class."""
+    (body,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
+    texts: dict[str, str] = {}
+    for field, below in pairwise(body.body):  # type: ignore[attr-defined]
+        said = below.value if isinstance(below, ast.Expr) else None
+        if isinstance(said, ast.Constant) and isinstance(said.value, str):
+            texts[getattr(getattr(field, "target", None), "id", "")] = " ".join(said.value.split())
+    return texts
