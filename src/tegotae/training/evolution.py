@@ -243,6 +243,8 @@ class Evolution:
             the new progress and the generation's curves (NumPy arrays).
         """
         progress = self.start(experiment, seeds) if begun is None else begun
+        # As host arrays the start and later progress are of the same type: one compilation.
+        progress = jax.tree.map(np.asarray, progress)
         algorithm, numbers = self.algorithm, np.asarray(seeds, "int32")
         parameters = algorithm.parameters(progress.best_weights.shape[-1])
         curve = [*fitness]
@@ -252,14 +254,12 @@ class Evolution:
                 going = np.array([reason == RUNNING for reason in ended])
                 if not going.any():
                     return
-                # As host arrays the start and later progress are of the same type: one compilation.
-                progress = jax.tree.map(np.asarray, progress)
                 search, drawn = _ask(algorithm.program, parameters, progress, numbers)
                 candidates = np.asarray(drawn)
                 scores = evaluator.evaluate(candidates, Generation(tuple(seeds), going, len(curve)))
                 arguments = parameters, progress, search, candidates, scores, numbers, going
-                progress, curves = _tell(algorithm.program, *arguments)
-                curves = jax.tree.map(np.asarray, curves)
+                after = _tell(algorithm.program, *arguments)
+                progress, curves = jax.tree.map(np.asarray, after)
                 curve.append(curves.centre_fitness)
                 yield progress, curves
 
@@ -319,7 +319,7 @@ class Evolution:
         for ours, theirs in zip(leaves, kept, strict=True):
             if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
                 raise ValueError("shapes or types differ")
-        return jax.tree.unflatten(structure, [jnp.asarray(leaf) for leaf in kept])
+        return jax.tree.unflatten(structure, kept)
 
     def _state(
         self, run: Run[Any], points: Points, progress: Progress, new: Points = ()
@@ -327,7 +327,6 @@ class Evolution:
         """After a generation: of each seed the mean of the best distribution."""
         experiment, seeds = run.experiment, run.seeds
         ended = self.stopping.reasons(_fitness(points, seeds))
-        progress = jax.tree.map(np.asarray, progress)
         learned = tuple(
             LearnedController(
                 experiment.controller,
