@@ -1,0 +1,429 @@
+"""The map of short laws: a million of them, drawn evenly, on hoppers and on a quadruped.
+
+    python studies/law_map.py                 # what is missing of it
+    python studies/law_map.py --laws 4096     # a coarse one
+    python studies/law_map.py --figure-only   # the figure anew, from the kept map
+
+Every law is φ̇ = ω - a R(N) (cos(φ - p) + o), with N the load over what a leg carries in stance at
+rest, weight / legs, and R one of three forms:
+
+- `load`: N, Tegotae's own; a quarter of the laws;
+- `latch`: (N - N*) / √(1 + N*²), which changes sign at the load N*; a half of them;
+- `decay`: e^(-N / N₀), a quarter.
+
+A hopper pushes over a sector of the phase around the place of vanilla's, of a drawn width; the
+quadruped moves its own feet. Place p, offset o, rate a, and N* or N₀ are drawn by a scrambled
+Sobol sequence, the phases of the release with them. The same laws meet every command, ω.
+
+A law's merit is its CoT⁻¹, and 0 unless it hops on a limit cycle; on legs unless it walks: upright,
+locked, and with half of the speed at which a foot crosses its stride in half a turn.
+
+Blocks of laws are kept in a folder, and go on where another call ended. Written to
+`docs/_static/law_map` are `map.npz`, of bins of place and shape; `summary.csv`; `laws.csv`, the
+best laws of the map, judged by releases that did not choose them; `named.csv`, laws trained by PGPE
+and Tegotae's own, likewise; `convergence.csv`; and the figure.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+
+import tegotae as tg
+from kept import write_rows
+from law_map_figure import draw_all
+from law_map_laws import (
+    DECAYS,
+    ENDS,
+    FORMS,
+    OFFSETS,
+    PUSH,
+    SEED,
+    SUBJECTS,
+    TITLES,
+    TURN,
+    VANILLA,
+    WIDTHS,
+    Laws,
+    between,
+    drawn,
+    height_of,
+    measured,
+)
+from tegotae._support.files import read_arrays, write_arrays
+from tegotae.cli.console import exit_status
+from tegotae.simulation.rollout import Timing
+from tegotae.study import MOST_BYTES, Arrays, CellResult, Study, here
+from tegotae.systems.legged import random_phases
+from tegotae.training.collection import read
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+BLOCK = 2**14
+BINS = (72, 48)
+"""Places and shapes of a map."""
+RELEASES, CHOOSING, JUDGING = 8, 101, 202
+"""Releases of a judgement, and the seeds of those that choose vanilla's gain and that judge."""
+JUDGED_LONGER, LONGER = 2, (2, 4)
+"""How many times longer than in the map episodes of a judgement are, and those of the check."""
+KEPT = 32
+"""Best laws of each form at each command that are judged, and kept."""
+TRAINED = {
+    "study": [(law, w) for w in (4.0, 8.0) for law in ("load", "offset", "latch", "decay")],
+    "quadruped": [(law, 2.0) for law in FORMS],
+    "calibrated": [],
+}
+"""Laws that PGPE trains on each body, and at which ω."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of laws at a command, as a cell of the study."""
+
+    subject: str
+    omega: float
+    form: str
+    first: int
+    count: int
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return f"{self.subject}-{self.form}-w{self.omega:g}-{self.first}"
+
+    @property
+    def program(self) -> tuple[str, str]:
+        """Blocks of one body and form are one compiled program."""
+        return self.subject, self.form
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What decides its numbers."""
+        own = SUBJECTS[self.subject]
+        ranges = [list(x) for x in (OFFSETS, WIDTHS, DECAYS, own.rates)]
+        timing = dataclasses.asdict(own.timing)
+        return {**dataclasses.asdict(self), "seed": SEED, "ranges": ranges, "timing": timing}
+
+    def prepare(self) -> None:
+        """Nothing is to be known before."""
+
+    def measure(self) -> CellResult:
+        """What became of its laws."""
+        laws, phases = drawn(self.subject, self.form, self.first, self.count)
+        timing = SUBJECTS[self.subject].timing
+        found = measured(self.subject, self.form, laws, phases, self.omega, timing)
+        return CellResult(self.document, {}, found)
+
+
+def blocks(subject: str, form: str, laws: int) -> list[Block]:
+    """The blocks of a form on a body, all commands of the first laws first."""
+    count = round(FORMS[form] * SUBJECTS[subject].share * laws)
+    size = min(BLOCK, count)
+    return [
+        Block(subject, omega, form, first, min(size, count - first))
+        for first in range(0, count, size)
+        for omega in SUBJECTS[subject].omegas
+    ]
+
+
+@dataclass(frozen=True)
+class Outcomes:
+    """What became of the laws of one form on a body, [laws] each."""
+
+    laws: Laws
+    by_command: dict[float, Arrays]
+    """What `measured` returns, by ω."""
+
+
+def outcomes(folder: Path, subject: str, form: str, laws: int) -> Outcomes:
+    """Measure what the folder lacks of a form's blocks, and read all of them."""
+    study = Study(folder / "records", blocks(subject, form, laws), "law map", "blocks")
+    study.run(here)
+    parts: dict[float, list[Arrays]] = {}
+    for result in study.results():
+        parts.setdefault(result.document["omega"], []).append(result.arrays)
+    joined = {
+        omega: {name: np.concatenate([block[name] for block in own]) for name in own[0]}
+        for omega, own in parts.items()
+    }
+    count = len(next(iter(joined.values()))["merit"])
+    return Outcomes(drawn(subject, form, 0, count)[0], joined)
+
+
+def longer(timing: Timing, times: int) -> Timing:
+    """A timing of episodes so many times as long."""
+    return dataclasses.replace(timing, duration_s=times * timing.duration_s)
+
+
+def binned(form: str, laws: Laws, merit: np.ndarray, lock: np.ndarray) -> Arrays:
+    """A map of laws, [places, shapes] each: the merit that one law in twenty of a bin surpasses,
+    the share of laws that move, and the median of their rate over ω."""
+    places, shapes = BINS
+    column = np.clip((laws.place / TURN + 0.5) * places, 0, places - 1).astype(int)
+    row = np.clip(height_of(form, laws.shape) * shapes, 0, shapes - 1).astype(int)
+    number = column * shapes + row
+
+    def of_bins(values: np.ndarray, share: float, among: np.ndarray) -> np.ndarray:
+        order = np.lexsort((values[among], number[among]))
+        edges = np.searchsorted(number[among][order], np.arange(places * shapes + 1))
+        count = np.diff(edges)
+        found = np.full(len(count), np.nan)
+        at = (edges[:-1] + share * count).astype(int)[count > 0]
+        found[count > 0] = values[among][order][at]
+        return found.reshape(BINS)
+
+    moves = merit > 0.0
+    count = np.bincount(number, minlength=places * shapes)
+    moving = np.bincount(number, moves, places * shapes)
+    return {
+        "merit": of_bins(merit, 0.95, np.ones_like(moves)),
+        "moves": (moving / np.maximum(count, 1)).reshape(BINS),
+        "lock": of_bins(lock, 0.5, moves),
+    }
+
+
+def judged(subject: str, form: str, laws: Laws, *, seed: int = JUDGING) -> Arrays:
+    """Laws released at random phases: mean merit, share of releases that move, and median rate over
+    ω, of the lower and the higher command; and the slope of the rate over ω, 1 if it follows."""
+    own, count = SUBJECTS[subject], len(laws.place)
+    phases = np.tile(random_phases(own.legs, RELEASES, seed), count)
+    repeated = Laws(*(np.repeat(x, RELEASES) for x in laws))
+    timing, found, rates = longer(own.timing, JUDGED_LONGER), {}, []
+    for end, omega in zip(ENDS, own.omegas, strict=True):
+        lanes = measured(subject, form, repeated, phases, omega, timing)
+        merit, rate = (lanes[name].reshape(count, RELEASES) for name in ("merit", "rate"))
+        rates.append(np.ma.median(np.ma.masked_invalid(rate), axis=1).filled(np.nan))
+        found[f"merit_{end}"] = merit.mean(axis=1)
+        found[f"moves_{end}"] = (merit > 0.0).mean(axis=1)
+        found[f"lock_{end}"] = rates[-1] / omega
+    return found | {"following": (rates[1] - rates[0]) / (own.omegas[1] - own.omegas[0])}
+
+
+def rows_of(laws: Laws, found: Arrays, **labels: Any) -> list[dict[str, Any]]:
+    """A row of each law."""
+    columns = dict(zip(TITLES, laws, strict=True)) | found
+    count = len(laws.place)
+    columns = {name: np.broadcast_to(x, count) for name, x in (labels | columns).items()}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def taken(laws: Laws, which: np.ndarray) -> Laws:
+    """Some of the laws."""
+    return Laws(*(x[which] for x in laws))
+
+
+def vanilla(subject: str) -> tuple[Laws, Arrays]:
+    """Tegotae's cosine, with the rate a that is best at either command, and its judgement.
+
+    The rates are chosen by releases of their own.
+    """
+    rates = between(SUBJECTS[subject].rates, np.linspace(0.0, 1.0, 64), log=True)
+    zero = np.zeros_like(rates)
+    laws = Laws(zero, zero, rates, zero, zero + VANILLA.width_rad)
+    chosen = judged(subject, "load", laws, seed=CHOOSING)
+    best = taken(laws, np.array([chosen[f"merit_{end}"].argmax() for end in ENDS]))
+    return best, judged(subject, "load", best)
+
+
+def trained(subject: str, law: str, omega: float, folder: Path, seeds: int) -> tuple[str, Laws]:
+    """A named law as PGPE trained it, in the terms of the map, and its form."""
+    name = f"{law}@quadruped-c" if subject == "quadruped" else f"{law}-w{omega:g}"
+    tg.train(name, seeds=seeds, out=folder / name)
+    (runs,) = read(folder / name)
+    layout, weights = runs.system.controller.layout, np.asarray(runs.weights, float)
+    action, reaction, gain, sector = (
+        weights[:, layout[part]].T for part in ("action", "reaction", "gain", "actuation")
+    )
+    zero, legs = np.zeros(len(weights)), SUBJECTS[subject].legs
+    place, offset = action if len(action) == 2 else (zero, action[0] if len(action) else zero)
+    start, width = sector if len(sector) else (zero + PUSH, zero)
+    width = np.clip(width, 0.0, TURN)
+    form, rate = ("load" if law == "offset" else law), gain[0]
+    if form == "load":
+        body = runs.system.mechanics
+        rate = rate * body.mass_kg * body.gravity_m_per_s2 / legs
+    if form == "latch":
+        shape = legs / reaction[0]
+        rate = -np.copysign(rate * np.hypot(1.0, 1.0 / shape), rate * reaction[0])
+    elif form == "decay":
+        shape = legs / np.maximum(reaction[0], 1e-6)
+    # A law of the other sign is one half a turn away.
+    offset, place = np.where(rate < 0.0, (-offset, place + np.pi), (offset, place))
+    place = (place + PUSH - start - 0.5 * width + np.pi) % TURN - np.pi
+    return form, Laws(place, offset if form == "load" else shape, np.abs(rate), offset, width)
+
+
+@dataclass(frozen=True)
+class LawMap:
+    """What is drawn, and where it is kept."""
+
+    laws: int = 2**20
+    """Laws of each body, a power of two; of the calibrated one a quarter."""
+    subjects: tuple[str, ...] = tuple(SUBJECTS)
+    """Bodies: study, quadruped, calibrated."""
+    sample: int = 2**11
+    """Laws that are judged to compare with, and measured for longer."""
+    seeds: int = 15
+    """Runs of each law of the hopper that PGPE trains; 0 trains none."""
+    dir: Path = Path("results/law_map")
+    """Folder of the blocks."""
+    trainings: Path = Path("results/short_laws")
+    """Folder of the trainings, that of `short_laws.py`."""
+    out: Path = DOCS / "_static" / "law_map"
+    """Folder of tables and figure."""
+    figure_only: bool = False
+    """Draw the kept tables anew."""
+
+    def run(self) -> None:
+        """Measure, judge, write and draw."""
+        if not self.figure_only:
+            maps: Arrays = {}
+            for subject in self.subjects:
+                tables = self._of_subject(subject, maps)
+                for name, rows in tables.items():
+                    write_rows(self.out / f"{name}.csv", rows, digits=4, by=("subject",))
+            write_arrays(self.out / "map.npz", self._others() | maps)
+        draw_all(self.out)
+
+    def _others(self) -> Arrays:
+        """The kept maps of other bodies."""
+        file = self.out / "map.npz"
+        if not file.exists():
+            return {}
+        kept = read_arrays(file, MOST_BYTES)
+        return {name: x for name, x in kept.items() if name.split()[0] not in self.subjects}
+
+    def _of_subject(self, subject: str, maps: Arrays) -> dict[str, list[dict[str, Any]]]:
+        tables: dict[str, list[dict[str, Any]]] = {"summary": [], "laws": [], "convergence": []}
+        sample: dict[str, Arrays] = {}
+        for form, share in FORMS.items():
+            whole = outcomes(self.dir, subject, form, self.laws)
+            few = taken(whole.laws, np.arange(round(share * self.sample)))
+            sample[form] = judged(subject, form, few)
+            for end, (omega, found) in zip(ENDS, whole.by_command.items(), strict=True):
+                labels = {"subject": subject, "omega": omega, "form": form}
+                lock = found["rate"] / omega
+                own = binned(form, whole.laws, found["merit"], lock)
+                for name, values in own.items():
+                    maps[f"{subject} {omega:g} {form} {name}"] = values.astype("float16")
+                ranked = np.argsort(-found["merit"], kind="stable")
+                best = taken(whole.laws, ranked[:KEPT])
+                found_again = judged(subject, form, best)
+                of_map = {"merit_of_map": found["merit"][ranked[:KEPT]]}
+                tables["laws"] += rows_of(best, of_map | found_again, **labels)
+                top = ranked[: max(1, len(ranked) // 200)]
+                tables["summary"].append(
+                    labels | described(whole, found, lock, top, found_again[f"merit_{end}"])
+                )
+                tables["convergence"].append(
+                    labels | self._convergence(subject, form, omega, whole.laws, found, own)
+                )
+        return tables | {"named": self._named(subject, sample)}
+
+    def _convergence(
+        self, subject: str, form: str, omega: float, laws: Laws, found: Arrays, whole: Arrays
+    ) -> dict[str, float]:
+        """What the first half of the laws says, and what a longer episode of some says."""
+        merit, half = found["merit"], np.arange(len(found["merit"]) // 2)
+        first = binned(form, taken(laws, half), merit[half], found["rate"][half] / omega)
+        some = np.arange(min(self.sample, len(merit)))
+        again, phases = drawn(subject, form, 0, len(some))
+        short, timing = merit[some], SUBJECTS[subject].timing
+        long = {}
+        for times in LONGER:
+            own = longer(timing, times)
+            then = measured(subject, form, again, phases, omega, own)["merit"]
+            both = (short > 0.0) & (then > 0.0)
+            long |= {
+                f"moves_{times}": (then > 0.0).mean(),
+                f"same_{times}": ((short > 0.0) == (then > 0.0)).mean(),
+                f"merit_correlation_{times}": correlation(short[both], then[both]),
+            }
+        return {
+            "moves": (merit > 0.0).mean(),
+            "moves_half": (merit[half] > 0.0).mean(),
+            "map_difference": np.nanmean(np.abs(first["merit"] - whole["merit"])),
+            "map_spread": np.nanstd(whole["merit"]),
+            "map_correlation": correlation(first["merit"], whole["merit"]),
+            "laws_longer": len(some),
+            "moves_1": (short > 0.0).mean(),
+            **long,
+        }
+
+    def _named(self, subject: str, sample: dict[str, Arrays]) -> list[dict[str, Any]]:
+        """Tegotae's law, with its rank in the judged sample, and the trained ones."""
+        laws, found = vanilla(subject)
+        below, below_moving = [], []
+        for k, end in enumerate(ENDS):
+            others = np.concatenate([of[f"merit_{end}"] for of in sample.values()])
+            less = others < found[f"merit_{end}"][k]
+            below.append(less.mean())
+            below_moving.append(less[others > 0.0].mean() if others.any() else np.nan)
+        merit = [found[f"merit_{end}"][k] for k, end in enumerate(ENDS)]
+        ranks = {"merit": merit, "below": below, "below_moving": below_moving}
+        label = {"subject": subject, "law": "vanilla", "form": "load", "run": 0}
+        omegas = np.array(SUBJECTS[subject].omegas)
+        rows = rows_of(laws, found | ranks, **label, omega=omegas)
+        for law, omega in TRAINED[subject] if self.seeds else ():
+            seeds = min(self.seeds, 5) if subject == "quadruped" else self.seeds
+            form, own = trained(subject, law, omega, self.trainings, seeds)
+            label = {"subject": subject, "law": law, "form": form, "run": np.arange(seeds)}
+            found = judged(subject, form, own)
+            end = ENDS[SUBJECTS[subject].omegas.index(omega)]
+            rows += rows_of(own, found | {"merit": found[f"merit_{end}"]}, **label, omega=omega)
+        return rows
+
+
+def described(
+    whole: Outcomes, found: Arrays, lock: np.ndarray, top: np.ndarray, judged_merit: np.ndarray
+) -> dict[str, float]:
+    """A line on the laws of a form at a command, and where the best of them, `top`, are."""
+    merit, laws = found["merit"], whole.laws
+    moves = merit > 0.0
+    omegas, rates = zip(*((omega, x["rate"]) for omega, x in whole.by_command.items()), strict=True)
+    follows = (rates[1] - rates[0]) / (omegas[1] - omegas[0])
+    direction = np.exp(1j * laws.place[top]).mean()
+    low, middle, high = np.quantile(laws.shape[top], (0.25, 0.5, 0.75))
+    return {
+        "laws": len(merit),
+        "moves": moves.mean(),
+        "fails": found["failed"].mean(),
+        "locked": (np.abs(lock - 1.0) < 0.05).sum() / max(1, moves.sum()),
+        "merit_median": quantile(merit[moves], 0.5),
+        "merit_99": quantile(merit[moves], 0.99),
+        "merit_best_judged": judged_merit.max(),
+        "top_place_rad": np.angle(direction),
+        "top_place_agreement": abs(direction),
+        "top_shape_low": low,
+        "top_shape": middle,
+        "top_shape_high": high,
+        "top_offset": np.median(laws.offset[top]),
+        "top_rate_rad_per_s": np.median(laws.rate[top]),
+        "top_lock": quantile(lock[top], 0.5),
+        "moves_at_both": np.isfinite(follows).mean(),
+        "following": quantile(follows, 0.5),
+        "top_following": quantile(follows[top], 0.5),
+    }
+
+
+def quantile(values: np.ndarray, share: float) -> float:
+    """A quantile of what is defined; NaN where nothing is."""
+    known = values[np.isfinite(values)]
+    return float(np.quantile(known, share)) if len(known) else math.nan
+
+
+def correlation(x: np.ndarray, y: np.ndarray) -> float:
+    """Pearson's correlation of what both define; NaN without two."""
+    both = np.isfinite(x) & np.isfinite(y)
+    varied = both.sum() > 1 and np.ptp(x[both]) > 0.0 and np.ptp(y[both]) > 0.0
+    return float(np.corrcoef(x[both], y[both])[0, 1]) if varied else math.nan
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(lambda: tyro.cli(LawMap, description=__doc__).run()))

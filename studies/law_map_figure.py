@@ -1,0 +1,159 @@
+"""The picture of the map of short laws: a row a body and command, a column a form of R."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.contour import QuadContourSet
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from PIL import Image
+from scipy.ndimage import gaussian_filter
+
+from law_map_laws import FORMS, TURN, height_of
+from tegotae._support.files import read_arrays
+from tegotae.figures.style import new_figure, save_figure, styled
+from tegotae.study import MOST_BYTES, Arrays
+
+INK, PAPER, MARK = "#e8e6e3", "#0b0b12", "#7fe3ff"
+TITLE = "Random short laws   φ̇ = ω − a R(N) (cos(φ − p) + o)"
+ROWS = {
+    ("study", 4.0): ("hopper, ω = 4 rad/s", "CoT⁻¹ [m/J]", 1.3),
+    ("study", 8.0): ("hopper, ω = 8 rad/s", "CoT⁻¹ [m/J]", 1.3),
+    ("quadruped", 2.0): ("quadruped, ω = 2 √(g/l0)", "1 / cost of transport", 5.0),
+}
+"""Title, measure, and the end of its colours."""
+COLUMNS = {
+    "load": ("R = N", "offset o"),
+    "latch": ("R ∝ N − N*", "N* [weight / legs]"),
+    "decay": ("R = exp(−N / N₀)", "N₀ [weight / legs]"),
+}
+TICKS = {
+    "load": (-1.0, 0.0, 1.0),
+    "latch": (-3.0, -1.0, -0.3, 0.3, 1.0, 3.0),
+    "decay": (0.1, 0.3, 1.0, 3.0, 10.0),
+}
+LOCKS = (0.5, 1.0, 1.5)
+"""Rates over ω that have a contour."""
+MARKS = {"load": "o", "offset": "s", "latch": "D", "decay": "^"}
+"""Of laws that PGPE trained."""
+HARDLY = 0.03
+"""Where fewer laws move than this share there is no contour of their rate."""
+
+
+def draw_all(folder: Path) -> None:
+    """Draw what the tables of a folder hold."""
+    kept = read_arrays(folder / "map.npz", MOST_BYTES)
+    maps = {name: values.astype(float) for name, values in kept.items()}
+    with styled():
+        file = save_figure(draw(maps, pd.read_csv(folder / "named.csv")), folder / "law_map.png")
+    with Image.open(file) as picture:  # a fifth of the bytes, and none to see
+        picture.convert("RGB").quantize(255, dither=Image.Dither.NONE).save(file, optimize=True)
+
+
+def draw(maps: Arrays, named: pd.DataFrame) -> Figure:
+    """The figure of the maps that are there."""
+    shown = [row for row in ROWS if f"{row[0]} {row[1]:g} load merit" in maps]
+    figure = new_figure(8.4, 1.45 + 2.3 * len(shown))
+    figure.set_layout_engine("none")
+    figure.set_facecolor(PAPER)
+    tall = figure.get_figheight()
+    grid = figure.subplots(
+        len(shown), 4, squeeze=False, width_ratios=(1.0, 1.0, 1.0, 0.045),
+        gridspec_kw={"left": 0.095, "right": 0.92, "bottom": 0.7 / tall, "top": 1.0 - 0.75 / tall,
+                     "wspace": 0.27, "hspace": 0.1},
+    )  # fmt: skip
+    for panels, (subject, omega) in zip(grid, shown, strict=True):
+        title, measure, most = ROWS[subject, omega]
+        rows = named[(named.subject == subject) & (named.omega == omega)]
+        for axes, form in zip(panels[:3], FORMS, strict=True):
+            own = {n: maps[f"{subject} {omega:g} {form} {n}"] for n in ("merit", "moves", "lock")}
+            image = _panel(axes, form, own, most)
+            _marks(axes, form, rows[rows.form == form])
+        bar = figure.colorbar(image, cax=panels[3], ticks=_ticks(most))
+        bar.set_label(measure, color=INK)
+        bar.outline.set_visible(False)
+        bar.ax.tick_params(colors=INK, length=2)
+        panels[0].annotate(
+            title, (-0.33, 0.5), xycoords="axes fraction", rotation=90, ha="center", va="center",
+            color=INK, fontsize=10,
+        )  # fmt: skip
+    for axes, form in zip(grid[0], FORMS, strict=False):
+        axes.set_title(COLUMNS[form][0], color=INK, fontsize=10, pad=6)
+    for panels in grid[:-1]:
+        for axes in panels[:3]:
+            axes.tick_params(labelbottom=False)
+    for axes in grid[-1, :3]:
+        axes.set_xlabel("place p of the cosine [rad]", color=INK)
+    figure.text(0.5, 1.0 - 0.2 / tall, TITLE, color=INK, fontsize=12, ha="center", va="center")
+    _legend(figure)
+    return figure
+
+
+def _ticks(most: float) -> np.ndarray:
+    return np.arange(0.0, most + 0.01, 0.25 if most < 2.0 else 1.0)
+
+
+def _centres(count: int, low: float, high: float) -> np.ndarray:
+    return low + (np.arange(count) + 0.5) * (high - low) / count
+
+
+def _panel(axes: Axes, form: str, own: Arrays, most: float) -> QuadContourSet:
+    """The merit in colours, and the rate over ω as lines."""
+    places, shapes = own["merit"].shape
+    # The circle is closed at the panel's sides.
+    x = _centres(places + 2, -np.pi - TURN / places, np.pi + TURN / places)
+    y = _centres(shapes, 0.0, 1.0)
+    y[[0, -1]] = 0.0, 1.0
+
+    def smooth(values: np.ndarray, bins: float) -> np.ndarray:
+        return gaussian_filter(values, bins, mode=("wrap", "nearest"))
+
+    def closed(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([values[-1:], values, values[:1]]).T
+
+    axes.set_facecolor("black")
+    merit = smooth(np.nan_to_num(own["merit"]), 0.8)
+    levels = np.linspace(0.0, most, 27)
+    image = axes.contourf(x, y, closed(merit), levels, cmap="inferno", extend="max")
+    moving = own["moves"] * np.isfinite(own["lock"])
+    under = smooth(moving, 1.5)
+    rate = smooth(moving * np.nan_to_num(own["lock"]), 1.5) / np.maximum(under, 1e-9)
+    known = closed(np.where(under > HARDLY, rate, np.nan))
+    lines = axes.contour(x, y, known, LOCKS, colors="white", linewidths=(0.5, 1.0, 0.5), alpha=0.8)
+    axes.clabel(lines, fmt="%g", fontsize=5.5)
+    axes.set(xlim=(-np.pi, np.pi), ylim=(0.0, 1.0))
+    axes.set_yticks(height_of(form, np.array(TICKS[form])), [f"{tick:g}" for tick in TICKS[form]])
+    axes.set_xticks(np.pi * np.array([-1, -0.5, 0, 0.5, 1]), ["−π", "−π/2", "0", "π/2", "π"])
+    axes.set_ylabel(COLUMNS[form][1], color=INK, fontsize=7, labelpad=1)
+    axes.tick_params(colors=INK, length=2)
+    axes.spines[:].set_visible(False)
+    return image
+
+
+def _marks(axes: Axes, form: str, rows: pd.DataFrame) -> None:
+    """Where Tegotae's law is, and those of the trained ones that hop or walk."""
+    if form != "decay":
+        axes.plot(0.0, 0.5, "*", ms=12, mfc=MARK, mec="black", mew=0.8, zorder=5)
+    for law, mark in MARKS.items():
+        own = rows[(rows.law == law) & (rows.merit > 0.0)]
+        height = np.clip(height_of(form, own["shape"].to_numpy()), 0.0, 1.0)
+        axes.plot(own.place_rad, height, mark, **_STYLE, clip_on=False, zorder=4)
+
+
+_STYLE = {"ms": 3.5, "mfc": MARK, "mec": "black", "mew": 0.5, "ls": ""}
+
+
+def _legend(figure: Figure) -> None:
+    star = Line2D([], [], marker="*", ms=9, mfc=MARK, mec="black", mew=0.6, ls="")
+    trained = [Line2D([], [], marker=mark, **_STYLE) for mark in MARKS.values()]
+    line = Line2D([], [], color="white", lw=1.0)
+    laws = [f"{law}, trained" for law in MARKS]
+    names = ["Tegotae's cosine", *laws, "rate of the hops or strides / ω"]
+    figure.legend(
+        [star, *trained, line], names, loc="lower center", ncols=6, labelcolor=INK,
+        handletextpad=0.3, columnspacing=1.2,
+    )  # fmt: skip
