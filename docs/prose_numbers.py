@@ -303,6 +303,12 @@ def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, flo
     return gain(ours, best), float(low), float(high)
 
 
+def random_laws(subject: str, omega: float, column: str = "moves") -> float:
+    """Mean of a column of the map of short laws over all laws that a body meets at a command."""
+    kept = rows("law_map/summary", subject=subject, omega=omega)
+    return float(np.average(kept[column], weights=kept.laws))
+
+
 @cache
 def legs(family: str) -> pd.DataFrame:
     """Evaluations of the learned legs' families, with their costs over that of the vanilla front.

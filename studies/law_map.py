@@ -59,6 +59,8 @@ from law_map_laws import (
 )
 from tegotae._support.files import read_arrays, write_arrays
 from tegotae.cli.console import exit_status
+from tegotae.measures.evaluation import Protocol
+from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.simulation.rollout import Timing
 from tegotae.study import MOST_BYTES, Arrays, CellResult, Study, here
 from tegotae.systems.legged import random_phases
@@ -66,12 +68,14 @@ from tegotae.training.collection import read
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 BLOCK = 2**14
-BINS = (72, 48)
+BINS = (48, 36)
 """Places and shapes of a map."""
 RELEASES, CHOOSING, JUDGING = 8, 101, 202
 """Releases of a judgement, and the seeds of those that choose vanilla's gain and that judge."""
 JUDGED_LONGER, LONGER = 2, (2, 4)
 """How many times longer than in the map episodes of a judgement are, and those of the check."""
+LOCKED = 0.05
+"""How far the rate of a locked law may be from ω, over ω."""
 KEPT = 32
 """Best laws of each form at each command that are judged, and kept."""
 TRAINED = {
@@ -188,21 +192,43 @@ def binned(form: str, laws: Laws, merit: np.ndarray, lock: np.ndarray) -> Arrays
     }
 
 
-def judged(subject: str, form: str, laws: Laws, *, seed: int = JUDGING) -> Arrays:
-    """Laws released at random phases: mean merit, share of releases that move, and median rate over
-    ω, of the lower and the higher command; and the slope of the rate over ω, 1 if it follows."""
+def released(subject: str, form: str, laws: Laws, omega: float, seed: int = JUDGING) -> Arrays:
+    """What `measured` says of laws from random phases, [laws, releases] each."""
     own, count = SUBJECTS[subject], len(laws.place)
     phases = np.tile(random_phases(own.legs, RELEASES, seed), count)
     repeated = Laws(*(np.repeat(x, RELEASES) for x in laws))
-    timing, found, rates = longer(own.timing, JUDGED_LONGER), {}, []
+    timing = longer(own.timing, JUDGED_LONGER)
+    lanes = measured(subject, form, repeated, phases, omega, timing)
+    return {name: values.reshape(count, RELEASES) for name, values in lanes.items()}
+
+
+def judged(subject: str, form: str, laws: Laws, *, seed: int = JUDGING) -> Arrays:
+    """Mean merit over random releases, share of those that move, and median rate over ω, of the
+    lower and the higher command; and the slope of the rate over ω, 1 if it follows."""
+    own, found, rates = SUBJECTS[subject], {}, []
     for end, omega in zip(ENDS, own.omegas, strict=True):
-        lanes = measured(subject, form, repeated, phases, omega, timing)
-        merit, rate = (lanes[name].reshape(count, RELEASES) for name in ("merit", "rate"))
-        rates.append(np.ma.median(np.ma.masked_invalid(rate), axis=1).filled(np.nan))
-        found[f"merit_{end}"] = merit.mean(axis=1)
-        found[f"moves_{end}"] = (merit > 0.0).mean(axis=1)
+        lanes = released(subject, form, laws, omega, seed)
+        rates.append(medians(lanes["rate"]))
+        found[f"merit_{end}"] = lanes["merit"].mean(axis=1)
+        found[f"moves_{end}"] = (lanes["merit"] > 0.0).mean(axis=1)
         found[f"lock_{end}"] = rates[-1] / omega
+        if own.legs > 1:
+            found[f"speed_{end}"] = medians(lanes["speed"])
     return found | {"following": (rates[1] - rates[0]) / (own.omegas[1] - own.omegas[0])}
+
+
+def around(subject: str, form: str, laws: Laws, omega: float) -> np.ndarray:
+    """Mean merit over releases and the five commands of the evaluation of a hopper, [laws]; NaN on
+    legs."""
+    if SUBJECTS[subject].legs > 1:
+        return np.full(len(laws.place), np.nan)
+    commands = [omega + offset for offset in Protocol().offsets]
+    return np.mean([released(subject, form, laws, w)["merit"].mean(axis=1) for w in commands], 0)
+
+
+def medians(values: np.ndarray) -> np.ndarray:
+    """Median of every row's defined values; NaN where there is none."""
+    return np.ma.median(np.ma.masked_invalid(values), axis=1).filled(np.nan)
 
 
 def rows_of(laws: Laws, found: Arrays, **labels: Any) -> list[dict[str, Any]]:
@@ -264,8 +290,8 @@ class LawMap:
     """What is drawn, and where it is kept."""
 
     laws: int = 2**20
-    """Laws of each body, a power of two; of the calibrated one a quarter."""
-    subjects: tuple[str, ...] = tuple(SUBJECTS)
+    """Laws of the study's body, a power of two; a quarter of them meets each other one."""
+    subjects: tuple[str, ...] = ("study", "quadruped")
     """Bodies: study, quadruped, calibrated."""
     sample: int = 2**11
     """Laws that are judged to compare with, and measured for longer."""
@@ -315,7 +341,10 @@ class LawMap:
                 ranked = np.argsort(-found["merit"], kind="stable")
                 best = taken(whole.laws, ranked[:KEPT])
                 found_again = judged(subject, form, best)
-                of_map = {"merit_of_map": found["merit"][ranked[:KEPT]]}
+                of_map = {
+                    "merit_of_map": found["merit"][ranked[:KEPT]],
+                    "merit_around": around(subject, form, best, omega),
+                }
                 tables["laws"] += rows_of(best, of_map | found_again, **labels)
                 top = ranked[: max(1, len(ranked) // 200)]
                 tables["summary"].append(
@@ -365,18 +394,24 @@ class LawMap:
             less = others < found[f"merit_{end}"][k]
             below.append(less.mean())
             below_moving.append(less[others > 0.0].mean() if others.any() else np.nan)
-        merit = [found[f"merit_{end}"][k] for k, end in enumerate(ENDS)]
-        ranks = {"merit": merit, "below": below, "below_moving": below_moving}
+        omegas = SUBJECTS[subject].omegas
+        ranks = {
+            "merit": [found[f"merit_{end}"][k] for k, end in enumerate(ENDS)],
+            "merit_around": [around(subject, "load", laws, w)[k] for k, w in enumerate(omegas)],
+            "below": below,
+            "below_moving": below_moving,
+        }
         label = {"subject": subject, "law": "vanilla", "form": "load", "run": 0}
-        omegas = np.array(SUBJECTS[subject].omegas)
-        rows = rows_of(laws, found | ranks, **label, omega=omegas)
+        rows = rows_of(laws, found | ranks, **label, omega=np.array(omegas))
         for law, omega in TRAINED[subject] if self.seeds else ():
             seeds = min(self.seeds, 5) if subject == "quadruped" else self.seeds
             form, own = trained(subject, law, omega, self.trainings, seeds)
             label = {"subject": subject, "law": law, "form": form, "run": np.arange(seeds)}
             found = judged(subject, form, own)
             end = ENDS[SUBJECTS[subject].omegas.index(omega)]
-            rows += rows_of(own, found | {"merit": found[f"merit_{end}"]}, **label, omega=omega)
+            found["merit"] = found[f"merit_{end}"]
+            found["merit_around"] = around(subject, form, own, omega)
+            rows += rows_of(own, found, **label, omega=omega)
         return rows
 
 
@@ -385,7 +420,7 @@ def described(
 ) -> dict[str, float]:
     """A line on the laws of a form at a command, and where the best of them, `top`, are."""
     merit, laws = found["merit"], whole.laws
-    moves = merit > 0.0
+    moves, locked = merit > 0.0, np.abs(lock - 1.0) < LOCKED
     omegas, rates = zip(*((omega, x["rate"]) for omega, x in whole.by_command.items()), strict=True)
     follows = (rates[1] - rates[0]) / (omegas[1] - omegas[0])
     direction = np.exp(1j * laws.place[top]).mean()
@@ -394,9 +429,10 @@ def described(
         "laws": len(merit),
         "moves": moves.mean(),
         "fails": found["failed"].mean(),
-        "locked": (np.abs(lock - 1.0) < 0.05).sum() / max(1, moves.sum()),
+        "locked": locked.sum() / max(1, moves.sum()),
         "merit_median": quantile(merit[moves], 0.5),
         "merit_99": quantile(merit[moves], 0.99),
+        "merit_99_locked": quantile(merit[locked], 0.99),
         "merit_best_judged": judged_merit.max(),
         "top_place_rad": np.angle(direction),
         "top_place_agreement": abs(direction),
@@ -409,7 +445,18 @@ def described(
         "moves_at_both": np.isfinite(follows).mean(),
         "following": quantile(follows, 0.5),
         "top_following": quantile(follows[top], 0.5),
+        "trots": trots(found)[moves].mean() if moves.any() else math.nan,
+        "top_trots": trots(found)[top].mean(),
     }
+
+
+def trots(found: Arrays) -> np.ndarray:
+    """Whether diagonal legs step together and the others half a stride later; NaN on one leg."""
+    if "lag_LF" not in found:
+        return np.full(len(found["merit"]), np.nan)
+    wanted = {"lag_LF": 0.5, "lag_RF": 0.0, "lag_RH": 0.5}
+    off = [np.abs((found[name] - lag + 0.5) % 1.0 - 0.5) for name, lag in wanted.items()]
+    return np.asarray(np.max(off, axis=0) <= TOLERANCE, float)
 
 
 def quantile(values: np.ndarray, share: float) -> float:

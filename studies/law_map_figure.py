@@ -1,4 +1,5 @@
-"""The picture of the map of short laws: a row a body and command, a column a form of R."""
+"""What the map of short laws shows: the picture, a row a body and command and a column a form of R;
+and the tables in Markdown."""
 
 from __future__ import annotations
 
@@ -13,6 +14,7 @@ from matplotlib.lines import Line2D
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
+from kept import write_text
 from law_map_laws import FORMS, TURN, height_of
 from tegotae._support.files import read_arrays
 from tegotae.figures.style import new_figure, save_figure, styled
@@ -45,13 +47,66 @@ HARDLY = 0.03
 
 
 def draw_all(folder: Path) -> None:
-    """Draw what the tables of a folder hold."""
+    """Draw what the tables of a folder hold, and write them as Markdown."""
+    texts = {"summary": summary_text, "named": named_text, "convergence": convergence_text}
+    for name, text in texts.items():
+        write_text(folder / f"{name}.md", text(pd.read_csv(folder / f"{name}.csv")))
     kept = read_arrays(folder / "map.npz", MOST_BYTES)
     maps = {name: values.astype(float) for name, values in kept.items()}
     with styled():
         file = save_figure(draw(maps, pd.read_csv(folder / "named.csv")), folder / "law_map.png")
     with Image.open(file) as picture:  # a fifth of the bytes, and none to see
         picture.convert("RGB").quantize(255, dither=Image.Dither.NONE).save(file, optimize=True)
+
+
+def summary_text(summary: pd.DataFrame) -> str:
+    """What became of the laws of each form, and where the best two hundredth of them are."""
+    lines = [
+        "| body, ω | R | move; locked | 99 % | best | p / π | shape | rate / ω |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for row in summary.itertuples():
+        lines.append(
+            f"| {row.subject}, {row.omega:g} | {row.form} "
+            f"| {100.0 * row.moves:.1f} %; {100.0 * row.locked:.0f} % "
+            f"| {row.merit_99:.2f} | {row.merit_best_judged:.2f} "
+            f"| {row.top_place_rad / np.pi:+.2f} ({row.top_place_agreement:.2f}) "
+            f"| {row.top_shape:.2f} [{row.top_shape_low:.2f}, {row.top_shape_high:.2f}] "
+            f"| {row.top_lock:.2f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def named_text(named: pd.DataFrame) -> str:
+    """Tegotae's law, and the trained ones beside it."""
+    lines = [
+        "| body | ω | law | runs | merit, best | median | five commands, best | median |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for (subject, omega, law), own in named.groupby(["subject", "omega", "law"], sort=False):
+        around = own.merit_around.dropna()
+        five = f"{around.max():.2f} | {around.median():.2f}" if len(around) else "– | –"
+        lines.append(
+            f"| {subject} | {omega:g} | {law} | {len(own)} | {own.merit.max():.2f} "
+            f"| {own.merit.median():.2f} | {five} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def convergence_text(convergence: pd.DataFrame) -> str:
+    """Shares that move, of half of the laws and all, and of some in longer episodes."""
+    lines = [
+        "| body, ω | R | half; all | maps of both | 1 × | 2 × | 4 × | same at 4 × |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for row in convergence.itertuples():
+        shares = (row.moves_half, row.moves, row.moves_1, row.moves_2, row.moves_4, row.same_4)
+        half, whole, *rest = (f"{100.0 * share:.1f} %" for share in shares)
+        lines.append(
+            f"| {row.subject}, {row.omega:g} | {row.form} | {half}; {whole} "
+            f"| {row.map_correlation:.3f} | {' | '.join(rest)} |"
+        )
+    return "\n".join(lines) + "\n"
 
 
 def draw(maps: Arrays, named: pd.DataFrame) -> Figure:
@@ -135,7 +190,11 @@ def _panel(axes: Axes, form: str, own: Arrays, most: float) -> QuadContourSet:
 
 
 def _marks(axes: Axes, form: str, rows: pd.DataFrame) -> None:
-    """Where Tegotae's law is, and those of the trained ones that hop or walk."""
+    """Where Tegotae's law is, and those of the trained ones that hop or walk; and with R = N the
+    laws whose feedback is zero at φ = -π/2, just before a hopper's push."""
+    if form == "load" and "quadruped" not in set(rows.subject):
+        place = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 64)
+        axes.plot(place, height_of(form, np.sin(place)), **_ZERO)
     if form != "decay":
         axes.plot(0.0, 0.5, "*", ms=12, mfc=MARK, mec="black", mew=0.8, zorder=5)
     for law, mark in MARKS.items():
@@ -144,16 +203,17 @@ def _marks(axes: Axes, form: str, rows: pd.DataFrame) -> None:
         axes.plot(own.place_rad, height, mark, **_STYLE, clip_on=False, zorder=4)
 
 
+_ZERO = {"color": MARK, "ls": (0, (4, 3)), "lw": 0.9}
 _STYLE = {"ms": 3.5, "mfc": MARK, "mec": "black", "mew": 0.5, "ls": ""}
 
 
 def _legend(figure: Figure) -> None:
     star = Line2D([], [], marker="*", ms=9, mfc=MARK, mec="black", mew=0.6, ls="")
     trained = [Line2D([], [], marker=mark, **_STYLE) for mark in MARKS.values()]
-    line = Line2D([], [], color="white", lw=1.0)
+    lines = [Line2D([], [], **_ZERO), Line2D([], [], color="white", lw=1.0)]
     laws = [f"{law}, trained" for law in MARKS]
-    names = ["Tegotae's cosine", *laws, "rate of the hops or strides / ω"]
+    names = ["Tegotae's cosine", *laws, "o = sin p", "rate / ω"]
     figure.legend(
-        [star, *trained, line], names, loc="lower center", ncols=6, labelcolor=INK,
+        [star, *trained, *lines], names, loc="lower center", ncols=7, labelcolor=INK,
         handletextpad=0.3, columnspacing=1.2,
     )  # fmt: skip

@@ -68,6 +68,7 @@ SUBJECTS = {
         (0.1, 10.0),
         Timing(duration_s=60.0, tick_s=0.0125, frame_s=0.1),
         legs=4,
+        share=0.25,
     ),
     "calibrated": Subject((4.0, 8.0), **HOPS, share=0.25),
 }
