@@ -19,6 +19,7 @@ from tegotae.simulation.world import Uniform
 from tegotae.systems.designs import Design, design
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.families import nominal_speed_m_per_s
+from tegotae.systems.laws import LAWS_OF_LEGS
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
@@ -151,9 +152,10 @@ def for_a_range(experiment: Experiment, of: Design) -> Experiment:
 
 RANGE = tuple(
     Cell(f"{family}@quadruped-c", generations=600, seeds=10, ranged=True)
-    for family in ("V", "cos", "VG", "AR", "ARG", "ART-t+phif", "W+phi-F")
+    for family in ("V", "cos", *LAWS_OF_LEGS, "VG", "AR", "ARG", "ART-t+phif", "W+phi-F")
 )
-"""One law for every speed; V has one σ for all of them."""
+"""One law for every speed; V has one σ for all of them, and short laws have three or four
+numbers."""
 HEXAPOD = tuple(Cell(f"{family}@hexapod", seeds=3) for family in ("V", "AR"))
 """Trained at one frequency, from one release."""
 PLATE = tuple(

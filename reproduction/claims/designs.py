@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from reproduction.table import Table
-from tegotae.measures.hopping.statistics import Interval
+from tegotae.measures.hopping.statistics import Interval, mean_defined
 
 MODELS = 10
 """A correlation needs so many models: among fewer one of 0.6 and more is often mere chance, and of
@@ -31,14 +31,27 @@ def designs(table: Table) -> dict[tuple, Table]:
     }
 
 
+def within_omega(values: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
+    """Values [..., models] less the mean of their models of the same ω_t; NaN where undefined.
+
+    Two metrics that differ with ω_t alone go together over all models and within no ω_t.
+    """
+    centred = np.array(values, float)
+    for omega in np.unique(np.nan_to_num(omega_t)):
+        there = np.nan_to_num(omega_t) == omega
+        centred[..., there] -= mean_defined(centred[..., there])[..., None]
+    return centred
+
+
 def correlation(table: Table, a: str, b: str, *, seed: int = 0, resamples: int = 4000) -> Interval:
-    """Pearson correlation of two columns over the rows that define both, with its interval.
+    """Pearson correlation within ω_t of two columns over the rows that define both.
 
     The interval is a percentile bootstrap over rows. All is NaN for fewer than `MODELS` of them.
     """
     x, y = table[a], table[b]
     both = np.isfinite(x) & np.isfinite(y)
-    x, y, undefined = x[both], y[both], int((~both).sum())
+    omega_t, undefined = table["omega_t"][both], int((~both).sum())
+    x, y = (within_omega(each[both], omega_t) for each in (x, y))
     if len(x) < MODELS or x.std() == 0.0 or y.std() == 0.0:
         return Interval(np.nan, np.nan, np.nan, np.nan, len(x), undefined)
     drawn = np.random.default_rng(seed).integers(0, len(x), (resamples, len(x)))

@@ -66,7 +66,10 @@ class DoubleDifference:
 
 @dataclass(frozen=True)
 class Correlation:
-    """Pearson's correlation of two metrics over all models, each the mean of its runs."""
+    """Pearson's correlation of two metrics over all models, each the mean of its runs.
+
+    It is within ω_t: what two frequencies differ by is no relation of the metrics.
+    """
 
     a: str
     b: str

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reproduction.claims.counting import ALL, FIGURE_2, Count
-from reproduction.claims.designs import DRIVES, MODELS
+from reproduction.claims.designs import DRIVES, MODELS, within_omega
 from reproduction.claims.effects import (
     ArchitectureGroup,
     Correlation,
@@ -195,10 +195,12 @@ def _correlation(effect: Correlation, runs: Resampled, count: Count) -> EffectEs
     if not {effect.a, effect.b} <= set(runs.table.columns):
         return NOT_KNOWN
     a, b = runs.values(effect.a, count), runs.values(effect.b, count)
+    omega_t = models.omega_t
     if count.omega_t != ALL:
         keep = np.array([f"{x:g}" == count.omega_t for x in models.omega_t])
-        a, b = a[:, keep], b[:, keep]
+        a, b, omega_t = a[:, keep], b[:, keep], omega_t[keep]
     both = np.isfinite(a) & np.isfinite(b)
+    a, b = (within_omega(np.where(both, each, np.nan), omega_t) for each in (a, b))
     n = both.sum(axis=1)
     if n[0] < MODELS:
         return NOT_KNOWN

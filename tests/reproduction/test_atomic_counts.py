@@ -203,7 +203,7 @@ def test_a_gain_is_one_difference_less_another():
 
 def test_metrics_are_correlated_over_models_not_over_runs():
     number = np.arange(12.0)
-    models = [("V", "sector", float(i), i) for i in range(1, 13)]
+    models = [(f"V{i}", "sector", 4.0, i) for i in range(1, 13)]
     table = rows(*models, t0_s=np.repeat(-number, 4) + np.tile([0.0, 1.0, 2.0, 3.0], 12))
     found = effect(table, of=Correlation("cot_inverse", "t0_s"))
     assert found.effect == pytest.approx(-1.0)

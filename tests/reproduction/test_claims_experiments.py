@@ -99,8 +99,16 @@ def test_a_correlation_needs_enough_models(models):
 
 def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample():
     x = np.arange(20.0)
-    line = Table({"a": x, "b": 2.0 * x + 1.0})
+    omega_t = np.full(20, 8.0)
+    line = Table({"a": x, "b": 2.0 * x + 1.0, "omega_t": omega_t})
     assert correlation(line, "a", "b").mean == pytest.approx(1.0)
-    with_holes = Table({"a": x, "b": np.where(x < 2, np.nan, x)})
+    with_holes = Table({"a": x, "b": np.where(x < 2, np.nan, x), "omega_t": omega_t})
     found = correlation(with_holes, "a", "b")
     assert (found.count, found.undefined) == (18, 2)
+
+
+def test_what_two_frequencies_differ_by_is_no_correlation():
+    x, omega_t = np.arange(20.0), np.repeat([4.0, 8.0], 10)
+    falls = Table({"a": x + 10.0 * omega_t, "b": 10.0 * omega_t - x, "omega_t": omega_t})
+    assert np.corrcoef(falls["a"], falls["b"])[0, 1] > 0.5
+    assert correlation(falls, "a", "b").mean == pytest.approx(-1.0)
