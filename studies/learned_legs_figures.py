@@ -16,6 +16,10 @@ Rows = dict[str, np.ndarray]
 FAMILIES = {
     "V": ("V, one σ", "#000000", ":"),
     "cos": ("cosine law", "0.5", "--"),
+    "load": ("σN, with a place", "0.7", "-."),
+    "latch": ("latch", COLOURS[7], "--"),
+    "decay": ("decay", COLOURS[6], "--"),
+    "decay-t": ("decay and ellipse", COLOURS[2], "--"),
     "VG-gF": ("VG", COLOURS[3], "-"),
     "AR-rF": ("AR", COLOURS[0], "-"),
     "ARG-rF-gF": ("ARG", COLOURS[5], "-"),
@@ -54,7 +58,8 @@ def draw_range(found: Rows) -> Figure:
         left.plot(speed[chosen], cost[chosen], line, color=colour, marker="o", ms=2.5, label=label)
         share = cost / baseline_cost(speed)
         right.plot(found["omega"][chosen], share[chosen], line, color=colour, marker="o", ms=2.5)
-        _band(right, found["omega"][mine], share[mine], colour)
+        if line == "-":  # of short laws some runs do not walk
+            _band(right, found["omega"][mine], share[mine], colour)
     right.axhline(1.0, color="black", lw=1.0)
     right.axhline(0.6, color="0.6", lw=0.6, ls="--")
     left.set_yscale("log")

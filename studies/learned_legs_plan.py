@@ -152,10 +152,10 @@ def for_a_range(experiment: Experiment, of: Design) -> Experiment:
 
 RANGE = tuple(
     Cell(f"{family}@quadruped-c", generations=600, seeds=10, ranged=True)
-    for family in ("V", "cos", *LAWS_OF_LEGS, "VG", "AR", "ARG", "ART-t+phif", "W+phi-F")
+    for family in ("V", "cos", *LAWS_OF_LEGS, "decay-t", "VG", "AR", "ARG", "ART-t+phif", "W+phi-F")
 )
 """One law for every speed; V has one σ for all of them, and short laws have three or four
-numbers."""
+numbers, with the ellipse's eight."""
 HEXAPOD = tuple(Cell(f"{family}@hexapod", seeds=3) for family in ("V", "AR"))
 """Trained at one frequency, from one release."""
 PLATE = tuple(

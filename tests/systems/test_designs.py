@@ -66,7 +66,7 @@ def test_a_users_own_system_has_designs_too(tmp_path):
         ("AR-gF@hexapod", "says what G senses, and it is not learned"),
         ("AR-w1.2.3@hexapod", "has no frequency behind -w"),
         ("AR-w0@hexapod", "omega is 0"),
-        ("ART-t+phif@plate-heavy", "to which nothing can be added"),
+        ("ART-t+phif@plate-heavy", "no ellipse"),
     ],
 )
 def test_a_name_that_says_nothing_is_refused_in_one_line(name, message):

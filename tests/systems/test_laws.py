@@ -70,6 +70,14 @@ def test_on_legs_the_feet_stay_the_systems(law):
     assert found.controller().n_weights == {"load": 3, "latch": 4, "decay": 4}[law]
 
 
+def test_on_legs_the_ellipse_can_be_trained_too():
+    found = design("decay-t@quadruped-c").controller()
+    own = design("V@quadruped-c").controller().actuation
+    assert (found.n_weights, found.actuation.start) == (8, own)
+    with pytest.raises(TegotaeError, match="no ellipse"):
+        design("decay-t@bar-light").controller()
+
+
 def test_names_are_those_of_models():
     assert resolve("latch-w4").experiment().omega == 4.0
     assert short_law("latch").name == "latch-w8"

@@ -22,6 +22,7 @@ from tegotae.parts.terms import (
     LearnedActuation,
     LearnedFoot,
     OffsetAction,
+    TunedFoot,
     VanillaReaction,
     WholeBody,
     WholeBodyCorrectedFoot,
@@ -145,6 +146,7 @@ FAMILIES = (
 )
 """The families that are listed; there are more by other senses."""
 
+_WITH_ELLIPSE = "-t"
 _NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
 
 
@@ -155,7 +157,8 @@ def family_named(name: str) -> Family:
       senses "F" its load, "Fv" its rate, too, or "Fa" the body's angles, too. A learned T with a
       + before its input is added to the system's own, an ellipse;
     - `cos`: the law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers;
-    - `load`, `latch`, `decay`: short laws of four and five numbers (`tegotae.systems.laws`);
+    - `load`, `latch`, `decay`: short laws of three and four numbers (`tegotae.systems.laws`);
+      with `-t`, as in `decay-t`, the four of the system's ellipse are trained, too;
     - `T-F` and the like: the paper's single network, one a leg, without oscillators;
     - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
       them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the
@@ -172,8 +175,9 @@ def family_named(name: str) -> Family:
     if name == "cos":
         about = "the cosine law φ̇ = ω - c N (cos φ + o)"
         return Family(name=name, about=about, make=_cosine_law)
-    if name in LAWS_OF_LEGS:
-        about = f"the short law {LAWS[name].about.replace('cos φ', 'cos(φ - p)')}"
+    if (law := name.removesuffix(_WITH_ELLIPSE)) in LAWS_OF_LEGS:
+        about = f"the short law {LAWS[law].about.replace('cos φ', 'cos(φ - p)')}"
+        about += ", and the ellipse's four numbers" * (law != name)
         return Family(name=name, about=about, make=partial(_short_law, name=name))
     if found := _NETWORK.fullmatch(name):
         kind, observation = found["kind"], found["observation"]
@@ -226,9 +230,16 @@ def _cosine_law(legged: Legged, budget: int) -> Controller:
 
 
 def _short_law(legged: Legged, budget: int, *, name: str) -> Controller:
-    """The system's controller with a short law's feedback."""
+    """The system's controller with a short law's feedback, and with a trained ellipse if named so.
+
+    Raises:
+        TegotaeError: for an ellipse that the system does not have.
+    """
     own = require_system(legged).controller
-    found = LAWS[name].on_legs(own, usual_gain(legged))
+    law = name.removesuffix(_WITH_ELLIPSE)
+    if law != name:
+        own = dataclasses.replace(own, actuation=TunedFoot(ellipse_of(legged)))
+    found = LAWS[law].on_legs(own, usual_gain(legged))
     shared_out(name, {}, found.n_weights, budget)
     return found
 
@@ -297,7 +308,7 @@ def corrected(legged: Legged, inputs: tuple[str, ...], hidden: int) -> Actuation
 
 
 def ellipse_of(legged: Legged) -> EllipticFoot:
-    """The ellipse of a system, to which what is learned is added.
+    """The ellipse of a system, to which what is learned is added, or which is trained itself.
 
     Raises:
         TegotaeError: for a system without one.
@@ -305,8 +316,8 @@ def ellipse_of(legged: Legged) -> EllipticFoot:
     foot = legged.controller.actuation
     if not isinstance(foot, EllipticFoot):
         raise TegotaeError(
-            f"the actuation of this system is a {type(foot).__name__}, to which nothing can be "
-            "added; learn T without the +"
+            f"the actuation of this system is a {type(foot).__name__} and no ellipse; "
+            "learn T without the +, or take a short law without -t"
         )
     return foot
 

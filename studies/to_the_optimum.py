@@ -1,0 +1,178 @@
+"""What is missing to the optimum: the best short law and the best learned ones beside it.
+
+    python studies/to_the_optimum.py results/learning
+
+takes, of a study's folder of the kind `--scale learning` (docs/reproduction/learning.md), the best
+runs of some models at ω_t = 4 rad/s: of those that hop on a limit cycle the one of highest training
+fitness, and the one of highest CoT⁻¹ in the evaluation, which only the judge knows. On the limit
+cycle of each the work per climbed metre is taken apart. Over a cycle the actuator's positive work
+less its negative one is what the damper takes, so the absolute work of CoT⁻¹ is
+
+    W / h = D / h + 2 W⁻ / h,
+
+with the damper's loss D and the work W⁻ that the actuator takes back. An optimal gait at the same
+hop frequency, and the best of all frequencies, stand beside it.
+
+Written to `docs/_static/to_the_optimum` are `budget.csv`, `budget.md` and `forces.png`.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pandas as pd
+import tyro
+from matplotlib.figure import Figure
+
+from kept import write_rows, write_text
+from reproduction.folder import Folder
+from reproduction.optimum import optimise
+from reproduction.record import Record
+from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
+from tegotae.cli.console import exit_status
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.optimum import curve
+from tegotae.parts.bodies import Hopper
+from tegotae.systems.controller_file import SavedController
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+MODELS = ("V-sector-w4", "load-w4", "latch-w4", "ART-rF-tphi-w4", "ARGT-rF-gF-tphi-w4")
+BODY = Hopper()
+
+
+@dataclass(frozen=True)
+class ToTheOptimum:
+    """What is taken apart, and where it is kept."""
+
+    study: Annotated[Path, tyro.conf.Positional]
+    """A study's folder."""
+    out: Path = DOCS / "_static" / "to_the_optimum"
+    """Folder of table and figure."""
+
+    def run(self) -> None:
+        """Find the cycles, and write."""
+        records = {record.model: record for record in Folder(self.study).all()[0]}
+        rows, forces = [], {}
+        for name in MODELS:
+            for how, run in chosen(records[name]).items():
+                orbit = orbit_of(records[name], run)
+                label = f"{name}, {how}"
+                if orbit is not None:
+                    rows.append({"controller": label, "run": run, **budget_of(orbit)})
+                    forces[label] = stance_of(orbit)
+        best = curve()
+        for omega in (4.0, float(best["omega"][np.nanargmax(best["cot_inverse"])])):
+            row, stance = optimal(omega)
+            rows.append({"controller": f"optimum at {omega:.3g} rad/s", "run": "", **row})
+            forces[rows[-1]["controller"]] = stance
+        write_rows(self.out / "budget.csv", rows, digits=5)
+        table = pd.read_csv(self.out / "budget.csv")
+        write_text(self.out / "budget.md", markdown(table))
+        with styled():
+            save_figure(figure(table, forces), self.out / "forces.png")
+        print(markdown(table))
+
+
+def chosen(record: Record) -> dict[str, int]:
+    """The run of highest fitness, and that of highest CoT⁻¹ at ω_t in the evaluation."""
+    at_omega_t = len(record.omega) // 2
+    cot = np.nan_to_num(record.episodes["cot_inverse"][:, at_omega_t], nan=-1.0)
+    found = {"by fitness": int(np.argmax(record.best_fitness)), "best": int(np.argmax(cot))}
+    return {"by fitness": found["best"]} if len(set(found.values())) == 1 else found
+
+
+def orbit_of(record: Record, run: int) -> Orbit | None:
+    """The limit cycle of a run at ω_t; None if it has none."""
+    try:
+        return find_orbit(SavedController(record.experiment.system, record.weights[run]))
+    except NoLimitCycleError:
+        return None
+
+
+def budget_of(orbit: Orbit) -> dict[str, float]:
+    """Work per climbed metre of a limit cycle, taken apart."""
+    power = orbit.actuator_force_n * orbit.velocity_m_per_s
+    climb = float((orbit.apex_height_m - BODY.rest_length_m).sum())
+    absolute, taken = (
+        float(np.trapezoid(each, orbit.time_s)) for each in (np.abs(power), np.maximum(-power, 0.0))
+    )
+    return budget(2.0 * np.pi * orbit.hops / orbit.period_s, climb, absolute, taken)
+
+
+def budget(rate: float, climb_m: float, work_j: float, taken_back_j: float) -> dict[str, float]:
+    """A cycle's hop rate, CoT⁻¹ and energies per climbed metre."""
+    return {
+        "hop_rate_rad_per_s": rate,
+        "cot_inverse_m_per_j": climb_m / work_j,
+        "work_j_per_m": work_j / climb_m,
+        "damper_j_per_m": (work_j - 2.0 * taken_back_j) / climb_m,
+        "taken_back_twice_j_per_m": 2.0 * taken_back_j / climb_m,
+    }
+
+
+def optimal(omega: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    """The best gait of one hop that optimisation finds: its budget and its stance."""
+    gait = optimise(BODY, omega)
+    height, force = np.append(gait.height_m[0], 0.0), gait.force_n[0]
+    # The force is constant in an interval, and no interval has a turn of the motion.
+    work = force * np.diff(height)
+    climb = gait.lift_off_m_per_s[0] ** 2 / (2.0 * BODY.gravity_m_per_s2)
+    row = budget(omega, climb, float(np.abs(work).sum()), float(-work[work < 0.0].sum()))
+    return row, {"time_s": gait.time_s[0], "force_n": force}
+
+
+def stance_of(orbit: Orbit) -> dict[str, np.ndarray]:
+    """Time since touchdown and force, over the first stance of a limit cycle."""
+    stance = np.flatnonzero(orbit.spring_force_n > 0.0)
+    rows = stance[: np.flatnonzero(np.diff(stance, append=np.inf) > 1)[0] + 1]
+    return {
+        "time_s": orbit.time_s[rows] - orbit.time_s[rows[0]],
+        "force_n": orbit.actuator_force_n[rows],
+    }
+
+
+def markdown(table: pd.DataFrame) -> str:
+    """The budgets, a row a gait."""
+    lines = [
+        "| gait | hop rate [rad/s] | CoT⁻¹ [m/J] | work [J/m] | damper [J/m] | taken back, twice "
+        "[J/m] |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in table.to_dict("records"):
+        numbers = [f"{row[name]:.3f}" for name in list(table)[2:]]
+        lines.append(f"| {row['controller']} | {' | '.join(numbers)} |")
+    return "\n".join(lines) + "\n"
+
+
+def figure(table: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Figure:
+    """Work per climbed metre, and the forces over a stance."""
+    made = new_figure(PAGE_IN, 3.6)
+    left, right = made.subplots(1, 2, width_ratios=(3, 3))
+    places = np.arange(len(table))[::-1]
+    damper, back = table.damper_j_per_m, table.taken_back_twice_j_per_m
+    left.barh(places, damper, color=COLOURS[0], label="damper")
+    left.barh(places, back, left=damper, color=COLOURS[1], label="taken back, twice")
+    left.set_yticks(places, table.controller)
+    left.set_xlabel("work per climbed metre [J/m]")
+    left.legend(loc="lower right")
+    for i, (name, stance) in enumerate(forces.items()):
+        optimum = name.startswith("optimum")
+        style = {"color": "black", "ls": "--" if "at 4" in name else "-"} if optimum else {}
+        right.plot(
+            stance["time_s"],
+            stance["force_n"],
+            label=name,
+            **{"color": COLOURS[i % len(COLOURS)], "lw": 1.0, **style},
+        )
+    right.set_xlabel("time since touchdown [s]")
+    right.set_ylabel("actuator force [N]")
+    right.legend(fontsize=6)
+    return made
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(lambda: tyro.cli(ToTheOptimum, description=__doc__).run()))
