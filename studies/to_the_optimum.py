@@ -29,6 +29,7 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
+from reproduction.figures.optimum import draw_optimum
 from reproduction.folder import Folder
 from reproduction.optimum import optimise
 from reproduction.record import Record
@@ -82,7 +83,9 @@ def chosen(record: Record) -> dict[str, int]:
     at_omega_t = len(record.omega) // 2
     cot = np.nan_to_num(record.episodes["cot_inverse"][:, at_omega_t], nan=-1.0)
     found = {"by fitness": int(np.argmax(record.best_fitness)), "best": int(np.argmax(cot))}
-    return {"by fitness": found["best"]} if len(set(found.values())) == 1 else found
+    if record.experiment.is_searched or len(set(found.values())) == 1:
+        return {"by fitness": found["by fitness"]}
+    return found
 
 
 def orbit_of(record: Record, run: int) -> Orbit | None:
@@ -149,28 +152,22 @@ def markdown(table: pd.DataFrame) -> str:
 
 
 def figure(table: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Figure:
-    """Work per climbed metre, and the forces over a stance."""
+    """CoT⁻¹ over hop rate beside the optimum, and the forces over a stance."""
     made = new_figure(PAGE_IN, 3.6)
-    left, right = made.subplots(1, 2, width_ratios=(3, 3))
-    places = np.arange(len(table))[::-1]
-    damper, back = table.damper_j_per_m, table.taken_back_twice_j_per_m
-    left.barh(places, damper, color=COLOURS[0], label="damper")
-    left.barh(places, back, left=damper, color=COLOURS[1], label="taken back, twice")
-    left.set_yticks(places, table.controller)
-    left.set_xlabel("work per climbed metre [J/m]")
-    left.legend(loc="lower right")
-    for i, (name, stance) in enumerate(forces.items()):
-        optimum = name.startswith("optimum")
-        style = {"color": "black", "ls": "--" if "at 4" in name else "-"} if optimum else {}
-        right.plot(
-            stance["time_s"],
-            stance["force_n"],
-            label=name,
-            **{"color": COLOURS[i % len(COLOURS)], "lw": 1.0, **style},
-        )
-    right.set_xlabel("time since touchdown [s]")
-    right.set_ylabel("actuator force [N]")
-    right.legend(fontsize=6)
+    left, right = made.subplots(1, 2)
+    draw_optimum(left, curve())
+    for i, row in enumerate(table.to_dict("records")):
+        name = str(row["controller"])
+        colour, stance = COLOURS[i % len(COLOURS)], forces[name]
+        if name.startswith("optimum"):
+            style = {"color": "black", "ls": "--" if i % 2 else "-", "zorder": 1.0}
+        else:
+            style = {"color": colour}
+            left.plot(row["hop_rate_rad_per_s"], row["cot_inverse_m_per_j"], "o", color=colour)
+        right.plot(stance["time_s"], stance["force_n"], label=name, lw=1.0, **style)
+    left.set(xlim=(2.8, 5.0), ylim=(0.8, 1.35), xlabel="hop rate [rad/s]", ylabel="CoT⁻¹ [m/J]")
+    right.set(xlim=(0.0, 0.65), xlabel="time since touchdown [s]", ylabel="actuator force [N]")
+    made.legend(loc="outside lower center", ncols=3, fontsize=6)
     return made
 
 
