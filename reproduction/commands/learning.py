@@ -31,13 +31,13 @@ class StudyLearning:
         from fnmatch import fnmatchcase
 
         from reproduction.folder import Folder
-        from reproduction.learning.judged import JudgedRuns
+        from reproduction.learning.judged import EvaluatedRuns
         from reproduction.learning.page import feedback_table
         from reproduction.learning.runs import joined, rows
         from tegotae.study import Study
 
         records = [r for r in Folder(self.dir).all()[0] if fnmatchcase(r.model, self.models)]
-        cells = [JudgedRuns(record) for record in records]
+        cells = [EvaluatedRuns(record) for record in records]
         study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
         study.run()
         results = zip(cells, study.results(), strict=True)

@@ -76,12 +76,12 @@ def judge(experiment: Experiment, weights: np.ndarray) -> Arrays:
     """
     register(mean_feedback)
     try:
-        return _judged(experiment, weights)
+        return _variants(experiment, weights)
     finally:  # a study that is planned later is not to have it
         forget(mean_feedback.name)
 
 
-def _judged(experiment: Experiment, weights: np.ndarray) -> Arrays:
+def _variants(experiment: Experiment, weights: np.ndarray) -> Arrays:
     whole = _episodes(experiment, experiment.controller, weights, experiment.protocol)
     feedback = mean_defined(np.moveaxis(_by_release(whole, mean_feedback.name), 1, -1))
     variants = [whole]
@@ -138,7 +138,7 @@ def _by_release(evaluation: Evaluation, name: str) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class JudgedRuns:
+class EvaluatedRuns:
     """All runs of one record, as a cell of a study (`tegotae.study.Study`)."""
 
     record: Record

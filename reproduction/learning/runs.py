@@ -10,7 +10,7 @@ import pandas as pd
 
 from reproduction.claims.designs import DRIVES
 from reproduction.hop_rates import rate_slope
-from reproduction.learning.judged import VARIANTS, JudgedRuns
+from reproduction.learning.judged import VARIANTS, EvaluatedRuns
 from reproduction.record import Record
 from reproduction.table import design
 from tegotae.measures.hopping.statistics import mean_defined
@@ -23,7 +23,7 @@ LAW = "law"
 """The architecture of short laws in this table."""
 
 
-def rows(cell: JudgedRuns, arrays: Arrays) -> pd.DataFrame:
+def rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
     """The runs of a record.
 
     Returns:
