@@ -1,13 +1,19 @@
 """A controller on a page: what is said of it, and what cannot be explained."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import tegotae as tg
 from tegotae import SavedController
+from tegotae.analysis import short_forms
 from tegotae.analysis.explanation import Visits, action_fits, arcs, parking, pushing, reaction_fits
+from tegotae.parts import oscillators, terms
+from tegotae.questions import explaining
+from tegotae.systems.laws import LAWS
 
-SHORT = {"duration": 12.0, "releases": 3}
+SHORT = {"duration": 12.0, "releases": 3, "retune": 0}
 
 
 def visited(phase, load, force=None, rate=None, action=None, reaction=None) -> Visits:
@@ -68,7 +74,7 @@ def test_one_network_without_feedback_says_so():
 
 
 def test_legs_are_judged_by_their_cost_of_transport_and_speed():
-    page = tg.explain("quadruped-c", duration=60.0, releases=2)
+    page = tg.explain("quadruped-c", duration=60.0, releases=2, retune=0)
     whole = page.evaluated["whole"]
     assert whole.sound.all()
     assert (whole.speed_m_per_s > 0.0).all()
@@ -127,8 +133,71 @@ def test_an_interval_may_pass_zero_and_what_is_not_visited():
         (["V-sector-w8", "--releases", "0"], "releases is 0"),
         (["V-sector-w8", "--seed", "-1"], "seed is -1"),
         (["V-sector-w8", "--duration", "0"], "must be at least 1"),
+        (["V-sector-w8", "--retune", "-1"], "retune is -1"),
+        (["V-sector-w8", "--retune-seeds", "0"], "retune_seeds is 0"),
         (["ART-rF-tphi-w8"], "take zoo:ART-rF-tphi-w8"),
     ],
 )
 def test_what_cannot_be_explained_is_refused_in_one_line(words, said, one_line_error):
     assert said in one_line_error("explain", *words)
+
+
+def law(name: str, weights) -> SavedController:
+    return SavedController.of(LAWS[name].on_a_leg(), np.array(weights), 4.0, name=name)
+
+
+def test_a_form_starts_from_the_curves_that_it_would_have():
+    numbers = {"latch": [0.3, 2.0, 5.0, 1.0, 1.0], "decay": [0.3, 1.0, 5.0, 1.0, 1.0]}
+    reactions = {"latch": 1.0 - 2.0 * LOAD, "decay": np.exp(-LOAD)}
+    for name, expected in numbers.items():
+        force = 4.0 * ((PHASE > 1.0) & (PHASE < 2.0))
+        action, reaction = -(np.cos(PHASE) + 0.3), 5.0 * reactions[name]
+        v = visited(PHASE, LOAD, force=force, action=action, reaction=reaction)
+        _, start = short_forms.started(law(name, expected), [v])[name]
+        assert start == pytest.approx(expected, rel=0.1, abs=0.06)
+
+
+def test_the_place_of_the_action_moves_the_push_with_it():
+    force = 4.0 * ((PHASE > 1.0) & (PHASE < 2.0))
+    v = visited(PHASE, LOAD, force=force, action=-np.cos(PHASE - 0.5), reaction=LOAD)
+    _, start = short_forms.started(law("offset", [0.0, 1.0, 1.0, 1.0]), [v])["offset"]
+    assert start[2] == pytest.approx(0.5, abs=0.06)
+
+
+def test_the_shortest_form_that_keeps_a_share_is_taken_and_of_several_the_best():
+    def tried(name: str, kept: float, numbers: int) -> short_forms.TriedForm:
+        saved = law("clock", [1.0, 1.0])
+        saved = dataclasses.replace(saved, weights=np.zeros(numbers))
+        return short_forms.TriedForm(name, saved, None, None, kept)  # type: ignore[arg-type]
+
+    forms = [tried("a", 0.5, 2), tried("b", 0.9, 4), tried("c", 0.97, 4), tried("d", 1.0, 5)]
+    assert [short_forms.shortest(forms, x).name for x in (0.5, 0.8, 0.95, 0.99)] == [*"accd"]  # type: ignore[union-attr]
+    assert short_forms.shortest(forms, 1.1) is None
+
+
+def test_a_form_is_written_as_a_formula_as_terms_and_as_c():
+    latch = law("latch", [0.04, 2.78, 6.25, 1.74, 0.75])
+    assert short_forms.latex(latch) == (
+        r"\dot\phi = \omega -6.25\, (1 - 2.78 N)\, (\cos\phi +0.04),\quad "
+        r"F = \alpha \text{ for } \phi \in [1.74, 2.49]"
+    )
+    assert "-6.25f * (1.0f - 2.78f * load) * (cosf(phase) + 0.04f)" in short_forms.c_line(latch)
+    known = {**vars(terms), **vars(oscillators), **vars(tg.parts.controller)}
+    known |= {"SavedController": SavedController}
+    again = eval(short_forms.python(latch), known)
+    assert again.controller == latch.controller
+    assert again.weights == pytest.approx(latch.weights)
+
+
+def test_forms_are_retuned_and_the_shortest_are_written_for_a_robot(tmp_path, monkeypatch):
+    library = {name: LAWS[name] for name in ("clock", "load")}
+    monkeypatch.setattr(short_forms, "forms_of_a_leg", lambda: library)
+    for module in (short_forms, explaining):
+        monkeypatch.setattr(module, "SHARES", (0.0,))
+    page = tg.explain("V-sector-w8", duration=20.0, releases=3, retune=2, retune_seeds=1)
+    form = page.chosen[0.0]
+    assert [tried.name for tried in page.forms] == ["clock"]  # it keeps all: no other is tried
+    assert form is not None
+    names = {str(path.relative_to(tmp_path)) for path in page.save(tmp_path)}
+    assert {"clock.json", "clock-c/tegotae.c", "page.md", "forms.png"} <= names
+    assert tg.load(tmp_path / "clock.json").weights == pytest.approx(form.saved.weights)

@@ -25,6 +25,8 @@ from tegotae.simulation.rollout import KeptChannels, Scenario, Timing
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.legged import Legged, lanes_of
 
+SPREAD_M = 0.1
+"""How far a release of one leg is above or below the usual one at most [m]."""
 PARKED = 0.1
 """A phase that moves slower than this share of ω waits."""
 _BINS = 120
@@ -386,9 +388,9 @@ def reaction_fits(v: Visits) -> dict[str, Fit]:
     }
     formulas = {
         "load": "{0:.3g} N",
-        "latch": "{0:.3g} + {1:.3g} N",
+        "latch": "{0:.3g} {1:+.3g} N",
         "decay": "{0:.3g} e^(-{1:.3g} N)",
-        "saturating": "{0:.3g} + {1:.3g} N / (1 + {2:.3g} N)",
+        "saturating": "{0:.3g} {1:+.3g} N / (1 + {2:.3g} N)",
     }
     fits = {}
     for name, of_number in columns.items():

@@ -11,7 +11,16 @@ from matplotlib.figure import Figure
 from tegotae.analysis.explanation import Evaluated, Visits
 from tegotae.analysis.surface import Surface
 from tegotae.figures.cycles import phase_axis
-from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, literal, new_figure, styled
+from tegotae.figures.style import (
+    COLOURS,
+    COLUMN_IN,
+    PAGE_IN,
+    SEQUENTIAL,
+    literal,
+    new_figure,
+    styled,
+)
+from tegotae.measures.hopping.statistics import Interval
 from tegotae.parts.maths import TWO_PI
 
 _DOTS = 3000
@@ -54,6 +63,38 @@ def explanation_figure(
     else:
         _force(figure, force, surface, visited[0])
     _rates(rate, evaluated)
+    return figure
+
+
+@styled()
+def forms_figure(
+    forms: Sequence[tuple[str, int, Interval]], evaluated: Mapping[str, Evaluated]
+) -> Figure:
+    """The scores of short forms over how many numbers they have; lines are the controller's.
+
+    Args:
+        forms: name, how many numbers, and score.
+        evaluated: the controller, whole, cut and frozen.
+    """
+    figure = new_figure(COLUMN_IN, 2.8)
+    axes = figure.subplots()
+    for i, (name, numbers, mean) in enumerate(forms):
+        ends = np.nan_to_num([[mean.mean - mean.low], [mean.high - mean.mean]])
+        place = numbers + 0.12 * ((i * 2) % 5 - 2)  # those of as many numbers beside each other
+        axes.errorbar([place], [mean.mean], yerr=ends, fmt="o", ms=3, color=COLOURS[0])
+        axes.annotate(
+            name,
+            (place, mean.mean),
+            fontsize=5,
+            rotation=30,
+            xytext=(2, 3),
+            textcoords="offset points",
+        )
+    for (name, of), style in zip(evaluated.items(), ("-", "--", ":"), strict=False):
+        axes.axhline(of.mean.mean, color=COLOURS[2], lw=0.8, ls=style, label=name)
+    axes.set_xlabel("numbers of the form")
+    axes.set_ylabel("score, mean CoT⁻¹")
+    axes.legend()
     return figure
 
 

@@ -17,6 +17,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import MOST_POINTS
 from tegotae.analysis.explanation import (
+    SPREAD_M,
     Arc,
     Evaluated,
     ReleasedController,
@@ -32,17 +33,27 @@ from tegotae.analysis.explanation import (
     visits,
     without_feedback,
 )
+from tegotae.analysis.short_forms import (
+    SHARES,
+    TriedForm,
+    c_line,
+    latex,
+    python,
+    shortest,
+    tried_forms,
+)
 from tegotae.measures.hopping.statistics import Interval, mean_defined
 from tegotae.parts.bodies import Hopper, Walker
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.maths import TWO_PI
 from tegotae.questions.answer import UNDEFINED, AnswerBase
+from tegotae.questions.exporting import export_c
 from tegotae.questions.hopping import HoppingTask
 from tegotae.questions.question import Tasks, question
 from tegotae.questions.task import Subject, Task
 from tegotae.questions.walking import WalkingTask
 from tegotae.simulation.world import OMEGA
-from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.legged import random_phases
 
 if TYPE_CHECKING:
@@ -50,8 +61,8 @@ if TYPE_CHECKING:
 
     from tegotae.analysis.surface import Surface
 
-SPREAD_M = 0.1
-"""How far a release of one leg is above or below the usual one at most [m]."""
+_NOTHING = 0.01
+"""A score below which a controller does not get anywhere."""
 _ALIKE, _MUCH = 0.95, 0.5
 """A share of the score from which on it is the same; below which most of it is gone."""
 _FOLLOWS, _WEAKLY = 0.75, 0.25
@@ -88,6 +99,12 @@ class ExplainOptions:
     """Number of releases, none of which a training saw."""
     seed: int = 0
     """Seed of their heights and phases."""
+    retune: int = 60
+    """Generations for which each short form is retuned; 0 tries none."""
+    retune_seeds: int = 3
+    """Number of runs of each, of which the one of highest fitness in its training is taken."""
+    first_seed: int = 0
+    """First seed of the retuning; the others follow it."""
 
     @classmethod
     def options_of(cls, task: HoppingTask | WalkingTask) -> ExplainOptions:
@@ -111,16 +128,26 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     """
     require_count("releases", options.releases, most=MOST_POINTS)
     require_count("seed", options.seed, least=0)
+    require_count("retune", options.retune, least=0)
+    require_count("retune_seeds", options.retune_seeds, most=MOST_POINTS)
+    require_count("first_seed", options.first_seed, least=0)
     released = _released(task, options)
     whole = released.evaluated(released.saved.controller, released.saved.weights)
     recorded = released.recorded()
     feedback = mean_feedback(whole, recorded)
+    visited = visits(released, whole, recorded)
+    seeds = range(options.first_seed, options.first_seed + options.retune_seeds)
+    forms: list[TriedForm] = []
+    known = released.saved.experiment is not None or task.runs.body.limbs == 1
+    if options.retune and known and released.saved.omega and whole.mean.mean >= _NOTHING:
+        forms = tried_forms(released, whole, visited, generations=options.retune, seeds=seeds)
     return Explanation(
         name=task.name,
         released=released,
-        visited=visits(released, whole, recorded),
+        visited=visited,
         evaluated={"whole": whole, **without_feedback(released, feedback)},
         feedback_rad_per_s=feedback,
+        forms=forms,
         options=options,
     )
 
@@ -171,6 +198,8 @@ class Explanation(AnswerBase):
     """How good it is: whole, and without its feedback."""
     feedback_rad_per_s: np.ndarray
     """Its mean over the gait, [frequencies]."""
+    forms: Sequence[TriedForm]
+    """Short forms, as they were tried; none where there is nothing to keep."""
     options: ExplainOptions
 
     @property
@@ -240,12 +269,35 @@ class Explanation(AnswerBase):
             columns=[] if several else "set"
         )
 
+    @cached_property
+    def tried(self) -> pd.DataFrame:
+        """Short forms, with the numbers of the curves and retuned."""
+        rows = [
+            {
+                "form": form.name,
+                "numbers": form.numbers,
+                "cloned": _short(form.cloned.mean.mean),
+                "retuned": _ranged(form.evaluated.mean),
+                "keeps": f"{form.kept:.0%}",
+                "settles" if self._hops else "stays up": f"{form.evaluated.sound.mean():.0%}",
+                "rate over ω": _short(form.evaluated.following),
+            }
+            for form in self.forms
+        ]
+        return pd.DataFrame(rows, columns=None if rows else ["form"]).set_index("form")
+
+    @cached_property
+    def chosen(self) -> dict[float, TriedForm | None]:
+        """The shortest form that keeps each share of the score; None where no form does."""
+        return {share: shortest(self.forms, share) for share in SHARES}
+
     def texts(self) -> list[pd.DataFrame]:
-        return [self.scores, *([self.curves] if len(self.curves) else [])]
+        return [table for table in (self.scores, self.curves, self.tried) if len(table)]
 
     @property
     def notes(self) -> list[str]:
-        return [*self._of_feedback(), *self._of_command(), *self._of_visits()]
+        known = (self._of_feedback, self._of_command, self._of_visits, self._of_forms)
+        return [note for of in known for note in of()]
 
     def _of_feedback(self) -> list[str]:
         """What cutting and freezing the feedback does to the score."""
@@ -255,7 +307,7 @@ class Explanation(AnswerBase):
                 f"The score is {whole:.3g}. There is no feedback that could be cut: one network "
                 "leads from the senses to the force."
             ]
-        if whole < 0.01:
+        if whole < _NOTHING:
             return [f"The score is {whole:.2g}: from these releases it does not get anywhere."]
         cut, frozen = (self.evaluated[name].mean.mean for name in ("cut", "frozen"))
         said = f"Cutting the feedback changes the score from {whole:.3g} to {cut:.3g}"
@@ -313,6 +365,26 @@ class Explanation(AnswerBase):
             said.append("No release settles there: the curves are those of unsettled gaits.")
         return said
 
+    def _of_forms(self) -> list[str]:
+        """The shortest forms that keep shares of the score."""
+        if not self.forms:
+            return []
+        said: list[str] = []
+        for form in dict.fromkeys(filter(None, self.chosen.values())):
+            shares = [f"{share:.0%}" for share, x in self.chosen.items() if x is form]
+            said.append(
+                f"The shortest form that keeps {' and '.join(shares)} of the score is "
+                f"{form.name}, {form.numbers} numbers: {latex(form.saved)}."
+            )
+        if none := [f"{share:.0%}" for share, form in self.chosen.items() if form is None]:
+            said.append(f"None of the library keeps {' or '.join(none)}.")
+        if max(form.kept for form in self.forms) > 1.0 / _ALIKE:
+            said.append(
+                "A form may score above the controller: it is retuned from many releases, and "
+                "its rate over ω may be another."
+            )
+        return said
+
     def document(self) -> JsonObject:
         """All numbers: scores, curves and what is said of them."""
         scores = {
@@ -321,14 +393,21 @@ class Explanation(AnswerBase):
         }
         curves = self.curves.reset_index().to_dict("records")
         settings = {"name": self.name, "settings": asdict(self.options)}
-        more = {"scores": scores, "curves": curves, "said": self.notes}
+        forms = [
+            {"name": form.name, "kept": form.kept, "weights": form.saved.weights}
+            for form in self.forms
+        ]
+        more = {"scores": scores, "curves": curves, "forms": forms, "said": self.notes}
         return as_json({**settings, "feedback_rad_per_s": self.feedback_rad_per_s, **more})
 
     def figures(self) -> dict[str, Figure]:
-        from tegotae.figures.explanation import explanation_figure
+        from tegotae.figures.explanation import explanation_figure, forms_figure
 
         surface = self._surface()
-        return {"curves": explanation_figure(self.name, self.visited, surface, self.evaluated)}
+        drawn = explanation_figure(self.name, self.visited, surface, self.evaluated)
+        kept = [(form.name, form.numbers, form.evaluated.mean) for form in self.forms]
+        more = {"forms": forms_figure(kept, self.evaluated)} if kept else {}
+        return {"curves": drawn, **more}
 
     def _surface(self) -> Surface | None:
         from tegotae.analysis.surface import actuation_surface
@@ -343,14 +422,28 @@ class Explanation(AnswerBase):
     def page(self) -> str:
         """The page, in Markdown; its figures are beside it."""
         parts = [f"# {self.name}", *self.notes, "## Scores", _markdown(self.scores)]
-        parts += ["![curves](curves.png)", "## Curves", _markdown(self.curves)]
+        parts += ["![curves](curves.png)"]
+        if len(self.curves):
+            parts += ["## Curves", _markdown(self.curves)]
+        if self.forms:
+            parts += ["## Short forms", _markdown(self.tried), "![forms](forms.png)"]
+        for form in dict.fromkeys(filter(None, self.chosen.values())):
+            code = f"```c\n{c_line(form.saved)}\n```", f"```python\n{python(form.saved)}\n```"
+            parts += [f"### {form.name}", f"$$\n{latex(form.saved)}\n$$", *code]
         return "\n\n".join(parts) + "\n"
 
     def save(self, folder: Path | str, format: str = "png") -> list[Path]:
-        """Write the page, its figures, numbers and document into a folder."""
+        """Write the page, its figures, numbers and document into a folder, and the shortest forms,
+        each as a controller file and as a folder of C."""
+        folder = Path(folder)
         written = super().save(folder, format)
-        path = Path(folder) / "page.md"
-        write_atomically(path, self.page().replace("curves.png", f"curves.{format}"))
+        for form in dict.fromkeys(filter(None, self.chosen.values())):
+            written.append(folder / f"{form.name}.json")
+            save(form.saved, written[-1])
+            if self._hops:
+                written += export_c(form.saved).save(folder / f"{form.name}-c")
+        path = folder / "page.md"
+        write_atomically(path, self.page().replace(".png)", f".{format})"))
         return [path, *written]
 
 

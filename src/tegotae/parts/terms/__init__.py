@@ -13,8 +13,10 @@ from tegotae.parts.terms.actuation import (
 from tegotae.parts.terms.base import (
     ConstantGain as ConstantGain,
     DecayingReaction as DecayingReaction,
+    HarmonicAction as HarmonicAction,
     OffsetAction as OffsetAction,
     ReversingReaction as ReversingReaction,
+    SaturatingReaction as SaturatingReaction,
     ShiftedAction as ShiftedAction,
     Signals as Signals,
     Term as Term,

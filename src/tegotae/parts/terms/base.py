@@ -165,6 +165,27 @@ class ShiftedAction(Term):
 
 
 @dataclass(frozen=True)
+class HarmonicAction(Term):
+    """`A′(φ) = -(cos φ + o + a cos 2φ + b sin 2φ)`: `OffsetAction` with a second harmonic.
+
+    Source: of this library; much of what one harmonic leaves of learned actions is of the second.
+
+    Example:
+        >>> HarmonicAction().weight_names
+        (('offset',), ('cos_2',), ('sin_2',))
+    """
+
+    READS = ("sin_phase", "cos_phase")
+    WEIGHTS = ("offset", "cos_2", "sin_2")
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """-(cos φ + o + a cos 2φ + b sin 2φ)."""
+        sine, cosine = signals["sin_phase"], signals["cos_phase"]
+        twice = weights[1] * (2.0 * cosine * cosine - 1.0) + weights[2] * (2.0 * sine * cosine)
+        return -(cosine + weights[0] + twice)
+
+
+@dataclass(frozen=True)
 class UnitAction(Term):
     """`A′ = 1`: what is sensed reaches the oscillator as it is, `f = G · R(s)` [rad/s].
 
@@ -237,6 +258,32 @@ class DecayingReaction(Term):
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """e^(-k N)."""
         return jnp.exp(-jnp.maximum(weights[0], 0.0) * signals.dimensionless("spring_force"))
+
+
+@dataclass(frozen=True)
+class SaturatingReaction(Term):
+    """`R(N) = 1 - k N / (1 + s N)`, which changes with the load N, in weights of the body, and
+    levels off; with s = 0 it is `ReversingReaction`. A negative s is taken as 0.
+
+    Source: of this library.
+
+    Example:
+        >>> one = Signals({"spring_force": jnp.array(1.0)})
+        >>> SaturatingReaction()((jnp.array(3.0), jnp.array(1.0)), one).item()
+        -0.5
+    """
+
+    READS = ("spring_force",)
+    WEIGHTS = ("per_load", "saturation")
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """k = s = 1."""
+        return jnp.ones((2,))
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """1 - k N / (1 + s N)."""
+        load = signals.dimensionless("spring_force")
+        return 1.0 - weights[0] * load / (1.0 + jnp.maximum(weights[1], 0.0) * load)
 
 
 @dataclass(frozen=True)

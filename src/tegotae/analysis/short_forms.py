@@ -1,0 +1,341 @@
+"""The shortest formula that does what a controller does: a fixed library of forms, started from the
+controller's curves, retuned in closed loop, and evaluated from releases that no training saw."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tegotae._support.progress import reporting
+from tegotae.analysis.explanation import (
+    SPREAD_M,
+    Evaluated,
+    ReleasedController,
+    Visits,
+    action_fits,
+    pushing,
+    reaction_fits,
+)
+from tegotae.measures.objectives.fitness import EPISODE
+from tegotae.parts.controller import Controller
+from tegotae.parts.maths import TWO_PI
+from tegotae.parts.terms import (
+    DecayingReaction,
+    FreeSectorAndReflex,
+    HarmonicAction,
+    OffsetAction,
+    ReversingReaction,
+    SaturatingReaction,
+    ShiftedAction,
+    Term,
+    VanillaAction,
+    VanillaReaction,
+)
+from tegotae.simulation.world import Uniform
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.laws import LAWS, LawForm
+from tegotae.training.evolution import Evolution, Stopping
+
+SHARES = (0.8, 0.95, 0.99)
+"""Shares of the controller's score that a form is to keep."""
+_REACTIONS: dict[str, Term] = {
+    "offset": VanillaReaction(),
+    "latch": ReversingReaction(),
+    "decay": DecayingReaction(),
+    "saturating": SaturatingReaction(),
+}
+
+
+def forms_of_a_leg() -> dict[str, LawForm]:
+    """The library of one leg by name: short laws, with a second harmonic, and with a reflex."""
+    forms = {name: LAWS[name] for name in ("clock", "load", "tuned")}
+    for name, reaction in _REACTIONS.items():
+        for more, action in (("", OffsetAction()), ("+harmonic", HarmonicAction())):
+            forms[name + more] = LawForm("", action, reaction)
+            forms[f"{name}{more}+reflex"] = LawForm("", action, reaction, reflex=True)
+    return forms
+
+
+def forms_of_legs() -> dict[str, LawForm]:
+    """The library of several legs by name: their action has a place, and their feet stay."""
+    return {name: LawForm("", OffsetAction(), reaction) for name, reaction in _REACTIONS.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class TriedForm:
+    """A form, as it was tried.
+
+    Args:
+        name: of the library.
+        saved: it, with its numbers.
+        cloned: how good it was with the numbers of the fitted curves.
+        evaluated: how good it is with those that it was retuned to.
+        kept: its score as a share of the controller's.
+    """
+
+    name: str
+    saved: SavedController
+    cloned: Evaluated
+    evaluated: Evaluated
+    kept: float
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers it has."""
+        return len(self.saved.weights)
+
+
+def tried_forms(
+    released: ReleasedController,
+    whole: Evaluated,
+    visited: Sequence[Visits],
+    *,
+    generations: int,
+    seeds: Sequence[int],
+) -> list[TriedForm]:
+    """Try forms, those of fewest numbers first, until one keeps all shares of the score.
+
+    Of the seeds of a form the one of highest fitness in its training is taken; the score knows none
+    of that training's releases.
+
+    Args:
+        released: the controller, and the releases of the evaluation.
+        whole: its score.
+        visited: its curves.
+        generations: of the retuning.
+        seeds: of the retuning.
+    """
+    made = [(name, *form) for name, form in started(released.saved, visited).items()]
+    tried: list[TriedForm] = []
+    with reporting("forms", len(made)) as reporter:
+        for name, controller, start in sorted(made, key=lambda form: form[1].n_weights):
+            most = max((form.kept for form in tried), default=0.0)
+            if most >= SHARES[-1] and controller.n_weights > tried[-1].numbers:
+                break
+            experiment = _training(released.saved, controller)
+            weights = retuned(experiment, start, generations, seeds)
+            cloned = released.evaluated(controller, start)
+            evaluated = released.evaluated(controller, weights)
+            system = dataclasses.replace(released.saved.system, controller=controller)
+            saved = SavedController(system, weights, name)
+            kept = evaluated.mean.mean / whole.mean.mean
+            tried.append(TriedForm(name, saved, cloned, evaluated, kept))
+            reporter.update(len(tried), f"{name} {kept:.0%}")
+    return tried
+
+
+def shortest(tried: Sequence[TriedForm], share: float) -> TriedForm | None:
+    """The form of fewest numbers that keeps a share of the score, of several the best; or none."""
+    enough = [form for form in tried if form.kept >= share]
+    return min(enough, key=lambda form: (form.numbers, -form.kept), default=None)
+
+
+def retuned(
+    experiment: Experiment, start: np.ndarray, generations: int, seeds: Sequence[int]
+) -> np.ndarray:
+    """Numbers of the highest training fitness that PGPE finds from some on, over its seeds.
+
+    Args:
+        experiment: the training.
+        start: numbers to start from, shape [n_weights].
+        generations: how many.
+        seeds: of the algorithm's draws; the start is the same for all.
+    """
+    evolution = Evolution(stopping=Stopping.after(generations))
+    begun = evolution.start(experiment, seeds)
+    rows = np.tile(np.asarray(start, "float32"), (len(seeds), 1))
+    begun = begun._replace(search=begun.search.replace(mean=rows), best_weights=rows)
+    *_, (ended, _) = evolution.evolve(experiment, seeds, begun)
+    return np.asarray(ended.best_weights[int(np.argmax(ended.best_fitness))], float)
+
+
+def _training(saved: SavedController, controller: Controller) -> Experiment:
+    """The controller's own training of a form, from drawn releases."""
+    own = saved.experiment
+    if own is None:
+        system = dataclasses.replace(saved.system, timing=EPISODE)
+        own = Experiment(name="form", system=system)
+    height_m = own.system.release.height_m
+    drawn = [Uniform("phase_rad", low=0.0, high=TWO_PI)]
+    if controller.limbs == 1:
+        drawn += [Uniform("height_m", low=height_m - SPREAD_M, high=height_m + SPREAD_M)]
+    known = {condition.name for condition in own.conditions}
+    conditions = (*own.conditions, *(x for x in drawn if x.name not in known))
+    return own.replaced(name="form", controller=controller, conditions=conditions)
+
+
+def started(
+    saved: SavedController, visited: Sequence[Visits]
+) -> dict[str, tuple[Controller, np.ndarray]]:
+    """The library's controllers by name, with the numbers of the fitted curves.
+
+    Args:
+        saved: the controller.
+        visited: its curves, set of weights by set.
+    """
+    own = saved.controller
+    if own.limbs == 1:
+        forms = {name: (form, form.on_a_leg()) for name, form in forms_of_a_leg().items()}
+    else:
+        forms = {name: (form, form.on_legs(own, 1.0)) for name, form in forms_of_legs().items()}
+    made = {}
+    for name, (_, controller) in forms.items():
+        units = [_numbers(controller, v) for v in visited[: controller.sets]]
+        if own.limbs > 1:  # their feet and what couples them stay as they are
+            n, first = own.unit_weights, own.layout["actuation"].start
+            feet = [saved.weights[i * n + first : (i + 1) * n] for i in range(own.sets)]
+            units = [np.concatenate(pair) for pair in zip(units, feet, strict=True)]
+            units.append(saved.weights[own.sets * n :])
+        made[name] = controller, np.concatenate(units)
+    return made
+
+
+def _numbers(controller: Controller, v: Visits) -> np.ndarray:
+    """Numbers of a unit's form: its action, reaction and gain, and of one leg its push.
+
+    Where its sector is free, phases are counted from the place of the action on.
+    """
+    known = bool(np.isfinite(v.action * v.reaction * v.gain).all())
+    one = np.array(action_fits(v)[-1 if _has(controller, HarmonicAction) else 0].numbers)
+    offset, a, b, *second = one if known else np.array([0.0, -1.0, 0.0, 0.0, 0.0])
+    size = max(math.hypot(a, b), 0.05 * abs(offset), 1e-6)
+    turn = (math.atan2(b, a) + math.pi) % TWO_PI
+    numbers: list[float] = []
+    terms = controller.tegotae
+    if terms is not None:
+        action: dict[type[Term], list[float]] = {
+            VanillaAction: [],
+            OffsetAction: [-offset / size],
+            ShiftedAction: [turn, -offset / size],
+        }
+        if isinstance(terms.action, HarmonicAction):
+            c, d = second
+            cosine, sine = math.cos(2.0 * turn), math.sin(2.0 * turn)
+            twice = [-(c * cosine + d * sine) / size, -(d * cosine - c * sine) / size]
+            numbers += [-offset / size, *twice]
+        else:
+            numbers += action[type(terms.action)]
+        of_nothing = [*np.ones(terms.reaction.n_weights), 0.0]
+        numbers += _reaction(terms.reaction, v, size) if known else of_nothing
+    if controller.limbs > 1:
+        return np.array(numbers)
+    return np.array([*numbers, *_push(controller, v, turn if terms is not None else 0.0)])
+
+
+def _has(controller: Controller, kind: type[Term]) -> bool:
+    return any(isinstance(term, kind) for term in controller.terms.values())
+
+
+def _reaction(term: Term, v: Visits, size: float) -> list[float]:
+    """Numbers of a reaction, and the gain, of an action of some size."""
+    fits = reaction_fits(v)
+    if isinstance(term, VanillaReaction):
+        newtons = v.spring_force_n.max() / max(v.load.max(), 1e-9)
+        return [size * fits["load"].numbers[0] / max(newtons, 1e-9)]
+    if isinstance(term, DecayingReaction):
+        scale, inside = fits["decay"].numbers
+        return [inside, size * scale]
+    saturates = isinstance(term, SaturatingReaction)
+    scale, slope, *inside = fits["saturating" if saturates else "latch"].numbers
+    least = 0.05 * float(np.abs(v.gain * v.reaction).max())  # what is 0 in flight has no k
+    scale = scale if abs(scale) > least else math.copysign(max(least, 1e-6), scale)
+    return [-slope / scale, *inside, size * scale]
+
+
+def _push(controller: Controller, v: Visits, turn: float) -> list[float]:
+    """Where the sector begins, its width, and the scale of a reflex beside it."""
+    _, places = pushing(v, math.inf)
+    start, width = (places[0].start_rad, places[0].width_rad) if places else (0.0, 0.5 * math.pi)
+    numbers = [(start - turn) % TWO_PI, width]
+    if isinstance(controller.actuation, FreeSectorAndReflex):
+        outside = v.stance & ((v.phase_rad - start) % TWO_PI > width)
+        falling = np.maximum(-v.feedback_rad_per_s, 0.0)[outside]
+        power = float(falling @ falling)
+        numbers.append(float(falling @ v.force_n[outside]) / power if power > 1e-9 else 0.0)
+    return numbers
+
+
+# A form as people and programs write it.
+
+_LATEX: dict[type[Term], str] = {
+    VanillaAction: r"\cos\phi",
+    OffsetAction: r"(\cos\phi {0:+.3g})",
+    HarmonicAction: r"(\cos\phi {0:+.3g} {1:+.3g} \cos 2\phi {2:+.3g} \sin 2\phi)",
+    ShiftedAction: r"(\cos(\phi - {0:.3g}) {1:+.3g})",
+    VanillaReaction: "F_k",
+    ReversingReaction: "(1 - {0:.3g} N)",
+    DecayingReaction: "e^{{-{0:.3g} N}}",
+    SaturatingReaction: r"\left(1 - \frac{{{0:.3g} N}}{{1 + {1:.3g} N}}\right)",
+}
+_C: dict[type[Term], str] = {
+    VanillaAction: "cosf(phase)",
+    OffsetAction: "(cosf(phase) + {0:.6g}f)",
+    HarmonicAction: (
+        "(cosf(phase) + {0:.6g}f + {1:.6g}f * cosf(2.0f * phase) + {2:.6g}f * sinf(2.0f * phase))"
+    ),
+    ShiftedAction: "(cosf(phase - {0:.6g}f) + {1:.6g}f)",
+    VanillaReaction: "spring_force_n",
+    ReversingReaction: "(1.0f - {0:.6g}f * load)",
+    DecayingReaction: "expf(-{0:.6g}f * load)",
+    SaturatingReaction: "(1.0f - {0:.6g}f * load / (1.0f + {1:.6g}f * load))",
+}
+
+
+def _spelled(saved: SavedController, words: dict[type[Term], str]) -> tuple[float, str, str]:
+    """The gain, the reaction and the action of the first set of weights."""
+    controller, weights = saved.controller, saved.weights
+    assert controller.tegotae is not None
+    own = controller.tegotae
+    reaction, action = (
+        words[type(term)].format(*weights[controller.layout[role]])
+        for role, term in (("reaction", own.reaction), ("action", own.action))
+    )
+    return float(weights[controller.layout["gain"]][0]), reaction, action
+
+
+def _pushed(saved: SavedController) -> tuple[float, float, float] | None:
+    """Begin and end of the sector [rad], and the reflex's scale; None of legs with feet."""
+    if saved.controller.limbs > 1:
+        return None
+    start, width, *scale = saved.weights[saved.controller.layout["actuation"]]
+    return start % TWO_PI, (start + min(max(width, 0.0), TWO_PI)) % TWO_PI, sum(scale)
+
+
+def latex(saved: SavedController) -> str:
+    """A form as LaTeX, the load N in weights of the body."""
+    law = r"\dot\phi = \omega"
+    if saved.controller.tegotae is not None:
+        gain, reaction, action = _spelled(saved, _LATEX)
+        law += rf" {-gain:+.3g}\, {reaction}\, {action}"
+    if (push := _pushed(saved)) is None:
+        return law
+    start, end, scale = push
+    reflex = rf",\quad {scale:+.3g} \max(0, -f)" if scale else ""
+    return rf"{law},\quad F = \alpha \text{{ for }} \phi \in [{start:.2f}, {end:.2f}]{reflex}"
+
+
+def c_line(saved: SavedController) -> str:
+    """The rate of the phase and the force as lines of C, for reading."""
+    feedback = "0.0f"
+    if saved.controller.tegotae is not None:
+        gain, reaction, action = _spelled(saved, _C)
+        feedback = f"{-gain:.6g}f * {reaction} * {action}"
+    lines = [f"float feedback = {feedback};", "float phase_rate = omega + feedback;"]
+    if (push := _pushed(saved)) is not None:
+        start, end, scale = push
+        join = "&&" if start <= end else "||"
+        sector = f"phase >= {start:.6g}f {join} phase < {end:.6g}f"
+        rest = f"{scale:.6g}f * fmaxf(0.0f, -feedback)" if scale else "0.0f"
+        lines.append(f"float force = {sector} ? max_force : {rest};")
+    return "\n".join(lines)
+
+
+def python(saved: SavedController) -> str:
+    """A form as terms of this package with their numbers."""
+    weights = [float(f"{x:.6g}") for x in saved.weights]
+    return f"SavedController.of({saved.controller!r}, {weights}, omega={saved.omega!r})"
