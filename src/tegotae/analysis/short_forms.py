@@ -115,7 +115,7 @@ def tried_forms(
     with reporting("forms", len(made)) as reporter:
         for name, controller, start in sorted(made, key=lambda form: form[1].n_weights):
             most = max((form.kept for form in tried), default=0.0)
-            if most >= SHARES[-1] and controller.n_weights > tried[-1].numbers:
+            if tried and most >= SHARES[-1] and controller.n_weights > tried[-1].numbers:
                 break
             experiment = _training(released.saved, controller)
             weights = retuned(experiment, start, generations, seeds)
