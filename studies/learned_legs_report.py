@@ -102,16 +102,12 @@ def kept(found: Rows, disturbed: Rows, cell: str) -> dict[str, np.ndarray]:
             {title: column[disturbed["condition"] == name] for title, column in disturbed.items()},
             cell,
         )
-        worst[name] = np.array(
-            [
-                np.nan_to_num(
-                    there[run]["upright"]
-                    * own["cost_of_transport"]
-                    / there[run]["cost_of_transport"]
-                ).min()
+        with np.errstate(divide="ignore", invalid="ignore"):  # a body that stands has no cost
+            kept = [
+                there[run]["upright"] * own["cost_of_transport"] / there[run]["cost_of_transport"]
                 for run, own in usual.items()
             ]
-        )
+        worst[name] = np.nan_to_num(np.array(kept)).min(axis=1)
     return worst
 
 
