@@ -43,6 +43,7 @@ from tegotae.systems.controller_file import SavedController
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 MODELS = ("V-sector-w4", "load-w4", "latch-w4", "ART-rF-tphi-w4", "ARGT-rF-gF-tphi-w4")
 BODY = Hopper()
+_COLOURS = tuple(colour for colour in COLOURS if colour != "#000000")  # black is the optimum's
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,7 @@ def figure(table: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Fig
     draw_optimum(left, curve())
     for i, row in enumerate(table.to_dict("records")):
         name = str(row["controller"])
-        colour, stance = COLOURS[i % len(COLOURS)], forces[name]
+        colour, stance = _COLOURS[i % len(_COLOURS)], forces[name]
         if name.startswith("optimum"):
             style = {"color": "black", "ls": "--" if i % 2 else "-", "zorder": 1.0}
         else:
