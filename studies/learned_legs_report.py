@@ -133,17 +133,16 @@ def by_family(found: Rows, disturbed: Rows) -> str:
             (
                 f"`{cell.name.partition('@')[0]}`",
                 str(cell.experiment.controller.n_weights),
-                sure(up, 2, SHARE),
+                f"{sure(up, 2, SHARE)}; {len(walking)} of {len(runs)}",
                 sure(locked, 2, SHARE),
                 sure(off, 2, POSITIVE),
-                f"{len(walking)} of {len(runs)}",
                 sure(mean, 2, POSITIVE),
                 sure(worst, 2, POSITIVE),
                 f"{chosen}: {best['share'].mean():.2f}, {best['share'].max():.2f}, "
                 f"{best['locked'].min():.2f}",
             )
         )
-    titles = ("family", "numbers", "upright", "locked", "speed off by", "runs that walk")
+    titles = ("family", "numbers", "upright; runs that walk", "locked", "speed off by")
     more = ("of the front", "at worst", "selected run: mean, worst, locked")
     return markdown((*titles, *more), rows)
 

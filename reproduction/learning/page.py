@@ -36,16 +36,16 @@ def contrasts(runs: pd.DataFrame) -> list[tuple[str, str, Contrast]]:
 def primary_table(readings: Mapping[str, pd.DataFrame]) -> str:
     """The contrasts of each body, in Markdown."""
     lines = [
-        "| body | learned feedback's | of | effect | designs and ω_t random | runs alone "
-        "| bootstrap | base | by ω_t |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| body | learned feedback's | of | effect | designs and ω_t random | runs alone; "
+        "bootstrap | base | by ω_t |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for body, runs in readings.items():
         for what, run, c in contrasts(runs):
             by = ", ".join(f"{omega:g}: {value:+.2f}" for omega, value in c.of_omega.items())
             lines.append(
                 f"| {body} | {what} | {run} | {c.effect:+.3f} | {_pair(c.crossed)} "
-                f"| {_pair(c.runs)} | {_pair(c.drawn)} | {c.base:.3f} | {by} |"
+                f"| {_pair(c.runs)}; {_pair(c.drawn)} | {c.base:.3f} | {by} |"
             )
     return "\n".join(lines) + "\n"
 
@@ -53,16 +53,14 @@ def primary_table(readings: Mapping[str, pd.DataFrame]) -> str:
 def feedback_table(runs: pd.DataFrame) -> str:
     """By ω_t and kind of controller: merit whole, cut and frozen, settled share, following."""
     lines = [
-        "| ω_t | controllers | runs | merit | feedback cut | frozen | best run | settled "
-        "| following |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| ω_t | controllers | merit | feedback cut | frozen | best run | settled | following |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for _, rows in runs.groupby(runs.omega_t.fillna(0.0).astype(str) + _kinds(runs), sort=False):
         first = rows.iloc[0]
         best = rows.merit.to_numpy()[rows.fitness.to_numpy().argmax()]
         lines.append(
-            f"| {first.omega_t:g} | {_kinds(rows).iloc[0]} | {len(rows)} "
-            f"| {_mean(rows.merit, _MERIT)} "
+            f"| {first.omega_t:g} | {_kinds(rows).iloc[0]} | {_mean(rows.merit, _MERIT)} "
             f"| {_mean(rows.merit_cut, _MERIT)} | {_mean(rows.merit_frozen, _MERIT)} "
             f"| {best:.3f} | {_mean(rows.settled, SHARE)} | {_mean(rows.following, UNBOUNDED)} |"
         )

@@ -26,12 +26,12 @@ from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms import (
     DecayingReaction,
     FreeSectorAndReflex,
-    HarmonicAction,
     OffsetAction,
     ReversingReaction,
     SaturatingReaction,
     ShiftedAction,
     Term,
+    TwoHarmonicsAction,
     VanillaAction,
     VanillaReaction,
 )
@@ -55,7 +55,7 @@ def forms_of_a_leg() -> dict[str, LawForm]:
     """The library of one leg by name: short laws, with a second harmonic, and with a reflex."""
     forms = {name: LAWS[name] for name in ("clock", "load", "tuned")}
     for name, reaction in _REACTIONS.items():
-        for more, action in (("", OffsetAction()), ("+harmonic", HarmonicAction())):
+        for more, action in (("", OffsetAction()), ("+harmonic", TwoHarmonicsAction())):
             forms[name + more] = LawForm("", action, reaction)
             forms[f"{name}{more}+reflex"] = LawForm("", action, reaction, reflex=True)
     return forms
@@ -201,7 +201,7 @@ def _numbers(controller: Controller, v: Visits) -> np.ndarray:
     Where its sector is free, phases are counted from the place of the action on.
     """
     known = bool(np.isfinite(v.action * v.reaction * v.gain).all())
-    one = np.array(action_fits(v)[-1 if _has(controller, HarmonicAction) else 0].numbers)
+    one = np.array(action_fits(v)[-1 if _has(controller, TwoHarmonicsAction) else 0].numbers)
     offset, a, b, *second = one if known else np.array([0.0, -1.0, 0.0, 0.0, 0.0])
     size = max(math.hypot(a, b), 0.05 * abs(offset), 1e-6)
     turn = (math.atan2(b, a) + math.pi) % TWO_PI
@@ -213,7 +213,7 @@ def _numbers(controller: Controller, v: Visits) -> np.ndarray:
             OffsetAction: [-offset / size],
             ShiftedAction: [turn, -offset / size],
         }
-        if isinstance(terms.action, HarmonicAction):
+        if isinstance(terms.action, TwoHarmonicsAction):
             c, d = second
             cosine, sine = math.cos(2.0 * turn), math.sin(2.0 * turn)
             twice = [-(c * cosine + d * sine) / size, -(d * cosine - c * sine) / size]
@@ -265,7 +265,7 @@ def _push(controller: Controller, v: Visits, turn: float) -> list[float]:
 _LATEX: dict[type[Term], str] = {
     VanillaAction: r"\cos\phi",
     OffsetAction: r"(\cos\phi {0:+.3g})",
-    HarmonicAction: r"(\cos\phi {0:+.3g} {1:+.3g} \cos 2\phi {2:+.3g} \sin 2\phi)",
+    TwoHarmonicsAction: r"(\cos\phi {0:+.3g} {1:+.3g} \cos 2\phi {2:+.3g} \sin 2\phi)",
     ShiftedAction: r"(\cos(\phi - {0:.3g}) {1:+.3g})",
     VanillaReaction: "F_k",
     ReversingReaction: "(1 - {0:.3g} N)",
@@ -275,7 +275,7 @@ _LATEX: dict[type[Term], str] = {
 _C: dict[type[Term], str] = {
     VanillaAction: "cosf(phase)",
     OffsetAction: "(cosf(phase) + {0:.6g}f)",
-    HarmonicAction: (
+    TwoHarmonicsAction: (
         "(cosf(phase) + {0:.6g}f + {1:.6g}f * cosf(2.0f * phase) + {2:.6g}f * sinf(2.0f * phase))"
     ),
     ShiftedAction: "(cosf(phase - {0:.6g}f) + {1:.6g}f)",

@@ -9,9 +9,9 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.transforms import jit_with_static
-from tegotae.parts._shapes import Index, Weights
+from tegotae.parts._shapes import Index, Scalar, Weights
 from tegotae.parts.bodies import Body
-from tegotae.simulation.loop import ClosedLoop, Lane
+from tegotae.simulation.loop import ClosedLoop, Lane, Tick
 from tegotae.simulation.recorder import RecordedFrame, Recorder, Trajectory
 from tegotae.simulation.world import Scenario, ground_m, whole_run
 
@@ -101,5 +101,17 @@ def _spread(loop: ClosedLoop, lanes: LaneInputs, shared: Shared) -> tuple[Weight
     return weights, body, scenario
 
 
-_tick = jit_with_static(ClosedLoop.tick, (0,), inline=True)
+def _ticked(
+    loop: ClosedLoop,
+    weights: Weights,
+    body: Body,
+    scenario: Scenario,
+    lane: Lane,
+    index: Index,
+    tick_s: Scalar,
+) -> tuple[Lane, Tick]:
+    return loop.tick(weights, body, scenario, lane, index, tick_s)
+
+
+_tick = jit_with_static(_ticked, (0,), inline=True)
 """`ClosedLoop.tick`, traced once for all programs of a loop, and part of each as it is."""

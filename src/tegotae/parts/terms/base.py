@@ -165,13 +165,13 @@ class ShiftedAction(Term):
 
 
 @dataclass(frozen=True)
-class HarmonicAction(Term):
+class TwoHarmonicsAction(Term):
     """`A′(φ) = -(cos φ + o + a cos 2φ + b sin 2φ)`: `OffsetAction` with a second harmonic.
 
     Source: of this library; much of what one harmonic leaves of learned actions is of the second.
 
     Example:
-        >>> HarmonicAction().weight_names
+        >>> TwoHarmonicsAction().weight_names
         (('offset',), ('cos_2',), ('sin_2',))
     """
 
