@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -63,6 +64,9 @@ def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
     command = parsed(words, program, prog)
     _check_environment()
     ready()
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
     try:
         command.run()
     except SystemExit:  # no command of ours ends so: a part does, perhaps in a worker
@@ -149,6 +153,7 @@ def _after_parts(word: str) -> list[str]:
 
 def entry(program: Command | CommandGroup = TEGOTAE, prog: str = "tegotae") -> None:
     """Run a program as a command of the shell."""
+    gc.disable()  # what is loaded stays: nothing of it is garbage
     open_streams()
     end_on_ctrl_c()
     keep_xla_programs()

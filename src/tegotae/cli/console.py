@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import contextlib
 import errno
+import gc
 import io
 import os
 import shutil
@@ -213,6 +214,7 @@ def leave(status: int) -> None:
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.flush()
         os._exit(status)
+    gc.freeze()  # the process ends: nothing is looked through once more
     sys.exit(status)
 
 
