@@ -51,7 +51,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
     "primary": Command(
         "reproduction.commands.learning:StudyPrimary",
         "python -m reproduction primary tables/study.csv",
-        "python -m reproduction primary study.csv calibrated.csv --out primary.md",
+        "python -m reproduction primary study.csv calibrated.csv --out tables",
     ),
     "merge": Command(
         "reproduction.commands.study:StudyMerge",

@@ -29,10 +29,12 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
+from reproduction.commands.optimum import stance_of
 from reproduction.figures.optimum import draw_optimum
 from reproduction.folder import Folder
 from reproduction.optimum import optimise
 from reproduction.record import Record
+from reproduction.report.markdown import table
 from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
@@ -72,11 +74,11 @@ class ToTheOptimum:
             rows.append({"controller": f"optimum at {omega:.3g} rad/s", "run": "", **row})
             forces[rows[-1]["controller"]] = stance
         write_rows(self.out / "budget.csv", rows, digits=5)
-        table = pd.read_csv(self.out / "budget.csv")
-        write_text(self.out / "budget.md", markdown(table))
+        budgets = pd.read_csv(self.out / "budget.csv")
+        write_text(self.out / "budget.md", markdown(budgets))
         with styled():
-            save_figure(figure(table, forces), self.out / "forces.png")
-        print(markdown(table))
+            save_figure(figure(budgets, forces), self.out / "forces.png")
+        print(markdown(budgets))
 
 
 def chosen(record: Record) -> dict[str, int]:
@@ -129,35 +131,22 @@ def optimal(omega: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     return row, {"time_s": gait.time_s[0], "force_n": force}
 
 
-def stance_of(orbit: Orbit) -> dict[str, np.ndarray]:
-    """Time since touchdown and force, over the first stance of a limit cycle."""
-    stance = np.flatnonzero(orbit.spring_force_n > 0.0)
-    rows = stance[: np.flatnonzero(np.diff(stance, append=np.inf) > 1)[0] + 1]
-    return {
-        "time_s": orbit.time_s[rows] - orbit.time_s[rows[0]],
-        "force_n": orbit.actuator_force_n[rows],
-    }
-
-
-def markdown(table: pd.DataFrame) -> str:
+def markdown(budgets: pd.DataFrame) -> str:
     """The budgets, a row a gait."""
-    lines = [
-        "| gait | hop rate [rad/s] | CoT⁻¹ [m/J] | work [J/m] | damper [J/m] | taken back, twice "
-        "[J/m] |",
-        "|---|---|---|---|---|---|",
-    ]
-    for row in table.to_dict("records"):
-        numbers = [f"{row[name]:.3f}" for name in list(table)[2:]]
-        lines.append(f"| {row['controller']} | {' | '.join(numbers)} |")
-    return "\n".join(lines) + "\n"
+    head = ["gait", "hop rate [rad/s]", "CoT⁻¹ [m/J]", "work [J/m]", "damper [J/m]"]
+    lines = [[*head, "taken back, twice [J/m]"]]
+    for row in budgets.to_dict("records"):
+        numbers = [f"{row[name]:.3f}" for name in list(budgets)[2:]]
+        lines.append([str(row["controller"]), *numbers])
+    return table(lines)
 
 
-def figure(table: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Figure:
+def figure(budgets: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Figure:
     """CoT⁻¹ over hop rate beside the optimum, and the forces over a stance."""
     made = new_figure(PAGE_IN, 3.6)
     left, right = made.subplots(1, 2)
     draw_optimum(left, curve())
-    for i, row in enumerate(table.to_dict("records")):
+    for i, row in enumerate(budgets.to_dict("records")):
         name = str(row["controller"])
         colour, stance = _COLOURS[i % len(_COLOURS)], forces[name]
         if name.startswith("optimum"):

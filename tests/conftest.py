@@ -7,6 +7,7 @@ import gc
 import importlib
 import os
 import signal
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -130,3 +131,16 @@ def pytest_sessionfinish():
 
     if os.environ.get(solutions.ANEW) == "keep":
         solutions.keep()
+
+
+@pytest.fixture
+def study(monkeypatch):
+    """A script of `studies` as a module, whose neighbours it may import."""
+    from places import ROOT
+
+    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+    before = set(sys.modules)
+    yield importlib.import_module
+    for name in set(sys.modules) - before:
+        if str(ROOT / "studies") in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]

@@ -10,6 +10,7 @@ import tyro
 
 from reproduction.options import UNSET
 from tegotae._support import tables
+from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 
 
@@ -25,6 +26,10 @@ class StudyLearning:
     """Name of the tables."""
     models: Annotated[str, UNSET] = "*"
     """Only models with such names, with * and ? as in a shell."""
+    undisturbed: Annotated[float | None, UNSET] = None
+    """Duration of an episode [s]; by default that of the study's evaluation."""
+    tick: Annotated[float | None, UNSET] = None
+    """Control period [s], likewise."""
 
     def run(self) -> None:
         """Judge what is missing, and write."""
@@ -36,13 +41,18 @@ class StudyLearning:
         from reproduction.learning.runs import joined, rows
         from tegotae.study import Study
 
-        records = [r for r in Folder(self.dir).all()[0] if fnmatchcase(r.model, self.models)]
-        cells = [EvaluatedRuns(record) for record in records]
+        records, damaged = Folder(self.dir).all()
+        for message in damaged:
+            print(message)
+        records = [record for record in records if fnmatchcase(record.model, self.models)]
+        if not records:
+            raise TegotaeError(f"{self.dir} has no whole record of {self.models}; run the study")
+        output_folder(self.out)
+        cells = [EvaluatedRuns(record, self.undisturbed, self.tick) for record in records]
         study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
         study.run()
         results = zip(cells, study.results(), strict=True)
         runs = joined(rows(cell, result.arrays) for cell, result in results)
-        output_folder(self.out)
         text = tables.csv_text({name: runs[name].tolist() for name in runs}, digits=5)
         write_atomically(self.out / f"{self.name}.csv", text)
         write_atomically(self.out / f"{self.name}.md", feedback_table(runs))
@@ -56,15 +66,23 @@ class StudyPrimary:
     sources: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """Tables of `python -m reproduction learning`, one a body; a body is called as its file."""
     out: Annotated[Path | None, UNSET] = None
-    """File of the table (.md)."""
+    """Folder for NAME.md, NAME-by-omega.md and NAME.png."""
+    name: str = "primary"
+    """Name of these files."""
 
     def run(self) -> None:
         """Compute, print, and write if asked to."""
-        from reproduction.learning.page import primary_table
+        from reproduction.figures.learning import learning_figure
+        from reproduction.learning.page import primary_tables
         from reproduction.learning.runs import read
+        from tegotae.figures.style import save_figure
 
-        text = primary_table({path.stem: read(path) for path in self.sources})
+        readings = {path.stem: read(path) for path in self.sources}
         if self.out is not None:
-            output_folder(self.out.parent)
-            write_atomically(self.out, text)
-        print(text)
+            output_folder(self.out)
+        whole, by_omega = primary_tables(readings)
+        if self.out is not None:
+            write_atomically(self.out / f"{self.name}.md", whole)
+            write_atomically(self.out / f"{self.name}-by-omega.md", by_omega)
+            save_figure(learning_figure(readings), self.out / f"{self.name}.png")
+        print(f"{whole}\n{by_omega}")

@@ -75,7 +75,7 @@ class Optimum(Output):
             name = called(saved, path, {**points, **longer})
             of = points if orbit.hops == 1 else longer
             of[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
-            stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = _stance(orbit)
+            stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = stance_of(orbit)
             reached = share(gait.cot_inverse, gait.hop_rate, gait.limit_cycle_period)
             print(
                 f"{path}: {gait.cot_inverse:.3f} m/J at {gait.hop_rate:.2f} rad/s, period "
@@ -128,7 +128,7 @@ def _gait(saved: SavedController) -> Gait:
     return engine.run(saved.weights, system.scenario(), saved.body).lane()
 
 
-def _stance(orbit: Orbit) -> dict[str, np.ndarray]:
+def stance_of(orbit: Orbit) -> dict[str, np.ndarray]:
     """Time since touchdown and force, over the first stance of a limit cycle."""
     stance = np.flatnonzero(orbit.spring_force_n > 0.0)
     last = np.flatnonzero(np.diff(stance, append=np.inf) > 1)[0]

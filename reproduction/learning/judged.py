@@ -139,9 +139,17 @@ def _by_release(evaluation: Evaluation, name: str) -> np.ndarray:
 
 @dataclass(frozen=True)
 class EvaluatedRuns:
-    """All runs of one record, as a cell of a study (`tegotae.study.Study`)."""
+    """All runs of one record, as a cell of a study (`tegotae.study.Study`).
+
+    Args:
+        record: what was trained.
+        undisturbed_s: duration of an episode [s]; None for that of the study's evaluation.
+        tick_s: control period [s], likewise.
+    """
 
     record: Record
+    undisturbed_s: float | None = None
+    tick_s: float | None = None
 
     @property
     def name(self) -> str:
@@ -152,7 +160,13 @@ class EvaluatedRuns:
     def document(self) -> Document:
         """The record, and how it is judged."""
         name = key_of(self.record.configuration)
-        return {"record": name, "releases": RELEASES, "spread_m": SPREAD_M, "seed": _SEED}
+        own = {"record": name, "releases": RELEASES, "spread_m": SPREAD_M, "seed": _SEED}
+        return own | self._changed
+
+    @property
+    def _changed(self) -> dict[str, float]:
+        times = {"undisturbed_s": self.undisturbed_s, "tick_s": self.tick_s}
+        return {name: value for name, value in times.items() if value is not None}
 
     @property
     def program(self) -> Hashable:
@@ -165,5 +179,7 @@ class EvaluatedRuns:
     def measure(self) -> CellResult:
         """Judge them; a search has one run."""
         experiment, record = self.record.experiment, self.record
+        protocol = dataclasses.replace(experiment.protocol, **self._changed)
+        experiment = experiment.replaced(protocol=protocol)
         weights = record.weights[:1] if experiment.is_searched else record.weights
         return CellResult(self.document, record.software, judge(experiment, weights))

@@ -4,67 +4,72 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 import pandas as pd
 
 from reproduction.learning.primary import BEST_RUN, MEAN_RUN, Contrast, best_law, contrast
 from reproduction.learning.runs import LAW
-from tegotae.measures.hopping.statistics import SHARE, UNBOUNDED, Range, interval
-
-_MERIT: Range = (0.0, np.inf)
+from reproduction.report.markdown import table
+from tegotae.measures.hopping.statistics import FEW, POSITIVE, SHARE, UNBOUNDED, Range, interval
 
 
 def contrasts(runs: pd.DataFrame) -> list[tuple[str, str, Contrast]]:
     """The primary contrasts and their sensitivity: what is compared, how, and the contrast."""
     law = best_law(runs)
-    pairs = [("V", None, "merit"), (f"the best short law, {law}", law, "merit_judged")]
-    found = []
-    for run in (MEAN_RUN, BEST_RUN):
-        found += [
-            (f"merit over {base}", run, contrast(runs, name, outcome=outcome, run=run))
-            for base, name, outcome in pairs
-        ]
-    found.append(("settled share over V", MEAN_RUN, contrast(runs, outcome="settled")))
-    settled = (
-        "settled share over " + pairs[1][0],
-        MEAN_RUN,
-        contrast(runs, law, outcome="settled"),
-    )
-    return [*found, settled]
-
-
-def primary_table(readings: Mapping[str, pd.DataFrame]) -> str:
-    """The contrasts of each body, in Markdown."""
-    lines = [
-        "| body | learned feedback's | of | effect | designs and ω_t random | runs alone; "
-        "bootstrap | base | by ω_t |",
-        "|---|---|---|---|---|---|---|---|",
+    over_law = f"the best short law, {law}"
+    primary = [
+        ("merit over V", MEAN_RUN, contrast(runs)),
+        (f"merit over {over_law}", MEAN_RUN, contrast(runs, law, outcome="merit_judged")),
     ]
+    best = [
+        ("merit over V", BEST_RUN, contrast(runs, run=BEST_RUN)),
+        (
+            f"merit over {over_law}",
+            BEST_RUN,
+            contrast(runs, law, outcome="merit_judged", run=BEST_RUN),
+        ),
+    ]
+    with_actuation = [
+        (
+            f"merit over {base}, ART and ARGT alone",
+            MEAN_RUN,
+            contrast(runs, name, learned=("ART", "ARGT")),
+        )
+        for base, name in (("V", None), ("the clock", "clock"))
+    ]
+    settled = [
+        (f"settled share over {base}", MEAN_RUN, contrast(runs, name, outcome="settled"))
+        for base, name in (("V", None), (over_law, law))
+    ]
+    over_clock = ("merit over the clock", MEAN_RUN, contrast(runs, "clock"))
+    return [*primary, *best, over_clock, *with_actuation, *settled]
+
+
+def primary_tables(readings: Mapping[str, pd.DataFrame]) -> tuple[str, str]:
+    """The contrasts of each body, in Markdown: over all ω_t, and at each of them."""
+    head = ["body", "learned feedback's", "of", "effect", "designs and ω_t random"]
+    rows, by_omega = [[*head, "runs alone", "bootstrap", "base"]], []
     for body, runs in readings.items():
         for what, run, c in contrasts(runs):
-            by = ", ".join(f"{omega:g}: {value:+.2f}" for omega, value in c.of_omega.items())
-            lines.append(
-                f"| {body} | {what} | {run} | {c.effect:+.3f} | {_pair(c.crossed)} "
-                f"| {_pair(c.runs)}; {_pair(c.drawn)} | {c.base:.3f} | {by} |"
-            )
-    return "\n".join(lines) + "\n"
+            intervals = map(_pair, (c.crossed, c.runs, c.drawn))
+            rows.append([body, what, run, f"{c.effect:+.3f}", *intervals, f"{c.base:.3f}"])
+            own = {f"{omega:g}": f"{value:+.2f}" for omega, value in c.of_omega.items()}
+            by_omega.append({"ω_t": f"{body}: {what}, {run}", **own})
+    columns = list(dict.fromkeys(name for row in by_omega for name in row))
+    cells = [[row.get(name, "–") for name in columns] for row in by_omega]
+    return table(rows), table([columns, *cells])
 
 
 def feedback_table(runs: pd.DataFrame) -> str:
     """By ω_t and kind of controller: merit whole, cut and frozen, settled share, following."""
-    lines = [
-        "| ω_t | controllers | merit | feedback cut | frozen | best run | settled | following |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
+    head = ["ω_t", "controllers", "merit", "feedback cut", "frozen", "best run", "settled"]
+    lines = [[*head, "following"]]
     for _, rows in runs.groupby(runs.omega_t.fillna(0.0).astype(str) + _kinds(runs), sort=False):
-        first = rows.iloc[0]
         best = rows.merit.to_numpy()[rows.fitness.to_numpy().argmax()]
-        lines.append(
-            f"| {first.omega_t:g} | {_kinds(rows).iloc[0]} | {_mean(rows.merit, _MERIT)} "
-            f"| {_mean(rows.merit_cut, _MERIT)} | {_mean(rows.merit_frozen, _MERIT)} "
-            f"| {best:.3f} | {_mean(rows.settled, SHARE)} | {_mean(rows.following, UNBOUNDED)} |"
-        )
-    return "\n".join(lines) + "\n"
+        variants = rows.merit, rows.merit_cut, rows.merit_frozen
+        merits = [_mean(values, POSITIVE) for values in variants]
+        more = [f"{best:.3f}", _mean(rows.settled, SHARE), _mean(rows.following, UNBOUNDED)]
+        lines.append([f"{rows.omega_t.iloc[0]:g}", _kinds(rows).iloc[0], *merits, *more])
+    return table(lines)
 
 
 def _kinds(runs: pd.DataFrame) -> pd.Series:
@@ -75,9 +80,9 @@ def _kinds(runs: pd.DataFrame) -> pd.Series:
 
 def _mean(values: pd.Series, within: Range) -> str:
     known = values.dropna().to_numpy()
-    if len(known) < 2:
-        return f"{known[0]:.3f}" if len(known) else "–"
     found = interval(known, within=within)
+    if len(known) < FEW:  # V's three drives are no sample of runs
+        return f"{found.mean:.3f}" if len(known) else "–"
     return f"{found.mean:.3f} [{found.low:.3f}, {found.high:.3f}]"
 
 

@@ -30,7 +30,7 @@ import pandas as pd
 from scipy import stats
 
 from reproduction.claims.effects import LEARNED_FEEDBACK
-from reproduction.learning.runs import LAW
+from reproduction.learning.runs import LAW, where
 
 RESAMPLES = 4000
 MEAN_RUN, BEST_RUN = "mean of runs", "run of best fitness"
@@ -90,7 +90,12 @@ def crossed(differences: np.ndarray) -> tuple[float, float]:
 
 
 def contrast(
-    runs: pd.DataFrame, law: str | None = None, *, outcome: str = "merit", run: str = MEAN_RUN
+    runs: pd.DataFrame,
+    law: str | None = None,
+    *,
+    outcome: str = "merit",
+    run: str = MEAN_RUN,
+    learned: Sequence[str] = LEARNED_FEEDBACK,
 ) -> Contrast:
     """Learned feedback over V, or over a short law.
 
@@ -99,25 +104,23 @@ def contrast(
         law: the short law; None compares with V.
         outcome: the column.
         run: `MEAN_RUN`, or `BEST_RUN` for the one of best training fitness of each design.
+        learned: the architectures that are compared.
 
     Returns:
         The contrast, over all ω_t that both have.
     """
-    own = _where(runs, runs.senses == "F")
+    own = where(runs, runs.senses == "F")
     if run == BEST_RUN:
         own = own.sort_values("fitness", kind="stable").drop_duplicates("model", keep="last")
-    learned = _where(own, own.architecture.isin(LEARNED_FEEDBACK))
-    base = _where(own, own.architecture == (LAW if law else "V"))
-    base = _where(base, base.drive == law) if law else base
-    values = _cells(learned, ("architecture", "drive", "omega_t"), outcome)
+    mine = where(own, own.architecture.isin(learned))
+    base = where(own, own.architecture == (LAW if law else "V"))
+    base = where(base, base.drive == law) if law else base
+    values = _cells(mine, ("architecture", "drive", "omega_t"), outcome)
     theirs = _cells(base, ("drive", "omega_t"), outcome)
     designs = sorted({(architecture, drive) for architecture, drive, _ in values})
     omegas = sorted({omega for *_, omega in values} & {omega for _, omega in theirs})
-    mine = [[values[*design, omega] for omega in omegas] for design in designs]
-    other = [[theirs[law or drive, omega] for omega in omegas] for _, drive in designs]
-    means, bases = (
-        np.array([[cell.mean() for cell in row] for row in cells]) for cells in (mine, other)
-    )
+    means = np.array([[values[*design, w].mean() for w in omegas] for design in designs])
+    bases = np.array([[theirs[law or drive, w].mean() for w in omegas] for _, drive in designs])
     draw = np.random.default_rng(0)
     # A cell of the base is shared by designs: it is drawn once.
     known = {key: _drawn(draw, cell) for key, cell in theirs.items()}
@@ -141,10 +144,6 @@ def contrast(
     )
 
 
-def _where(runs: pd.DataFrame, mask: pd.Series) -> pd.DataFrame:
-    return pd.DataFrame(runs[mask])
-
-
 def _cells(runs: pd.DataFrame, keys: Sequence[str], outcome: str) -> dict[tuple, np.ndarray]:
     """An outcome's values by what the keys are."""
     cells: dict[tuple, list[float]] = {}
@@ -166,5 +165,5 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 def best_law(runs: pd.DataFrame) -> str:
     """The short law of highest merit on the first half of the releases, over runs and ω_t."""
-    laws = _cells(_where(runs, runs.architecture == LAW), ("drive",), "merit_chosen")
+    laws = _cells(where(runs, runs.architecture == LAW), ("drive",), "merit_chosen")
     return max(laws, key=lambda law: laws[law].mean())[0]

@@ -9,10 +9,13 @@ import numpy as np
 import pandas as pd
 
 from reproduction.claims.designs import DRIVES
+from reproduction.claims.effects import LEARNED_FEEDBACK
 from reproduction.hop_rates import rate_slope
 from reproduction.learning.judged import VARIANTS, EvaluatedRuns
 from reproduction.record import Record
 from reproduction.table import design
+from tegotae._support import tables
+from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.study import Arrays
 from tegotae.systems.laws import short_law
@@ -21,6 +24,8 @@ from tegotae.systems.models import find
 DESIGN = ("model", "architecture", "senses", "drive", "omega_t")
 LAW = "law"
 """The architecture of short laws in this table."""
+_COLUMNS = (*DESIGN, "fitness", "settled", "merit", "merit_chosen", "merit_judged")
+_KIND = "table that python -m reproduction learning wrote"
 
 
 def rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
@@ -69,8 +74,29 @@ def _design(record: Record) -> dict[str, object]:
 
 
 def read(path: Path) -> pd.DataFrame:
-    """The table of a file."""
-    return pd.read_csv(path, keep_default_na=False, na_values=[""], dtype={"drive": str})
+    """The table of a file.
+
+    Raises:
+        TegotaeError: if it cannot be read, is no such table, or lacks V, learned feedback or laws.
+    """
+    cells = tables.read_csv(path, _COLUMNS, kind=_KIND)
+    try:
+        columns = {
+            name: column if name in DESIGN[:-1] else tables.numbers(column)
+            for name, column in cells.items()
+        }
+    except ValueError:
+        raise TegotaeError(f"{path} is no {_KIND}: it holds what is no number") from None
+    runs = pd.DataFrame(columns)
+    for architecture in (*LEARNED_FEEDBACK, "V", LAW):
+        if not (runs.architecture == architecture).any():
+            raise TegotaeError(f"{path} has no runs of {architecture}; judge a whole study")
+    return runs
+
+
+def where(runs: pd.DataFrame, mask: pd.Series) -> pd.DataFrame:
+    """The rows of a table in which something holds."""
+    return pd.DataFrame(runs[mask])
 
 
 def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:

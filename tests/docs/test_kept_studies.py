@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import fnmatch
-import importlib
 import re
-import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,24 +11,12 @@ import pandas
 import pytest
 
 from pages import DOCS, prose
-from places import ROOT
 from tegotae._support.tables import read_csv
 from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.systems.legged import random_phases
 from tegotae.training.curves import read_curves
 
 KEPT = DOCS / "_static"
-
-
-@pytest.fixture
-def study(monkeypatch):
-    """A script of `studies` as a module, whose neighbours it may import."""
-    monkeypatch.syspath_prepend(str(ROOT / "studies"))
-    before = set(sys.modules)
-    yield importlib.import_module
-    for name in set(sys.modules) - before:
-        if str(ROOT / "studies") in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
 
 
 def column(table: dict, name: str) -> np.ndarray:

@@ -5,14 +5,25 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from reproduction import runner
 from reproduction.claims.effects import LEARNED_FEEDBACK
-from reproduction.learning.judged import MEASURED, RELEASES, VARIANTS, judge, releases
-from reproduction.learning.page import feedback_table, primary_table
+from reproduction.figures.learning import learning_figure
+from reproduction.folder import Folder
+from reproduction.learning.judged import (
+    MEASURED,
+    RELEASES,
+    VARIANTS,
+    EvaluatedRuns,
+    judge,
+    releases,
+)
+from reproduction.learning.page import feedback_table, primary_tables
 from reproduction.learning.primary import BEST_RUN, best_law, contrast, crossed
-from reproduction.learning.runs import LAW
+from reproduction.learning.runs import LAW, read, rows
 from reproduction.plan import MAIN, OMEGAS, plan
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.hopping.registry import measured_own
+from tegotae.study import here
 from tegotae.systems.laws import LAWS
 from tegotae.systems.models import find
 
@@ -73,7 +84,7 @@ def table(learned=0.6, v=0.4, law=0.5, runs=4, seed=0):
         add("V", drive, v, 1)
         for architecture in LEARNED_FEEDBACK:
             add(architecture, drive, learned, runs)
-    for name, merit in (("load", law), ("latch", law - 0.2)):
+    for name, merit in (("load", law), ("latch", law - 0.2), ("clock", law - 0.3)):
         add(LAW, name, merit, runs)
     return pd.DataFrame(rows)
 
@@ -125,6 +136,50 @@ def test_the_crossed_interval_covers():
 
 def test_the_tables_name_bodies_and_kinds():
     runs = table()
-    assert primary_table({"study": runs}).count("| study |") == 6
+    whole, by_omega = primary_tables({"study": runs})
+    assert whole.count("| study |") == by_omega.count("| study: ") == 9
+    assert by_omega.splitlines()[0] == "| ω_t | 3 | 4 | 5 | 6 |"
+    assert len(learning_figure({"study": runs, "other": runs}).axes) == 2
     rows = feedback_table(runs).splitlines()[2:]
-    assert len(rows) == 4 * (1 + len(LEARNED_FEEDBACK) + 2)
+    assert len(rows) == 4 * (1 + len(LEARNED_FEEDBACK) + 3)
+
+
+def test_a_table_of_something_else_or_of_a_part_is_refused_in_one_line(tmp_path, one_line_error):
+    table().to_csv(tmp_path / "whole.csv", index=False)
+    assert len(read(tmp_path / "whole.csv")) == len(table())
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "words.csv").write_text((tmp_path / "whole.csv").read_text().replace("0.9", "nine"))
+    runs = table()
+    runs[runs.architecture == LAW].to_csv(tmp_path / "part.csv", index=False)
+    for name, said in (
+        ("missing", "cannot read"),
+        ("other", "it has no column model"),
+        ("words", "it holds what is no number"),
+        ("part", "has no runs of AR; judge a whole study"),
+    ):
+        assert said in one_line_error("reproduction", "primary", str(tmp_path / f"{name}.csv"))
+
+
+def test_a_study_without_whole_records_is_refused_before_any_work(tmp_path, one_line_error):
+    folder = Folder(tmp_path / "study")
+    with folder.claimed(plan("smoke")):
+        pass
+    out = tmp_path / "out"
+    said = one_line_error("reproduction", "learning", "--dir", str(folder.path), "--out", str(out))
+    assert "has no whole record of *; run the study" in said
+    assert not out.exists()
+
+
+def test_another_window_is_another_cell(tmp_path):
+    (record,) = _records_of_smoke(tmp_path)
+    cells = [EvaluatedRuns(record), EvaluatedRuns(record, undisturbed_s=12.0)]
+    assert len({str(cell.document) for cell in cells}) == 2
+    usual, longer = (cell.measure().arrays["limit_cycle_share"] for cell in cells)
+    assert usual.shape == longer.shape == (3, 1, RELEASES, 2)
+    frame = rows(cells[0], cells[0].measure().arrays)
+    assert frame.iloc[0][["model", "architecture", "drive"]].tolist() == ["V-sector-w8", "V", "φ"]
+
+
+def _records_of_smoke(tmp_path):
+    runner.run(plan("smoke", "V-*"), tmp_path / "smoke", here)
+    return Folder(tmp_path / "smoke").all()[0]

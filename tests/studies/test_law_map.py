@@ -2,27 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
-
 import numpy as np
 import pandas as pd
 import pytest
 
-from places import ROOT
 from tegotae import find
 from tegotae.analysis.maps import OutcomeSummary
-
-
-@pytest.fixture
-def study(monkeypatch):
-    """A script of `studies` as a module, whose neighbours it may import."""
-    monkeypatch.syspath_prepend(str(ROOT / "studies"))
-    before = set(sys.modules)
-    yield importlib.import_module
-    for name in set(sys.modules) - before:
-        if str(ROOT / "studies") in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
 
 
 def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, monkeypatch, tmp_path):

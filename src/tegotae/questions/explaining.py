@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import MOST_POINTS
 from tegotae.analysis.explanation import (
@@ -126,6 +126,7 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
         >>> explain("V-reflex-w8", duration=10.0, releases=2).evaluated["whole"].merit.shape
         (2, 5)
     """
+    require_finite("duration", options.duration_s, least=1.0)
     require_count("releases", options.releases, most=MOST_POINTS)
     require_count("seed", options.seed, least=0)
     require_count("retune", options.retune, least=0)
