@@ -87,4 +87,5 @@ def _mean(values: pd.Series, within: Range) -> str:
 
 
 def _pair(ends: tuple[float, float]) -> str:
-    return f"[{ends[0]:+.3f}, {ends[1]:+.3f}]"
+    # Of one run each there is nothing to draw anew.
+    return "–" if ends[0] == ends[1] else f"[{ends[0]:+.3f}, {ends[1]:+.3f}]"
