@@ -53,6 +53,11 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "python -m reproduction primary tables/study.csv",
         "python -m reproduction primary study.csv calibrated.csv --out tables",
     ),
+    "atlas": Command(
+        "reproduction.commands.learning:StudyAtlas",
+        "python -m reproduction atlas --dir results/paper --out docs/_static/atlas",
+        "python -m reproduction atlas --dir study --out tables --models 'AR*'",
+    ),
     "merge": Command(
         "reproduction.commands.study:StudyMerge",
         "python -m reproduction merge other-study --dir study",
@@ -107,7 +112,16 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "Run the study": ("run", "status", "merge"),
-    "Report on it": ("report", "claims", "learning", "primary", "figures", "export", "zoo"),
+    "Report on it": (
+        "report",
+        "claims",
+        "learning",
+        "primary",
+        "atlas",
+        "figures",
+        "export",
+        "zoo",
+    ),
     "Try other readings of the paper": ("readings",),
     "Know the limits of the body": ("gain-map", "optimum", "optimum-table", "optimum-proofs"),
 }

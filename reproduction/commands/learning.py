@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -12,6 +12,9 @@ from reproduction.options import UNSET
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
+
+if TYPE_CHECKING:
+    from reproduction.record import Record
 
 
 @dataclass(frozen=True)
@@ -33,20 +36,12 @@ class StudyLearning:
 
     def run(self) -> None:
         """Judge what is missing, and write."""
-        from fnmatch import fnmatchcase
-
-        from reproduction.folder import Folder
         from reproduction.learning.judged import EvaluatedRuns
         from reproduction.learning.page import feedback_table
         from reproduction.learning.runs import joined, rows
         from tegotae.study import Study
 
-        records, damaged = Folder(self.dir).all()
-        for message in damaged:
-            print(message)
-        records = [record for record in records if fnmatchcase(record.model, self.models)]
-        if not records:
-            raise TegotaeError(f"{self.dir} has no whole record of {self.models}; run the study")
+        records = _records(self.dir, self.models)
         output_folder(self.out)
         cells = [EvaluatedRuns(record, self.undisturbed, self.tick) for record in records]
         study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
@@ -86,3 +81,47 @@ class StudyPrimary:
             write_atomically(self.out / f"{self.name}-by-omega.md", by_omega)
             save_figure(learning_figure(readings), self.out / f"{self.name}.png")
         print(f"{whole}\n{by_omega}")
+
+
+@dataclass(frozen=True)
+class StudyAtlas:
+    """Say of every run of a study what its feedback does, and which short form keeps its score."""
+
+    dir: Path
+    """The study's folder; what the atlas lacks is measured into it."""
+    out: Path
+    """Folder of NAME.csv, with a row a run, NAME.md and NAME.png."""
+    name: str = "atlas"
+    """Name of these files."""
+    models: Annotated[str, UNSET] = "*"
+    """Only models with such names, with * and ? as in a shell."""
+
+    def run(self) -> None:
+        """Measure what is missing, and write."""
+        from reproduction.figures.atlas import atlas_figure
+        from reproduction.learning.atlas import atlas_tables, measured
+        from tegotae.figures.style import save_figure
+
+        records = _records(self.dir, self.models)
+        output_folder(self.out)
+        runs = measured(self.dir, records)
+        text = tables.csv_text({name: runs[name].tolist() for name in runs}, digits=4)
+        write_atomically(self.out / f"{self.name}.csv", text)
+        write_atomically(self.out / f"{self.name}.md", atlas_tables(runs))
+        save_figure(atlas_figure(runs), self.out / f"{self.name}.png")
+        print(f"{len(runs)} runs in {self.out / self.name}.csv")
+
+
+def _records(folder: Path, models: str) -> list[Record]:
+    """A study's whole records of such names; what is wrong with others is printed."""
+    from fnmatch import fnmatchcase
+
+    from reproduction.folder import Folder
+
+    records, damaged = Folder(folder).all()
+    for message in damaged:
+        print(message)
+    records = [record for record in records if fnmatchcase(record.model, models)]
+    if not records:
+        raise TegotaeError(f"{folder} has no whole record of {models}; run the study")
+    return records

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import jax
@@ -14,7 +14,7 @@ from reproduction.record import Record
 from reproduction.unit import key_of
 from tegotae._support.documents import Document
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
-from tegotae.measures.hopping.metric import Episode, GaitMetric
+from tegotae.measures.hopping.metric import Episode, GaitMetric, Metric
 from tegotae.measures.hopping.registry import forget, register
 from tegotae.measures.hopping.statistics import UNBOUNDED, mean_defined
 from tegotae.parts.controller import Controller
@@ -82,18 +82,19 @@ def judge(experiment: Experiment, weights: np.ndarray) -> Arrays:
 
 
 def _variants(experiment: Experiment, weights: np.ndarray) -> Arrays:
-    whole = _episodes(experiment, experiment.controller, weights, experiment.protocol)
-    feedback = mean_defined(np.moveaxis(_by_release(whole, mean_feedback.name), 1, -1))
+    asked = (*MEASURED, mean_feedback)
+    whole = episodes_of(experiment, experiment.controller, weights, experiment.protocol, asked)
+    feedback = mean_defined(np.moveaxis(by_release(whole, mean_feedback.name), 1, -1))
     variants = [whole]
     if experiment.controller.tegotae is not None:
         clock, cut = held(experiment.controller, weights)
-        variants.append(_episodes(experiment, clock, cut, experiment.protocol))
+        variants.append(episodes_of(experiment, clock, cut, experiment.protocol))
         variants.append(_frozen(experiment, weights, np.nan_to_num(feedback)))
     arrays = {"mean_feedback": feedback.astype("float32")}
     for name in MEASURED:
-        values = np.full((len(VARIANTS), *_by_release(whole, name).shape), np.nan, "float32")
+        values = np.full((len(VARIANTS), *by_release(whole, name).shape), np.nan, "float32")
         for i, variant in enumerate(variants):
-            values[i] = _by_release(variant, name)
+            values[i] = by_release(variant, name)
         arrays[name] = values
     return arrays
 
@@ -104,15 +105,25 @@ def _frozen(experiment: Experiment, weights: np.ndarray, feedback: np.ndarray) -
     for i, offset in enumerate(experiment.protocol.offsets):
         clock, frozen = held(experiment.controller, weights, feedback[:, i])
         protocol = dataclasses.replace(experiment.protocol, offsets=(offset,))
-        alone.append(_episodes(experiment, clock, frozen, protocol))
+        alone.append(episodes_of(experiment, clock, frozen, protocol))
     episodes = {
         name: np.concatenate([each.episodes[name] for each in alone], axis=1) for name in MEASURED
     }
     return dataclasses.replace(alone[0], episodes=episodes)
 
 
-def _episodes(
-    experiment: Experiment, controller: Controller, weights: np.ndarray, protocol: Protocol
+def merits(settled: np.ndarray, cot_inverse: np.ndarray) -> np.ndarray:
+    """CoT⁻¹ of every episode [m/J], 0 of one that does not settle; NaN where there was none."""
+    unsettled = np.where(np.isnan(settled), np.nan, 0.0)
+    return np.where(settled == 1.0, np.nan_to_num(cot_inverse), unsettled)
+
+
+def episodes_of(
+    experiment: Experiment,
+    controller: Controller,
+    weights: np.ndarray,
+    protocol: Protocol,
+    metrics: Sequence[str | Metric] = MEASURED,
 ) -> Evaluation:
     """Every run from every release, the releases of a run in a row."""
     start = releases(experiment.system.scenario())
@@ -122,7 +133,7 @@ def _episodes(
         experiment.omega,
         experiment.body,
         experiment.system.evaluated_by(protocol),
-        (*MEASURED, mean_feedback),
+        metrics,
         start=start._replace(
             height_m=np.tile(start.height_m, len(weights)),
             phase_rad=np.tile(start.phase_rad, len(weights)),
@@ -131,7 +142,7 @@ def _episodes(
     )
 
 
-def _by_release(evaluation: Evaluation, name: str) -> np.ndarray:
+def by_release(evaluation: Evaluation, name: str) -> np.ndarray:
     """A metric, [runs, releases, ω]."""
     values = evaluation.episodes[name]
     return values.reshape(-1, RELEASES, values.shape[-1])

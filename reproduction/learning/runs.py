@@ -11,7 +11,7 @@ import pandas as pd
 from reproduction.claims.designs import DRIVES
 from reproduction.claims.effects import LEARNED_FEEDBACK
 from reproduction.hop_rates import rate_slope
-from reproduction.learning.judged import VARIANTS, EvaluatedRuns
+from reproduction.learning.judged import VARIANTS, EvaluatedRuns, merits
 from reproduction.record import Record
 from reproduction.table import design
 from tegotae._support import tables
@@ -41,7 +41,7 @@ def rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
     """
     record = cell.record
     settled, cot = arrays["limit_cycle_share"].astype(float), arrays["cot_inverse"].astype(float)
-    paid = np.where(settled == 1.0, np.nan_to_num(cot), np.where(np.isnan(settled), np.nan, 0.0))
+    paid = merits(settled, cot)
     merit = paid.mean(axis=(2, 3))
     half = paid.shape[2] // 2
     rates = mean_defined(np.moveaxis(arrays["hop_rate"][0].astype(float), 1, -1))

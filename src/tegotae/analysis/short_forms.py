@@ -117,8 +117,9 @@ def tried_forms(
             most = max((form.kept for form in tried), default=0.0)
             if tried and most >= SHARES[-1] and controller.n_weights > tried[-1].numbers:
                 break
-            experiment = _training(released.saved, controller)
-            weights = retuned(experiment, start, generations, seeds)
+            experiment = training_of(released.saved, controller)
+            runs, fitness = retuned(experiment, start, generations, seeds)
+            weights = runs[fitness.argmax()]
             cloned = released.evaluated(controller, start)
             evaluated = released.evaluated(controller, weights)
             system = dataclasses.replace(released.saved.system, controller=controller)
@@ -136,25 +137,28 @@ def shortest(tried: Sequence[TriedForm], share: float) -> TriedForm | None:
 
 
 def retuned(
-    experiment: Experiment, start: np.ndarray, generations: int, seeds: Sequence[int]
-) -> np.ndarray:
-    """Numbers of the highest training fitness that PGPE finds from some on, over its seeds.
+    experiment: Experiment, starts: np.ndarray, generations: int, seeds: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers that PGPE finds from some on, and their training fitness.
 
     Args:
         experiment: the training.
-        start: numbers to start from, shape [n_weights].
+        starts: numbers to start from, shape [n_weights], or [runs, n_weights].
         generations: how many.
-        seeds: of the algorithm's draws; the start is the same for all.
+        seeds: of the algorithm's draws, run by run.
+
+    Returns:
+        Numbers, [runs, n_weights], and fitness, [runs].
     """
     evolution = Evolution(stopping=Stopping.after(generations))
     begun = evolution.start(experiment, seeds)
-    rows = np.tile(np.asarray(start, "float32"), (len(seeds), 1))
+    rows = np.array(np.broadcast_to(starts, begun.best_weights.shape), "float32")
     begun = begun._replace(search=begun.search.replace(mean=rows), best_weights=rows)
     *_, (ended, _) = evolution.evolve(experiment, seeds, begun)
-    return np.asarray(ended.best_weights[int(np.argmax(ended.best_fitness))], float)
+    return np.asarray(ended.best_weights, float), np.asarray(ended.best_fitness, float)
 
 
-def _training(saved: SavedController, controller: Controller) -> Experiment:
+def training_of(saved: SavedController, controller: Controller) -> Experiment:
     """The controller's own training of a form, from drawn releases."""
     own = saved.experiment
     if own is None:

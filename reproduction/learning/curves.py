@@ -1,0 +1,125 @@
+"""Curves of trained runs: their formulas, where they wait and push, and starts of short forms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+
+from reproduction.learning.judged import releases
+from reproduction.record import Record
+from reproduction.unit import key_of
+from tegotae._support.documents import Document
+from tegotae.analysis.explanation import (
+    Evaluated,
+    ReleasedHopper,
+    Visits,
+    action_fits,
+    parking,
+    pushing,
+    reaction_fits,
+    visits,
+)
+from tegotae.analysis.short_forms import started
+from tegotae.study import CellResult
+from tegotae.systems.controller_file import SavedController
+
+FEW = 5
+"""How many of the common releases the curves are taken from."""
+SWING = (5.0, 95.0)
+"""Percentiles of the feedback between which it swings."""
+
+
+def saved_runs(record: Record) -> list[SavedController]:
+    """The runs of a record as controllers; a search has one."""
+    experiment = record.experiment
+    runs = record.weights[:1] if experiment.is_searched else record.weights
+    return [
+        SavedController(experiment.system, np.asarray(weights, float), record.model, experiment)
+        for weights in runs
+    ]
+
+
+def curves_of(v: Visits, omega: float) -> dict[str, float]:
+    """The curves of a run in numbers.
+
+    Args:
+        v: what its gait visits.
+        omega: commanded ω [rad/s].
+
+    Returns:
+        `action_1` and `action_2`, R² of one and two harmonics of A′; of one harmonic `offset`, over
+        its amplitude, and `place` [rad]; R² of G R by the name of the law whose reaction it is;
+        `swing` of the feedback over ω; `waits_flight` and `waits_stance`, shares of the time;
+        `pushes`, the share of the stance. NaN where there is no such term.
+    """
+    numbers = dict.fromkeys(("action_1", "action_2", "offset", "place"), math.nan)
+    if np.isfinite(v.action).all():
+        one, two = action_fits(v)
+        offset, a, b = one.numbers
+        size = math.hypot(a, b)
+        numbers |= {"action_1": one.explained, "action_2": two.explained}
+        numbers |= {"offset": offset / size if size else math.nan, "place": math.atan2(b, a)}
+    if np.isfinite(v.gain * v.reaction).all():
+        numbers |= {name: fit.explained for name, fit in reaction_fits(v).items()}
+    else:
+        numbers |= dict.fromkeys(("load", "latch", "decay", "saturating"), math.nan)
+    low, high = np.percentile(v.feedback_rad_per_s, SWING)
+    waits = {f"waits_{where}": share for where, (share, _) in parking(v, omega).items()}
+    pushes, _ = pushing(v, math.inf)
+    return numbers | {"swing": (high - low) / omega, **waits, "pushes": pushes}
+
+
+@dataclass(frozen=True)
+class CurvesOfRuns:
+    """All runs of one record with feedback, as a cell of a study (`tegotae.study.Study`).
+
+    Args:
+        record: what was trained.
+    """
+
+    record: Record
+
+    @property
+    def name(self) -> str:
+        """The model's."""
+        return self.record.model
+
+    @property
+    def document(self) -> Document:
+        """The record, and from what its curves are taken."""
+        return {"record": key_of(self.record.configuration), "releases": FEW}
+
+    @property
+    def program(self) -> Hashable:
+        """Records of one controller share compiled programs."""
+        return repr(self.record.experiment.controller)
+
+    def prepare(self) -> None:
+        """Nothing: the package has all that it needs."""
+
+    def measure(self) -> CellResult:
+        """Their curves, [runs] each, and starts of every form, `start_FORM`, [runs, n_weights]."""
+        rows = []
+        for saved in saved_runs(self.record):
+            v, whole = visited(saved)
+            starts = {f"start_{name}": x for name, (_, x) in started(saved, [v]).items()}
+            rows.append(curves_of(v, float(whole.omega[0])) | starts)
+        arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+        return CellResult(self.document, self.record.software, arrays)
+
+
+def visited(saved: SavedController) -> tuple[Visits, Evaluated]:
+    """What a run visits at ω_t, and how good it is there, from a few of the common releases."""
+    assert saved.experiment is not None
+    assert saved.omega is not None
+    protocol, system = saved.experiment.protocol, saved.system
+    start = releases(system.scenario())
+    release = start._replace(height_m=start.height_m[:FEW], phase_rad=start.phase_rad[:FEW])
+    timing = system.timing_over(protocol.undisturbed_s, tick_s=protocol.tick_s)
+    released = ReleasedHopper(saved, np.array([saved.omega]), release, timing, protocol)
+    whole = released.evaluated(saved.controller, saved.weights)
+    (v,) = visits(released, whole, released.recorded())
+    return v, whole

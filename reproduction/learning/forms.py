@@ -1,0 +1,81 @@
+"""Short forms in place of learned feedback: those of many controllers retuned together in closed
+loop, and judged from the common releases."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reproduction.learning.curves import saved_runs
+from reproduction.learning.judged import by_release, episodes_of, merits
+from reproduction.record import Record
+from reproduction.unit import key_of
+from tegotae._support.documents import Document
+from tegotae.analysis.short_forms import forms_of_a_leg, retuned, training_of
+from tegotae.study import Arrays, CellResult
+
+GENERATIONS, SEEDS = 60, (0,)
+"""Of the retuning of a form, from the curves of a controller on."""
+
+
+@dataclass(frozen=True)
+class FormOfControllers:
+    """One form, retuned from each of several controllers, as a cell of a study.
+
+    Args:
+        form: its name in the library.
+        omega_t: frequency of the training of all of them [rad/s].
+        records: what was trained.
+        runs: which run of each.
+        starts: the numbers that its curves give the form, [records, n_weights].
+    """
+
+    form: str
+    omega_t: float
+    records: Sequence[Record]
+    runs: Sequence[int]
+    starts: np.ndarray
+
+    @property
+    def name(self) -> str:
+        """The form and the frequency."""
+        return f"{self.form}-w{self.omega_t:g}"
+
+    @property
+    def document(self) -> Document:
+        """Which form, from where, and how it is retuned."""
+        return {
+            "form": self.form,
+            "records": [key_of(record.configuration) for record in self.records],
+            "runs": list(self.runs),
+            "generations": GENERATIONS,
+            "seeds": list(SEEDS),
+        }
+
+    @property
+    def program(self) -> Hashable:
+        """A form is a program."""
+        return self.form
+
+    def prepare(self) -> None:
+        """Nothing: the package has all that it needs."""
+
+    def measure(self) -> CellResult:
+        """Its numbers, `weights`, [records, n_weights], and `cloned` and `merit`, [records]:
+        the merit with the numbers of the curves, and with those retuned."""
+        controller = forms_of_a_leg()[self.form].on_a_leg()
+        training = training_of(saved_runs(self.records[0])[0], controller)
+        seeds = np.tile(SEEDS, len(self.records)).tolist()
+        starts = np.repeat(self.starts, len(SEEDS), axis=0)
+        runs, fitness = retuned(training, starts, GENERATIONS, seeds)
+        best = fitness.reshape(-1, len(SEEDS)).argmax(axis=1)
+        rows = np.arange(len(self.records)) * len(SEEDS) + best
+        judged = replace(training, protocol=self.records[0].experiment.protocol)
+        arrays: Arrays = {"weights": runs[rows]}
+        for name, weights in (("cloned", self.starts), ("merit", runs[rows])):
+            of_form = episodes_of(judged, controller, weights, judged.protocol)
+            settled, cot = (by_release(of_form, x) for x in ("limit_cycle_share", "cot_inverse"))
+            arrays[name] = merits(settled, cot).mean(axis=(1, 2))
+        return CellResult(self.document, self.records[0].software, arrays)
