@@ -401,6 +401,19 @@ def varied(column: str, model: str, trained: str, *conditions: str) -> float:
     return cell(f"generalisation/{page}", column, model, how, *conditions)
 
 
+def repeated() -> pd.DataFrame:
+    """Effects of the study's runs beside those of a set of other runs, as the study counts.
+
+    `apart` is their difference over the standard error of the two, `turned` a changed verdict.
+    """
+    kept = table("study/effects").drop_duplicates("claim").set_index("claim")
+    other = table("study/effects-repeated").set_index("claim")
+    both = kept.merge(other, on="claim", suffixes=("", "_other")).query("low < high")
+    error = np.hypot(both.high - both.low, both.high_other - both.low_other) / (2 * 1.96)
+    apart = (both.effect - both.effect_other).abs() / error
+    return both.assign(apart=apart, turned=both.verdict != both.verdict_other)
+
+
 @cache
 def ridge(actuation: str):
     """The line through the best gains of the gain map, as `reproduction.ridge` fits it."""
