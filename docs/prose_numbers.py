@@ -401,6 +401,18 @@ def varied(column: str, model: str, trained: str, *conditions: str) -> float:
     return cell(f"generalisation/{page}", column, model, how, *conditions)
 
 
+def kind(omega_t: float, of: str) -> pd.DataFrame:
+    """The runs of the atlas at an ω_t whose feedback is of a kind."""
+    return rows("atlas/study", omega_t=omega_t, kind=of)
+
+
+def replaced(omega_t: float, share: float) -> float:
+    """The share of the atlas' models whose merit some short form keeps so far."""
+    kept = rows("atlas/study", omega_t=omega_t, best=True)
+    kept = kept[~kept.kind.isin(["does not hop", "one network"])]
+    return float((kept.filter(like="kept ").max(axis=1) >= share).mean())
+
+
 def repeated() -> pd.DataFrame:
     """Effects of the study's runs beside those of a set of other runs, as the study counts.
 

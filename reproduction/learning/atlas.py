@@ -79,8 +79,8 @@ def measured(folder: Path, records: Sequence[Record], pool: Pool | None = None) 
         merit, `kept FORM`, and with the numbers of the curves `cloned FORM`; NaN where a shorter
         one kept enough.
     """
-    judged = [EvaluatedRuns(record) for record in records]
-    study = Study(folder / "judged", judged, title="judge", suffix=".judged.npz")
+    evaluations = [EvaluatedRuns(record) for record in records]
+    study = Study(folder / "judged", evaluations, title="judge", suffix=".judged.npz")
     study.run(pool)
     with_feedback = [x for x in records if x.experiment.controller.tegotae is not None]
     cells = [CurvesOfRuns(record) for record in with_feedback]
@@ -91,7 +91,7 @@ def measured(folder: Path, records: Sequence[Record], pool: Pool | None = None) 
         for cell, result in zip(cells, of_curves.results(), strict=True)
     }
     parts = []
-    for cell, result in zip(judged, study.results(), strict=True):
+    for cell, result in zip(evaluations, study.results(), strict=True):
         part = rows(cell, result.arrays)
         part["best"] = part.index == part.merit_chosen.argmax()
         known = curves.get(cell.record.model, {})
@@ -169,13 +169,13 @@ def atlas_tables(runs: pd.DataFrame) -> str:
     for omega, same in runs.groupby("omega_t"):
         parts.append(f"Shortest forms at $\\omega_t$ = {omega:g} rad/s, controllers of each:")
         chosen = {share: shortest(same, share) for share in SHARES}
-        lines = [["form", *(f"keeps {share:.0%}" for share in SHARES), "of merit"]]
-        merit = same.merit.loc[chosen[SHARES[0]].index]
-        for form in (*forms_by_numbers(), NONE):
-            counts = [int((names == form).sum()) for names in chosen.values()]
-            if any(counts):
-                mean = merit[chosen[SHARES[1]] == form].mean()
-                of_merit = f"{mean:.2f}" if np.isfinite(mean) else "–"
-                lines.append([form, *map(str, counts), of_merit])
+        lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES), "best merit"]]
+        forms = forms_of_a_leg()
+        for form in forms_by_numbers():
+            counts = [str((names == form).sum()) for names in chosen.values()]
+            best = f"{(same[f'kept {form}'] * same.merit).max():.2f}"
+            lines.append([form, str(forms[form].on_a_leg().n_weights), *counts, best])
+        counts = [str((names == NONE).sum()) for names in chosen.values()]
+        lines.append([NONE, "", *counts, ""])
         parts.append(table(lines))
     return "\n\n".join(part.strip() for part in parts) + "\n"

@@ -72,10 +72,10 @@ class FormOfControllers:
         runs, fitness = retuned(training, starts, GENERATIONS, seeds)
         best = fitness.reshape(-1, len(SEEDS)).argmax(axis=1)
         rows = np.arange(len(self.records)) * len(SEEDS) + best
-        judged = replace(training, protocol=self.records[0].experiment.protocol)
+        evaluated = replace(training, protocol=self.records[0].experiment.protocol)
         arrays: Arrays = {"weights": runs[rows]}
         for name, weights in (("cloned", self.starts), ("merit", runs[rows])):
-            of_form = episodes_of(judged, controller, weights, judged.protocol)
+            of_form = episodes_of(evaluated, controller, weights, evaluated.protocol)
             settled, cot = (by_release(of_form, x) for x in ("limit_cycle_share", "cot_inverse"))
             arrays[name] = merits(settled, cot).mean(axis=(1, 2))
         return CellResult(self.document, self.records[0].software, arrays)
