@@ -47,11 +47,11 @@ class DamagedDocumentError(TegotaeError):
 
 
 def read(path: Path | Traversable) -> Json:
-    """The JSON value in a file.
+    """The JSON value in a file, which is TOML if its name ends in `.toml`.
 
     Raises:
         FileNotFoundError: if there is none, which callers know more about.
-        DamagedDocumentError: if it is no JSON, or none that is safe (`checked`).
+        DamagedDocumentError: if it is none, or none that is safe (`checked`).
         TegotaeError: if it cannot be read, such as without permission.
     """
     try:
@@ -63,7 +63,7 @@ def read(path: Path | Traversable) -> Json:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     if len(content) > MOST_BYTES:
         raise DamagedDocumentError(f"it is larger than {MOST_BYTES >> 20} MiB")
-    return parse(content)
+    return parse_toml(content) if path.name.endswith(".toml") else parse(content)
 
 
 def parse(content: bytes | str) -> Any:
@@ -92,7 +92,7 @@ def parse(content: bytes | str) -> Any:
     return checked(value)
 
 
-def parse_toml(text: str) -> JsonObject:
+def parse_toml(content: bytes | str) -> JsonObject:
     """The value of a TOML text, `checked`.
 
     Raises:
@@ -103,10 +103,10 @@ def parse_toml(text: str) -> JsonObject:
         {'seeds': 3}
     """
     try:
-        value = tomllib.loads(text)
+        value = tomllib.loads(content.decode("utf-8") if isinstance(content, bytes) else content)
     except RecursionError:
         raise DamagedDocumentError(_TOO_DEEP) from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # that of the encoding, too
         raise DamagedDocumentError(f"it is no TOML: {error}") from None
     return checked(value)
 

@@ -32,8 +32,6 @@ from tegotae.systems.user_objects import is_reference
 
 _OWN = {"sin_phase", "cos_phase", "feedback"}
 """Signals that an environment need not provide."""
-_MOST_BYTES = 2**20
-_ENDS = {".toml": documents.parse_toml, ".json": documents.parse}
 _PACKAGED = Path(__file__).parent / "mujoco" / "wirings"
 
 
@@ -263,20 +261,14 @@ def load_wiring(path: Path | str) -> Wiring:
     if str(path) in packaged():
         return load_wiring(_PACKAGED / f"{path}.toml")
     path = Path(path)
-    if path.suffix not in _ENDS:
+    if path.suffix not in (".toml", ".json"):
         if path.name == str(path) and not path.exists():
             raise unknown("wiring", str(path), packaged())
         raise TegotaeError(f"{path} is no wiring; its name must end in .toml or .json")
     try:
-        with path.open("rb") as stream:
-            content = stream.read(_MOST_BYTES + 1)
-        if len(content) > _MOST_BYTES:
-            raise DamagedDocumentError(f"it is larger than {_MOST_BYTES >> 20} MiB")
-        return wiring_of(_ENDS[path.suffix](content.decode("utf-8")), path.parent)
+        return wiring_of(documents.read(path), path.parent)
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise TegotaeError(f"{path} is no wiring: it is no text in UTF-8") from None
     except DamagedDocumentError as error:
         raise TegotaeError(f"{path} is no wiring: {error}") from None
 

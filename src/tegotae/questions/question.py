@@ -22,7 +22,7 @@ class Tasks:
     NAMED: ClassVar[str] = (
         "A name is a controller file, a folder of them, a trained controller such as zoo:ART, a "
         "vanilla one such as V-sector-w4, paper-reflex or pyTegotaeCPG+hopf, a legged system such "
-        "as quadruped-c, or FILE.py:OBJECT. What it names has options of its own."
+        "as quadruped-c or FILE.toml, or FILE.py:OBJECT. What it names has options of its own."
     )
     """What a name is, for help."""
 

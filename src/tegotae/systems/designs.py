@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import cast
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
@@ -19,7 +20,7 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.families import FAMILIES, Family, family_named, nominal_speed_m_per_s
 from tegotae.systems.grammar import BUDGET
-from tegotae.systems.legged import SYSTEMS, Legged, random_phases, system
+from tegotae.systems.legged import SYSTEMS, Legged, is_walker_file, random_phases, system
 
 EPISODE_SHARE = 0.3
 """Length of a walker's episode of training, as a share of the time of its gait commands."""
@@ -165,8 +166,8 @@ def design(name: str) -> Design:
     """The design of a name.
 
     Args:
-        name: `FAMILY@SYSTEM`; the system is one of `tegotae.systems.legged.SYSTEMS`, or
-            `FILE.py:OBJECT`.
+        name: `FAMILY@SYSTEM`; the system is one of `tegotae.systems.legged.SYSTEMS`, `FILE.toml`
+            or `FILE.py:OBJECT`.
 
     Raises:
         TegotaeError: for an unknown family or system, with the nearest ones.
@@ -184,7 +185,7 @@ def design(name: str) -> Design:
     except ValueError:
         raise TegotaeError(f"{name} has no frequency behind -w; write a number, as -w3") from None
     legged = system(called)
-    short = called.rpartition(":")[2] or called
+    short = Path(called).stem if is_walker_file(called) else called.rpartition(":")[2] or called
     return Design(family_named(parts["family"]), legged, short, omega)
 
 

@@ -12,8 +12,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import jax
+import msgspec
 import numpy as np
 
+from tegotae._support import documents
+from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae.measures.gaits.names import leg_names, reference_leg
 from tegotae.measures.gaits.summary import CoordinationSummary
@@ -23,6 +26,7 @@ from tegotae.parts.fields import unwrapped
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.terrains import Terrain
 from tegotae.simulation.rollout import Engine, Scenario, Summary, Timing
+from tegotae.systems.descriptions import restore
 from tegotae.systems.models import build
 from tegotae.systems.registry import kinds_of
 from tegotae.systems.system import WALKING, WALKING_TICK, OnSystem, System, usual_system
@@ -268,14 +272,56 @@ def walking(
     return Legged(about=about, system=system, weights=(sigma,))
 
 
+class _WalkerDocument(msgspec.Struct, forbid_unknown_fields=True):
+    about: str
+    sigma: float
+    omega: float
+    foot: dict[str, Json]
+    body: dict[str, Json] = {}
+    ticks: float = 1.0
+
+
+def walker_of(document: object) -> Legged:
+    """The walker of plain values, such as an entry of `walkers.toml`.
+
+    Args:
+        document: `about`, `sigma`, `omega`, and the fields of its `foot` and its `body`; `ticks` is
+            its control tick over that of others.
+
+    Raises:
+        TegotaeError: for an entry that is missing, unknown or out of its range.
+
+    Example:
+        >>> walker_of({"about": "mine", "sigma": 1.0, "omega": 2.0, "foot": {}}).names
+        ('LF', 'RF', 'LH', 'RH')
+    """
+    known = documents.fitted(document, _WalkerDocument)
+    require_finite("sigma", known.sigma)
+    return walking(
+        known.about,
+        restore({**known.body, "kind": "Walker"}, Walker, "body"),
+        restore({**known.foot, "kind": "EllipticFoot"}, EllipticFoot, "foot"),
+        known.sigma,
+        known.omega,
+        WALKING_TICK * known.ticks,
+    )
+
+
+def is_walker_file(name: str) -> bool:
+    """Whether a name is that of a walker's own file, TOML."""
+    return name.endswith(".toml")
+
+
+def _of_file(path: Path) -> Legged:
+    try:
+        return walker_of(documents.read(path))
+    except FileNotFoundError:
+        raise TegotaeError(f"there is no file {path}") from None
+    except TegotaeError as error:
+        raise TegotaeError(f"{path} is no walker: {error}") from None
+
+
 _WALKERS = tomllib.loads(Path(__file__).with_name("walkers.toml").read_text(encoding="utf-8"))
-
-
-def _walker(name: str) -> Legged:
-    known = _WALKERS[name]
-    body, foot = Walker(**known.get("body", {})), EllipticFoot(**known["foot"])
-    tick = WALKING_TICK * known.get("ticks", 1.0)
-    return walking(known["about"], body, foot, known["sigma"], known["omega"], tick)
 
 
 SYSTEMS: dict[str, Callable[[], Legged]] = {
@@ -286,7 +332,7 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
     "plate-light-both": lambda: plate(LIGHT, LIGHT),
     "plate-heavy": lambda: plate(HEAVY, HEAVY),
     "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
-    **{name: partial(_walker, name) for name in _WALKERS},
+    **{name: partial(walker_of, entry) for name, entry in _WALKERS.items()},
 }
 """What makes each of the named systems."""
 
@@ -295,10 +341,12 @@ def system(name: str) -> Legged:
     """A legged system, as designs are made upon; `tegotae.systems.resolve` takes all other names.
 
     Args:
-        name: of `SYSTEMS`; or `FILE.py:OBJECT` or `MODULE:OBJECT`, a `Legged`.
+        name: of `SYSTEMS`; `FILE.toml`, a walker as in `walkers.toml`; or `FILE.py:OBJECT` or
+            `MODULE:OBJECT`, a `Legged`.
 
     Raises:
-        TegotaeError: for an unknown name, an object of another kind, or a body of one leg.
+        TegotaeError: for an unknown name, a damaged file, an object of another kind, or a body of
+            one leg.
 
     Example:
         >>> system("bar-light").body.inertia_ratio, system("quadruped-c").names
@@ -306,6 +354,8 @@ def system(name: str) -> Legged:
     """
     if name in SYSTEMS:
         return SYSTEMS[name]()
+    if is_walker_file(name):
+        return _of_file(Path(name))
     if is_reference(name):
         return named(name, Legged, "legged system")
     error = unknown("legged system", name, SYSTEMS)

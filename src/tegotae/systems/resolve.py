@@ -5,7 +5,7 @@ A name is one of
 - a model of the paper, an architecture, or either with an oscillator: `ART-rF-tphif-w8`, `ART`,
   `ART+hopf`;
 - a design for a body with legs: `AR@quadruped-c`;
-- a legged system: `quadruped-c`;
+- a legged system: `quadruped-c`, or a walker's own file (.toml), such as a template of a robot;
 - a preset of a hopper with a vanilla controller, whose actuation and oscillator may be others:
   `paper`, `paper-reflex`, `pyTegotaeCPG-both+matsuoka`, `paper+FILE.py:OBJECT`;
 - a trained controller of the zoo, or all runs of one: `zoo:ART-rF-tphif-w8/3`;
@@ -41,7 +41,14 @@ from tegotae.systems.designs import design, is_design
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.laws import LAWS, short_law
-from tegotae.systems.legged import SYSTEMS, Legged, require_legs, settling
+from tegotae.systems.legged import (
+    SYSTEMS,
+    Legged,
+    is_walker_file,
+    require_legs,
+    settling,
+    system as legged_by_name,
+)
 from tegotae.systems.models import PRESETS, all_models, at_another_omega, find, preset
 from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import Release, System
@@ -189,8 +196,8 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
         return _of_zoo(name)
     if is_front_name(name):
         return _of_object(name, front_walker(name))
-    if name in SYSTEMS:
-        return _of_object(name, SYSTEMS[name]())
+    if name in SYSTEMS or is_walker_file(name):
+        return _of_object(name, legged_by_name(name))
     path = Path(name)
     if is_vanilla(name) and not path.exists():
         return _of_object(name, vanilla(name))

@@ -108,7 +108,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     """
     named = bool(settings.feet)
     if not named:
-        settings = replace(settings, feet=_feet(sensing(settings).model))
+        settings = replace(settings, feet=lowest_feet(sensing(settings).model))
     sensed = sensing(settings)
     model, data = sensed.model, started(sensed.model)
     feet = list(settings.feet)
@@ -229,7 +229,7 @@ def _on_rail(model: MjModel, data: MjData) -> bool:
     return bool((np.abs(jacobian[:2, own]) < 1e-6).all())
 
 
-def _feet(model: MjModel) -> tuple[str, ...]:
+def lowest_feet(model: MjModel) -> tuple[str, ...]:
     """The lowest bodies that end a chain and can touch; a body without a name by its geom's."""
     data = started(model)
     ends = set(range(1, model.nbody)) - {int(parent) for parent in model.body_parentid[1:]}
@@ -262,7 +262,7 @@ def _feet(model: MjModel) -> tuple[str, ...]:
 
 def _joints(sensed: Sensing, data: MjData, feet: Sequence[str]) -> tuple[list[_Joint], list[str]]:
     """The joints that are limbs, and of other actuators why they are left alone."""
-    chains = [_chain(sensed.model, foot) for foot in feet]
+    chains = [chain_of(sensed.model, foot) for foot in feet]
     joints, left_out = [], []
     for name, i in zip(sensed.actuators, map(int, sensed.driven), strict=True):
         joint = _joint(sensed.model, data, feet, chains, i)
@@ -318,7 +318,7 @@ def _kind(model: MjModel, i: int) -> Literal["motor", "servo"] | None:
     return "servo" if affine and model.actuator_biasprm[i, 1] < 0.0 else None
 
 
-def _chain(model: MjModel, foot: str) -> set[int]:
+def chain_of(model: MjModel, foot: str) -> set[int]:
     """The bodies between a foot and the trunk, which is not one of them."""
     body, chain = foot_of(model, foot).body, set()
     while body > 1:

@@ -151,12 +151,17 @@ class WalkerNumbers(Part):
 
     def check_tick(self, tick_s: float) -> None:
         """Raise `TegotaeError` if a control tick is too long for the legs' springs and dampers."""
-        fastest = self._fastest_rad_per_s
-        if fastest * tick_s > LARGEST_STEP:
+        if tick_s > self.longest_tick_s:
             raise TegotaeError(
                 f"the control tick of {tick_s:g} s is too long for this walker, whose stance has a "
-                f"rate of {fastest:.3g} rad/s; use at most {LARGEST_STEP / fastest:.2g} s"
+                f"rate of {self._fastest_rad_per_s:.3g} rad/s; use at most "
+                f"{self.longest_tick_s:.2g} s"
             )
+
+    @property
+    def longest_tick_s(self) -> float:
+        """The longest control tick that resolves the springs and dampers of stance [s]."""
+        return LARGEST_STEP / self._fastest_rad_per_s
 
     @property
     def _fastest_rad_per_s(self) -> float:

@@ -1,0 +1,79 @@
+"""A walker in a file of its own is named as those of the package are."""
+
+from __future__ import annotations
+
+import pytest
+
+from tegotae import TegotaeError
+from tegotae.cli import main
+from tegotae.systems.designs import design
+from tegotae.systems.legged import system
+from tegotae.systems.resolve import resolve
+
+HEXAPOD = """
+about = "a hexapod with the legs of set C"
+sigma = 1.25
+omega = 2.0
+
+[foot]
+stride_m = 0.2
+lift_m = 0.12
+press_m = 0.03
+shift_rad = 0.4
+
+[body]
+hips_x_m = [0.85, 0.85, 0.0, 0.0, -0.85, -0.85]
+hips_y_m = [0.44, -0.44, 0.44, -0.44, 0.44, -0.44]
+"""
+
+
+@pytest.fixture
+def walker_file(tmp_path):
+    file = tmp_path / "six.toml"
+    file.write_text(HEXAPOD)
+    return file
+
+
+def test_a_file_and_an_entry_of_the_package_with_the_same_numbers_are_the_same(walker_file):
+    assert system(str(walker_file)) == system("hexapod")
+    assert resolve(walker_file).legs() == system("hexapod")
+
+
+def test_a_design_upon_it_has_the_name_of_the_file_without_its_folder(walker_file):
+    found = design(f"AR-w3@{walker_file}")
+    assert found.name == "AR-rF-w3@six"
+    assert found.experiment().system.body == system("hexapod").body
+    assert resolve(f"AR@{walker_file}").experiment().name == "AR-rF@six"
+
+
+def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
+    main(["simulate", str(walker_file), "--duration", "4"])
+    assert "cost of transport" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("sigma = 1.25", "", "it has no entry 'sigma'"),
+        ("sigma = 1.25", "sigma = nan", "sigma is nan; it must be finite"),
+        ("omega = 2.0", "omega = 0", "omega is 0; it must be greater than 0"),
+        ("omega = 2.0", "omega = 2.0\nspeed = 1.0", "unknown field `speed`"),
+        ("lift_m = 0.12", "lift_m = -0.12", "lift_m is -0.12; it must be at least 0"),
+        ("lift_m", "rise_m", "has no 'rise_m'"),
+        ("[body]", "[body]\nfriction = 'low'", "its friction is 'low'; it must be a number"),
+        ("0.85, 0.85, 0.0", "0.85, 0.0", "hips_x_m places 5 legs and hips_y_m 6"),
+        ("[body]", "[body]\nstiffness_z_n_per_m = 0.1", "stiffness_z_n_per_m is 0.1: 6 legs give"),
+        ("[body]", "[body", "it is no TOML"),
+    ],
+)
+def test_a_file_that_is_no_walker_is_refused_in_one_line(walker_file, old, new, said):
+    walker_file.write_text(HEXAPOD.replace(old, new))
+    with pytest.raises(TegotaeError, match="is no walker: ") as raised:
+        system(str(walker_file))
+    assert said in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_file_that_is_not_there_is_named():
+    with pytest.raises(TegotaeError, match=r"there is no file nowhere\.toml"):
+        resolve("AR@nowhere.toml")
