@@ -37,6 +37,7 @@ _HOMES = {
     "questions.generalising": ("generalise",),
     "questions.listing": ("models",),
     "questions.measuring": ("measure",),
+    "questions.template": ("template",),
     "questions.training": ("train",),
     "questions.verbs": ("compare", "evaluate", "simulate"),
     "questions.wiring": ("wiring_baseline", "wiring_suggest"),

@@ -1,0 +1,188 @@
+"""Step responses of a robot and of its template, side by side: under the weight, under a push."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError, require
+from tegotae.envs._types import MjData, MjModel
+from tegotae.envs.mujoco.sensing import Sensing, is_sound
+from tegotae.envs.scaling import foot_of, gravity_m_per_s2, lowest, started
+from tegotae.simulation.rollout import whole_trajectory
+from tegotae.simulation.world import Step
+from tegotae.systems.legged import Legged
+
+mujoco = require("mujoco", "mujoco")
+
+PUSH = 0.1
+"""Force fore and aft, over the weight."""
+_SETTLES = 30.0
+"""Time of either response [√(l0 / g)]."""
+_OVERSHOOTS = 0.02
+"""Less, of ζ above 0.78, is not told from creep."""
+
+
+class StepResponse(NamedTuple):
+    """How a body comes to rest elsewhere under a constant force."""
+
+    travel: float
+    """How far that is."""
+    frequency: float
+    """Natural frequency ω_n [rad over the unit of time]; nan without an overshoot."""
+    damping_ratio: float
+    """ζ; 1 without an overshoot."""
+
+    @classmethod
+    def of(cls, time: np.ndarray, place: np.ndarray) -> StepResponse:
+        """The response of a damped oscillator with the same peak time t and overshoot M:
+
+            ζ = -ln M / √(π² + ln² M),   ω_n = π / (t √(1 - ζ²)).
+
+        Args:
+            time: from the step on, [samples].
+            place: at rest by the last tenth, [samples].
+
+        Example:
+            >>> t = np.linspace(0.0, 60.0, 6001)
+            >>> StepResponse.of(t, 1.0 - np.exp(-0.2 * t) * np.cos(2.0 * t)).frequency.__round__(1)
+            2.0
+        """
+        travel = float(place[-len(place) // 10 :].mean() - place[0])
+        share = (place - place[0]) / travel
+        peak = int(np.argmax(share))
+        overshoot = float(share[peak]) - 1.0
+        if overshoot < _OVERSHOOTS or peak == 0:
+            return cls(abs(travel), math.nan, 1.0)
+        decay = -math.log(overshoot)
+        ratio = decay / math.hypot(math.pi, decay)
+        peak_time = float(time[peak] - time[0])
+        return cls(abs(travel), math.pi / peak_time / math.sqrt(1.0 - ratio**2), ratio)
+
+
+class Stance(NamedTuple):
+    """A robot that stands."""
+
+    responses: Mapping[str, StepResponse]
+    """`bounce` and `sway`, lengths over l0 and times over √(l0 / g)."""
+    friction: float
+    """Coefficient of friction under the feet."""
+    sinks: float
+    """How far the feet sink into the ground, over l0."""
+
+
+def stance_of_walker(walker: Legged) -> Mapping[str, StepResponse]:
+    """Step responses of a dimensionless walker whose feet stay where they are commanded to be.
+
+    Args:
+        walker: with feet that do not move.
+    """
+    own = walker.timing
+    timing = dataclasses.replace(own, duration_s=2.0 * _SETTLES, frame_s=own.tick_s)
+    scenario = walker.scenario(
+        0.0,
+        height_m=walker.body.touching_height_m,
+        changes={"push_x_n": Step(PUSH, from_s=_SETTLES)},
+    )
+    run = walker.run(whole_trajectory, scenario, timing)
+    ahead, height = (np.asarray(x, float)[:, 0] for x in (run.x_m, run.height_m))
+    return _responses(ahead, height, timing.frame_s)
+
+
+def stance_of_robot(sensed: Sensing, length_m: float) -> Stance:
+    """Step responses of a robot whose servos hold the model's start.
+
+    Args:
+        sensed: the model.
+        length_m: length of a leg l0 [m].
+
+    Raises:
+        TegotaeError: for a model without ground under the feet, or one that is unstable.
+    """
+    model = copy.copy(sensed.model)
+    data, feet = started(model), [foot_of(model, name) for name in sensed.feet]
+    _hold(model, data, sensed.held)
+    _put_down(model, data, sensed, length_m)
+    gravity = gravity_m_per_s2(model)
+    tick = float(model.opt.timestep) / math.sqrt(length_m / gravity)
+
+    def soles_m() -> float:
+        return float(np.mean([lowest(model, data, foot.geoms)[0] for foot in feet]))
+
+    geoms = [geom for foot in feet for geom in foot.geoms]
+    before, places = soles_m(), []
+    for push in (0.0, PUSH):
+        model.opt.gravity[0] = push * gravity  # a force on all bodies alike
+        for _ in range(round(_SETTLES / tick)):
+            mujoco.mj_step(model, data)
+            # Over its feet, which creep on MuJoCo's soft contacts.
+            ahead = data.subtree_com[1, 0] - data.geom_xpos[geoms, 0].mean()
+            places.append((ahead, data.subtree_com[1, 2]))
+        if not is_sound(np.array(places[-1])).all():
+            raise TegotaeError(
+                "the MuJoCo model is unstable: it does not come to rest on its feet; its time step of "
+                f"{model.opt.timestep:g} s must be smaller, or its servos softer"
+            )
+        if not push:
+            sinks, friction = before - soles_m(), _friction(data, geoms)
+    ahead, height = np.array(places).T / length_m
+    return Stance(_responses(ahead, height, tick), friction, sinks / length_m)
+
+
+def _responses(ahead: np.ndarray, height: np.ndarray, tick: float) -> Mapping[str, StepResponse]:
+    """Of the first half of a run, where it begins to bear its weight, and the second one."""
+    half = len(height) // 2
+    time = tick * np.arange(half)
+    return {
+        "bounce": StepResponse.of(time, height[:half]),
+        "sway": StepResponse.of(time, ahead[half : 2 * half]),
+    }
+
+
+def _hold(model: MjModel, data: MjData, held: np.ndarray) -> None:
+    """Commands at which no servo acts where the model is."""
+    servos = model.actuator_biastype == mujoco.mjtBias.mjBIAS_AFFINE
+    servos &= model.actuator_gainprm[:, 0] != 0.0
+    bias = model.actuator_biasprm[:, 0] + model.actuator_biasprm[:, 1] * data.actuator_length
+    data.ctrl[:] = held
+    np.divide(-bias, model.actuator_gainprm[:, 0], out=data.ctrl, where=servos)
+    filtered = model.actuator_actadr >= 0
+    data.act[model.actuator_actadr[filtered]] = data.ctrl[filtered]
+
+
+def _put_down(model: MjModel, data: MjData, sensed: Sensing, length_m: float) -> None:
+    """Lower the robot, from above, until the first foot touches the ground."""
+    rise = int(model.jnt_qposadr[model.body_jntadr[1]]) + 2
+    data.qpos[rise] += length_m
+    mujoco.mj_kinematics(model, data)
+    gaps = []
+    for name in sensed.feet:
+        foot = foot_of(model, name)
+        low, geom = lowest(model, data, foot.geoms)
+        sole = np.array([*data.geom_xpos[geom][:2], low])
+        down, hit = np.array([0.0, 0.0, -1.0]), np.zeros(1, np.int32)
+        gaps.append(mujoco.mj_ray(model, data, sole, down, None, 1, foot.body, hit))
+    if max(gaps) < 0.0:
+        raise TegotaeError(
+            f"there is no ground under the feet ({', '.join(sensed.feet)}); a model of a robot "
+            "alone takes a floor: --settings ground=true"
+        )
+    data.qpos[rise] -= min(gap for gap in gaps if gap >= 0.0)
+    mujoco.mj_forward(model, data)
+
+
+def _friction(data: MjData, geoms: Sequence[int]) -> float:
+    """The mean of the feet's contacts; one that resists no sliding counts as 0."""
+    contacts = [
+        float(contact.friction[0]) if contact.dim > 1 else 0.0
+        for contact in data.contact
+        if {int(contact.geom1), int(contact.geom2)} & {*geoms}
+    ]
+    if not contacts:
+        raise TegotaeError("the robot does not stand on its feet; check its servos and its start")
+    return float(np.mean(contacts))
