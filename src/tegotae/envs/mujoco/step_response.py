@@ -125,8 +125,8 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> Stance:
             places.append((ahead, data.subtree_com[1, 2]))
         if not is_sound(np.array(places[-1])).all():
             raise TegotaeError(
-                "the MuJoCo model is unstable: it does not come to rest on its feet; its time step of "
-                f"{model.opt.timestep:g} s must be smaller, or its servos softer"
+                "the MuJoCo model is unstable: it does not come to rest on its feet; its time "
+                f"step of {model.opt.timestep:g} s must be smaller, or its servos softer"
             )
         if not push:
             sinks, friction = before - soles_m(), _friction(data, geoms)

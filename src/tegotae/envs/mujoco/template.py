@@ -317,13 +317,13 @@ def _leg(model: MjModel, data: MjData, name: str, joints: list[int], drives: _Dr
         )
     # A foot that does not move sideways is as stiff there as it is in its stiffest direction.
     axes = [0, 1 if moves[1] else int(2 * (compliance[2] < compliance[0])), 2]
-    damping = np.diag(bend @ drives.damping[own] @ bend.T) / compliance.clip(min=1e-300) ** 2
+    compliance, damped = compliance[axes], np.diag(bend @ drives.damping[own] @ bend.T)[axes]
     hinges = [k for k in joints if model.jnt_type[model.dof_jntid[k]] != _SLIDE]
     hip = data.xanchor[model.dof_jntid[hinges[0]], 2] if hinges else data.xpos[1, 2]
     effort = np.abs(np.linalg.pinv(drives.moment[:, joints].T) @ jacobian[2])
     limits = np.where(model.actuator_forcelimited, np.abs(model.actuator_forcerange).max(1), np.inf)
     push = np.min(limits[effort > 1e-9] / effort[effort > 1e-9], initial=np.inf)
-    return _Leg(sole, hip - low, 1.0 / compliance[axes], damping[axes], float(push))
+    return _Leg(sole, hip - low, 1.0 / compliance, damped / compliance**2, float(push))
 
 
 def _remarks(legs: list[_Leg], robot: Stance) -> tuple[str, ...]:

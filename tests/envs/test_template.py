@@ -1,0 +1,185 @@
+"""A legged MuJoCo model gets the walker that stands for it, every number with its reason."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+pytest.importorskip("gymnasium")
+
+import tegotae as tg
+from sprung import CENTRE, DAMPING, FOOT, FRICTION, HIPS, INERTIA, STIFFNESS, sprung_robot
+from tegotae import TegotaeError
+from tegotae.cli import main
+from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
+from tegotae.envs.mujoco.step_response import StepResponse
+from tegotae.envs.mujoco.template import fit_template
+from tegotae.systems.legged import system, walker_of
+
+ROBOT = sprung_robot()
+ROLL = r'<joint name="roll3".*?/>'
+SLIDES = r"<(joint|position) name=\"slide\d\".*?/>"
+
+
+def fitted(model: str, **settings):
+    return fit_template(ModelSettings(model=model, **settings), "mine")
+
+
+@pytest.fixture(scope="module")
+def template():
+    return fitted(ROBOT)
+
+
+@pytest.fixture(scope="module")
+def quadruped():
+    return fit_template(PACKAGED["quadruped"], "quadruped")
+
+
+def test_legs_of_known_springs_and_dampers_have_these_numbers_at_their_feet(template):
+    body = template.document["body"]
+    for axis, stiffness in zip("xyz", STIFFNESS, strict=True):
+        assert body[f"stiffness_{axis}_n_per_m"] == pytest.approx(stiffness, rel=1e-3)
+    assert body["damping_xy_ns_per_m"] == pytest.approx((DAMPING[0] + DAMPING[1]) / 2, rel=1e-3)
+    assert body["damping_z_ns_per_m"] == pytest.approx(DAMPING[2], rel=1e-3)
+    assert body["friction"] == FRICTION
+    assert (template.length_m, template.mass_kg) == pytest.approx((1.0, 1.0))
+
+
+def test_mass_and_inertia_are_those_of_trunk_and_feet_together(template):
+    places = np.array([CENTRE, *((x, y, -1.0 + 0.01) for x, y in HIPS)])
+    masses = np.array([1.0 - 4.0 * FOOT, *[FOOT] * 4])
+    centre = masses @ places
+    arms = places - centre
+    inertia = INERTIA + masses @ ((arms**2).sum(1, keepdims=True) - arms**2)
+    body = template.document["body"]
+    assert [body[f"com_{axis}_m"] for axis in "xyz"] == pytest.approx(list(centre), rel=1e-3)
+    found = [body[f"inertia_{axis}_kg_m2"] for axis in "xyz"]
+    assert found == pytest.approx(list(inertia), rel=1e-3)
+    assert list(zip(body["hips_x_m"], body["hips_y_m"], strict=True)) == list(HIPS)
+
+
+@pytest.mark.parametrize(("length_m", "mass_kg"), [(0.25, 12.0), (3.0, 0.2)])
+def test_a_larger_or_heavier_robot_of_the_same_form_has_the_same_template(
+    template, length_m, mass_kg
+):
+    other = fitted(sprung_robot(length_m, mass_kg))
+    assert (other.length_m, other.mass_kg) == pytest.approx((length_m, mass_kg))
+    for name, number in template.numbers.items():
+        assert other.numbers[name].value == pytest.approx(number.value, rel=1e-3, abs=1e-6), name
+    assert other.push_n / (mass_kg * 9.81) == pytest.approx(2.0)
+    for name, response in template.robot.responses.items():
+        assert other.robot.responses[name] == pytest.approx(response, rel=0.02)
+
+
+def test_the_walker_bounces_as_the_oscillator_that_its_numbers_make(template):
+    rate = math.sqrt(4.0 * STIFFNESS[2])
+    travel, frequency, damping = template.walker["bounce"]
+    assert travel == pytest.approx(1.0 / (4.0 * STIFFNESS[2]), rel=0.02)
+    assert frequency == pytest.approx(rate, rel=0.02)
+    assert damping == pytest.approx(4.0 * DAMPING[2] / (2.0 * rate), rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["template", "quadruped"])
+def test_the_walker_bounces_and_sways_as_the_robot_does_in_mujoco(name, request):
+    found = request.getfixturevalue(name)
+    for way in ("bounce", "sway"):
+        (*ours, damping), (*its, robots) = found.walker[way], found.robot.responses[way]
+        assert ours == pytest.approx(its, rel=0.05)
+        # Sprung legs are damped unlike fore and aft and sideways; a walker has one number for both.
+        assert damping == pytest.approx(robots, rel=0.15)
+    assert found.robot.sinks < 0.001
+    assert found.remarks == ()
+
+
+def test_a_response_without_an_overshoot_has_no_frequency():
+    time = np.linspace(0.0, 30.0, 3000)
+    travel, frequency, damping = StepResponse.of(time, np.exp(-time))
+    assert (travel, damping) == (pytest.approx(1.0), 1.0)
+    assert math.isnan(frequency)
+
+
+def test_a_leg_that_does_not_move_sideways_is_as_stiff_there_as_it_is_anywhere():
+    planar = re.sub(r'<(joint|position) name="roll\d".*?/>', "", ROBOT)
+    body = fitted(planar).document["body"]
+    assert body["stiffness_y_n_per_m"] == body["stiffness_z_n_per_m"]
+
+
+def test_legs_that_differ_are_remarked_on_and_have_their_mean():
+    softer = re.sub(r'(joint="slide3" kp)="[\d.]+"', rf'\1="{0.5 * STIFFNESS[2] * 9.81}"', ROBOT)
+    found = fitted(softer)
+    mean = STIFFNESS[2] * 3.5 / 4.0
+    assert found.document["body"]["stiffness_z_n_per_m"] == pytest.approx(mean, rel=1e-3)
+    assert ["K_z is 49.1 to 98.1 N/m" in remark for remark in found.remarks] == [True]
+
+
+def test_a_stance_that_is_fast_gets_a_shorter_control_tick():
+    stiff = re.sub(r'(joint="slide\d" kp)="[\d.]+"', r'\1="5000"', ROBOT)
+    found = fitted(stiff)
+    assert found.document["ticks"] in (0.5, 0.25)
+    assert walker_of(found.document).timing.tick_s < system("quadruped-c").timing.tick_s
+
+
+@pytest.mark.parametrize(
+    ("model", "settings", "said"),
+    [
+        (re.sub(r'<body name="foot.*?</body>', "", ROBOT, flags=re.S), {}, "no body|has 0 legs"),
+        (ROBOT, {"feet": ["foot0"]}, "has 1 legs"),
+        (re.sub('kp="[^"]*"', "", ROBOT.replace("<position", "<motor")), {}, "servo_nm_per_rad=K"),
+        (re.sub(ROLL, "", re.sub(r'<position name="roll3".*?/>', "", ROBOT)), {}, "foot3 2"),
+        (ROBOT.replace("<freejoint/>", '<joint type="slide" axis="0 0 1"/>'), {}, "<freejoint/>"),
+        (re.sub('<geom name="ground".*?/>', "", ROBOT), {}, "--settings ground=true"),
+        (re.sub(SLIDES, "", ROBOT), {}, "foot0 cannot move up and down"),
+        (re.sub(r'(joint="slide\d" kp)="[\d.]+"', r'\1="2"', ROBOT), {}, "stiffness_z_n_per_m is"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:MuJoCo")
+def test_a_model_without_a_template_is_refused_in_one_line(model, settings, said):
+    # A model that has lost parts of its tree has lost their actuators, too.
+    if 'name="foot' not in model:
+        model = re.sub("<actuator>.*</actuator>", "", model, flags=re.S)
+    with pytest.raises(TegotaeError, match=said) as raised:
+        fitted(model, **settings)
+    assert "\n" not in str(raised.value)
+
+
+@pytest.fixture
+def robot_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("robot.xml").write_text(ROBOT)
+    return Path("robot.xml")
+
+
+def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, capsys):
+    main(["template", str(robot_file)])
+    said = capsys.readouterr().out
+    assert "servos and springs through the leg's Jacobian" in said
+    assert "bounce under its weight" in said
+    assert "tegotae train AR@robot.toml" in said
+    text = Path("robot.toml").read_text()
+    assert "# contacts of the feet with the ground" in text
+    assert system("robot.toml") == walker_of(tomllib.loads(text))
+    assert system("robot.toml").body.stiffness_x_n_per_m == STIFFNESS[0]
+
+
+def test_a_file_that_is_there_or_ends_otherwise_is_not_written(robot_file):
+    answer = tg.template(str(robot_file))
+    answer.save("robot.toml")
+    for name, said in (("robot.toml", "exists already"), ("robot.json", r"must end in \.toml")):
+        with pytest.raises(TegotaeError, match=said):
+            answer.save(name)
+    assert answer.document()["sigma"] == 1.25
+    with pytest.raises(TegotaeError, match="is no MuJoCo model"):
+        tg.template("Hopper-v5")
+
+
+def test_nothing_is_written_for_a_model_without_a_template(robot_file, capsys):
+    robot_file.write_text(ROBOT.replace("<freejoint/>", ""))
+    assert main(["template", str(robot_file)]) == 2
+    assert "<freejoint/>" in capsys.readouterr().err
+    assert not Path("robot.toml").exists()
