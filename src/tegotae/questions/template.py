@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -63,7 +63,7 @@ class FittedTemplate(TableAnswer):
 
 def _numbers(template: Template) -> pd.DataFrame:
     """A row a number: without dimension, as the robot's, and where it is from."""
-    own = [
+    own: list[tuple[Any, ...]] = [
         ("mass", 1.0, template.mass_kg, "kg", "all bodies"),
         ("length l0", 1.0, template.length_m, "m", "hips over the feet at the start"),
         ("gravity", 1.0, template.gravity_m_per_s2, "m/s²", "the model's"),

@@ -50,8 +50,9 @@ class StepResponse(NamedTuple):
 
         Example:
             >>> t = np.linspace(0.0, 60.0, 6001)
-            >>> StepResponse.of(t, 1.0 - np.exp(-0.2 * t) * np.cos(2.0 * t)).frequency.__round__(1)
-            2.0
+            >>> ringing = np.exp(-0.2 * t) * (np.cos(2.0 * t) + 0.1 * np.sin(2.0 * t))
+            >>> [round(x, 2) for x in StepResponse.of(t, 1.0 - ringing)]
+            [1.0, 2.01, 0.1]
         """
         travel = float(place[-len(place) // 10 :].mean() - place[0])
         share = (place - place[0]) / travel
@@ -65,7 +66,7 @@ class StepResponse(NamedTuple):
         return cls(abs(travel), math.pi / peak_time / math.sqrt(1.0 - ratio**2), ratio)
 
 
-class Stance(NamedTuple):
+class RobotStance(NamedTuple):
     """A robot that stands."""
 
     responses: Mapping[str, StepResponse]
@@ -76,7 +77,7 @@ class Stance(NamedTuple):
     """How far the feet sink into the ground, over l0."""
 
 
-def stance_of_walker(walker: Legged) -> Mapping[str, StepResponse]:
+def responses_of_walker(walker: Legged) -> Mapping[str, StepResponse]:
     """Step responses of a dimensionless walker whose feet stay where they are commanded to be.
 
     Args:
@@ -90,11 +91,12 @@ def stance_of_walker(walker: Legged) -> Mapping[str, StepResponse]:
         changes={"push_x_n": Step(PUSH, from_s=_SETTLES)},
     )
     run = walker.run(whole_trajectory, scenario, timing)
-    ahead, height = (np.asarray(x, float)[:, 0] for x in (run.x_m, run.height_m))
-    return _responses(ahead, height, timing.frame_s)
+    half = round(_SETTLES / own.tick_s)
+    ahead, height = np.asarray(run.x_m, float)[half:, 0], np.asarray(run.height_m, float)[:half, 0]
+    return _responses(height, ahead, own.tick_s)
 
 
-def stance_of_robot(sensed: Sensing, length_m: float) -> Stance:
+def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
     """Step responses of a robot whose servos hold the model's start.
 
     Args:
@@ -111,37 +113,37 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> Stance:
     gravity = gravity_m_per_s2(model)
     tick = float(model.opt.timestep) / math.sqrt(length_m / gravity)
 
+    geoms = [geom for foot in feet for geom in foot.geoms]
+
     def soles_m() -> float:
         return float(np.mean([lowest(model, data, foot.geoms)[0] for foot in feet]))
 
-    geoms = [geom for foot in feet for geom in foot.geoms]
-    before, places = soles_m(), []
-    for push in (0.0, PUSH):
-        model.opt.gravity[0] = push * gravity  # a force on all bodies alike
+    def pushed(share: float) -> np.ndarray:
+        """Height, and how far ahead of its feet (they creep on soft contacts), [2, samples]."""
+        model.opt.gravity[0] = share * gravity  # a force on all bodies alike
+        places = []
         for _ in range(round(_SETTLES / tick)):
             mujoco.mj_step(model, data)
-            # Over its feet, which creep on MuJoCo's soft contacts.
-            ahead = data.subtree_com[1, 0] - data.geom_xpos[geoms, 0].mean()
-            places.append((ahead, data.subtree_com[1, 2]))
-        if not is_sound(np.array(places[-1])).all():
+            x, _, z = data.subtree_com[1]
+            places.append((z, x - data.geom_xpos[geoms, 0].mean()))
+        if not is_sound(np.array(places)).all():
             raise TegotaeError(
                 "the MuJoCo model is unstable: it does not come to rest on its feet; its time "
                 f"step of {model.opt.timestep:g} s must be smaller, or its servos softer"
             )
-        if not push:
-            sinks, friction = before - soles_m(), _friction(data, geoms)
-    ahead, height = np.array(places).T / length_m
-    return Stance(_responses(ahead, height, tick), friction, sinks / length_m)
+        return np.array(places).T / length_m
+
+    before = soles_m()
+    height, _ = pushed(0.0)
+    sinks, friction = (before - soles_m()) / length_m, _friction(data, geoms)
+    _, ahead = pushed(PUSH)
+    return RobotStance(_responses(height, ahead, tick), friction, sinks)
 
 
-def _responses(ahead: np.ndarray, height: np.ndarray, tick: float) -> Mapping[str, StepResponse]:
-    """Of the first half of a run, where it begins to bear its weight, and the second one."""
-    half = len(height) // 2
-    time = tick * np.arange(half)
-    return {
-        "bounce": StepResponse.of(time, height[:half]),
-        "sway": StepResponse.of(time, ahead[half : 2 * half]),
-    }
+def _responses(height: np.ndarray, ahead: np.ndarray, tick: float) -> Mapping[str, StepResponse]:
+    """Of a height from when the legs begin to bear, and of a place from when it is pushed."""
+    named = {"bounce": height, "sway": ahead}
+    return {name: StepResponse.of(tick * np.arange(len(x)), x) for name, x in named.items()}
 
 
 def _hold(model: MjModel, data: MjData, held: np.ndarray) -> None:

@@ -16,10 +16,10 @@ from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.mujoco.step_response import (
-    Stance,
+    RobotStance,
     StepResponse,
+    responses_of_walker,
     stance_of_robot,
-    stance_of_walker,
 )
 from tegotae.envs.mujoco.suggesting import chain_of, lowest_feet
 from tegotae.envs.scaling import foot_of, gravity_m_per_s2, lowest, started
@@ -94,7 +94,7 @@ class Template:
     """Largest push of a leg straight down [N]; infinite if nothing limits it."""
     walker: Mapping[str, StepResponse]
     """Step responses of the walker, over l0 and √(l0 / g)."""
-    robot: Stance
+    robot: RobotStance
     """Those of the robot."""
     remarks: tuple[str, ...]
     """Where the robot is no walker: a sentence each."""
@@ -205,7 +205,7 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         gravity_m_per_s2=gravity,
         numbers=numbers,
         push_n=min(leg.push_n for leg in legs),
-        walker=stance_of_walker(walker),
+        walker=responses_of_walker(walker),
         robot=robot,
         remarks=_remarks(legs, robot),
     )
@@ -326,7 +326,7 @@ def _leg(model: MjModel, data: MjData, name: str, joints: list[int], drives: _Dr
     return _Leg(sole, hip - low, 1.0 / compliance, damped / compliance**2, float(push))
 
 
-def _remarks(legs: list[_Leg], robot: Stance) -> tuple[str, ...]:
+def _remarks(legs: list[_Leg], robot: RobotStance) -> tuple[str, ...]:
     stiffness = np.array([leg.stiffness_n_per_m for leg in legs])
     said = [
         f"the legs differ: K_{axis} is {least:.3g} to {most:.3g} N/m, and the template has the mean"
@@ -342,7 +342,7 @@ def _remarks(legs: list[_Leg], robot: Stance) -> tuple[str, ...]:
 
 
 def _rounded(value: np.ndarray | float) -> float | tuple[float, ...]:
-    """Numbers of four digits, for people to read."""
-    if np.ndim(value):
-        return tuple(float(f"{round(float(x), 6) + 0.0:.4g}") for x in value)
+    """A number, or numbers, of four digits, for people to read."""
+    if isinstance(value, np.ndarray):
+        return tuple(float(f"{round(x, 6) + 0.0:.4g}") for x in value.tolist())
     return float(f"{round(float(value), 6) + 0.0:.4g}")
