@@ -141,9 +141,10 @@ def _with_forms(
 def shortest(runs: pd.DataFrame, share: float) -> pd.Series:
     """The form of fewest numbers that keeps a share of each best run's merit; `NONE` without."""
     best = where(runs, runs.best & ~runs.kind.isin([KINDS[0], NETWORK]))
-    enough = best[[f"kept {form}" for form in forms_by_numbers()]] >= share
-    names = enough.idxmax(axis=1).str.removeprefix("kept ")
-    return names.where(enough.any(axis=1), NONE)
+    forms = np.array([*forms_by_numbers(), NONE])
+    enough = best[[f"kept {form}" for form in forms[:-1]]].to_numpy() >= share
+    first = np.where(enough.any(axis=1), enough.argmax(axis=1), len(forms) - 1)
+    return pd.Series(forms[first], best.index)
 
 
 def atlas_tables(runs: pd.DataFrame) -> str:

@@ -17,6 +17,7 @@ from tegotae.envs.scaling import foot_of, gravity_m_per_s2, lowest, started
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.simulation.world import Step
 from tegotae.systems.legged import Legged
+from tegotae.systems.system import WALKING_TICK
 
 mujoco = require("mujoco", "mujoco")
 
@@ -83,17 +84,16 @@ def responses_of_walker(walker: Legged) -> Mapping[str, StepResponse]:
     Args:
         walker: with feet that do not move.
     """
-    own = walker.timing
-    timing = dataclasses.replace(own, duration_s=2.0 * _SETTLES, frame_s=own.tick_s)
+    timing = dataclasses.replace(walker.timing, duration_s=2.0 * _SETTLES, frame_s=WALKING_TICK)
     scenario = walker.scenario(
         0.0,
         height_m=walker.body.touching_height_m,
         changes={"push_x_n": Step(PUSH, from_s=_SETTLES)},
     )
     run = walker.run(whole_trajectory, scenario, timing)
-    half = round(_SETTLES / own.tick_s)
+    half = round(_SETTLES / timing.frame_s)
     ahead, height = np.asarray(run.x_m, float)[half:, 0], np.asarray(run.height_m, float)[:half, 0]
-    return _responses(height, ahead, own.tick_s)
+    return _responses(height, ahead, timing.frame_s)
 
 
 def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
@@ -112,7 +112,6 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
     _put_down(model, data, sensed, length_m)
     gravity = gravity_m_per_s2(model)
     tick = float(model.opt.timestep) / math.sqrt(length_m / gravity)
-
     geoms = [geom for foot in feet for geom in foot.geoms]
 
     def soles_m() -> float:
