@@ -401,9 +401,15 @@ def varied(column: str, model: str, trained: str, *conditions: str) -> float:
     return cell(f"generalisation/{page}", column, model, how, *conditions)
 
 
-def kind(omega_t: float, of: str) -> pd.DataFrame:
-    """The runs of the atlas at an ω_t whose feedback is of a kind."""
-    return rows("atlas/study", omega_t=omega_t, kind=of)
+def kind(omega_t: float, of: str | list[str], drive: str) -> pd.DataFrame:
+    """The runs of the atlas at an ω_t whose feedback is of a kind, by what their force follows."""
+    return rows("atlas/study", omega_t=omega_t, kind=of, drive=drive)
+
+
+def costs_or_nothing(omega_t: float) -> float:
+    """The share of the runs on φ that are no worse without their feedback."""
+    no_worse = kind(omega_t, ["feedback costs", "clock"], "φ")
+    return len(no_worse) / len(rows("atlas/study", omega_t=omega_t, drive="φ"))
 
 
 def replaced(omega_t: float, share: float) -> float:

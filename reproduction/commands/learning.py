@@ -14,21 +14,49 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
+
     from reproduction.record import Record
 
 
 @dataclass(frozen=True)
-class StudyLearning:
-    """Judge every run of a study whole, with its feedback cut, and with it frozen."""
-
+class _OfStudy:
     dir: Path
-    """The study's folder."""
+    """The study's folder; what is missing is measured into it."""
     out: Path
-    """Folder of the tables: NAME.csv with a row a run, and NAME.md with means by kind."""
+    """Folder of the tables: NAME.csv with a row a run, NAME.md, and of an atlas NAME.png."""
     name: str = "runs"
-    """Name of the tables."""
+    """Name of these files."""
     models: Annotated[str, UNSET] = "*"
     """Only models with such names, with * and ? as in a shell."""
+
+    @property
+    def records(self) -> list[Record]:
+        """The study's whole records of such names; what is wrong with others is printed."""
+        from fnmatch import fnmatchcase
+
+        from reproduction.folder import Folder
+
+        records, damaged = Folder(self.dir).all()
+        for message in damaged:
+            print(message)
+        records = [record for record in records if fnmatchcase(record.model, self.models)]
+        if not records:
+            raise TegotaeError(f"{self.dir} has no whole record of {self.models}; run the study")
+        return records
+
+    def write(self, runs: DataFrame, page: str) -> None:
+        """Write a row a run, and the page about them."""
+        text = tables.csv_text({name: runs[name].tolist() for name in runs}, digits=5)
+        write_atomically(self.out / f"{self.name}.csv", text)
+        write_atomically(self.out / f"{self.name}.md", page)
+        print(f"{len(runs)} runs in {self.out / self.name}.csv")
+
+
+@dataclass(frozen=True)
+class StudyLearning(_OfStudy):
+    """Judge every run of a study whole, with its feedback cut, and with it frozen."""
+
     undisturbed: Annotated[float | None, UNSET] = None
     """Duration of an episode [s]; by default that of the study's evaluation."""
     tick: Annotated[float | None, UNSET] = None
@@ -41,17 +69,14 @@ class StudyLearning:
         from reproduction.learning.runs import joined, rows
         from tegotae.study import Study
 
-        records = _records(self.dir, self.models)
+        records = self.records
         output_folder(self.out)
         cells = [EvaluatedRuns(record, self.undisturbed, self.tick) for record in records]
         study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
         study.run()
         results = zip(cells, study.results(), strict=True)
         runs = joined(rows(cell, result.arrays) for cell, result in results)
-        text = tables.csv_text({name: runs[name].tolist() for name in runs}, digits=5)
-        write_atomically(self.out / f"{self.name}.csv", text)
-        write_atomically(self.out / f"{self.name}.md", feedback_table(runs))
-        print(f"{len(runs)} runs in {self.out / self.name}.csv")
+        self.write(runs, feedback_table(runs))
 
 
 @dataclass(frozen=True)
@@ -84,44 +109,23 @@ class StudyPrimary:
 
 
 @dataclass(frozen=True)
-class StudyAtlas:
+class StudyAtlas(_OfStudy):
     """Say of every run of a study what its feedback does, and which short form keeps its score."""
 
-    dir: Path
-    """The study's folder; what the atlas lacks is measured into it."""
-    out: Path
-    """Folder of NAME.csv, with a row a run, NAME.md and NAME.png."""
-    name: str = "atlas"
-    """Name of these files."""
-    models: Annotated[str, UNSET] = "*"
-    """Only models with such names, with * and ? as in a shell."""
+    generations: int = 60
+    """Generations for which a short form is retuned."""
+    seeds: int = 1
+    """Number of runs of each, of which the one of highest training fitness is taken."""
 
     def run(self) -> None:
         """Measure what is missing, and write."""
         from reproduction.figures.atlas import atlas_figure
         from reproduction.learning.atlas import atlas_tables, measured
+        from reproduction.learning.forms import Retuning
         from tegotae.figures.style import save_figure
 
-        records = _records(self.dir, self.models)
+        retuning, records = Retuning(self.generations, self.seeds), self.records
         output_folder(self.out)
-        runs = measured(self.dir, records)
-        text = tables.csv_text({name: runs[name].tolist() for name in runs}, digits=4)
-        write_atomically(self.out / f"{self.name}.csv", text)
-        write_atomically(self.out / f"{self.name}.md", atlas_tables(runs))
+        runs = measured(self.dir, records, retuning)
+        self.write(runs, atlas_tables(runs))
         save_figure(atlas_figure(runs), self.out / f"{self.name}.png")
-        print(f"{len(runs)} runs in {self.out / self.name}.csv")
-
-
-def _records(folder: Path, models: str) -> list[Record]:
-    """A study's whole records of such names; what is wrong with others is printed."""
-    from fnmatch import fnmatchcase
-
-    from reproduction.folder import Folder
-
-    records, damaged = Folder(folder).all()
-    for message in damaged:
-        print(message)
-    records = [record for record in records if fnmatchcase(record.model, models)]
-    if not records:
-        raise TegotaeError(f"{folder} has no whole record of {models}; run the study")
-    return records

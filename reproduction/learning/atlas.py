@@ -10,20 +10,21 @@ import numpy as np
 import pandas as pd
 
 from reproduction.learning.curves import CurvesOfRuns
-from reproduction.learning.forms import FormOfControllers
+from reproduction.learning.forms import FormOfControllers, Retuning
 from reproduction.learning.judged import EvaluatedRuns
 from reproduction.learning.runs import joined, rows, where
 from reproduction.record import Record
 from reproduction.report.markdown import table
+from tegotae.analysis.explanation import ALIKE, NOTHING
 from tegotae.analysis.short_forms import SHARES, forms_of_a_leg
 from tegotae.study import Arrays, Pool, Study
 
-NOTHING, ALIKE, WAITS, GOOD = 0.01, 0.95, 0.05, 0.9
-"""A merit of what does not get anywhere [m/J]; a share of the merit that is all of it; a share of
-the time that is a wait; an R² of a formula that is the curve."""
+WAITS, GOOD = 0.05, 0.9
+"""A share of the time that is a wait; an R² of a formula that is the curve."""
 NETWORK = "one network"
 KINDS = (
     "does not hop",
+    "feedback costs",
     "clock",
     "clock of another frequency",
     "waits in flight",
@@ -31,19 +32,22 @@ KINDS = (
     "moves all the time",
     NETWORK,
 )
-"""What a controller's feedback does. Cut, a clock's merit stays; frozen, that of a clock of another
-frequency; the feedback of the others makes the merit as it moves."""
+"""What a controller's feedback does. Cut, it raises the merit where it costs, and leaves it in a
+clock; frozen, it leaves it in a clock of another frequency; else it makes the merit as it moves."""
+DRIVES_OF_FORCE = ("φ", "φf", "f")
+"""What a force may follow. Of one that follows the feedback alone nothing is left with that cut."""
 NONE = "none"
 """In place of the name of a form where none keeps enough."""
 _CURVES = {
-    "action_1": "A′: cos φ",
-    "action_2": "A′: cos 2φ, too",
-    "load": "R: N",
-    "latch": "1 - k N",
-    "decay": "e^(-k N)",
-    "saturating": "saturating",
+    "A": {"action_1": "cos φ", "action_2": "cos φ and cos 2φ"},
+    "R": {
+        "load": "N",
+        "latch": "1 - k N",
+        "decay": "e^(-k N)",
+        "saturating": "1 - k N / (1 + s N)",
+    },
 }
-"""Numbers of `curves_of` that are an R², and what a table calls the formula."""
+"""Of a learned term the numbers of `curves_of` that are an R², and their formulas."""
 
 
 def kinds(runs: pd.DataFrame) -> pd.Series:
@@ -52,13 +56,14 @@ def kinds(runs: pd.DataFrame) -> pd.Series:
     conditions = [
         runs.merit < NOTHING,
         runs.merit_cut.isna(),
+        runs.merit_cut > runs.merit / ALIKE,
         runs.merit_cut >= enough,
         runs.merit_frozen >= enough,
         runs.waits_flight >= WAITS,
         runs.waits_stance >= WAITS,
     ]
-    names = (KINDS[0], NETWORK, *KINDS[1:5])
-    return pd.Series(np.select(conditions, names, KINDS[5]), runs.index, name="kind")
+    names = (KINDS[0], NETWORK, *KINDS[1:6])
+    return pd.Series(np.select(conditions, names, KINDS[6]), runs.index, name="kind")
 
 
 def forms_by_numbers() -> list[str]:
@@ -67,7 +72,9 @@ def forms_by_numbers() -> list[str]:
     return sorted(forms, key=lambda name: forms[name].on_a_leg().n_weights)
 
 
-def measured(folder: Path, records: Sequence[Record], pool: Pool | None = None) -> pd.DataFrame:
+def measured(
+    folder: Path, records: Sequence[Record], retuning: Retuning, pool: Pool | None = None
+) -> pd.DataFrame:
     """Measure what a study's folder lacks of its atlas, and return it, a row a run.
 
     Forms are tried in the order of their numbers, on a run of every model, the best from the first
@@ -98,7 +105,7 @@ def measured(folder: Path, records: Sequence[Record], pool: Pool | None = None) 
         numbers = {name: x for name, x in known.items() if not name.startswith("start_")}
         parts.append(part.assign(**numbers))
     runs = joined(parts).reset_index(drop=True)
-    return _with_forms(runs.assign(kind=kinds(runs)), folder, with_feedback, curves, pool)
+    return _with_forms(runs.assign(kind=kinds(runs)), folder, with_feedback, curves, retuning, pool)
 
 
 def _with_forms(
@@ -106,6 +113,7 @@ def _with_forms(
     folder: Path,
     records: Sequence[Record],
     curves: Mapping[str, Arrays],
+    retuning: Retuning,
     pool: Pool | None,
 ) -> pd.DataFrame:
     of_model = {record.model: record for record in records}
@@ -127,6 +135,7 @@ def _with_forms(
                         for model, run in zip(same.model, same.run, strict=True)
                     ]
                 ),
+                retuning,
             )
             for same in groups
         ]
@@ -148,35 +157,62 @@ def shortest(runs: pd.DataFrame, share: float) -> pd.Series:
 
 
 def atlas_tables(runs: pd.DataFrame) -> str:
-    """The atlas of a body in Markdown: kinds of feedback, their curves, and shortest forms."""
+    """The atlas of a body in Markdown: kinds of feedback, learned curves, and shortest forms."""
     parts = []
     for omega, same in runs.groupby("omega_t"):
         parts.append(f"At $\\omega_t$ = {omega:g} rad/s, what the feedback does:")
-        lines = [["feedback", "runs", "merit", "best merit", "cut", "frozen", "following"]]
-        for kind in KINDS[:-1]:
-            group = where(same, same.kind == kind)
-            if len(group):
-                means = group[["merit", "merit_cut", "merit_frozen", "following"]].mean()
-                numbers = [means.iloc[0], group.merit.max(), *means.iloc[1:]]
-                lines.append([kind, str(len(group)), *(f"{x:.2f}" for x in numbers)])
-        parts.append(table(lines))
-    makes = where(runs, runs.kind.isin(KINDS[3:6]))
-    parts.append(f"Where the feedback makes the merit, runs with R² of at least {GOOD:g}:")
-    lines = [["ω_t", "runs", *_CURVES.values()]]
-    for omega, same in makes.groupby("omega_t"):
-        shares = [f"{(same[name] >= GOOD).mean():.0%}" for name in _CURVES]
-        lines.append([f"{omega:g}", str(len(same)), *shares])
-    parts.append(table(lines))
+        parts.append(table(_kinds_table(same)))
+    parts.append(f"Where feedback makes the merit, learned curves with R² of at least {GOOD:g}:")
+    parts.append(table(_curves_table(where(runs, runs.kind.isin(KINDS[4:7])))))
     for omega, same in runs.groupby("omega_t"):
         parts.append(f"Shortest forms at $\\omega_t$ = {omega:g} rad/s, controllers of each:")
-        chosen = {share: shortest(same, share) for share in SHARES}
-        lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES), "best merit"]]
-        forms = forms_of_a_leg()
-        for form in forms_by_numbers():
-            counts = [str((names == form).sum()) for names in chosen.values()]
-            best = f"{(same[f'kept {form}'] * same.merit).max():.2f}"
-            lines.append([form, str(forms[form].on_a_leg().n_weights), *counts, best])
-        counts = [str((names == NONE).sum()) for names in chosen.values()]
-        lines.append([NONE, "", *counts, ""])
-        parts.append(table(lines))
+        parts.append(table(_forms_table(same)))
     return "\n\n".join(part.strip() for part in parts) + "\n"
+
+
+def _kinds_table(runs: pd.DataFrame) -> list[list[str]]:
+    """Runs of each kind by what their force follows, and the means of those that follow φ alone."""
+    drives = DRIVES_OF_FORCE
+    lines = [["feedback", *(f"runs on {x}" for x in drives), "merit", "cut", "frozen", "following"]]
+    for kind in KINDS[:-1]:
+        group = where(runs, runs.kind == kind)
+        counts = [int((group.drive == drive).sum()) for drive in drives]
+        of_phase = where(group, group.drive == drives[0])
+        means = of_phase[["merit", "merit_cut", "merit_frozen", "following"]].mean()
+        lines.append([kind, *map(str, counts), *(f"{x:.2f}" for x in means)])
+    return lines
+
+
+def _curves_table(runs: pd.DataFrame) -> list[list[str]]:
+    """Shares of the runs that learn a term in which a formula is its curve, by ω_t.
+
+    A reaction counts where no gain moves, which would be part of its curve.
+    """
+    omegas = sorted(runs.omega_t.unique())
+    lines = [["learned term", "formula", *(f"{omega:g} rad/s" for omega in omegas)]]
+    for term, formulas in _CURVES.items():
+        learned = runs.architecture.str.contains(term)
+        if term == "R":
+            learned &= ~runs.architecture.str.contains("G")
+        for name, formula in formulas.items():
+            for state in ("", "untrained "):
+                cells = [
+                    runs[f"{state.replace(' ', '_')}{name}"][learned & (runs.omega_t == omega)]
+                    for omega in omegas
+                ]
+                shares = [f"{(x >= GOOD).mean():.0%} of {len(x)}" for x in cells]
+                lines.append([f"{state}{term}", formula, *shares])
+    return lines
+
+
+def _forms_table(runs: pd.DataFrame) -> list[list[str]]:
+    """How many controllers each form is the shortest of, and the most that it reaches from any."""
+    chosen = {share: shortest(runs, share) for share in SHARES}
+    lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES), "best merit"]]
+    forms = forms_of_a_leg()
+    for form in forms_by_numbers():
+        counts = [str((names == form).sum()) for names in chosen.values()]
+        best = f"{(runs[f'kept {form}'] * runs.merit).max():.2f}"
+        lines.append([form, str(forms[form].on_a_leg().n_weights), *counts, best])
+    counts = [str((names == NONE).sum()) for names in chosen.values()]
+    return [*lines, [NONE, "", *counts, ""]]

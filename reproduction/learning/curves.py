@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from reproduction.record import Record
 from reproduction.unit import key_of
 from tegotae._support.documents import Document
 from tegotae.analysis.explanation import (
-    Evaluated,
     ReleasedHopper,
     Visits,
     action_fits,
@@ -25,9 +24,12 @@ from tegotae.analysis.explanation import (
 from tegotae.analysis.short_forms import started
 from tegotae.study import CellResult
 from tegotae.systems.controller_file import SavedController
+from tegotae.training.evolution import Evolution
 
 FEW = 5
 """How many of the common releases the curves are taken from."""
+FITS = ("action_1", "action_2", "load", "latch", "decay", "saturating")
+"""The numbers of `curves_of` that are an R²."""
 SWING = (5.0, 95.0)
 """Percentiles of the feedback between which it swings."""
 
@@ -55,7 +57,7 @@ def curves_of(v: Visits, omega: float) -> dict[str, float]:
         `swing` of the feedback over ω; `waits_flight` and `waits_stance`, shares of the time;
         `pushes`, the share of the stance. NaN where there is no such term.
     """
-    numbers = dict.fromkeys(("action_1", "action_2", "offset", "place"), math.nan)
+    numbers = dict.fromkeys((*FITS, "offset", "place"), math.nan)
     if np.isfinite(v.action).all():
         one, two = action_fits(v)
         offset, a, b = one.numbers
@@ -64,8 +66,6 @@ def curves_of(v: Visits, omega: float) -> dict[str, float]:
         numbers |= {"offset": offset / size if size else math.nan, "place": math.atan2(b, a)}
     if np.isfinite(v.gain * v.reaction).all():
         numbers |= {name: fit.explained for name, fit in reaction_fits(v).items()}
-    else:
-        numbers |= dict.fromkeys(("load", "latch", "decay", "saturating"), math.nan)
     low, high = np.percentile(v.feedback_rad_per_s, SWING)
     waits = {f"waits_{where}": share for where, (share, _) in parking(v, omega).items()}
     pushes, _ = pushing(v, math.inf)
@@ -89,8 +89,9 @@ class CurvesOfRuns:
 
     @property
     def document(self) -> Document:
-        """The record, and from what its curves are taken."""
-        return {"record": key_of(self.record.configuration), "releases": FEW}
+        """The record, from what its curves are taken, and the seed of the first untrained run."""
+        name = key_of(self.record.configuration)
+        return {"record": name, "releases": FEW, "untrained_seed": 0}
 
     @property
     def program(self) -> Hashable:
@@ -101,25 +102,36 @@ class CurvesOfRuns:
         """Nothing: the package has all that it needs."""
 
     def measure(self) -> CellResult:
-        """Their curves, [runs] each, and starts of every form, `start_FORM`, [runs, n_weights]."""
+        """Their curves, [runs] each, and starts of every form, `start_FORM`, [runs, n_weights].
+
+        Beside an R² stands that of a term before its training, `untrained_NAME`, over what the
+        trained run visits.
+        """
+        saved = saved_runs(self.record)
+        before = Evolution().start(self.record.experiment, range(len(saved))).best_weights
         rows = []
-        for saved in saved_runs(self.record):
-            v, whole = visited(saved)
-            starts = {f"start_{name}": x for name, (_, x) in started(saved, [v]).items()}
-            rows.append(curves_of(v, float(whole.omega[0])) | starts)
+        for run, untrained in zip(saved, np.asarray(before, float), strict=True):
+            v, as_before = visited(run, untrained)
+            known = curves_of(as_before, run.system.omega or math.nan)
+            rows.append(
+                curves_of(v, run.system.omega or math.nan)
+                | {f"untrained_{name}": known[name] for name in FITS}
+                | {f"start_{name}": x for name, (_, x) in started(run, [v]).items()}
+            )
         arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         return CellResult(self.document, self.record.software, arrays)
 
 
-def visited(saved: SavedController) -> tuple[Visits, Evaluated]:
-    """What a run visits at ω_t, and how good it is there, from a few of the common releases."""
+def visited(saved: SavedController, untrained: np.ndarray) -> tuple[Visits, Visits]:
+    """What a run visits at ω_t from a few of the common releases, and the same moments with the
+    terms of untrained weights, [n_weights]."""
     assert saved.experiment is not None
-    assert saved.omega is not None
     protocol, system = saved.experiment.protocol, saved.system
     start = releases(system.scenario())
     release = start._replace(height_m=start.height_m[:FEW], phase_rad=start.phase_rad[:FEW])
     timing = system.timing_over(protocol.undisturbed_s, tick_s=protocol.tick_s)
     released = ReleasedHopper(saved, np.array([saved.omega]), release, timing, protocol)
-    whole = released.evaluated(saved.controller, saved.weights)
-    (v,) = visits(released, whole, released.recorded())
-    return v, whole
+    whole, recorded = released.evaluated(saved.controller, saved.weights), released.recorded()
+    before = replace(released, saved=replace(saved, weights=untrained))
+    (v,), (as_before,) = (visits(x, whole, recorded) for x in (released, before))
+    return v, as_before

@@ -13,11 +13,26 @@ from reproduction.learning.judged import by_release, episodes_of, merits
 from reproduction.record import Record
 from reproduction.unit import key_of
 from tegotae._support.documents import Document
+from tegotae._support.errors import require_count
 from tegotae.analysis.short_forms import forms_of_a_leg, retuned, training_of
 from tegotae.study import Arrays, CellResult
 
-GENERATIONS, SEEDS = 60, (0,)
-"""Of the retuning of a form, from the curves of a controller on."""
+
+@dataclass(frozen=True)
+class Retuning:
+    """How a form is retuned from the curves of a controller on.
+
+    Args:
+        generations: of its training.
+        seeds: number of runs, of which the one of highest training fitness is taken.
+    """
+
+    generations: int = 60
+    seeds: int = 1
+
+    def __post_init__(self) -> None:
+        require_count("generations", self.generations)
+        require_count("seeds", self.seeds)
 
 
 @dataclass(frozen=True)
@@ -30,6 +45,7 @@ class FormOfControllers:
         records: what was trained.
         runs: which run of each.
         starts: the numbers that its curves give the form, [records, n_weights].
+        retuning: how it is retuned.
     """
 
     form: str
@@ -37,6 +53,7 @@ class FormOfControllers:
     records: Sequence[Record]
     runs: Sequence[int]
     starts: np.ndarray
+    retuning: Retuning
 
     @property
     def name(self) -> str:
@@ -50,8 +67,8 @@ class FormOfControllers:
             "form": self.form,
             "records": [key_of(record.configuration) for record in self.records],
             "runs": list(self.runs),
-            "generations": GENERATIONS,
-            "seeds": list(SEEDS),
+            "generations": self.retuning.generations,
+            "seeds": list(range(self.retuning.seeds)),
         }
 
     @property
@@ -67,11 +84,11 @@ class FormOfControllers:
         the merit with the numbers of the curves, and with those retuned."""
         controller = forms_of_a_leg()[self.form].on_a_leg()
         training = training_of(saved_runs(self.records[0])[0], controller)
-        seeds = np.tile(SEEDS, len(self.records)).tolist()
-        starts = np.repeat(self.starts, len(SEEDS), axis=0)
-        runs, fitness = retuned(training, starts, GENERATIONS, seeds)
-        best = fitness.reshape(-1, len(SEEDS)).argmax(axis=1)
-        rows = np.arange(len(self.records)) * len(SEEDS) + best
+        n = self.retuning.seeds
+        seeds = np.tile(np.arange(n), len(self.records)).tolist()
+        starts = np.repeat(self.starts, n, axis=0)
+        runs, fitness = retuned(training, starts, self.retuning.generations, seeds)
+        rows = np.arange(len(self.records)) * n + fitness.reshape(-1, n).argmax(axis=1)
         evaluated = replace(training, protocol=self.records[0].experiment.protocol)
         arrays: Arrays = {"weights": runs[rows]}
         for name, weights in (("cloned", self.starts), ("merit", runs[rows])):

@@ -19,6 +19,7 @@ from reproduction.learning.atlas import (
     measured,
     shortest,
 )
+from reproduction.learning.forms import Retuning
 from reproduction.learning.judged import (
     MEASURED,
     RELEASES,
@@ -203,6 +204,7 @@ def of_kind(whole, cut, frozen=0.0, flight=0.0, stance=0.0):
 def test_the_kind_of_a_feedback_is_what_cutting_and_freezing_leave_of_the_merit():
     runs = [
         of_kind(0.001, 0.5),
+        of_kind(0.5, 0.6),
         of_kind(0.5, 0.49),
         of_kind(0.5, 0.1, frozen=0.5),
         of_kind(0.5, 0.1, flight=0.3, stance=0.3),
@@ -216,7 +218,7 @@ def test_the_kind_of_a_feedback_is_what_cutting_and_freezing_leave_of_the_merit(
 def test_the_shortest_form_is_the_first_that_keeps_enough():
     kept = {f"kept {form}": [0.0, 0.0] for form in forms_by_numbers()}
     kept |= {"kept load": [0.9, 0.0], "kept latch": [0.97, 0.0]}
-    runs = pd.DataFrame({"best": True, "kind": KINDS[3], **kept})
+    runs = pd.DataFrame({"best": True, "kind": KINDS[4], **kept})
     assert shortest(runs, 0.8).tolist() == ["load", NONE]
     assert shortest(runs, 0.95).tolist() == ["latch", NONE]
 
@@ -224,12 +226,13 @@ def test_the_shortest_form_is_the_first_that_keeps_enough():
 def test_an_atlas_replaces_a_vanilla_law_by_the_short_law_that_it_is(tmp_path, monkeypatch):
     forms = {name: LAWS[name] for name in ("clock", "load")}
     monkeypatch.setattr(atlas, "forms_of_a_leg", lambda: forms)
-    monkeypatch.setattr("reproduction.learning.forms.GENERATIONS", 1)
     (record,) = _records_of_smoke(tmp_path)
-    runs = measured(tmp_path / "smoke", [record], here)
+    retuning = Retuning(generations=1)
+    runs = measured(tmp_path / "smoke", [record], retuning, here)
     (run,) = runs.to_dict("records")
     assert run["action_1"] == run["load"] == pytest.approx(1.0)
     assert run["swing"] > 0.0
     assert run["kept load"] > run["kept clock"]
-    pd.testing.assert_frame_equal(measured(tmp_path / "smoke", [record], here), runs)
+    again = measured(tmp_path / "smoke", [record], retuning, here)
+    pd.testing.assert_frame_equal(again, runs)
     assert "| load |" in atlas_tables(runs)

@@ -27,6 +27,10 @@ from tegotae.systems.legged import Legged, lanes_of
 
 SPREAD_M = 0.1
 """How far a release of one leg is above or below the usual one at most [m]."""
+NOTHING = 0.01
+"""A score below which a controller does not get anywhere."""
+ALIKE = 0.95
+"""A share of the score from which on it is the same."""
 PARKED = 0.1
 """A phase that moves slower than this share of ω waits."""
 _BINS = 120

@@ -17,6 +17,8 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import MOST_POINTS
 from tegotae.analysis.explanation import (
+    ALIKE,
+    NOTHING,
     SPREAD_M,
     Arc,
     Evaluated,
@@ -61,10 +63,8 @@ if TYPE_CHECKING:
 
     from tegotae.analysis.surface import Surface
 
-_NOTHING = 0.01
-"""A score below which a controller does not get anywhere."""
-_ALIKE, _MUCH = 0.95, 0.5
-"""A share of the score from which on it is the same; below which most of it is gone."""
+_MUCH = 0.5
+"""A share of the score below which most of it is gone."""
 _FOLLOWS, _WEAKLY = 0.75, 0.25
 """Slopes of the rate over ω, from which on a controller follows, or follows weakly."""
 
@@ -140,7 +140,7 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     seeds = range(options.first_seed, options.first_seed + options.retune_seeds)
     forms: list[TriedForm] = []
     known = released.saved.experiment is not None or task.runs.body.limbs == 1
-    if options.retune and known and released.saved.omega and whole.mean.mean >= _NOTHING:
+    if options.retune and known and released.saved.omega and whole.mean.mean >= NOTHING:
         forms = tried_forms(released, whole, visited, generations=options.retune, seeds=seeds)
     return Explanation(
         name=task.name,
@@ -308,17 +308,17 @@ class Explanation(AnswerBase):
                 f"The score is {whole:.3g}. There is no feedback that could be cut: one network "
                 "leads from the senses to the force."
             ]
-        if whole < _NOTHING:
+        if whole < NOTHING:
             return [f"The score is {whole:.2g}: from these releases it does not get anywhere."]
         cut, frozen = (self.evaluated[name].mean.mean for name in ("cut", "frozen"))
         said = f"Cutting the feedback changes the score from {whole:.3g} to {cut:.3g}"
         kind = "a clock with a sector" if self._hops else "a clock"
-        if cut > whole / _ALIKE:
+        if cut > whole / ALIKE:
             return [f"{said}: from these releases its feedback costs more than it gains."]
-        if cut >= _ALIKE * whole:
+        if cut >= ALIKE * whole:
             return [f"{said}: this controller is {kind}."]
         held_at = f"and holding it at its mean to {frozen:.3g}"
-        if frozen >= _ALIKE * whole:
+        if frozen >= ALIKE * whole:
             return [f"{said}, {held_at}: it is {kind} of another frequency."]
         much = "much of" if max(cut, frozen) > _MUCH * whole else "most of"
         return [f"{said}, {held_at}: its feedback as it moves makes {much} the score."]
@@ -379,7 +379,7 @@ class Explanation(AnswerBase):
             )
         if none := [f"{share:.0%}" for share, form in self.chosen.items() if form is None]:
             said.append(f"None of the library keeps {' or '.join(none)}.")
-        if max(form.kept for form in self.forms) > 1.0 / _ALIKE:
+        if max(form.kept for form in self.forms) > 1.0 / ALIKE:
             said.append(
                 "A form may score above the controller: it is retuned from many releases, and "
                 "its rate over ω may be another."

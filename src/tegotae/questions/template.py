@@ -12,9 +12,9 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
-from tegotae.questions.answer import UNDEFINED, TableAnswer
+from tegotae.questions.answer import UNDEFINED
 from tegotae.questions.question import question
-from tegotae.questions.wiring import Environments, ModelOptions, stem_of
+from tegotae.questions.wiring import Environments, ModelFile, ModelFileOptions, stem_of
 from tegotae.systems.env_task import is_mujoco_model
 
 if TYPE_CHECKING:  # which needs MuJoCo
@@ -26,39 +26,15 @@ _RESPONSES = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class TemplateOptions(ModelOptions):
-    """What is known of the robot, and where the template is written."""
-
-    out: Path
-    """The template's file (.toml), whose name is that of a system from then on."""
-
-    @classmethod
-    def options_of(cls, env: str) -> TemplateOptions:
-        """A file that is named as the model."""
-        return cls(out=Path(f"{stem_of(env)}.toml"))
-
-
 @dataclass(frozen=True, repr=False, kw_only=True)
-class FittedTemplate(TableAnswer):
-    """A template, every number with its reason; in memory until it is saved. `raw` is a
+class FittedTemplate(ModelFile):
+    """A template, .toml, whose name is that of a system from then on. `raw` is a
     `tegotae.envs.mujoco.template.Template`, and the document that of the walker."""
 
-    ENDING = ".toml"
-
-    def save(self, folder: Path | str, format: str = "toml") -> list[Path]:
-        """Write the file of that name; none that is there is written over.
-
-        Raises:
-            TegotaeError: for another ending, or if it is there or cannot be written.
-        """
-        file = Path(folder)
+    def _write(self, file: Path) -> None:
         if file.suffix != ".toml":
             raise TegotaeError(f"{file} is no name of a template; it must end in .toml")
-        if file.exists():
-            raise TegotaeError(f"{file} exists already; name another file with --out")
         write_atomically(file, self.raw.text)
-        return [file]
 
 
 def _numbers(template: Template) -> pd.DataFrame:
@@ -97,9 +73,9 @@ def _said(value: float | np.ndarray | tuple[float, ...]) -> str:
 
 @question(
     subjects=Environments,
-    kinds={"option": lambda: TemplateOptions.options_of("robot.xml")},
+    kinds={"option": lambda: ModelFileOptions.options_of("robot.xml")},
 )
-def template(env: str, options: TemplateOptions) -> FittedTemplate:
+def template(env: str, options: ModelFileOptions) -> FittedTemplate:
     """Fit a walker of this package to a legged robot, a MuJoCo model: its template.
 
     A law is trained on it in minutes: `tegotae train AR@robot.toml`. Every number has its reason

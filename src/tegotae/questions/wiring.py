@@ -176,38 +176,49 @@ def stem_of(env: str) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SuggestOptions(ModelOptions):
-    """What is known of the model, and where the wiring is written."""
+class ModelFileOptions(ModelOptions):
+    """What is known of the model, and where what follows from it is written."""
 
     out: Path
-    """The wiring's file (.toml or .json)."""
+    """The file (.toml; a wiring's may be .json), which must not be there yet."""
 
     @classmethod
-    def options_of(cls, env: str) -> SuggestOptions:
+    def options_of(cls, env: str) -> ModelFileOptions:
         """A file that is named as the model."""
         return cls(out=Path(f"{stem_of(env)}.toml"))
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class SuggestedWiring(TableAnswer):
-    """A first wiring, every entry with its reason; in memory until it is saved. `raw` is a
-    `tegotae.envs.mujoco.suggesting.Suggestion`, and the document that of the wiring."""
+class ModelFile(TableAnswer):
+    """What follows from a model, every entry with its reason; in memory until it is saved."""
 
     ENDING = ".toml"
 
     def save(self, folder: Path | str, format: str = "toml") -> list[Path]:
-        """Write the file of that name, .toml or .json; none that is there is written over.
+        """Write the file of that name; none that is there is written over.
 
         Raises:
             TegotaeError: for another ending, or if it is there or cannot be written.
         """
-        from tegotae.envs.wiring import save_wiring
-
         file = Path(folder)
         if file.exists():
             raise TegotaeError(f"{file} exists already; name another file with --out")
-        save_wiring(self.raw.wiring, file, reasons=self.raw.reasons)
+        self._write(file)
         return [file]
+
+    def _write(self, file: Path) -> None:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class SuggestedWiring(ModelFile):
+    """A first wiring, .toml or .json. `raw` is a `tegotae.envs.mujoco.suggesting.Suggestion`, and
+    the document that of the wiring."""
+
+    def _write(self, file: Path) -> None:
+        from tegotae.envs.wiring import save_wiring
+
+        save_wiring(self.raw.wiring, file, reasons=self.raw.reasons)
 
 
 def _entries(suggestion: Suggestion) -> pd.DataFrame:
@@ -233,9 +244,9 @@ def _said(value: Any) -> str:
 
 @question(
     subjects=Environments,
-    kinds={"option": lambda: SuggestOptions.options_of("my_leg.xml")},
+    kinds={"option": lambda: ModelFileOptions.options_of("my_leg.xml")},
 )
-def wiring_suggest(env: str, options: SuggestOptions) -> SuggestedWiring:
+def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
     """Suggest a wiring for a MuJoCo model of your own: feet, limbs, pushes, scales, rest length.
 
     Every entry has its reason beside it, in the terminal and as a comment in the file. The wiring
