@@ -412,11 +412,12 @@ def costs_or_nothing(omega_t: float) -> float:
     return len(no_worse) / len(rows("atlas/study", omega_t=omega_t, drive="φ"))
 
 
-def replaced(omega_t: float, share: float) -> float:
-    """The share of the atlas' models whose merit some short form keeps so far."""
-    kept = rows("atlas/study", omega_t=omega_t, best=True)
+def replaced(omega_t: float, share: float, table: str = "study", among: str = "study") -> pd.Series:
+    """Whether some short form keeps so much of a model's merit, of an atlas' models in another."""
+    models = rows(f"atlas/{among}").model.unique().tolist()
+    kept = rows(f"atlas/{table}", omega_t=omega_t, best=True, model=models)
     kept = kept[~kept.kind.isin(["does not hop", "one network"])]
-    return float((kept.filter(like="kept ").max(axis=1) >= share).mean())
+    return kept.filter(like="kept ").max(axis=1) >= share
 
 
 def repeated() -> pd.DataFrame:
