@@ -12,6 +12,8 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require, unknown
 from tegotae.envs._types import AnyEnv, MjData, MjModel
 from tegotae.parts.bodies import Body, Interface
+from tegotae.parts.fields import unwrapped
+from tegotae.parts.units import Units
 
 
 def model_scales(
@@ -98,6 +100,20 @@ def body_scales(body: Body | Interface) -> dict[str, float]:
     return {name: float(scale[0]) for name, scale in values.items() if scale.size == 1}
 
 
+def units_of(body: Body) -> Units:
+    """Froude's units of a body: l0, √(l0 / g) and its weight, of a hopper or a walker.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> units_of(Hopper()).force_n
+        0.981
+    """
+    own = unwrapped(body)
+    length, gravity = float(own.rest_length_m), float(own.gravity_m_per_s2)
+    weight_n = float(own.mass_kg) * gravity
+    return Units(length_m=length, time_s=math.sqrt(length / gravity), force_n=weight_n)
+
+
 def gravity_m_per_s2(model: MjModel) -> float:
     """Magnitude of gravity [m/s²]."""
     return float(np.linalg.norm(model.opt.gravity))
@@ -109,7 +125,7 @@ class Foot(NamedTuple):
     body: int
     """The body, or that of the geom."""
     geoms: list[int]
-    """The body's own geoms, or the geom."""
+    """Those of the body and of what hangs on it, or the geom."""
 
 
 def foot_of(model: MjModel, name: str) -> Foot:
@@ -120,13 +136,32 @@ def foot_of(model: MjModel, name: str) -> Foot:
     """
     bodies = {model.body(i).name: i for i in range(1, model.nbody) if model.body(i).name}
     if name in bodies:
-        geoms = np.flatnonzero(model.geom_bodyid == bodies[name])
+        parts = {bodies[name]}
+        for body in range(bodies[name] + 1, model.nbody):  # children come after their parents
+            parts |= {body} if int(model.body_parentid[body]) in parts else set()
+        geoms = np.flatnonzero(np.isin(model.geom_bodyid, [*parts]))
         return Foot(bodies[name], geoms.tolist())
     moving = np.flatnonzero(model.geom_bodyid > 0).tolist()
     geoms = {model.geom(i).name: i for i in moving if model.geom(i).name}
     if name not in geoms:
         raise unknown("body or geom of this model", name, [*bodies, *geoms])
     return Foot(int(model.geom_bodyid[geoms[name]]), [geoms[name]])
+
+
+def chain_of(model: MjModel, foot: str) -> set[int]:
+    """The bodies between a foot and the trunk, which is not one of them."""
+    body, chain = foot_of(model, foot).body, set()
+    while body > 1:
+        chain.add(body)
+        body = int(model.body_parentid[body])
+    # A body of one piece, such as a mass on a slide with a geom as its foot, is its own leg.
+    return chain or {foot_of(model, foot).body}
+
+
+def place_of(model: MjModel, data: MjData, foot: str) -> np.ndarray:
+    """Where a foot touches: the middle of its lowest geom in the world [m], [x, y, z]."""
+    body, geoms = foot_of(model, foot)
+    return data.geom_xpos[lowest(model, data, geoms)[1]] if geoms else data.xpos[body]
 
 
 def started(model: MjModel) -> MjData:

@@ -21,10 +21,12 @@ from tegotae._support.documents import DamagedDocumentError, JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae._support.files import write_atomically
 from tegotae.envs._types import AnyEnv
-from tegotae.envs.scaling import body_scales, model_scales
+from tegotae.envs.scaling import body_scales, model_scales, units_of
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Sector
+from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController, load
+from tegotae.systems.descriptions import restore
 from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
 from tegotae.systems.models import build
 from tegotae.systems.resolve import resolve
@@ -92,6 +94,10 @@ class Wiring:
     """What a network divides each signal by, such as the weight for `spring_force`, and √(g/l0) for
     `feedback`; 1 if not named. `with_scales` takes them from a MuJoCo model, `from_controller` from
     the body that the controller was trained on."""
+    units: Units | None = None
+    """What 1 m, 1 s and 1 N of the controller are here; as they are if None. With those of the
+    body, l0, √(l0 / g) and its weight, a controller from elsewhere is scaled by Froude, and so is
+    one that is trained here."""
     max_force: float = 4.0
     """The force α at which the action is `push`, in the units of the actuation's force."""
     sector_rad: Sequence[float] | None = None
@@ -174,7 +180,8 @@ class Wiring:
     def holding(self, saved: SavedController) -> Wiring:
         """The same with a saved controller: its structure, weights, frequency and α.
 
-        Scales that are not given are those of the body that it was trained on.
+        Scales that are not given are those of the body that it was trained on. With units, all
+        scales and the frequency are its own, in proportion: every limb is as it was there.
 
         Raises:
             TegotaeError: for a controller without an oscillator.
@@ -182,13 +189,21 @@ class Wiring:
         if saved.controller.oscillator is None:
             raise TegotaeError("the controller has no oscillator; take one that has, such as ART")
         reads = {*read_by(saved.controller), "feedback"}
-        body = saved.system.body
-        own = {name: x for name, x in body_scales(body).items() if name in reads}
+        body, units, omega = saved.system.body, self.units, saved.omega
+        scales = {name: x for name, x in body_scales(body).items() if name in reads}
+        if units is None:
+            scales |= self.scales
+        else:
+            was, units = _units_of(saved, units)
+            scales = {name: x / was.of(name) * units.of(name) for name, x in scales.items()}
+            scales = {**self.scales, **scales}
+            omega = None if omega is None else omega * was.time_s / units.time_s
         return dataclasses.replace(
             self.reading(saved.controller),
-            scales={**own, **self.scales},
+            scales=scales,
+            units=units,
             weights=saved.weights,
-            omega=saved.omega,
+            omega=omega,
             max_force=self.max_force if body.max_force_n is None else float(body.max_force_n),
         )
 
@@ -214,6 +229,16 @@ class Wiring:
         if problems := misnamed_scales(self.scales, list(known)):
             raise TegotaeError("; ".join(problems))
         return dataclasses.replace(self, scales={**known, **self.scales})
+
+
+def _units_of(saved: SavedController, here: Units) -> tuple[Units, Units]:
+    """The units in which a controller counts where it was trained, and those on a body of these.
+
+    One from another simulator counts in the units of its wiring.
+    """
+    if saved.task is not None:
+        return wiring_of(saved.task.wiring).units or Units(), here
+    return Units(), here.over(units_of(saved.system.mechanics))
 
 
 def misnamed_scales(scales: Mapping[str, float], signals: Sequence[str]) -> list[str]:
@@ -316,6 +341,7 @@ def wiring_document(wiring: Wiring) -> JsonObject:
     return {
         "format": WIRING_FORMAT,
         **_given({name: getattr(wiring, name) for name in plain}),
+        **({} if wiring.units is None else {"units": dataclasses.asdict(wiring.units)}),
         "scales": {name: float(scale) for name, scale in wiring.scales.items()},
         "limbs": limbs,
     }
@@ -347,6 +373,8 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
     for limb in document.limbs:
         drives = limb.drives if isinstance(limb.drives, str) else tuple(limb.drives)
         limbs.append(Limb(**{**msgspec.structs.asdict(limb), "drives": drives}))
+    if document.units is not None:
+        fields["units"] = restore({**document.units, "kind": "Units"}, Units, "units")
     if document.weights is not None:
         fields["weights"] = np.asarray(document.weights)
     wiring = Wiring(limbs=tuple(limbs), **fields)
@@ -368,7 +396,7 @@ def packaged() -> list[str]:
     return sorted(file.stem for file in _PACKAGED.glob("*.toml"))
 
 
-_OTHERWISE = ("limbs", "weights", "controller", "scales")
+_OTHERWISE = ("limbs", "weights", "controller", "scales", "units")
 """Fields of a wiring that a document has in another form, or not."""
 
 
@@ -391,7 +419,9 @@ def _toml(document: dict[str, Any], reasons: Mapping[str, str]) -> str:
 
     plain = {n: x for n, x in document.items() if not isinstance(x, dict) and n != "limbs"}
     lines = [line(name, value) for name, value in plain.items()]
-    lines += ["", "[scales]", *(line(n, x, "scales.") for n, x in document["scales"].items())]
+    for table in (name for name, x in document.items() if isinstance(x, dict)):
+        entries = (line(n, x, f"{table}.") for n, x in document[table].items())
+        lines += ["", f"[{table}]", *entries]
     for i, limb in enumerate(document["limbs"]):
         at = f"limbs[{i}]."
         own = [line(n, x, at) for n, x in limb.items() if n != "senses"]

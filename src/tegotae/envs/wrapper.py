@@ -18,6 +18,7 @@ from tegotae.envs._types import AnyEnv, AnySpace, Info
 from tegotae.envs.contact import contact_names, flat, with_contact
 from tegotae.envs.wires import Wires, WiringWarning, look_up, remarks, weights_of
 from tegotae.envs.wiring import Wiring
+from tegotae.parts.units import Units
 from tegotae.simulation.sampler import sampler
 
 PHASE_KEY = "phase"
@@ -47,11 +48,12 @@ class Pilot:
         self._wires, self._controller = wires, controller
         self._lanes = weights.shape[1]
         self._weights = np.asarray(weights, np.float32)
+        self._units = units = wiring.units or Units()
         self._numbers = {
-            "omega": np.float32(wiring.omega),
-            "scales": {signal: np.float32(scale) for signal, scale in wiring.scales.items()},
+            "omega": np.float32(units.time_s * wiring.omega),
+            "scales": {name: np.float32(x / units.of(name)) for name, x in wiring.scales.items()},
             "max_force": np.float32(wiring.max_force),
-            "step_s": np.float32(wires.step_s),
+            "step_s": np.float32(wires.step_s / units.time_s),
         }
         self._phases = np.array([limb.phase_rad for limb in wiring.limbs], np.float32)
         self.reset()
@@ -82,7 +84,7 @@ class Pilot:
         begun = self._oscillator
         self._oscillator = jax.tree.map(lambda new, old: jnp.where(where, new, old), begun, before)
         self.phase = np.where(where, self.phase, phase)
-        every = np.broadcast_to(omega, phase.shape)
+        every = np.broadcast_to(self._units.time_s * np.asarray(omega), phase.shape)
         self._numbers["omega"] = self._of_limbs(np.array(every, np.float32))
 
     def act(
@@ -95,17 +97,20 @@ class Pilot:
             added: feedback from elsewhere [rad/s], [limbs, lanes].
             free: entries of the action that no limb drives, [lanes, free] or one number.
         """
-        wires = self._wires
+        wires, units = self._wires, self._units
         sensed = {}
         for signal, (at, sign) in wires.sensed.items():
             felt = sign[:, None] * observed[:, at].T
             felt = np.maximum(felt, 0.0) if signal == "spring_force" else felt
+            felt = felt / units.of(signal)
             sensed[signal] = self._of_limbs(felt.astype(np.float32))
-        extra = np.zeros((wires.limbs, self._lanes), np.float32) if added is None else added
+        extra = np.zeros((wires.limbs, self._lanes), np.float32)
+        if added is not None:
+            extra = np.asarray(units.time_s * added, np.float32)
         given = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
         self._oscillator, command, feedback, phase = self._sample(*given)
         shape = wires.limbs, self._lanes
-        self.feedback = np.asarray(feedback).reshape(shape)
+        self.feedback = np.asarray(feedback).reshape(shape) / units.time_s
         self.phase = np.asarray(phase).reshape(shape)
         command = np.asarray(command).reshape(-1, *shape)
         action = np.empty((self._lanes, len(wires.low)))
@@ -115,7 +120,8 @@ class Pilot:
             action[:, wires.driven[0]] = wires.rest + (wires.push - wires.rest) * command[0].T
         else:
             for entry, place in zip(wires.driven, command, strict=True):
-                action[:, entry] = np.clip(place.T, wires.low[entry], wires.high[entry])
+                there = units.length_m * place.T
+                action[:, entry] = np.clip(there, wires.low[entry], wires.high[entry])
         return action
 
     def _of_limbs(self, x: np.ndarray) -> np.ndarray:

@@ -229,9 +229,11 @@ def _entries(suggestion: Suggestion) -> pd.DataFrame:
         if owner.startswith("limbs["):
             limb = wiring.limbs[int(owner[6:-1])]
             value = limb.senses[entry] if entry in limb.senses else getattr(limb, entry)
-            name = f"{limb.drives}: {entry}"
+            name = f"{', '.join(limb.entries)}: {entry}"
+        elif owner == "scales":
+            value = wiring.scales[entry]
         else:
-            value = wiring.scales[entry] if owner else getattr(wiring, entry)
+            value = getattr(getattr(wiring, owner) if owner else wiring, entry)
         rows.append((name, _said(value), reason))
     return pd.DataFrame(rows, columns=["entry", "value", "reason"])
 
@@ -256,6 +258,7 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
         >>> wiring_suggest("my_leg.xml").save("my_leg.toml")  # doctest: +SKIP
     """
     from tegotae.envs.mujoco.suggesting import suggest_wiring
+    from tegotae.envs.mujoco.suggesting_legs import suggest_legs
     from tegotae.envs.wiring import wiring_document
 
     if not is_mujoco_model(env):
@@ -263,7 +266,8 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
             f"{env} is no MuJoCo model (FILE.xml); for another environment write the wiring by "
             "hand, and check it with tegotae.envs.check_wiring"
         )
-    suggestion = suggest_wiring(options.spec(env).model_settings)
+    settings = options.spec(env).model_settings
+    suggestion = suggest_legs(settings) if settings.legs else suggest_wiring(settings)
     where = [env, "--wiring", str(options.out)]
     if options.settings:
         where += ["--settings", *options.settings]

@@ -49,6 +49,7 @@ class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
     limbs: list[LimbDocument]
     format: str = WIRING_FORMAT
     scales: dict[str, float] = {}
+    units: dict[str, float] | None = None
     max_force: float = 4.0
     max_feedback_rad_per_s: float = 10.0
     sector_rad: list[float] | None = None

@@ -119,12 +119,12 @@ class ModelBatch:
         """Lanes one control period on; what all observe then, [lanes, entries].
 
         Args:
-            action: commands of the actuators, [lanes, actuators]; held.
+            action: the actions by their names (`Sensing.actions`), [lanes, actions]; held.
             push_n: an external force on the first body [N], [lanes, 3]; none by default.
             where: which lanes, [lanes]; all by default. The others stand still, at no cost.
         """
         n = self.sensing.model.nu
-        self._given[:, :, self.sensing.driven] = action[:, None]
+        self._given[:, :, self.sensing.driven] = self.sensing.controls(action)[:, None]
         if push_n is not None:
             self._given[:, :, n + 6 : n + 9] = push_n[:, None]  # after the world's six numbers
         going = np.ones(self.lanes, bool) if where is None else np.asarray(where, bool)
@@ -278,11 +278,10 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.dt = self.batch.step_s
         self.observation_names = (*self.sensing.names, "work")
         self.contact_names = self.sensing.contacts
-        self.action_names = self.sensing.actuators
+        self.action_names = self.sensing.actions
         self.fate = Fate(own, self.sensing, self.dt)
-        least = [entry.least for entry in self.sensing.entries]
-        high = np.full(len(least) + 1, np.inf)
-        self.observation_space = Box(np.array([*least, 0.0]), high, dtype=np.float64)
+        least = np.append(self.sensing.least, 0.0)
+        self.observation_space = Box(least, np.full_like(least, np.inf), dtype=np.float64)
         self.action_space = action_space(self.sensing)
         self._seen: np.ndarray | None = None
 
@@ -343,9 +342,6 @@ def settings_of(settings: ModelSettings | None, fields: Mapping[str, object]) ->
 
 
 def action_space(sensing: Sensing) -> Box:
-    """The actuators' ranges; unbounded where a model gives none."""
-    model, driven = sensing.model, sensing.driven
-    limited = model.actuator_ctrllimited[driven].astype(bool)
-    low = np.where(limited, model.actuator_ctrlrange[driven, 0], -np.inf)
-    high = np.where(limited, model.actuator_ctrlrange[driven, 1], np.inf)
+    """The actions in their bounds."""
+    low, high = sensing.bounds
     return Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)

@@ -8,6 +8,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae.envs._types import MjModel, MjSpec
+from tegotae.envs.mujoco.legs import AXES, Legs, legs_of
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import started
 
@@ -41,7 +42,7 @@ class Sensing:
     model: MjModel
     """The `MjModel`."""
     entries: tuple[ObservedEntry, ...]
-    """The observations, in order."""
+    """The observations, in order; but for what follows from several sensors."""
     actuators: tuple[str, ...]
     """The driven entries. Adhesion is none of them: it is on all the time (`held`)."""
     driven: np.ndarray
@@ -56,11 +57,64 @@ class Sensing:
     """Name of the first body, whose height is observed."""
     feet: tuple[str, ...]
     """Bodies and geoms whose contact forces are observed."""
+    legs: Legs | None
+    """Those of the feet that are commanded to places."""
+    angles: np.ndarray
+    """Columns of the legs' joints, [legs, joints]."""
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of what is observed."""
-        return tuple(entry.name for entry in self.entries)
+        borne = [] if self.legs is None else [f"{foot}_estimated_force" for foot in self.feet]
+        return (*(entry.name for entry in self.entries), *borne)
+
+    @property
+    def least(self) -> np.ndarray:
+        """Least values of what is observed, [entries]."""
+        least = [entry.least for entry in self.entries]
+        return np.array([*least, *[0.0] * (len(self.names) - len(least))])
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Names of the actions: places of feet, and actuators that move none of them."""
+        if self.legs is None:
+            return self.actuators
+        return (*self.legs.names, *(self.actuators[i] for i in np.flatnonzero(self._alone)))
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Least and largest action, [2, actions]: the actuators' ranges, unbounded where a model
+        gives none; and of places as far as the longest leg."""
+        model = self.model
+        limited = model.actuator_ctrllimited[self.driven].astype(bool)
+        free = np.array([[-np.inf], [np.inf]])
+        ranges = np.where(limited, model.actuator_ctrlrange[self.driven].T, free)
+        if self.legs is None:
+            return ranges
+        far = np.full(len(self.legs.names), self.legs.length_m)
+        return np.hstack([[-far, far], ranges[:, self._alone]])
+
+    def controls(self, action: np.ndarray) -> np.ndarray:
+        """What the actuators are commanded to, [lanes, actuators], by actions [lanes, actions]."""
+        if self.legs is None:
+            return action
+        legs, n = self.legs, len(self.legs.names)
+        places = np.reshape(action[:, :n], (-1, len(self.feet), len(AXES)))
+        commands = np.zeros((len(action), len(self.actuators)))
+        commands[:, self._alone] = action[:, n:]
+        commands[:, self._servos] = (legs.gears * legs.joints_at(places))[:, legs.servos >= 0]
+        return commands
+
+    @property
+    def _servos(self) -> np.ndarray:
+        """Which of the actuators are servos of the legs, in the order of legs and joints."""
+        assert self.legs is not None
+        return np.searchsorted(self.driven, self.legs.servos[self.legs.servos >= 0])
+
+    @property
+    def _alone(self) -> np.ndarray:
+        """Which of the actuators move no foot."""
+        return ~np.isin(np.arange(len(self.actuators)), self._servos)
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -74,7 +128,13 @@ class Sensing:
         gain = np.array([entry.gain for entry in self.entries])
         offset = np.array([entry.offset for entry in self.entries])
         least = np.array([entry.least for entry in self.entries])
-        return np.maximum(gain * (data[..., columns] - offset), least)
+        seen = np.maximum(gain * (data[..., columns] - offset), least)
+        if self.legs is None:
+            return seen
+        torques = np.zeros((*data.shape[:-1], *self.angles.shape))
+        torques[..., self.legs.servos >= 0] = data[..., self.forces[self._servos]]
+        force = self.legs.forces_n(data[..., self.angles], self.legs.gears * torques)
+        return np.concatenate([seen, np.maximum(force[..., 2], 0.0)], axis=-1)
 
     def power(self, data: np.ndarray) -> np.ndarray:
         """The actuators' powers of sensor data [..., columns], [W], shape [..., actuators]."""
@@ -90,8 +150,13 @@ def sensing(settings: ModelSettings) -> Sensing:
     - `JOINT_spring`, of those with a spring, the spring's force or torque [N or N m];
     - `ACTUATOR_force` of every actuator but adhesion [N or N m];
     - `FOOT_force`, the upward contact force on every foot [N], never negative;
-    - `root_height`, `root_forward` [m], `root_velocity`, `root_climb` [m/s] and `root_upright`
-      (the cosine of its tilt) of the model's first body;
+    - of the model's first body `root_height`, `root_forward` [m], `root_velocity`, `root_climb`
+      [m/s] and `root_upright` (the cosine of its tilt); and as an IMU has them, in its own axes,
+      `root_roll` and `root_pitch` (the sines of how far its left side is up and its nose down),
+      `root_roll_rate`, `root_pitch_rate`, `root_yaw_rate` [rad/s], and `root_speed`, ahead [m/s];
+      and `root_yaw`, the sine of its heading to the left;
+    - `FOOT_estimated_force` [N], with `legs`: the upward force on every foot as the servos' torques
+      tell it, -J⁻ᵀ τ without the mass of the leg, in the axes of the trunk, never negative;
     - the model's own sensors by their names, `NAME` or `NAME[i]`.
 
     Sensors are those of the last time step's beginning, as MuJoCo has it.
@@ -138,11 +203,17 @@ def sensing(settings: ModelSettings) -> Sensing:
         ("root_place", kinds.mjSENS_FRAMEPOS),
         ("root_motion", kinds.mjSENS_FRAMELINVEL),
         ("root_axis", kinds.mjSENS_FRAMEZAXIS),
+        ("root_ahead", kinds.mjSENS_FRAMEXAXIS),
+        ("root_left", kinds.mjSENS_FRAMEYAXIS),
     ):
         _add(spec, name, kind, objects.mjOBJ_XBODY, root)
+    spec.body(root).add_site(name=_OWN + "imu")
+    for name, kind in (("root_turn", kinds.mjSENS_GYRO), ("root_run", kinds.mjSENS_VELOCIMETER)):
+        _add(spec, name, kind, objects.mjOBJ_SITE, _OWN + "imu")
     model = _compiled(spec, settings)
     sticks = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_BODY)
     actuators = [model.actuator(int(i)).name for i in np.flatnonzero(~sticks)]
+    legs = legs_of(model, feet) if settings.legs else None
     entries = _entries(model, joints, actuators, feet, own)
     names = [entry.name for entry in entries]
     if twice := sorted({name for name in names if names.count(name) > 1}):
@@ -157,6 +228,8 @@ def sensing(settings: ModelSettings) -> Sensing:
         speeds=np.array([_column(model, f"speed/{name}") for name in actuators], int),
         root=root,
         feet=feet,
+        legs=legs,
+        angles=_angles(model, legs),
     )
 
 
@@ -165,6 +238,17 @@ def _add(
 ) -> None:
     """A sensor of a part of a model."""
     spec.add_sensor(name=_OWN + name, type=kind, objtype=of, objname=owner, **options)
+
+
+def _angles(model: MjModel, legs: Legs | None) -> np.ndarray:
+    """Columns of the legs' joints; the first one stands for those that there are not."""
+    joints = np.zeros((0, 0), int) if legs is None else legs.joints
+    names = [model.joint(max(int(joint), 0)).name for joint in joints.ravel()]
+    known = [
+        _column(model, name) if joint >= 0 else 0
+        for name, joint in zip(names, joints.ravel(), strict=True)
+    ]
+    return np.reshape(np.array(known, int), joints.shape)
 
 
 def _column(model: MjModel, sensor: str) -> int:
@@ -232,7 +316,7 @@ def _touching(spec: MjSpec, foot: str) -> object:
     bodies = [body.name for body in spec.bodies if body.name != "world"]
     geoms = [geom.name for geom in spec.geoms if geom.name and geom.parent.name != "world"]
     if foot in bodies:
-        return objects.mjOBJ_BODY
+        return objects.mjOBJ_XBODY  # with what hangs on it, such as the sole on a shank
     if foot in geoms:
         return objects.mjOBJ_GEOM
     if site := spec.site(foot):
@@ -268,13 +352,20 @@ def _entries(
         upward = _column(model, f"contact/{foot}") + 2
         entries.append(ObservedEntry(name, upward, gain=-1.0, least=0.0))
     entries += [
-        ObservedEntry(f"root_{name}", _column(model, f"root_{sensor}") + axis)
-        for name, sensor, axis in (
-            ("height", "place", 2),
-            ("forward", "place", 0),
-            ("velocity", "motion", 0),
-            ("climb", "motion", 2),
-            ("upright", "axis", 2),
+        ObservedEntry(f"root_{name}", _column(model, f"root_{sensor}") + axis, gain)
+        for name, sensor, axis, gain in (
+            ("height", "place", 2, 1.0),
+            ("forward", "place", 0, 1.0),
+            ("velocity", "motion", 0, 1.0),
+            ("climb", "motion", 2, 1.0),
+            ("upright", "axis", 2, 1.0),
+            ("roll", "left", 2, 1.0),
+            ("pitch", "ahead", 2, -1.0),
+            ("yaw", "ahead", 1, 1.0),
+            ("roll_rate", "turn", 0, 1.0),
+            ("pitch_rate", "turn", 1, 1.0),
+            ("yaw_rate", "turn", 2, 1.0),
+            ("speed", "run", 0, 1.0),
         )
     ]
     for name in own:

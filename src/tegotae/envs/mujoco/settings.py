@@ -40,7 +40,13 @@ class ModelSettings(Part):
         servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness k
             [N m/rad, or N/m]; 0 leaves motors as they are. A servo gives its joint the torque
             `k (u - q)` at position q for the command u, within the motor's own limits of force; u
-            is limited to the joint's range. What damps it is the joint's own damping.
+            is limited to the joint's range. The joint's own damping damps it, and
+            `servo_damping_nms_per_rad`.
+        servo_damping_nms_per_rad: what the servos' torques are less by, times the joint's speed
+            [N m s/rad, or N s/m].
+        legs: whether feet are commanded to places, and not joints: with the actions `FOOT_x`,
+            `FOOT_y`, `FOOT_z` from each foot's place in the model's start, forward, to the left and
+            up in the axes of the trunk [m]. Inverse kinematics of the leg sets its servos.
         mass_factor: what all masses and inertias are multiplied by, to test robustness.
         friction_factor: what all sliding friction is multiplied by, likewise.
         effort: what a unit of work, over weight and length, costs in the reward.
@@ -59,17 +65,25 @@ class ModelSettings(Part):
     ground: bool = False
     without: Sequence[str] = ()
     servo_nm_per_rad: float = not_negative(0.0)
+    servo_damping_nms_per_rad: float = not_negative(0.0)
+    legs: bool = False
     mass_factor: float = positive(1.0)
     friction_factor: float = positive(1.0)
     effort: float = not_negative(0.1)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_kind("ground", self.ground, bool, "true or false")
+        for name in ("ground", "legs"):
+            require_kind(name, getattr(self, name), bool, "true or false")
         for name, what in (("feet", "bodies or geoms"), ("without", "bodies and geoms")):
             names = getattr(self, name)
             if not isinstance(names, (list, tuple)) or not all(isinstance(n, str) for n in names):
                 raise TegotaeError(f"{name} is {names!r}; it must be a list of names of {what}")
+        if self.servo_damping_nms_per_rad and not self.servo_nm_per_rad:
+            raise TegotaeError(
+                f"servo_damping_nms_per_rad is {self.servo_damping_nms_per_rad:g}, of servos that "
+                "are not made; give servo_nm_per_rad, their stiffness, too"
+            )
 
     def spec(self) -> MjSpec:
         """The `MjSpec`, fitted and not compiled yet.
@@ -90,7 +104,7 @@ class ModelSettings(Part):
             plane = require("mujoco", "mujoco").mjtGeom.mjGEOM_PLANE
             spec.worldbody.add_geom(name="tegotae/ground", type=plane, size=[0.0, 0.0, 1.0])
         if self.servo_nm_per_rad:
-            _make_servos(spec, self.servo_nm_per_rad)
+            _make_servos(spec, self.servo_nm_per_rad, self.servo_damping_nms_per_rad)
         return spec
 
 
@@ -168,7 +182,7 @@ def models() -> dict[str, str]:
     return {name[:-4]: (folder / name).read_text(encoding="utf-8") for name in files}
 
 
-def _make_servos(spec: MjSpec, stiffness: float) -> None:
+def _make_servos(spec: MjSpec, stiffness: float, damping: float) -> None:
     """Position servos in place of the motors of joints."""
     mujoco = require("mujoco", "mujoco")
     motors = [
@@ -188,7 +202,7 @@ def _make_servos(spec: MjSpec, stiffness: float) -> None:
         most = abs(float(motor.gear[0])) * _most_force(motor)
         low, high = spec.joint(motor.target).range
         motor.ctrlrange = [0.0, 0.0]  # else it is not the joint's range that becomes it
-        motor.set_to_position(stiffness, inheritrange=low < high)
+        motor.set_to_position(stiffness, damping, inheritrange=low < high)
         motor.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
         motor.ctrllimited = low < high
         motor.forcelimited = np.isfinite(most)

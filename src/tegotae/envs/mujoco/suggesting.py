@@ -16,9 +16,11 @@ from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import (
     centre_height_m,
+    chain_of,
     foot_of,
     gravity_m_per_s2,
     lowest,
+    place_of,
     scales_of,
     started,
 )
@@ -127,8 +129,10 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
         )
     scales = scales_of(model, feet, limbs=len(feet))
     length, weight = scales["height"], scales["spring_force"]
-    rest_m, standing = _dropped(sensed, joints, _DROP * length + settings.release_m)
-    phases = _phases(model, data, feet)
+    rest_m, standing = dropped(
+        sensed, _at_start(sensed, joints), _DROP * length + settings.release_m
+    )
+    phases = phases_of(model, data, feet)
     reasons: dict[str, str] = {
         "height": "height of the first body",
         "work": "absolute work of the actuators, measured by the environment",
@@ -174,23 +178,29 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     step_s = timestep * max(1, round(second / _SAMPLES / timestep))
     wiring = Wiring(
         limbs=tuple(limbs),
-        omega=_rounded(_RATE * scales["feedback"]),
-        scales={name: _rounded(value) for name, value in scales.items()},
+        omega=rounded(_RATE * scales["feedback"]),
+        scales={name: rounded(value) for name, value in scales.items()},
         sector_rad=(math.pi, math.pi) if len(feet) > 1 else None,
         step_s=step_s,
         contact_bodies=tuple(feet),
         height="root_height",
         work="work",
-        rest_length_m=_rounded(rest_m, 4),
+        rest_length_m=rounded(rest_m, 4),
     )
-    if standing < _GIVES_WAY:
-        stiff = max((10.0 * weight * abs(j.up) for j in joints if j.kind == "motor"), default=0.0)
-        way = f", or servos to its motors: --settings servo_nm_per_rad={stiff:.2g}" if stiff else ""
-        left_out.append(
-            f"without control the trunk sinks to {standing:.0%} of its height at touchdown within "
-            f"{_STANDS_S:g} s; give the joints springs{way}"
-        )
+    stiff = max((10.0 * weight * abs(j.up) for j in joints if j.kind == "motor"), default=0.0)
+    way = f", or servos to its motors: --settings servo_nm_per_rad={stiff:.2g}" if stiff else ""
+    left_out += drop_remarks(standing, f"springs{way}")
     return Suggestion(wiring, reasons, tuple(left_out), on_rail)
+
+
+def drop_remarks(standing: float, way: str) -> list[str]:
+    """What is to be said of a drop test after which so much of the height is left."""
+    if standing >= _GIVES_WAY:
+        return []
+    return [
+        f"without control the trunk sinks to {standing:.0%} of its height at touchdown within "
+        f"{_STANDS_S:g} s; give the joints {way}"
+    ]
 
 
 def lifted(settings: ModelSettings, wiring: Wiring, wires: Wires) -> float:
@@ -318,26 +328,10 @@ def _kind(model: MjModel, i: int) -> Literal["motor", "servo"] | None:
     return "servo" if affine and model.actuator_biasprm[i, 1] < 0.0 else None
 
 
-def chain_of(model: MjModel, foot: str) -> set[int]:
-    """The bodies between a foot and the trunk, which is not one of them."""
-    body, chain = foot_of(model, foot).body, set()
-    while body > 1:
-        chain.add(body)
-        body = int(model.body_parentid[body])
-    # A body of one piece, such as a mass on a slide with a geom as its foot, is its own leg.
-    return chain or {foot_of(model, foot).body}
-
-
-def _place(model: MjModel, data: MjData, foot: str) -> np.ndarray:
-    """Where a foot touches: its lowest geom [m], [x, y, z]."""
-    body, geoms = foot_of(model, foot)
-    return data.geom_xpos[lowest(model, data, geoms)[1]] if geoms else data.xpos[body]
-
-
 def _velocity(model: MjModel, data: MjData, foot: str, joint: int) -> np.ndarray:
     """The foot's velocity in the trunk's frame at a joint's speed of 1, [x, y, z]."""
     jacobian = np.zeros((3, model.nv))
-    place = _place(model, data, foot).copy()
+    place = place_of(model, data, foot).copy()
     mujoco.mj_jac(model, data, jacobian, None, place, foot_of(model, foot).body)
     return jacobian[:, int(model.jnt_dofadr[joint])]
 
@@ -351,7 +345,7 @@ def _push(joint: _Joint, weight_n: float, length_m: float) -> tuple[float, float
     stretches = _stretches(joint)
     lever = joint.up if stretches else joint.along
     if joint.kind == "servo":
-        rest = float(np.clip(_rounded(joint.start), joint.low, joint.high))
+        rest = float(np.clip(rounded(joint.start), joint.low, joint.high))
         wanted = rest + _STROKE * length_m / lever
         does = "stretches the leg" if stretches else "sweeps the foot back"
         why = f"{does} by a tenth of its length"
@@ -364,7 +358,7 @@ def _push(joint: _Joint, weight_n: float, length_m: float) -> tuple[float, float
             if stretches
             else f"sweeps the foot back, {share:g} of the weight"
         )
-    push = float(np.clip(_rounded(wanted), joint.low, joint.high))
+    push = float(np.clip(rounded(wanted), joint.low, joint.high))
     if not joint.low <= wanted <= joint.high:
         why += f"; that would be {wanted:.3g}, this is the actuator's limit"
     return rest, push, why
@@ -379,23 +373,37 @@ def _felt(sensed: Sensing, joint: _Joint) -> tuple[str, str]:
     return sensed.contacts[joint.foot], "load of the limb's own foot"
 
 
-def _phases(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
+def phases_of(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
     """Phases of the feet [rad]: the same on a diagonal, half a turn apart beside each other."""
-    places = np.array([_place(model, data, foot)[:2] for foot in feet])
+    places = np.array([place_of(model, data, foot)[:2] for foot in feet])
     beside = places - places.mean(axis=0) > 1e-3
     return [math.pi if (ahead + left) % 2 else 0.0 for ahead, left in beside.astype(int)]
 
 
-def _dropped(sensed: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple[float, float]:
-    """A drop test: the trunk's height at touchdown, and the share of it a second later."""
+def _at_start(sensed: Sensing, joints: Sequence[_Joint]) -> np.ndarray:
+    """The action that holds servos where they are in the model's start, [1, actuators]."""
+    action = np.zeros((1, len(sensed.actuators)))
+    for joint in joints:
+        if joint.kind == "servo":
+            at = sensed.actuators.index(joint.actuator)
+            action[0, at] = np.clip(joint.start, joint.low, joint.high)
+    return action
+
+
+def dropped(sensed: Sensing, action: np.ndarray, rise_m: float) -> tuple[float, float]:
+    """A drop test: the trunk's height at touchdown, and the share of it a second later.
+
+    Args:
+        sensed: the model.
+        action: what is commanded all the time, [1, actions].
+        rise_m: how much higher than in the model it begins [m].
+
+    Raises:
+        TegotaeError: for feet that touch nothing, or a model that is unstable.
+    """
     timestep = float(sensed.model.opt.timestep)
     batch = ModelBatch(sensed, 1, timestep, threads=1)
     try:
-        action = np.zeros((1, len(sensed.actuators)))
-        for joint in joints:
-            if joint.kind == "servo":
-                at = sensed.actuators.index(joint.actuator)
-                action[0, at] = np.clip(joint.start, joint.low, joint.high)
         height = sensed.names.index("root_height")
         loads = [sensed.names.index(name) for name in sensed.contacts]
         before = batch.reset(rise_m)[0]
@@ -423,6 +431,6 @@ def _dropped(sensed: Sensing, joints: Sequence[_Joint], rise_m: float) -> tuple[
         batch.close()
 
 
-def _rounded(value: float, digits: int = 3) -> float:
+def rounded(value: float, digits: int = 3) -> float:
     """A number of so many digits, for people to read."""
     return float(f"{value:.{digits}g}")

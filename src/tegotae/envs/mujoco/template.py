@@ -21,8 +21,8 @@ from tegotae.envs.mujoco.step_response import (
     responses_of_walker,
     stance_of_robot,
 )
-from tegotae.envs.mujoco.suggesting import chain_of, lowest_feet
-from tegotae.envs.scaling import foot_of, gravity_m_per_s2, lowest, started
+from tegotae.envs.mujoco.suggesting import lowest_feet
+from tegotae.envs.scaling import chain_of, foot_of, gravity_m_per_s2, lowest, started
 from tegotae.parts.bodies import Walker
 from tegotae.systems.legged import walker_of
 from tegotae.systems.system import WALKING_TICK

@@ -1,0 +1,349 @@
+"""Legs of a MuJoCo model: where a foot is, which angles put it elsewhere, and what it bears."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial, reduce
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.engines import NATIVE, selected
+from tegotae._support.errors import TegotaeError, require
+from tegotae.envs._types import MjModel
+from tegotae.envs.scaling import chain_of, place_of, started
+
+AXES = ("x", "y", "z")
+"""Forward, to the left and up, of the trunk."""
+_STEPS = 8
+"""Of the solution: a place within reach is met to 10⁻⁵ of the leg's length."""
+_DAMPED = 1e-4
+"""Least damping of a step."""
+_MOVES = 1e-6
+"""A foot moves if its Jacobian, over the length of the leg, has an entry above this."""
+
+_OfLegs = Callable[..., jax.Array]
+"""A function of chains and of arrays by name, [numbers, legs, lanes]."""
+_Program = Callable[[Mapping[str, np.ndarray]], np.ndarray]
+
+
+class Chains(NamedTuple):
+    """Legs in the model's start, in the axes of the trunk, with lengths over that of a leg.
+
+    A leg with fewer joints than another has some without an effect.
+    """
+
+    axis: np.ndarray
+    """Directions of the joints, from the trunk to the foot, [legs, joints, 3]."""
+    anchor: np.ndarray
+    """A point on each, likewise."""
+    slides: np.ndarray
+    """1 of a joint that slides, 0 of one that turns, [legs, joints]."""
+    foot: np.ndarray
+    """The feet, [legs, 3]."""
+    low: np.ndarray
+    """Limits of the joints, from the start on, [legs, joints]."""
+    high: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Legs:
+    """Legs whose feet can be commanded to places.
+
+    Args:
+        feet: their names.
+        chains: their geometry.
+        length_m: length l of the longest leg, from its first joint over all others to the foot [m].
+        start: joints in the model's start [rad or m], [legs, joints].
+        joints: which ones of the model they are, likewise; -1 where a leg has fewer than another.
+        servos: which actuators drive them, likewise.
+        gears: of the servos, likewise.
+    """
+
+    feet: tuple[str, ...]
+    chains: Chains
+    length_m: float
+    start: np.ndarray
+    joints: np.ndarray
+    servos: np.ndarray
+    gears: np.ndarray
+    _programs: dict[tuple[_OfLegs, int], _Program] = field(default_factory=dict, repr=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the numbers of all places: `FOOT_x`, `FOOT_y` and `FOOT_z`."""
+        return tuple(f"{foot}_{axis}" for foot in self.feet for axis in AXES)
+
+    @property
+    def height_m(self) -> float:
+        """Mean height of the first joints over the feet in the model's start, l0 [m]."""
+        return self.length_m * float(np.mean(self.chains.anchor[:, 0, 2] - self.chains.foot[:, 2]))
+
+    def joints_at(self, place_m: np.ndarray) -> np.ndarray:
+        """The joints that put feet somewhere, or as near to it as they reach.
+
+        Damped least squares from the model's start. With e from the foot to its place and J its
+        Jacobian, both over the leg's length, and joints at a limit held where they would leave it:
+
+            q ← q + Jᵀ (J Jᵀ + (e² / 2 + 10⁻⁴) I)⁻¹ e.
+
+        Args:
+            place_m: from the place in the model's start, in the axes of the trunk [m],
+                [lanes, legs, 3].
+
+        Returns:
+            Joints [rad or m], [lanes, legs, joints].
+
+        Reference: T. Sugihara, Solvability-unconcerned inverse kinematics by the
+        Levenberg-Marquardt method, IEEE Transactions on Robotics 27 (2011).
+        """
+        moved = self._computed(_solved, place=np.divide(place_m, self.length_m))
+        return self.start + self._unit * moved
+
+    def places_of(self, joints: np.ndarray) -> np.ndarray:
+        """Where feet are [m], [lanes, legs, 3], of joints [rad or m], [lanes, legs, joints]."""
+        foot = self._computed(_reached, moved=self._moved(joints))
+        return self.length_m * (foot - self.chains.foot)
+
+    def forces_n(self, joints: np.ndarray, torques: np.ndarray) -> np.ndarray:
+        """The ground's forces on feet, from the torques that hold massless legs:
+
+            F = -(J Jᵀ + 10⁻⁴ l² I)⁻¹ J τ,
+
+        -J⁻ᵀ τ but for the damping, where a leg has three joints.
+
+        Args:
+            joints: [rad or m], [lanes, legs, joints].
+            torques: of the servos [N m or N], likewise.
+
+        Returns:
+            In the axes of the trunk [N], [lanes, legs, 3].
+        """
+        pull = torques / np.where(self.chains.slides, 1.0, self.length_m)
+        return self._computed(_borne, moved=self._moved(joints), pull=pull)
+
+    @property
+    def _unit(self) -> np.ndarray:
+        """What one of a joint's coordinate is [rad or m]."""
+        return np.where(self.chains.slides, self.length_m, 1.0)
+
+    def _moved(self, joints: np.ndarray) -> np.ndarray:
+        return (joints - self.start) / self._unit
+
+    def _computed(self, function: _OfLegs, **given: np.ndarray) -> np.ndarray:
+        """A function of arrays [lanes, legs, numbers], as which its result is returned."""
+        inputs = {name: np.asarray(x.T, np.float32) for name, x in given.items()}
+        key = function, len(next(iter(given.values())))
+        if key not in self._programs:
+            self._programs[key] = _program(partial(function, self.chains), inputs)
+        return np.array(self._programs[key](inputs), float).T
+
+
+def legs_of(model: MjModel, feet: Sequence[str]) -> Legs:
+    """The legs of a compiled model: of every foot the driven joints between it and the trunk.
+
+    Joints that several feet hang on, or that nothing drives, stay as they are in the start.
+
+    Args:
+        model: an `MjModel`.
+        feet: bodies or geoms.
+
+    Raises:
+        TegotaeError: for no feet; for a leg without a driven joint of its own, whose joints do not
+            move the foot, or that is driven by anything but position servos.
+    """
+    if not feet:
+        raise TegotaeError("legs=true commands feet to places; name the feet, --feet")
+    owners = _joints(model, feet)
+    servos = [[_servo(model, joint) for joint in own] for own in owners]
+    data = started(model)
+    trunk, origin = data.xmat[1].reshape(3, 3), data.xpos[1]
+    foot = (np.array([place_of(model, data, name) for name in feet]) - origin) @ trunk
+    joints = _padded(owners)
+    there = joints >= 0
+    axis = np.where(there[..., None], data.xaxis[joints] @ trunk, 0.0)
+    anchor = np.where(there[..., None], (data.xanchor[joints] - origin) @ trunk, 0.0)
+    slide = int(require("mujoco", "mujoco").mjtJoint.mjJNT_SLIDE)
+    slides = there & (model.jnt_type[joints] == slide)
+    start = np.where(there, data.qpos[model.jnt_qposadr[joints]], 0.0)
+    limited = there & model.jnt_limited[joints].astype(bool)
+    low = np.where(limited, model.jnt_range[joints, 0] - start, -np.inf)
+    high = np.where(limited, model.jnt_range[joints, 1] - start, np.inf)
+    length = max(map(_length, anchor, foot, owners))
+    unit = np.where(slides, length, 1.0)
+    numbers = axis, anchor / length, slides, foot / length, low / unit, high / unit
+    chains = Chains(*(np.asarray(x, np.float32) for x in numbers))
+    _, columns = _kinematics(chains, list(np.zeros((joints.shape[1], len(feet), 1), np.float32)))
+    for name, most in zip(feet, np.abs(columns).max((0, 1, 3)), strict=True):
+        if most < _MOVES:
+            raise TegotaeError(f"the joints of the leg of {name} do not move it; name another foot")
+    drives = _padded(servos)
+    gears = np.where(there, model.actuator_gear[drives, 0], 1.0)
+    return Legs(tuple(feet), chains, length, start, joints, drives, gears)
+
+
+def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
+    """Of every foot the driven joints that it alone hangs on, from the trunk on."""
+    chains = [chain_of(model, foot) for foot in feet]
+    body = model.jnt_bodyid
+    driven = sorted({int(model.actuator_trnid[i, 0]) for i in _on_joints(model)})
+    alone = [joint for joint in driven if sum(body[joint] in chain for chain in chains) == 1]
+    joints = [[joint for joint in alone if body[joint] in chain] for chain in chains]
+    for foot, own in zip(feet, joints, strict=True):
+        if not own:
+            raise TegotaeError(
+                f"no actuator moves a joint between the trunk and {foot} alone, so that it cannot "
+                "be commanded to a place; name other feet, or leave legs=true out"
+            )
+    return joints
+
+
+def _on_joints(model: MjModel) -> list[int]:
+    on_joint = model.actuator_trntype == int(require("mujoco", "mujoco").mjtTrn.mjTRN_JOINT)
+    return np.flatnonzero(on_joint).tolist()
+
+
+def _servo(model: MjModel, joint: int) -> int:
+    """The position servo of a joint."""
+    affine = int(require("mujoco", "mujoco").mjtBias.mjBIAS_AFFINE)
+    own = [i for i in _on_joints(model) if model.actuator_trnid[i, 0] == joint]
+    held = (model.actuator_biastype[own] == affine) & (model.actuator_biasprm[own, 1] < 0.0)
+    if len(own) > 1 or not held.all():
+        raise TegotaeError(
+            f"joint {model.joint(joint).name} is not driven by a position servo alone, and angles "
+            "put a foot somewhere; make servos of the motors: --settings servo_nm_per_rad=K"
+        )
+    return own[0]
+
+
+def _padded(rows: Sequence[Sequence[int]]) -> np.ndarray:
+    longest = max(map(len, rows))
+    return np.array([[*row, *[-1] * (longest - len(row))] for row in rows])
+
+
+def _length(anchor: np.ndarray, foot: np.ndarray, joints: Sequence[int]) -> float:
+    """From the first joint over all others to the foot [m]."""
+    path = np.vstack([anchor[: len(joints)], foot])
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+
+
+def _program(function: Callable[..., jax.Array], like: Mapping[str, np.ndarray]) -> _Program:
+    """A function of arrays by name as native code, or by XLA where there is none."""
+    if selected() != NATIVE:
+        return jax.jit(function)  # type: ignore[return-value]
+    from tegotae.lowering.function import compile_function  # llvmlite may be missing
+
+    def step(state: Any, inputs: Any) -> Any:
+        return state, {"result": function(inputs)}
+
+    lanes = next(iter(like.values())).shape[-1]
+    one = {name: jax.ShapeDtypeStruct((*x.shape[:-1], 1), "float32") for name, x in like.items()}
+    state = {"none": np.zeros(1, np.float32)}
+    native = compile_function(step, state, one, lanes=lanes).step()
+
+    def called(inputs: Mapping[str, np.ndarray]) -> np.ndarray:
+        for name, x in inputs.items():
+            native.inputs[name][..., :lanes] = x
+        native()
+        return native.outputs["result"][..., :lanes]
+
+    return called
+
+
+class _Vector(NamedTuple):
+    """Three numbers, [legs, lanes] each."""
+
+    x: jax.Array
+    y: jax.Array
+    z: jax.Array
+
+    def plus(self, other: _Vector, times: jax.Array | float = 1.0) -> _Vector:
+        return _Vector(*(mine + times * its for mine, its in zip(self, other, strict=True)))
+
+    def times(self, number: jax.Array) -> _Vector:
+        return _Vector(*(number * mine for mine in self))
+
+    def dot(self, other: _Vector) -> jax.Array:
+        return self.x * other.x + self.y * other.y + self.z * other.z
+
+    def cross(self, other: _Vector) -> _Vector:
+        return _Vector(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+
+
+def _vector(numbers: np.ndarray) -> _Vector:
+    """Of numbers of the legs, [legs, 3]."""
+    return _Vector(*(numbers[:, i, None] for i in range(3)))
+
+
+def _kinematics(chains: Chains, moved: Sequence[jax.Array]) -> tuple[_Vector, list[_Vector]]:
+    """The feet and the columns of their Jacobian: a product of exponentials, from the foot up."""
+    foot, columns = _vector(chains.foot), list[_Vector]()
+    for k in reversed(range(len(moved))):
+        axis, anchor = _vector(chains.axis[:, k]), _vector(chains.anchor[:, k])
+        slides = chains.slides[:, k, None]
+        angle = (1.0 - slides) * moved[k]
+        turned = partial(_turned, axis, jnp.sin(angle), jnp.cos(angle))
+        arm = turned(foot.plus(anchor, -1.0))
+        foot = anchor.plus(arm).plus(axis, slides * moved[k])
+        moves = axis.cross(arm).times(1.0 - slides).plus(axis, slides)
+        columns = [moves, *map(turned, columns)]
+    return foot, columns
+
+
+def _turned(axis: _Vector, sine: jax.Array, cosine: jax.Array, x: _Vector) -> _Vector:
+    """A vector turned about an axis (Rodrigues)."""
+    across = axis.cross(x)
+    return x.plus(across, sine).plus(axis.cross(across), 1.0 - cosine)
+
+
+def _damped(columns: Sequence[_Vector], damping: jax.Array | float, e: _Vector) -> _Vector:
+    """(J Jᵀ + damping I)⁻¹ e, by the adjugate."""
+    a, b, c = (
+        _Vector(*(sum(own[i] * own[k] for own in columns) + damping * (i == k) for k in range(3)))
+        for i in range(3)
+    )
+    adjugate = _Vector(b.cross(c).dot(e), c.cross(a).dot(e), a.cross(b).dot(e))
+    return adjugate.times(1.0 / a.dot(b.cross(c)))
+
+
+def _solved(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
+    """Joints from the start on, [joints, legs, lanes], of places, [3, legs, lanes]."""
+    wanted = _vector(chains.foot).plus(_Vector(*(given["place"][i] for i in range(3))))
+    low, high = (list(np.moveaxis(x[..., None], 1, 0)) for x in (chains.low, chains.high))
+    moved = [jnp.zeros_like(wanted.x) for _ in low]
+    for _ in range(_STEPS):
+        foot, columns = _kinematics(chains, moved)
+        e, free = wanted.plus(foot, -1.0), list[_Vector]()
+        for k, column in enumerate(columns):
+            pull = column.dot(e)
+            held = ((moved[k] <= low[k]) & (pull < 0.0)) | ((moved[k] >= high[k]) & (pull > 0.0))
+            free.append(column.times(jnp.where(held, 0.0, 1.0)))
+        step = _damped(free, 0.5 * e.dot(e) + _DAMPED, e)
+        moved = [
+            jnp.clip(moved[k] + column.dot(step), low[k], high[k]) for k, column in enumerate(free)
+        ]
+    return jnp.stack(moved)
+
+
+def _reached(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
+    """The feet, [3, legs, lanes], of joints, [joints, legs, lanes]."""
+    return jnp.stack(_kinematics(chains, _rows(chains, given["moved"]))[0])
+
+
+def _borne(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
+    """The forces on feet, [3, legs, lanes], of joints and what pulls at them, [joints, ...]."""
+    _, columns = _kinematics(chains, _rows(chains, given["moved"]))
+    pulls = _rows(chains, given["pull"])
+    pushed = (column.times(-pull) for column, pull in zip(columns, pulls, strict=True))
+    return jnp.stack(_damped(columns, _DAMPED, reduce(_Vector.plus, pushed)))
+
+
+def _rows(chains: Chains, array: jax.Array) -> list[jax.Array]:
+    return [array[k] for k in range(chains.slides.shape[1])]

@@ -1,0 +1,173 @@
+"""A first wiring of a MuJoCo model's legs, whose feet are commanded to places."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from tegotae.envs.mujoco.legs import AXES, Legs
+from tegotae.envs.mujoco.sensing import sensing
+from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.mujoco.suggesting import (
+    Suggestion,
+    drop_remarks,
+    dropped,
+    lowest_feet,
+    phases_of,
+    rounded,
+)
+from tegotae.envs.scaling import gravity_m_per_s2, started
+from tegotae.envs.wiring import Limb, Wiring
+from tegotae.parts.terms.foot import EllipticFoot
+from tegotae.parts.units import Units
+from tegotae.systems.legged import system as legged_by_name
+
+_SAMPLES = 16.0
+"""Control periods in √(l0 / g)."""
+_DROP = 0.1
+"""Height of the drop test over the model's start [l0]."""
+_GRID = 81
+"""Places along an axis that are tried for reach."""
+_MISSES = 0.005
+"""A place is out of reach if the foot stays further from it than this [l0]."""
+_WALKER = "quadruped-c"
+"""The walker whose law a wiring begins with."""
+
+
+def suggest_legs(settings: ModelSettings) -> Suggestion:
+    """A wiring whose limbs are legs: an oscillator each, that commands a foot forward and up.
+
+    Its units are Froude's, l0, √(l0 / g) and the weight, with l0 from a foot to the first joint of
+    its leg: a law of a walker with l0 = m = g = 1 goes on it as it is. Each leg feels the force on
+    its foot as the servos' torques tell it.
+
+    Args:
+        settings: of the model, with `legs`; its control period does not count.
+
+    Raises:
+        TegotaeError: for a model without feet, legs with servos, or ground, or whose trunk cannot
+            fall.
+
+    Example:
+        >>> settings = ModelSettings(model="robot.xml", legs=True)  # doctest: +SKIP
+        >>> suggest_legs(settings).wiring.limbs[0].drives  # doctest: +SKIP
+        ('FL_foot_x', 'FL_foot_z')
+    """
+    named = bool(settings.feet)
+    if not named:
+        settings = replace(settings, feet=lowest_feet(sensing(replace(settings, legs=False)).model))
+    sensed = sensing(settings)
+    model, legs = sensed.model, sensed.legs
+    assert legs is not None
+    feet, gravity = sensed.feet, gravity_m_per_s2(model)
+    length = legs.height_m
+    second, weight = math.sqrt(length / gravity), gravity * float(model.body_mass.sum())
+    walker = legged_by_name(_WALKER)
+    omega = float(walker.omega or 0.0) / second
+    still = np.zeros((1, len(sensed.actions)))
+    rest_m, standing = dropped(sensed, still, _DROP * length + settings.release_m)
+    phases = phases_of(model, started(model), feet)
+    timestep = float(model.opt.timestep)
+    step_s = timestep * max(1, round(second / _SAMPLES / timestep))
+    limbs = tuple(
+        Limb(
+            senses={
+                "spring_force": f"{foot}_estimated_force",
+                "roll": "root_roll",
+                "pitch": "root_pitch",
+                "roll_rate": "root_roll_rate",
+                "pitch_rate": "root_pitch_rate",
+                "speed": "root_speed",
+            },
+            drives=(f"{foot}_x", f"{foot}_z"),
+            phase_rad=phase,
+        )
+        for foot, phase in zip(feet, phases, strict=True)
+    )
+    wiring = Wiring(
+        limbs=limbs,
+        controller=walker.controller,
+        omega=rounded(omega),
+        units=Units(length_m=rounded(length), time_s=rounded(second), force_n=rounded(weight)),
+        scales={
+            "spring_force": rounded(weight),
+            "speed": rounded(length / second),
+            "roll_rate": rounded(1.0 / second),
+            "pitch_rate": rounded(1.0 / second),
+            "feedback": rounded(1.0 / second),
+        },
+        step_s=step_s,
+        contact_bodies=feet,
+        height="root_height",
+        work="work",
+        rest_length_m=rounded(rest_m, 4),
+    )
+    reasons = {
+        "omega": f"{walker.omega:g} √(g / l0), as the package's {_WALKER}",
+        "step_s": f"{_SAMPLES:g} control periods in √(l0 / g), in whole time steps of the model",
+        "contact_bodies": "as given" if named else "lowest bodies that end a chain",
+        "height": "height of the first body",
+        "work": "absolute work of the actuators, measured by the environment",
+        "rest_length_m": "height at touchdown in a drop test, feet at their places",
+        "units.length_m": "l0, from the feet to the first joints of their legs",
+        "units.time_s": "√(l0 / g)",
+        "units.force_n": "the weight",
+        "scales.spring_force": "the weight, as every leg's oscillator has it in the walkers",
+        "scales.speed": "√(g l0)",
+        **dict.fromkeys(("scales.roll_rate", "scales.pitch_rate", "scales.feedback"), "√(g / l0)"),
+    }
+    for i, phase in enumerate(phases):
+        reasons[f"limbs[{i}].drives"] = _said(reach(legs, i))
+        reasons[f"limbs[{i}].spring_force"] = "-J⁻ᵀ τ of the leg's servos, as robots have it"
+        if phase:
+            reasons[f"limbs[{i}].phase_rad"] = "half a turn behind: a trot"
+    remarks = [
+        *_out_of_reach(legs, walker.controller.actuation, length),
+        *drop_remarks(standing, "stiffer servos, --settings servo_nm_per_rad"),
+    ]
+    return Suggestion(wiring, reasons, tuple(remarks), on_rail=False)
+
+
+def reach(legs: Legs, leg: int) -> np.ndarray:
+    """How far a foot reaches from its place in the model's start along each axis, back and forth.
+
+    Returns:
+        Shape [axes, 2], [m]; 0 where it cannot go that way.
+    """
+    along = np.linspace(-legs.length_m, legs.length_m, 2 * _GRID + 1)
+    found = np.zeros((len(AXES), 2))
+    for axis in range(len(AXES)):
+        places = np.zeros((len(along), len(legs.feet), len(AXES)))
+        places[:, leg, axis] = along
+        missed = np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2)[:, leg]
+        gaps = np.flatnonzero(missed > _MISSES * legs.height_m)
+        middle = _GRID
+        low = gaps[gaps < middle].max(initial=-1) + 1
+        high = gaps[gaps > middle].min(initial=len(along)) - 1
+        found[axis] = along[low], along[high]
+    return found
+
+
+def _said(reach_m: np.ndarray) -> str:
+    parts = (
+        f"{axis} {low:+.2f} to {high:+.2f}" for axis, (low, high) in zip(AXES, reach_m, strict=True)
+    )
+    return "the foot reaches " + ", ".join(parts) + " m"
+
+
+def _out_of_reach(legs: Legs, ellipse: object, length_m: float) -> list[str]:
+    """What is to be said of feet that do not reach all of the walker's ellipse."""
+    assert isinstance(ellipse, EllipticFoot)
+    phase = np.linspace(0.0, 2.0 * np.pi, 64)
+    x, z = np.asarray(ellipse.place(np.sin(phase), np.cos(phase))) * length_m
+    places = np.zeros((len(phase), len(legs.feet), len(AXES)))
+    places[..., 0], places[..., 2] = x[:, None], z[:, None]
+    missed = np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2).max(0)
+    return [
+        f"{foot} misses the walker's ellipse by up to {gap:.2g} m; begin with more bent legs (a "
+        "keyframe), or a smaller ellipse"
+        for foot, gap in zip(legs.feet, missed, strict=True)
+        if gap > _MISSES * length_m
+    ]
