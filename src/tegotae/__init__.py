@@ -40,6 +40,7 @@ _HOMES = {
     "questions.template": ("template",),
     "questions.training": ("train",),
     "questions.verbs": ("compare", "evaluate", "simulate"),
+    "questions.transfer": ("wiring_transfer",),
     "questions.wiring": ("wiring_baseline", "wiring_suggest"),
     "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
     "simulation.rollout": ("Engine", "Timing", "Trajectory"),

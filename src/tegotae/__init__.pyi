@@ -40,6 +40,7 @@ from tegotae.questions.listing import models as models
 from tegotae.questions.measuring import measure as measure
 from tegotae.questions.template import template as template
 from tegotae.questions.training import train as train
+from tegotae.questions.transfer import wiring_transfer as wiring_transfer
 from tegotae.questions.verbs import (
     compare as compare,
     evaluate as evaluate,

@@ -26,7 +26,6 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Sector
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.descriptions import restore
 from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
 from tegotae.systems.models import build
 from tegotae.systems.resolve import resolve
@@ -373,8 +372,8 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
     for limb in document.limbs:
         drives = limb.drives if isinstance(limb.drives, str) else tuple(limb.drives)
         limbs.append(Limb(**{**msgspec.structs.asdict(limb), "drives": drives}))
-    if document.units is not None:
-        fields["units"] = restore({**document.units, "kind": "Units"}, Units, "units")
+    units = document.units
+    fields["units"] = Units(**msgspec.structs.asdict(units)) if units else None
     if document.weights is not None:
         fields["weights"] = np.asarray(document.weights)
     wiring = Wiring(limbs=tuple(limbs), **fields)

@@ -96,7 +96,7 @@ def _of_design(design: Any, options: ListingOptions) -> JsonObject:
     return {
         "name": design.name,
         "about": design.family.about,
-        "omega_rad_per_s": design.frequency if design.family.has_rhythm else None,
+        "omega_rad_per_s": design.omega_t if design.family.has_rhythm else None,
         "parameters": design.controller(options.budget).n_weights,
     }
 

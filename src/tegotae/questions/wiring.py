@@ -16,8 +16,10 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.questions.answer import DrawnAnswer, TableAnswer
 from tegotae.questions.question import Names, question
+from tegotae.systems.designs import Design, design, is_design
 from tegotae.systems.env_task import extras_of, is_mujoco_model
-from tegotae.systems.models import find
+from tegotae.systems.laws import ShortLaw, short_law
+from tegotae.systems.models import Model, find
 from tegotae.systems.user_objects import is_reference
 
 if TYPE_CHECKING:  # which needs Gymnasium
@@ -25,6 +27,7 @@ if TYPE_CHECKING:  # which needs Gymnasium
 
     from tegotae.envs.env_spec import EnvSpec
     from tegotae.envs.mujoco.suggesting import Suggestion
+    from tegotae.envs.wiring import Wiring
     from tegotae.training.environments.experiment import EnvExperiment
     from tegotae.training.scoring import VanillaSweep
 
@@ -126,7 +129,6 @@ class OnEnvironment(ModelOptions):
         Raises:
             TegotaeError: for what does not fit together.
         """
-        from tegotae.envs.wiring import load_wiring, packaged
         from tegotae.training.environments.experiment import EnvExperiment
         from tegotae.training.environments.objectives import env_objective_named
 
@@ -134,6 +136,30 @@ class OnEnvironment(ModelOptions):
             raise TegotaeError(
                 f"{model} cannot be trained on an environment; name a model, such as ART"
             )
+        spec, wiring = self.wired(env)
+        experiment = EnvExperiment.of_model(
+            _trainable(model),
+            spec,
+            wiring,
+            omega=self.omega,
+            duration_s=duration_s,
+            evaluation_episodes=self.evaluation_episodes,
+            limit_s=self.limit_s,
+            **given,
+        )
+        if fitness is None:
+            return experiment
+        objective = env_objective_named(fitness, settle_s=0.5 * duration_s)
+        return dataclasses.replace(experiment, objective=objective)
+
+    def wired(self, env: str) -> tuple[EnvSpec, Wiring]:
+        """The environment of a name, and the wiring of its limbs.
+
+        Raises:
+            TegotaeError: if there is no wiring, or something of it cannot be used.
+        """
+        from tegotae.envs.wiring import load_wiring, packaged
+
         spec = self.spec(env, self.control_s)
         if self.wiring is None and env not in packaged():
             spec.make().close()  # a name with a slip lacks more than a wiring
@@ -148,20 +174,12 @@ class OnEnvironment(ModelOptions):
             made = spec.make()
             wiring = wiring.with_scales(made)
             made.close()
-        experiment = EnvExperiment.of_model(
-            find(model),
-            spec,
-            wiring,
-            omega=self.omega,
-            duration_s=duration_s,
-            evaluation_episodes=self.evaluation_episodes,
-            limit_s=self.limit_s,
-            **given,
-        )
-        if fitness is None:
-            return experiment
-        objective = env_objective_named(fitness, settle_s=0.5 * duration_s)
-        return dataclasses.replace(experiment, objective=objective)
+        return spec, wiring
+
+
+def _trainable(name: str) -> Model | ShortLaw | Design:
+    """What has a controller to be trained, by its name."""
+    return short_law(name) or (design(name) if is_design(name) else find(name))
 
 
 def stem_of(env: str) -> str:
@@ -271,9 +289,13 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
     where = [env, "--wiring", str(options.out)]
     if options.settings:
         where += ["--settings", *options.settings]
+    if settings.legs:
+        ways = ["wiring transfer zoo:AR+range@quadruped-c --env", "train AR@quadruped-c --env"]
+    else:
+        ways = ["wiring baseline", "train ART --env"]
     if suggestion.on_rail:
         where += ["--fitness", "hopping"]
-    elif len(suggestion.wiring.limbs) > 1:
+    elif len(suggestion.wiring.limbs) > 1 and not settings.legs:
         # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
         where += ["--fitness", "return"]
     table = _entries(suggestion)
@@ -284,8 +306,7 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
         remarks=[
             *suggestion.remarks,
             "Next:",
-            f"tegotae wiring baseline {shlex.join(where)}",
-            f"tegotae train ART --env {shlex.join(where)}",
+            *(f"tegotae {way} {shlex.join(where)}" for way in ways),
         ],
         data=wiring_document(suggestion.wiring),
     )

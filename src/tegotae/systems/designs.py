@@ -16,9 +16,16 @@ from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Body, Walker
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import unwrapped
+from tegotae.parts.terms import TunedFoot
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.families import FAMILIES, Family, family_named, nominal_speed_m_per_s
+from tegotae.systems.families import (
+    FAMILIES,
+    Family,
+    alternating_rad,
+    family_named,
+    nominal_speed_m_per_s,
+)
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.legged import SYSTEMS, Legged, is_walker_file, random_phases, system
 
@@ -67,7 +74,7 @@ class Design:
         return f"{self.family.name}{omega}@{self.called}"
 
     @property
-    def frequency(self) -> float:
+    def omega_t(self) -> float:
         """ω [rad/s], which sets the wanted speed even where there is no oscillator."""
         omega = self.system.omega if self.omega is None else self.omega
         assert omega is not None  # __post_init__
@@ -91,7 +98,7 @@ class Design:
         """
         if not isinstance(unwrapped(self.system.body), Walker):
             return HoppingLegs()
-        speed = nominal_speed_m_per_s(self.system, self.frequency)
+        speed = nominal_speed_m_per_s(self.system, self.omega_t)
         if speed is None:
             raise TegotaeError(
                 f"{self.called} has no ellipse that says which speed is wanted; make an Experiment "
@@ -123,16 +130,16 @@ class Design:
             TegotaeError: for a budget too small, or settings that do not fit together.
         """
         legged = self.system
-        body = cast(Body, settings.pop("body", legged.body))
+        body, controller = cast(Body, settings.pop("body", legged.body)), self.controller(budget)
         system = dataclasses.replace(
             legged.system,
-            controller=self.controller(budget),
+            controller=controller,
             body=body,
-            omega=self.frequency if self.family.has_rhythm else None,
+            omega=self.omega_t if self.family.has_rhythm else None,
             release=dataclasses.replace(
                 legged.system.release,
                 height_m=legged.system.height_on(body),
-                phase_rad=_start(body.limbs) if self.family.has_rhythm else 0.0,
+                phase_rad=self._start(controller, body),
             ),
             timing=self.timing,
         )
@@ -142,10 +149,14 @@ class Design:
         experiment = Experiment(name=self.name, system=system, objective=objective)
         return experiment.replaced(**settings) if settings else experiment
 
-
-def _start(limbs: int) -> tuple[float, ...]:
-    """The phases that every episode of training begins with [rad], a leg each."""
-    return tuple(random_phases(limbs, 1, START_SEED)[:, 0].round(3).tolist())
+    def _start(self, controller: Controller, body: Body) -> float | tuple[float, ...]:
+        """The phases that every episode of training begins with [rad]: drawn, or of a clock, whose
+        phases nothing changes, those of a trot."""
+        if not self.family.has_rhythm:
+            return 0.0
+        if controller.tegotae is None and isinstance(controller.actuation, TunedFoot):
+            return alternating_rad(self.system.names)
+        return tuple(random_phases(body.limbs, 1, START_SEED)[:, 0].round(3).tolist())
 
 
 _OMEGA = re.compile(r"(?P<family>.+?)(?:-w(?P<omega>[0-9.]+))?")

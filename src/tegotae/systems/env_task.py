@@ -43,13 +43,21 @@ class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):
     phase_rad: float = 0.0
 
 
+class UnitsDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """Units in a file; see `tegotae.parts.units.Units`."""
+
+    length_m: float = 1.0
+    time_s: float = 1.0
+    force_n: float = 1.0
+
+
 class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
     """A wiring in a file; see `tegotae.envs.Wiring`."""
 
     limbs: list[LimbDocument]
     format: str = WIRING_FORMAT
     scales: dict[str, float] = {}
-    units: dict[str, float] | None = None
+    units: UnitsDocument | msgspec.UnsetType = msgspec.UNSET
     max_force: float = 4.0
     max_feedback_rad_per_s: float = 10.0
     sector_rad: list[float] | None = None

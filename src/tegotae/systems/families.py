@@ -16,6 +16,7 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.terms import (
+    BalancedFoot,
     ConstantGain,
     CorrectedFoot,
     EllipticFoot,
@@ -146,7 +147,11 @@ FAMILIES = (
 )
 """The families that are listed; there are more by other senses."""
 
-_WITH_ELLIPSE = "-t"
+_STEPS = {
+    "t": (TunedFoot, "the ellipse's four numbers"),
+    "b": (BalancedFoot, "an ellipse with balance, eight numbers"),
+}
+"""What is trained of a short law's step, by the end of its name."""
 _NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
 
 
@@ -158,7 +163,9 @@ def family_named(name: str) -> Family:
       + before its input is added to the system's own, an ellipse;
     - `cos`: the law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers;
     - `load`, `latch`, `decay`: short laws of three and four numbers (`tegotae.systems.laws`);
-      with `-t`, as in `decay-t`, the four of the system's ellipse are trained, too;
+      with `-t`, as in `decay-t`, the four of the system's ellipse are trained, too, and with `-b`
+      those and four gains of balance; so of `clock-t` and `clock-b`, which have no feedback, and
+      begin in a trot, or for other legs in the first pattern of gaits by halves of a cycle;
     - `T-F` and the like: the paper's single network, one a leg, without oscillators;
     - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
       them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the
@@ -175,10 +182,12 @@ def family_named(name: str) -> Family:
     if name == "cos":
         about = "the cosine law φ̇ = ω - c N (cos φ + o)"
         return Family(name=name, about=about, make=_cosine_law)
-    if (law := name.removesuffix(_WITH_ELLIPSE)) in LAWS_OF_LEGS:
-        about = f"the short law {LAWS[law].about.replace('cos φ', 'cos(φ - p)')}"
-        about += ", and the ellipse's four numbers" * (law != name)
-        return Family(name=name, about=about, make=partial(_short_law, name=name))
+    law, _, step = name.partition("-")
+    if law in (*LAWS_OF_LEGS, *(["clock"] if step else [])) and step in ("", *_STEPS):
+        feedback = LAWS[law].about.replace("cos φ", "cos(φ - p)")
+        about = f"the short law {feedback}" if LAWS[law].action else "a clock"
+        about += f", and {_STEPS[step][1]}" if step else ""
+        return Family(name=name, about=about, make=partial(_short_law, law=law, step=step))
     if found := _NETWORK.fullmatch(name):
         kind, observation = found["kind"], found["observation"]
         on = f"on {_meaning(observation)}"
@@ -229,18 +238,17 @@ def _cosine_law(legged: Legged, budget: int) -> Controller:
     return dataclasses.replace(own, tegotae=terms)
 
 
-def _short_law(legged: Legged, budget: int, *, name: str) -> Controller:
-    """The system's controller with a short law's feedback, and with a trained ellipse if named so.
+def _short_law(legged: Legged, budget: int, *, law: str, step: str) -> Controller:
+    """The system's controller with a short law's feedback, and with a trained step if one is named.
 
     Raises:
         TegotaeError: for an ellipse that the system does not have.
     """
     own = require_system(legged).controller
-    law = name.removesuffix(_WITH_ELLIPSE)
-    if law != name:
-        own = dataclasses.replace(own, actuation=TunedFoot(ellipse_of(legged)))
+    if step:
+        own = dataclasses.replace(own, actuation=_STEPS[step][0](ellipse_of(legged)))
     found = LAWS[law].on_legs(own, usual_gain(legged))
-    shared_out(name, {}, found.n_weights, budget)
+    shared_out(law, {}, found.n_weights, budget)
     return found
 
 

@@ -66,7 +66,8 @@ class LawForm:
 
     def on_legs(self, own: Controller, sigma: float) -> Controller:
         """A system's controller with this feedback, from such a gain on."""
-        return dataclasses.replace(own, tegotae=self._terms(ShiftedAction(), sigma))
+        terms = None if self.action is None else self._terms(ShiftedAction(), sigma)
+        return dataclasses.replace(own, tegotae=terms)
 
     def _terms(self, action: Term, sigma: float) -> Tegotae:
         return Tegotae(action, self.reaction, ConstantGain(start=sigma))
@@ -82,6 +83,7 @@ LAWS: dict[str, LawForm] = {
 }
 """By name; on several legs there are `LAWS_OF_LEGS`."""
 LAWS_OF_LEGS = ("load", "latch", "decay")
+"""With a step of their own to train (`-t`, `-b`) there is `clock`, too."""
 _NAME = re.compile(rf"(?P<law>{'|'.join(LAWS)})(?:-w(?P<omega>[0-9]+(?:[.][0-9]+)?))?")
 
 

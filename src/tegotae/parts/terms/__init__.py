@@ -25,6 +25,7 @@ from tegotae.parts.terms.base import (
     VanillaReaction as VanillaReaction,
 )
 from tegotae.parts.terms.foot import (
+    BalancedFoot as BalancedFoot,
     CorrectedFoot as CorrectedFoot,
     EllipticFoot as EllipticFoot,
     LearnedFoot as LearnedFoot,

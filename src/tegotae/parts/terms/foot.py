@@ -84,7 +84,7 @@ class TunedFoot(Actuation):
 
     def initial(self, key: jax.Array) -> jax.Array:
         """The numbers of the ellipse to start from, whatever the key."""
-        return jnp.array([getattr(self.start, name) for name in self.WEIGHTS])
+        return jnp.array([getattr(self.start, name) for name in TunedFoot.WEIGHTS])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
@@ -92,6 +92,46 @@ class TunedFoot(Actuation):
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         ahead = jnp.cos(shift) * cosine - jnp.sin(shift) * sine
         return jnp.stack([-stride * ahead, jnp.where(sine > 0.0, lift, press) * sine])
+
+
+@dataclass(frozen=True)
+class BalancedFoot(TunedFoot):
+    """A `TunedFoot` that a leg moves by how far its own corner of the torso is up or turned:
+
+        x = (1 + k_ψ ψ) x_ellipse,    z = z_ellipse + k_ρ ρ + k_ρ' ρ̇ + k_θ θ.
+
+    ρ is the torso's roll and ψ its heading as the leg's side has them, up and to that side; θ its
+    pitch as the leg's end has it, up. With gains above zero a leg is shorter where it is too high,
+    and steps further where the torso turns to it.
+
+    Args:
+        start: the ellipse to start from; the gains start at zero.
+
+    Raises:
+        TegotaeError: for what is no ellipse.
+
+    Source: of this library; a clock with a roll reflex is the least law that a robot's stable trot
+    needs.
+
+    Example:
+        >>> BalancedFoot().n_weights
+        8
+    """
+
+    READS = (*TunedFoot.READS, "side_roll", "side_roll_rate", "end_pitch", "side_yaw")
+    WEIGHTS = (*TunedFoot.WEIGHTS, "roll_m", "roll_rate_ms", "pitch_m", "yaw")
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """The ellipse to start from, and no balance, whatever the key."""
+        return jnp.concatenate([super().initial(key), jnp.zeros(4)])
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        ahead, up = super().__call__(weights, signals)
+        roll, roll_rate, pitch, yaw = (weights[i] for i in range(4, 8))
+        level = roll * signals["side_roll"] + roll_rate * signals["side_roll_rate"]
+        up = up + level + pitch * signals["end_pitch"]
+        return jnp.stack([ahead * (1.0 + yaw * signals["side_yaw"]), up])
 
 
 @dataclass(frozen=True)

@@ -22,11 +22,14 @@ from tegotae.envs.wiring import Wiring, read_by, wiring_document, wiring_of
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import Part, positive, whole
+from tegotae.parts.units import Units
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe, restore
+from tegotae.systems.designs import Design
 from tegotae.systems.env_task import EnvTask, WiringDocument
 from tegotae.systems.experiment import require_name
 from tegotae.systems.grammar import BUDGET
+from tegotae.systems.laws import ShortLaw
 from tegotae.systems.models import Model
 from tegotae.systems.system import System
 from tegotae.training.environments.objectives import (
@@ -124,14 +127,15 @@ class EnvExperiment(Part):
     @classmethod
     def of_model(
         cls,
-        model: Model,
+        model: Model | ShortLaw | Design,
         spec: EnvSpec,
         wiring: Wiring,
         *,
         omega: float | Sequence[float] | None = None,
         **settings: Any,
     ) -> EnvExperiment:
-        """One of the paper's models (`tegotae.systems.models.find`) on an environment.
+        """A model of the paper (`tegotae.systems.models.find`), a short law or a design on an
+        environment.
 
         The frequency is the one given, else the wiring's, else the model's ω_t; of several, each
         has an episode, and the middle one is the controller's own. The objective is
@@ -149,7 +153,8 @@ class EnvExperiment(Part):
                 settings = {"omegas": tuple(omega), "episodes": len(omega), **settings}
             omega = sorted(omega)[len(omega) // 2] if omega else None
         if omega is None:
-            omega = model.omega_t if wiring.omega is None else wiring.omega
+            units = wiring.units or Units()
+            omega = model.omega_t / units.time_s if wiring.omega is None else wiring.omega
         wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
         known = wiring.height is not None and wiring.work is not None
         duration_s = settings.get("duration_s", 24.0)

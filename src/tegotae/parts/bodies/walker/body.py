@@ -67,6 +67,10 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         "roll",
         "pitch_rate",
         "roll_rate",
+        "side_roll",
+        "side_roll_rate",
+        "end_pitch",
+        "side_yaw",
         "speed",
     )
     COMMANDS = FOOT
@@ -124,6 +128,9 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
     def sense(self, state: WalkerState, ground_m: jax.Array) -> Sensation:
         """Load of each leg's spring K_z d_z [N], its rate at a held command; angles; speed.
 
+        Roll and yaw are also felt as a leg's side has them, up and to that side, and pitch as its
+        end of the torso has it, up.
+
         The spring's alone: with the damper's, feedback would feel its own command at once. Networks
         see the load over the weight, angles over one radian, rates over √(g / l0).
         """
@@ -134,17 +141,25 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         moves = stance.turn.to_body(vector(for_limbs(state.velocity)))
         swings = mechanics.cross(vector(for_limbs(state.turn)), arm)
         rate = -stiffness * (moves[2] + swings[2])
-        roll, pitch, _ = mechanics.angles(state.attitude)
+        roll, pitch, yaw = mechanics.angles(state.attitude)
+        left, front = (
+            jnp.sign(mechanics.of_legs(hips, load[0])) for hips in (self.hips_y_m, self.hips_x_m)
+        )
         each = partial(jnp.broadcast_to, shape=load.shape)
+        rolls, roll_rates, pitches, yaws = map(each, (roll, state.turn[0], pitch, yaw))
         zero = jnp.zeros_like(load)
         return Sensation(
             {
                 "spring_force": jnp.where(contact, load, zero),
                 "spring_force_rate": jnp.where(contact & (load > 0.0), rate, zero),
-                "pitch": each(pitch),
-                "roll": each(roll),
+                "pitch": pitches,
+                "roll": rolls,
                 "pitch_rate": each(state.turn[1]),
-                "roll_rate": each(state.turn[0]),
+                "roll_rate": roll_rates,
+                "side_roll": left * rolls,
+                "side_roll_rate": left * roll_rates,
+                "end_pitch": -front * pitches,
+                "side_yaw": left * yaws,
                 "speed": each(moves[0][0]),
             },
             {
@@ -154,6 +169,10 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
                 "roll": 1.0,
                 "pitch_rate": self.rate_scale,
                 "roll_rate": self.rate_scale,
+                "side_roll": 1.0,
+                "side_roll_rate": self.rate_scale,
+                "end_pitch": 1.0,
+                "side_yaw": 1.0,
                 "speed": jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m),
             },
         )
