@@ -27,7 +27,7 @@ class Transferable(Names):
 
     NAMED = (
         "A name is one of a controller with weights: a file, a trained controller such as "
-        "zoo:AR+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml."
+        "zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml."
     )
 
 

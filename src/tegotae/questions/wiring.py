@@ -290,7 +290,7 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
     if options.settings:
         where += ["--settings", *options.settings]
     if settings.legs:
-        ways = ["wiring transfer zoo:AR+range@quadruped-c --env", "train AR@quadruped-c --env"]
+        ways = ["wiring transfer zoo:AR-rF+range@quadruped-c --env", "train AR@quadruped-c --env"]
     else:
         ways = ["wiring baseline", "train ART --env"]
     if suggestion.on_rail:

@@ -306,7 +306,9 @@ def _turned(axis: _Vector, sine: jax.Array, cosine: jax.Array, x: _Vector) -> _V
 def _damped(columns: Sequence[_Vector], damping: jax.Array | float, e: _Vector) -> _Vector:
     """(J Jᵀ + damping I)⁻¹ e, by the adjugate."""
     a, b, c = (
-        _Vector(*(sum(own[i] * own[k] for own in columns) + damping * (i == k) for k in range(3)))
+        _Vector(
+            *(sum(own[i] * own[k] for own in columns) + damping * float(i == k) for k in range(3))
+        )
         for i in range(3)
     )
     adjugate = _Vector(b.cross(c).dot(e), c.cross(a).dot(e), a.cross(b).dot(e))

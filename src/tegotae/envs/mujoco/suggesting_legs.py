@@ -32,6 +32,7 @@ _GRID = 81
 """Places along an axis that are tried for reach."""
 _MISSES = 0.005
 """A place is out of reach if the foot stays further from it than this [l0]."""
+_RATES = ("roll_rate", "pitch_rate", "side_roll_rate", "feedback")
 _WALKER = "quadruped-c"
 """The walker whose law a wiring begins with."""
 
@@ -72,19 +73,8 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     timestep = float(model.opt.timestep)
     step_s = timestep * max(1, round(second / _SAMPLES / timestep))
     limbs = tuple(
-        Limb(
-            senses={
-                "spring_force": f"{foot}_estimated_force",
-                "roll": "root_roll",
-                "pitch": "root_pitch",
-                "roll_rate": "root_roll_rate",
-                "pitch_rate": "root_pitch_rate",
-                "speed": "root_speed",
-            },
-            drives=(f"{foot}_x", f"{foot}_z"),
-            phase_rad=phase,
-        )
-        for foot, phase in zip(feet, phases, strict=True)
+        Limb(senses=_senses(legs, i), drives=(f"{foot}_x", f"{foot}_z"), phase_rad=phases[i])
+        for i, foot in enumerate(feet)
     )
     wiring = Wiring(
         limbs=limbs,
@@ -94,9 +84,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         scales={
             "spring_force": rounded(weight),
             "speed": rounded(length / second),
-            "roll_rate": rounded(1.0 / second),
-            "pitch_rate": rounded(1.0 / second),
-            "feedback": rounded(1.0 / second),
+            **dict.fromkeys(_RATES, rounded(1.0 / second)),
         },
         step_s=step_s,
         contact_bodies=feet,
@@ -116,11 +104,14 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         "units.force_n": "the weight",
         "scales.spring_force": "the weight, as every leg's oscillator has it in the walkers",
         "scales.speed": "√(g l0)",
-        **dict.fromkeys(("scales.roll_rate", "scales.pitch_rate", "scales.feedback"), "√(g / l0)"),
+        **{f"scales.{name}": "√(g / l0)" for name in _RATES},
     }
     for i, phase in enumerate(phases):
         reasons[f"limbs[{i}].drives"] = _said(reach(legs, i))
         reasons[f"limbs[{i}].spring_force"] = "-J⁻ᵀ τ of the leg's servos, as robots have it"
+        reasons[f"limbs[{i}].side_roll"] = "up on the leg's side"
+        reasons[f"limbs[{i}].end_pitch"] = "up at the leg's end of the trunk"
+        reasons[f"limbs[{i}].side_yaw"] = "turned to the leg's side"
         if phase:
             reasons[f"limbs[{i}].phase_rad"] = "half a turn behind: a trot"
     remarks = [
@@ -128,6 +119,21 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         *drop_remarks(standing, "stiffer servos, --settings servo_nm_per_rad"),
     ]
     return Suggestion(wiring, reasons, tuple(remarks), on_rail=False)
+
+
+def _senses(legs: Legs, leg: int) -> dict[str, str]:
+    """What a leg feels: its load, and the trunk as a whole and as its own corner has it."""
+    ahead, left, _ = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
+    side, end = "-" if left < 0.0 else "", "-" if ahead > 0.0 else ""
+    whole = ("roll", "pitch", "roll_rate", "pitch_rate", "speed")
+    return {
+        "spring_force": f"{legs.feet[leg]}_estimated_force",
+        **{name: f"root_{name}" for name in whole},
+        "side_roll": f"{side}root_roll",
+        "side_roll_rate": f"{side}root_roll_rate",
+        "end_pitch": f"{end}root_pitch",
+        "side_yaw": f"{side}root_yaw",
+    }
 
 
 def reach(legs: Legs, leg: int) -> np.ndarray:

@@ -1,0 +1,244 @@
+"""Feet of any MuJoCo model go where they are commanded to, and say what they bear."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+pytest.importorskip("gymnasium")
+
+import mujoco
+
+import tegotae as tg
+from jointed import jointed_robot
+from sprung import sprung_robot
+from tegotae import TegotaeError
+from tegotae.cli import main
+from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
+from tegotae.envs.mujoco.legs import legs_of
+from tegotae.envs.mujoco.sensing import sensing
+from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.mujoco.suggesting_legs import reach, suggest_legs
+from tegotae.envs.scaling import place_of, started
+from tegotae.envs.wires import look_up
+from tegotae.envs.wrapper import Pilot
+from tegotae.parts.units import Units
+from tegotae.systems.resolve import resolve
+
+MODELS = [(seed, 2 + seed % 4, 1 + seed % 4, seed % 3 == 0) for seed in range(10)]
+
+
+def robot(seed: int, joints: int, legs: int, slide: bool):
+    model = mujoco.MjModel.from_xml_string(jointed_robot(seed, joints, legs, slide))
+    feet = [f"foot{leg}" for leg in range(legs)]
+    return model, legs_of(model, feet)
+
+
+def posed(model, legs, joints):
+    """MuJoCo's data with the legs' joints somewhere, [legs, joints]."""
+    data = started(model)
+    data.qpos[model.jnt_qposadr[legs.joints]] = joints
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def places(model, legs, data):
+    """Where feet are from the trunk, in its axes, [legs, 3]."""
+    feet = np.array([place_of(model, data, foot) for foot in legs.feet])
+    return (feet - data.xpos[1]) @ data.xmat[1].reshape(3, 3)
+
+
+def drawn(legs, share: float, lanes: int = 32):
+    """Joints within a share of their limits, [lanes, legs, joints]."""
+    low, high = share * legs.chains.low, share * legs.chains.high
+    unit = np.where(legs.chains.slides, legs.length_m, 1.0)
+    draw = np.random.default_rng(1).uniform(low, high, (lanes, *legs.start.shape))
+    return legs.start + unit * draw
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_a_foot_is_where_mujoco_has_it(kind):
+    model, legs = robot(*kind)
+    joints = drawn(legs, 1.0)
+    begin = places(model, legs, started(model))
+    for own, place in zip(joints, legs.places_of(joints), strict=True):
+        assert place == pytest.approx(
+            places(model, legs, posed(model, legs, own)) - begin, abs=1e-5
+        )
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_a_foot_goes_to_any_place_within_reach(kind):
+    _, legs = robot(*kind)
+    wanted = legs.places_of(drawn(legs, 0.4))
+    joints = legs.joints_at(wanted)
+    missed = np.linalg.norm(legs.places_of(joints) - wanted, axis=2)
+    assert np.median(missed) < 1e-4 * legs.length_m
+    assert np.quantile(missed, 0.95) < 0.01 * legs.length_m
+    unit = np.where(legs.chains.slides, legs.length_m, 1.0)
+    moved = (joints - legs.start) / unit
+    assert (moved >= legs.chains.low - 1e-6).all()
+    assert (moved <= legs.chains.high + 1e-6).all()
+
+
+@pytest.mark.parametrize("kind", [kind for kind in MODELS if kind[1] == 3])
+def test_a_force_on_a_foot_is_felt_in_the_torques_that_balance_it(kind):
+    model, legs = robot(*kind)
+    joints, force = drawn(legs, 0.3), np.array([3.0, -2.0, 10.0])
+    torques = np.zeros_like(joints)
+    for lane, own in enumerate(joints):
+        data = posed(model, legs, own)
+        trunk = data.xmat[1].reshape(3, 3)
+        for leg, foot in enumerate(legs.feet):
+            jacobian, body = np.zeros((3, model.nv)), model.body(foot).id
+            mujoco.mj_jac(model, data, jacobian, None, place_of(model, data, foot), body)
+            own_dofs = model.jnt_dofadr[legs.joints[leg]]
+            torques[lane, leg] = -jacobian[:, own_dofs].T @ (trunk @ force)
+    assert np.median(np.abs(legs.forces_n(joints, torques) - force)) < 0.2
+
+
+def test_a_place_out_of_reach_is_approached_and_not_left_to_chance():
+    _, legs = robot(1, 3, 2, False)
+    far = np.full((1, 2, 3), 5.0)
+    joints = legs.joints_at(far)
+    assert np.isfinite(joints).all()
+    assert (np.linalg.norm(far - legs.places_of(joints), axis=2)
+            < np.linalg.norm(far, axis=2)).all()  # fmt: skip
+
+
+def test_lanes_do_not_depend_on_their_neighbours():
+    _, legs = robot(2, 4, 3, False)
+    wanted = legs.places_of(drawn(legs, 0.4))
+    together = legs.joints_at(wanted)
+    assert (legs.joints_at(wanted[3:4]) == together[3:4]).all()
+
+
+SPRUNG = sprung_robot()
+FEET = tuple(f"foot{i}" for i in range(4))
+SETTINGS = ModelSettings(model=SPRUNG, feet=FEET, legs=True)
+
+
+def test_actions_are_places_and_observations_say_what_feet_bear():
+    env = ModelEnv(SETTINGS)
+    assert env.action_names[:3] == ("foot0_x", "foot0_y", "foot0_z")
+    assert env.action_space.shape == (12,)
+    seen, _ = env.reset(seed=0)
+    for _ in range(300):
+        seen, *_ = env.step(np.zeros(12, np.float32))
+    felt = dict(zip(env.observation_names, seen, strict=True))
+    assert sum(felt[f"{foot}_force"] for foot in FEET) == pytest.approx(9.81, rel=0.01)
+    for foot in FEET:
+        assert felt[f"{foot}_estimated_force"] == pytest.approx(felt[f"{foot}_force"], abs=0.1)
+    env.close()
+
+
+def test_servos_meet_a_place_but_for_their_stiffness():
+    sensed = sensing(SETTINGS)
+    assert sensed.legs is not None
+    batch = ModelBatch(sensed, 1, 0.01, threads=1)
+    batch.reset(1.0)  # in flight, so that nothing bears on the feet
+    wanted = np.tile([0.05, 0.02, 0.04], (1, 4, 1))
+    for _ in range(40):
+        seen = batch.step(wanted.reshape(1, -1))
+    joints = seen[0, [sensed.names.index(name) for i in range(4) for name in
+                      (f"roll{i}", f"pitch{i}", f"slide{i}")]]  # fmt: skip
+    assert sensed.legs.places_of(joints.reshape(1, 4, 3)) == pytest.approx(wanted, abs=0.02)
+    batch.close()
+
+
+def test_an_imu_has_the_trunks_angles_with_their_signs():
+    sensed = sensing(dataclasses.replace(SETTINGS, legs=False))
+    data = started(sensed.model)
+    for angle, axis, name in ((0.2, 0, "roll"), (0.3, 1, "pitch"), (0.4, 2, "yaw")):
+        data.qpos[3:7] = [np.cos(angle / 2), 0, 0, 0]
+        data.qpos[4 + axis] = np.sin(angle / 2)
+        data.qvel[3:6] = np.eye(3)[axis]
+        mujoco.mj_forward(sensed.model, data)
+        seen = dict(zip(sensed.names, sensed.observed(data.sensordata[None])[0], strict=True))
+        assert seen[f"root_{name}"] == pytest.approx(np.sin(angle))
+        assert seen[f"root_{name}_rate"] == pytest.approx(1.0)
+
+
+def test_a_shank_that_is_named_as_foot_bears_what_its_sole_does():
+    model = jointed_robot(4, 2, 1)
+    seen = {}
+    for foot in ("leg0_1", "foot0"):
+        batch = ModelBatch(sensing(ModelSettings(model=model, feet=[foot])), 1, 0.002, threads=1)
+        batch.reset(-0.5)
+        for _ in range(100):
+            felt = batch.step(np.zeros((1, 2)))[0]
+        seen[foot] = felt[batch.sensing.names.index(batch.sensing.contacts[0])]
+        batch.close()
+    assert seen["leg0_1"] >= seen["foot0"]
+    assert seen["leg0_1"] > 0.0
+
+
+def test_a_controller_in_units_does_the_same_in_proportion():
+    saved = resolve("quadruped-c").controller()
+    plain = suggest_legs(SETTINGS).wiring
+    env = ModelEnv(SETTINGS)
+    units = Units(length_m=0.5, time_s=0.25, force_n=40.0)
+    ones = dataclasses.replace(plain, units=Units()).holding(saved)
+    scaled = dataclasses.replace(plain, units=units).holding(saved)
+    assert scaled.omega == pytest.approx(ones.omega / 0.25)
+    assert scaled.scales["spring_force"] == pytest.approx(40.0 * ones.scales["spring_force"])
+    names, draw = env.observation_names, np.random.default_rng(0)
+    loads = [names.index(f"{foot}_estimated_force") for foot in FEET]
+    pilots = []
+    for wiring, second in ((ones, 0.05), (scaled, 0.05 * 0.25)):
+        wires, problems = look_up(env, dataclasses.replace(wiring, step_s=second))
+        assert wires is not None, problems
+        pilots.append(Pilot(wires, wiring, np.asarray(wiring.weights)[:, None]))
+    for _ in range(20):
+        seen = np.zeros((1, len(names)))
+        seen[0, loads] = draw.uniform(0.0, 1.0, 4)
+        own = pilots[0].act(seen)
+        assert pilots[1].act(40.0 * seen) == pytest.approx(0.5 * own, rel=1e-4, abs=1e-6)
+    assert pilots[1].feedback == pytest.approx(pilots[0].feedback / 0.25, rel=1e-4)
+    env.close()
+
+
+def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    where = ["--feet", *FEET, "--settings", "legs=true"]
+    assert not main(["wiring", "suggest", "quadruped", *where, "--out", "q.toml"])
+    where = ["--env", "quadruped", "--wiring", "q.toml", *where]
+    assert not main(["wiring", "transfer", "quadruped-c", *where, "--out", "there.json"])
+    walk = tg.simulate("there.json", duration=8.0).numbers
+    own = tg.simulate("quadruped-c").numbers
+    assert walk["lasted"] == 1.0
+    assert walk["speed_m_per_s"] / np.sqrt(9.81 * 0.2) == pytest.approx(
+        own["speed_m_per_s"], rel=0.15
+    )
+
+
+def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():
+    legs = sensing(SETTINGS).legs
+    assert legs is not None
+    low, high = reach(legs, 0).T
+    assert (low <= 0.0).all()
+    assert (high >= 0.0).all()
+    assert (high - low > 0.1).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "feet", "message"),
+    [
+        ({}, (), "name the feet, --feet"),
+        ({}, ("torso",), "no actuator moves a joint between the trunk and torso"),
+        ({"model": SPRUNG.replace("<position", "<general")}, FEET, "position servo alone"),
+        ({"model": "leg"}, ("foot",), "servo_nm_per_rad=K"),
+        ({"servo_damping_nms_per_rad": 1.0, "legs": False}, FEET, "give servo_nm_per_rad"),
+    ],
+)
+def test_what_cannot_be_commanded_to_places_is_said_in_one_line(change, feet, message):
+    with pytest.raises(TegotaeError, match=message):
+        sensing(dataclasses.replace(SETTINGS, **{"feet": feet, **change}))
+
+
+def test_units_are_above_zero():
+    with pytest.raises(TegotaeError, match="time_s is 0"):
+        Units(time_s=0.0)
