@@ -17,7 +17,7 @@ from tegotae.measures.hopping.registry import derived, metrics, names
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.optimum import has_table
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import Model, all_models
+from tegotae.systems.models import Model, all_models, at_another_omega
 
 ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
 """The architectures that the paper shows, in its order. Models that learn A or R
@@ -76,16 +76,18 @@ class Table:
         for name, value in values.items():
             allowed = value if isinstance(value, tuple) else (value,)
             keep &= np.isin(self[name], allowed)
+        return self._rows(keep)
+
+    def _rows(self, keep: np.ndarray) -> Table:
         return Table({name: column[keep] for name, column in self.columns.items()})
 
     def of_the_paper(self) -> Table:
-        """The rows of the paper's models, without those of experiments beside them."""
-        return self.where(model=tuple(all_models()))
+        """The rows of the paper's models, at any ω_t, without those of experiments beside them."""
+        return self._rows(self["architecture"] != self["model"])
 
     def beside_the_paper(self) -> Table:
         """The other rows: those of experiments that are none of the paper's models."""
-        keep = ~np.isin(self["model"], tuple(all_models()))
-        return Table({name: column[keep] for name, column in self.columns.items()})
+        return self._rows(self["architecture"] == self["model"])
 
     def per_model(self) -> Table:
         """One row a model: means over its runs of what is defined."""
@@ -239,8 +241,8 @@ def place(record: Record) -> DesignPlace:
     """Where a record's experiment stands in the study's design; if in none, in a row of its own."""
     name, omega = record.model, record.experiment.omega
     parameters = record.weights.shape[-1]
-    if name in all_models():
-        return {**design(all_models()[name]), "parameters": parameters}
+    if (model := all_models().get(name) or at_another_omega(name)) is not None:
+        return {**design(model), "parameters": parameters}
     observation = _OBSERVATIONS.get(_senses(record.experiment), "")
     omega_t = np.nan if omega is None else omega
     return {

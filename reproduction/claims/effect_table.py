@@ -19,13 +19,13 @@ DIGITS = 6
 """Significant digits of the effects in the file."""
 
 _COUNT = tuple(each.name for each in fields(Count))
-_EFFECT = ("effect", "low", "high", "size")
+_EFFECT = tuple(each.name for each in fields(EffectEstimate))
 _VERDICT = "verdict"
 _KIND = "table that python -m reproduction claims wrote"
 
 
 def effect_columns(findings: Iterable[Finding]) -> dict[str, list[Any]]:
-    """A row per claim and way to count: the effect, its 95 % interval, its size, the verdict."""
+    """A row per claim and way to count: the effect, its 95 % intervals, its size, the verdict."""
     columns: dict[str, list[Any]] = {name: [] for name in ("claim", *_COUNT, *_EFFECT, _VERDICT)}
     for finding in findings:
         verdicts = finding.verdicts

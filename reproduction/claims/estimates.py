@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from reproduction.claims.effects import (
     Effect,
     OfGaits,
 )
+from reproduction.claims.random_effects import complete, crossed
 from reproduction.claims.resampling import Resampled
 from tegotae.measures.hopping.statistics import mean_defined
 
@@ -25,7 +26,7 @@ LEVEL = (2.5, 97.5)
 
 @dataclass(frozen=True)
 class EffectEstimate:
-    """An effect with its 95 % interval over runs, drawn anew.
+    """An effect with its 95 % intervals: over runs, drawn anew, and over designs and ω_t.
 
     Args:
         effect: the effect; NaN if it is not measured.
@@ -33,17 +34,28 @@ class EffectEstimate:
         high: upper end.
         size: what the effect is to be compared with: the level of what it is a difference to. NaN
             if there is none.
+        designs_low: lower end of the interval in which design (architecture and drive of what the
+            effect is about) and ω_t are random (`reproduction.claims.random_effects`); NaN where
+            it is over none of them.
+        designs_high: upper end.
     """
 
     effect: float
     low: float
     high: float
     size: float = np.nan
+    designs_low: float = np.nan
+    designs_high: float = np.nan
 
     @property
     def known(self) -> bool:
         """Whether there is an effect with an interval."""
         return bool(np.isfinite([self.effect, self.low, self.high]).all())
+
+    @property
+    def over_designs(self) -> EffectEstimate:
+        """The effect with the interval over designs and ω_t in place of that over runs."""
+        return replace(self, low=self.designs_low, high=self.designs_high)
 
 
 NOT_KNOWN = EffectEstimate(np.nan, np.nan, np.nan)
@@ -70,6 +82,22 @@ def measure(effect: Effect, runs: Resampled, count: Count) -> EffectEstimate:
     if isinstance(effect, DoubleDifference):
         return cells.gain(effect)
     return NOT_KNOWN
+
+
+@dataclass(frozen=True)
+class _Gap:
+    """A difference of groups, and what it is a difference to, [1 + resamples].
+
+    `of_designs` has it for each design at each ω_t, of the runs as they are, [designs, ω_t].
+    """
+
+    values: np.ndarray
+    base: np.ndarray
+    of_designs: np.ndarray
+
+
+_NO_DESIGNS = np.empty((0, 0))
+_NO_GAP = _Gap(np.full(1, np.nan), np.full(1, np.nan), _NO_DESIGNS)
 
 
 class _DesignCells:
@@ -117,19 +145,21 @@ class _DesignCells:
         self, ours: ArchitectureGroup, theirs: ArchitectureGroup | None, *, lowest: bool = False
     ) -> EffectEstimate:
         """One group minus another."""
-        return _interval(*self._difference(ours, theirs, lowest=lowest))
+        return _interval(self._difference(ours, theirs, lowest=lowest))
 
     def gain(self, effect: DoubleDifference) -> EffectEstimate:
         """One difference minus another; its size is the second."""
-        (ours, _), (theirs, _) = (self._difference(*pair) for pair in (effect.ours, effect.theirs))
-        return _interval(ours - theirs, theirs)
+        ours, theirs = (self._difference(*pair) for pair in (effect.ours, effect.theirs))
+        alike = theirs.of_designs.shape == ours.of_designs.shape
+        designs = ours.of_designs - (theirs.of_designs if alike else theirs.values[0])
+        return _interval(_Gap(ours.values - theirs.values, theirs.values, designs))
 
     def _difference(
         self, ours: ArchitectureGroup, theirs: ArchitectureGroup | None, *, lowest: bool = False
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> _Gap:
         mine, other = self._of(ours), [] if theirs is None else self._of(theirs)
         if not mine or (theirs is not None and not other):
-            return np.full(1, np.nan), np.full(1, np.nan)
+            return _NO_GAP
         if self._count.average == FIGURE_2:
             return self._normalised(mine, other, lowest)
         places = [{p for cell in cells for p in self._places[cell]} for cells in (mine, other)]
@@ -147,8 +177,30 @@ class _DesignCells:
         # The designs that count are those that the runs as they are define.
         used = [i for i, gap in enumerate(gaps) if np.isfinite(gap[0])]
         if not used:
-            return np.full(1, np.nan), np.full(1, np.nan)
-        return _over([gaps[i] for i in used]), _over([base[i] for i in used])
+            return _NO_GAP
+        known = {shared[i]: float(base[i][0]) for i in used}
+        return _Gap(
+            _over([gaps[i] for i in used]),
+            _over([base[i] for i in used]),
+            self._of_designs(mine, known),
+        )
+
+    def _of_designs(self, mine: list[tuple[str, str]], base: dict[tuple, float]) -> np.ndarray:
+        """Each architecture and drive less the base, those with numbers, [designs, ω_t]."""
+        if ANYWHERE in base:
+            return _NO_DESIGNS
+        omegas, drives = ({place[i] for place in base} for i in (0, 1))
+        gaps = np.array(
+            [
+                [
+                    self._at([cell], (omega, drive))[0] - base.get((omega, drive), np.nan)
+                    for omega in sorted(omegas)
+                ]
+                for cell in mine
+                for drive in sorted(drives)
+            ]
+        )
+        return complete(gaps)
 
     def _shared(self, a: set[tuple], b: set[tuple]) -> list[tuple]:
         """The places at which both are; what has none is at each of the other's."""
@@ -170,7 +222,7 @@ class _DesignCells:
 
     def _normalised(
         self, mine: list[tuple[str, str]], other: list[tuple[str, str]], lowest: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> _Gap:
         """Differences of means over all models, over the metric's range."""
         level = _over([self._all[cell] for cell in mine])
         rows = [self._all[cell] for cell in other]
@@ -182,8 +234,8 @@ class _DesignCells:
         else:
             base = _over(rows)
         if not self._range > 0.0:
-            return np.full(1, np.nan), np.full(1, np.nan)
-        return (level - base) / self._range, base / self._range
+            return _NO_GAP
+        return _Gap((level - base) / self._range, base / self._range, _NO_DESIGNS)
 
 
 ANYWHERE = ()
@@ -199,18 +251,30 @@ def _correlation(effect: Correlation, runs: Resampled, count: Count) -> EffectEs
     if count.omega_t != ALL:
         keep = np.array([f"{x:g}" == count.omega_t for x in models.omega_t])
         a, b, omega_t = a[:, keep], b[:, keep], omega_t[keep]
+    found = _correlated(a, b, omega_t)
+    # Models are the designs: what varies beside them is ω_t.
+    each = [
+        _correlated(a[:1, omega_t == omega], b[:1, omega_t == omega], omega_t[omega_t == omega])
+        for omega in np.unique(omega_t[np.isfinite(omega_t)])
+    ]
+    estimate = _interval(_Gap(found, np.full(1, 1.0), complete(np.array(each).reshape(1, -1))))
+    ends = np.clip([estimate.designs_low, estimate.designs_high], -1.0, 1.0)
+    return replace(estimate, designs_low=float(ends[0]), designs_high=float(ends[1]))
+
+
+def _correlated(a: np.ndarray, b: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
+    """Correlation within ω_t over the models that define both, of each row; NaN of too few."""
     both = np.isfinite(a) & np.isfinite(b)
     a, b = (within_omega(np.where(both, each, np.nan), omega_t) for each in (a, b))
     n = both.sum(axis=1)
     if n[0] < MODELS:
-        return NOT_KNOWN
+        return np.full(1, np.nan)
     x, y = (np.where(both, each, 0.0) for each in (a, b))
     x, y = (
         np.where(both, each - each.sum(axis=1, keepdims=True) / n[:, None], 0.0) for each in (x, y)
     )
     scale = np.sqrt((x**2).sum(axis=1) * (y**2).sum(axis=1))
-    found = np.where(scale > 0.0, (x * y).sum(axis=1) / np.where(scale > 0.0, scale, 1.0), np.nan)
-    return _interval(found, np.full(1, 1.0))
+    return np.where(scale > 0.0, (x * y).sum(axis=1) / np.where(scale > 0.0, scale, 1.0), np.nan)
 
 
 def _stacked(rows: list[np.ndarray], axis: int = 0) -> np.ndarray:
@@ -223,9 +287,11 @@ def _over(rows: list[np.ndarray]) -> np.ndarray:
     return mean_defined(_stacked(rows, axis=-1))
 
 
-def _interval(found: np.ndarray, base: np.ndarray) -> EffectEstimate:
+def _interval(gap: _Gap) -> EffectEstimate:
+    found = gap.values
     drawn = found[1:][np.isfinite(found[1:])]
     if not np.isfinite(found[0]) or len(drawn) < 0.5 * (len(found) - 1) or len(drawn) == 0:
         return NOT_KNOWN
     low, high = np.percentile(drawn, LEVEL)
-    return EffectEstimate(float(found[0]), float(low), float(high), float(base[0]))
+    ends = (float(low), float(high)), crossed(gap.of_designs)
+    return EffectEstimate(float(found[0]), *ends[0], float(gap.base[0]), *ends[1])

@@ -23,8 +23,8 @@ class StudyClaims:
     source: Annotated[Path, tyro.conf.Positional]
     """A table of `python -m reproduction export` (.csv), or a study's folder."""
     out: Annotated[Path | None, UNSET] = None
-    """Folder for claims.md, claims.png, and effects.csv with the effect of every claim in every way
-    of counting."""
+    """Folder for claims.md, claims-by-design.md, claims.png, and effects.csv with the effect of
+    every claim in every way of counting."""
     experiments: Annotated[Path | None, UNSET] = None
     """Folder of the experiments beside the study: figure3.csv, parameter_limit.csv and
     gain_map.ridge.csv."""
@@ -35,8 +35,8 @@ class StudyClaims:
     """Table of controllers drawn from the final distribution of each run (.csv), from `tegotae
     study export`; it adds a way of counting. A study's folder contains it."""
     beside: Annotated[tuple[Path, ...], UNSET] = ()
-    """Tables of other studies (.csv), with outcomes to show beside. Drawn controllers
-    (RUNS-sampled.csv for RUNS.csv) and experiments are read from the folder of each table."""
+    """Tables of other studies (.csv), or their folders, with outcomes to show beside. Drawn
+    controllers (RUNS-sampled.csv for RUNS.csv) and experiments are read from the table's folder."""
     calibrated: Annotated[tuple[Path, ...], UNSET] = ()
     """Which of these tables are of a body that was chosen to agree with statements on V: such a
     statement is then *selected for*, not reproduced. A study's folder names its body."""
@@ -53,8 +53,13 @@ class StudyClaims:
         from reproduction.commands.study import tables_of
         from reproduction.figures.claims import claims_figure, has_effects
         from reproduction.readings.tables import read_tables
-        from reproduction.report.atomic import beside_table, by_budget_table, outcomes_table
-        from reproduction.report.multiverse import READINGS_COLUMN, counts_by_claim
+        from reproduction.report.atomic import (
+            beside_table,
+            by_budget_table,
+            designs_table,
+            outcomes_table,
+        )
+        from reproduction.report.multiverse import counts_by_claim
         from tegotae.figures.style import save_figure
 
         if strangers := {*self.calibrated}.difference({self.source, *self.beside}):
@@ -65,16 +70,20 @@ class StudyClaims:
         selected = tables.selected | self._selected(self.source)
         runs = with_sampled(tables.runs, tables.sampled)
         found = findings(runs, self.experiments, selected=selected)
-        beside = {path.stem: _beside(path, self._selected(path)) for path in self.beside}
+        beside = {path.stem: self._beside(path) for path in self.beside}
         for each in found:
             print(f"{each.claim.name:26} {each.outcome}")
         if self.out is None:
             return
-        texts = {"claims.md": outcomes_table(found), "effects.csv": effects_csv(found)}
+        texts = {
+            "claims.md": outcomes_table(found),
+            "claims-by-design.md": designs_table({self.source.stem: found, **beside}),
+            "effects.csv": effects_csv(found),
+        }
         texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
         columns = {}
         if self.readings is not None:
-            columns[READINGS_COLUMN] = counts_by_claim(*read_tables(self.readings))
+            columns = counts_by_claim(*read_tables(self.readings))
         if beside or columns:
             texts["claims-beside.md"] = beside_table(found, beside, columns)
         if tables.budgets is not None:
@@ -96,13 +105,14 @@ class StudyClaims:
 
         return frozenset(EVALUATED_AS.values() if table in self.calibrated else ())
 
+    def _beside(self, path: Path) -> list[Finding]:
+        """What another study says; experiments of another body say nothing of its own."""
+        from reproduction.claims.counting import with_sampled
+        from reproduction.claims.findings import findings
+        from reproduction.commands.study import tables_of
 
-def _beside(path: Path, selected: frozenset[str]) -> list[Finding]:
-    """What another study's table says; experiments of another body say nothing of its own."""
-    from reproduction.claims.counting import with_sampled
-    from reproduction.claims.findings import findings
-    from reproduction.export import read_csv
-
-    drawn = path.with_name(f"{path.stem}-sampled{path.suffix}")
-    runs = with_sampled(read_csv(path), read_csv(drawn) if drawn.exists() else None)
-    return findings(runs, path.parent, selected=selected)
+        drawn = path.with_name(f"{path.stem}-sampled{path.suffix}")
+        tables = tables_of(path, sampled=drawn if drawn.is_file() else None)
+        runs = with_sampled(tables.runs, tables.sampled)
+        folder = path if path.is_dir() else path.parent
+        return findings(runs, folder, selected=tables.selected | self._selected(path))

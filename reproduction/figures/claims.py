@@ -32,13 +32,16 @@ _BARS = {
     OPPOSITE: (LOOK[OPPOSITE][0], "////"),
 }
 """Colour and hatch of a share: they differ in grey print, too."""
+_HOLLOW = {"marker": "o", "mfc": "white", "mec": "black", "ms": 3, "mew": 0.6}
+"""The mark of the interval over designs and frequencies."""
 
 
 def claims_figure(findings: Sequence[Finding]) -> Figure:
     """How clear the effect of every claim is, the effect in its unit, and a bar of its ways.
 
     Effects have different units, so that the scale is how far each is from zero in halves of its
-    own 95 % interval: right of 1 it is as the paper claims, left of -1 the opposite. The bar is the
+    own 95 % interval over runs: right of 1 it is as the paper claims, left of -1 the opposite. A
+    hollow mark is the same of the interval over designs and training frequencies. The bar is the
     share of the ways to count that agree with the claim, are too uncertain, or oppose it. A claim
     that two things are alike has no such distance.
 
@@ -85,7 +88,7 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
             axes.tick_params(axis="y", length=0)
             axes.spines["left"].set_visible(False)
         numbers.spines["bottom"].set_visible(False)
-        figure.legend(handles=_handles(rows), loc="outside lower center", ncols=5)
+        figure.legend(handles=_handles(rows), loc="outside lower center", ncols=6)
     return figure
 
 
@@ -115,6 +118,8 @@ def _draw_effect(axes: Axes, y: int, finding: Finding) -> None:
     x = float(np.clip(margin_of(finding.claim, found), -0.9 * _MOST, 0.9 * _MOST))
     axes.plot([0.0, x], [y, y], color=colour, lw=1.4)
     axes.plot(x, y, mark, color=colour, ms=4, mew=0)
+    if found.over_designs.known:
+        axes.plot(margin_of(finding.claim, found.over_designs), y, **_HOLLOW)
 
 
 def _number(finding: Finding) -> str:
@@ -150,4 +155,5 @@ def _handles(rows: Sequence[str | Finding]) -> list[Line2D | Patch]:
         for word, (colour, mark) in LOOK.items()
         if word != SELECTED_FOR or selected
     ]
-    return [*lines, Patch(color="0.94", lw=0, label="beyond its interval")]
+    designs = Line2D([], [], ls="", label=r"over designs and $\omega_t$", **_HOLLOW)
+    return [*lines, designs, Patch(color="0.94", lw=0, label="beyond its interval")]

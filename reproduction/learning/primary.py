@@ -27,9 +27,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from reproduction.claims.effects import LEARNED_FEEDBACK
+from reproduction.claims.random_effects import crossed
 from reproduction.learning.runs import LAW, where
 
 RESAMPLES = 4000
@@ -55,38 +55,6 @@ class Contrast:
     drawn: tuple[float, float]
     base: float
     of_omega: dict[float, float]
-
-
-def crossed(differences: np.ndarray) -> tuple[float, float]:
-    """95 % interval of the mean of differences [designs, ω_t], both random effects.
-
-    `Var = (MS_design + MS_ω - MS_rest) / (designs · ω_t)`, at least `MS_rest / (designs · ω_t)`;
-    degrees of freedom after Satterthwaite.
-
-    Example:
-        >>> low, high = crossed(np.array([[0.1, 0.3], [0.2, 0.4], [0.15, 0.35]]))
-        >>> bool(low < 0.25 < high)
-        True
-    """
-    designs, omegas = differences.shape
-    mean = differences.mean()
-    by_design, by_omega = differences.mean(axis=1), differences.mean(axis=0)
-    rest = differences - by_design[:, None] - by_omega[None] + mean
-    df = np.array([designs - 1, omegas - 1, (designs - 1) * (omegas - 1)])
-    squares = np.array(
-        [
-            omegas * by_design.var(ddof=1),
-            designs * by_omega.var(ddof=1),
-            (rest**2).sum() / df[2],
-        ]
-    )
-    total = squares @ [1.0, 1.0, -1.0]
-    if total > squares[2]:
-        freedom = total**2 / (squares**2 / df).sum()
-    else:
-        total, freedom = squares[2], df[2]
-    half = stats.t.ppf(0.975, freedom) * np.sqrt(total / differences.size)
-    return float(mean - half), float(mean + half)
 
 
 def contrast(

@@ -16,7 +16,7 @@ from reproduction.claims.effects import (
     OfTrainings,
     Unmeasured,
 )
-from reproduction.claims.estimates import EffectEstimate
+from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
 from reproduction.claims.findings import (
     NOT_MEASURED,
     OPPOSITE,
@@ -87,6 +87,26 @@ def beside_table(
     return table(rows)
 
 
+def designs_table(studies: Mapping[str, Sequence[Finding]]) -> str:
+    """A row per claim and study that measures it over designs and ω_t: both intervals, and what
+    they say, in the first way to count.
+
+    Args:
+        studies: findings by the study's name.
+    """
+    rows = [["", "Study", "Effect", "Over runs", "Over designs and ω_t", "By runs", "By designs"]]
+    for i, claim in enumerate(finding.claim for finding in next(iter(studies.values()))):
+        title = named(claim)
+        for study, findings in studies.items():
+            finding = findings[i]
+            found = next(iter(finding.by_count.values()))
+            if found.over_designs.known:
+                words = map(finding.verdict, (found, found.over_designs))
+                rows.append([title, study, f"{found.effect:+.2f}", *_intervals(found), *words])
+                title = ""
+    return table(rows)
+
+
 def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
     """Findings by the headings of `GROUPS`, without those of which there is none."""
     left, found = list(findings), {}
@@ -99,7 +119,8 @@ def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
 
 
 def _group(findings: Sequence[Finding]) -> str:
-    rows = [["Claim, and the paper's words", "Measured", "Effect", "Outcome", "Ways: + / 0 / −"]]
+    head = ["Claim, and the paper's words", "Measured", "Effect", "Over runs"]
+    rows = [[*head, "Over designs and ω_t", "Outcome", "Ways: + / 0 / −"]]
     for finding in findings:
         claim = finding.claim
         rows.append(
@@ -108,6 +129,7 @@ def _group(findings: Sequence[Finding]) -> str:
                 f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section})",
                 "; ".join(filter(None, (described(claim.effect), claim.note))),
                 _effect(finding),
+                *_intervals(shown_effect(finding) or NOT_KNOWN),
                 f"**{finding.outcome}**",
                 tally(finding),
             ]
@@ -138,6 +160,13 @@ def _effect(finding: Finding) -> str:
         return claimed
     size = "" if np.isnan(found.size) or _is_plain(finding) else f" of {found.size:.2f}"
     return ", ".join(filter(None, (f"{found.effect:+.2f}{size}", claimed)))
+
+
+def _intervals(found: EffectEstimate) -> tuple[str, str]:
+    """The 95 % intervals over runs, and over designs and ω_t."""
+    ends = (found.low, found.high), (found.designs_low, found.designs_high)
+    shown = ["–" if np.isnan(low) else f"[{low:.2f}, {high:.2f}]" for low, high in ends]
+    return shown[0], shown[1]
 
 
 CLAIMED = {

@@ -25,8 +25,8 @@ from reproduction.readings.verdicts import (
 from reproduction.report.atomic import described, named, quoted
 from reproduction.report.markdown import table
 
-READINGS_COLUMN = "Readings: + / 0 / −"
-"""The heading of `counts_by_claim`, beside the outcomes of one study."""
+READINGS_COLUMN, ALLOWED_COLUMN = "Readings: + / 0 / −", "Those that the text allows"
+"""The headings of `counts_by_claim`, beside the outcomes of one study."""
 
 
 def shares_table(
@@ -74,20 +74,26 @@ def shares_table(
 
 def counts_by_claim(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
-) -> dict[str, str]:
+) -> dict[str, dict[str, str]]:
     """In how many readings each claim is reproduced, too small to tell, and opposite, in words.
+
+    By the heading of a column: among all readings, and among those that the text allows.
 
     Args:
         readings: all readings.
         by_reading: what comes of the claims under each.
         omega: on which ω_t, "both", "4" or "8".
     """
-    found = {}
-    for claim in CLAIMS:
-        if counts := _counts(of_claim(by_reading, claim.name, omega).values()):
-            chosen = f", {SELECTED_FOR}" if claim.name in selecting(readings) else ""
-            found[claim.name] = counts + chosen
-    return found
+    is_allowed = list(ALLOWED.values())[-1]
+    kept = {n: found for n, found in by_reading.items() if is_allowed(readings[n])}
+    columns = {}
+    for heading, among in ((READINGS_COLUMN, by_reading), (ALLOWED_COLUMN, kept)):
+        columns[heading] = {}
+        for claim in CLAIMS:
+            if counts := _counts(of_claim(among, claim.name, omega).values()):
+                chosen = f", {SELECTED_FOR}" if claim.name in selecting(readings) else ""
+                columns[heading][claim.name] = counts + chosen
+    return columns
 
 
 def _counts(found: Iterable[Finding]) -> str:

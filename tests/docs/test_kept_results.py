@@ -22,7 +22,7 @@ from reproduction.figures.study import ARCHITECTURES, architectures
 from reproduction.readings.tables import read_tables
 from reproduction.report.atomic import beside_table, by_budget_table, outcomes_table
 from reproduction.report.markdown import endings_table
-from reproduction.report.multiverse import READINGS_COLUMN, counts_by_claim, shares_table
+from reproduction.report.multiverse import counts_by_claim, shares_table
 from tegotae.systems.models import all_models
 
 KEPT = ROOT / "docs" / "_static"
@@ -69,7 +69,7 @@ def test_all_models_of_the_table_are_the_papers(table):
 def test_the_pages_tables_follow_from_the_kept_effects(effects):
     beside = {name.removeprefix("-"): effects[name] for name in BESIDE}
     assert (KEPT / "study" / "claims.md").read_text() == outcomes_table(effects[""])
-    columns = {READINGS_COLUMN: counts_by_claim(*read_tables(KEPT / "multiverse"))}
+    columns = counts_by_claim(*read_tables(KEPT / "multiverse"))
     beside_text = (KEPT / "study" / "claims-beside.md").read_text()
     assert beside_text == beside_table(effects[""], beside, columns)
 

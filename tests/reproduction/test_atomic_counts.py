@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from reproduction.claims.atomic import ALIKE, LESS, MORE, AtomicClaim
 from reproduction.claims.counting import (
@@ -40,6 +41,7 @@ from reproduction.claims.findings import (
     verdict,
 )
 from reproduction.claims.kept import measure_kept
+from reproduction.claims.random_effects import complete, crossed
 from reproduction.claims.resampling import Resampled
 from reproduction.table import Table
 from tegotae.measures.evaluation import Protocol
@@ -218,6 +220,40 @@ def test_intervals_are_over_runs():
     alike = effect(rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, 1.5)))
     assert alike.low == alike.high == pytest.approx(0.5)
     assert effect(spread) == effect(spread), "the draws are the same every time"
+
+
+def test_beside_it_stands_the_interval_over_designs_and_frequencies():
+    gains = np.array([[0.3, 0.1], [0.5, 0.2], [0.4, 0.3]])
+    places = [(d, w) for d in ("sector", "reflex", "both") for w in (4.0, 8.0)]
+    table = rows(
+        *(("V", *place, 1.0) for place in places),
+        *(("VG", *p, 1.0 + gain) for p, gain in zip(places, gains.ravel(), strict=True)),
+    )
+    found = effect(table)
+    assert (found.designs_low, found.designs_high) == pytest.approx(crossed(gains))
+    assert (found.low, found.high) == pytest.approx((0.3, 0.3)), "runs are alike"
+    one = effect(table, Count(omega_t="4"))
+    half = stats.sem(gains[:, 0]) * stats.t.ppf(0.975, 2)
+    assert one.designs_high - one.effect == pytest.approx(half), "of one ω_t it is Student's"
+    assert not effect(table, Count(average=FIGURE_2)).over_designs.known
+    assert verdict(CLAIM, found) == REPRODUCED
+    assert verdict(CLAIM, found.over_designs) == TOO_SMALL
+
+
+def test_designs_or_frequencies_without_a_number_have_no_say_in_that_interval():
+    gains = np.array([[0.3, 0.1, NAN], [0.5, 0.2, NAN], [NAN, NAN, NAN]])
+    np.testing.assert_array_equal(complete(gains), gains[:2, :2])
+    assert np.isnan(crossed(complete(gains[2:]))).all()
+    assert np.isnan(crossed(gains[:1, :1])).all(), "one difference has no spread"
+
+
+def test_a_correlation_varies_over_frequencies():
+    number = np.arange(12.0)
+    models = [(f"V{i}", "sector", w, i) for w in (4.0, 8.0) for i in range(1, 13)]
+    table = rows(*models, t0_s=np.repeat(np.concatenate([number, -number]), 4))
+    found = effect(table, of=Correlation("cot_inverse", "t0_s"))
+    assert found.effect == pytest.approx(0.0)
+    assert (found.designs_low, found.designs_high) == (-1.0, 1.0), "no further than it can be"
 
 
 def test_what_the_table_does_not_have_is_not_measured():

@@ -1,5 +1,7 @@
 """What learning adds: runs judged without their feedback, and the primary analysis."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,6 +9,7 @@ from scipy import stats
 
 from reproduction import runner
 from reproduction.claims.effects import LEARNED_FEEDBACK
+from reproduction.claims.random_effects import crossed
 from reproduction.figures.learning import learning_figure
 from reproduction.folder import Folder
 from reproduction.learning import atlas
@@ -29,9 +32,10 @@ from reproduction.learning.judged import (
     releases,
 )
 from reproduction.learning.page import feedback_table, primary_tables
-from reproduction.learning.primary import BEST_RUN, best_law, contrast, crossed
+from reproduction.learning.primary import BEST_RUN, best_law, contrast
 from reproduction.learning.runs import LAW, read, rows
 from reproduction.plan import MAIN, OMEGAS, plan
+from reproduction.table import place
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.hopping.registry import measured_own
 from tegotae.study import here
@@ -45,6 +49,13 @@ def test_the_plan_has_every_architecture_and_law_at_every_frequency():
     names = [experiment.name for experiment in plan("learning").experiments]
     assert len(names) == len(set(names)) == (3 * len(MAIN) + len(LAWS)) * len(OMEGAS)
     assert {"V-sector-w3", "ARGT-rF-gF-tphif-w10", "latch-w5"} <= set(names)
+
+
+def test_a_model_at_another_frequency_has_its_place_in_the_design():
+    experiment = find("AR-rF-both-w5").experiment()
+    record = SimpleNamespace(model=experiment.name, experiment=experiment, weights=np.zeros((1, 9)))
+    assert place(record)["architecture"] == "AR"
+    assert place(record)["omega_t"] == 5.0
 
 
 def test_the_common_releases_are_the_same_for_all_models():

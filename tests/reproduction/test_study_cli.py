@@ -215,7 +215,9 @@ def test_an_exported_table_gives_the_same_claims_as_the_study(smoke_study, tmp_p
             main(["reproduction", "claims", str(source), "--out", str(tmp_path / out), *more]) == 0
         )
     written = contents(tmp_path / "study")
-    assert sorted(written) == ["claims-by-budget.md", "claims.md", "effects.csv"]
+    assert sorted(written) == [
+        *("claims-by-budget.md", "claims-by-design.md", "claims.md", "effects.csv"),
+    ]
     assert contents(tmp_path / "table") == written
     printed = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in printed[-1 - len(ATOMIC_CLAIMS) : -1]] == [
