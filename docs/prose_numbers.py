@@ -89,6 +89,24 @@ def effect(study: str, claim: str, omega_t: str = "both", **counted: str) -> tup
     return row.effect, row.low, row.high
 
 
+def with_sign(study: str, *intervals: str) -> int:
+    """How many effects over designs have intervals without 0, counted as the study counts.
+
+    `intervals` are "" for that over runs, and "designs_".
+    """
+    kept = table(f"{study}/effects").drop_duplicates("claim").dropna(subset="designs_low")
+    signs = [kept[f"{name}low"] * kept[f"{name}high"] > 0.0 for name in intervals]
+    return int(np.all(signs, axis=0).sum())
+
+
+def decided(study: str, by: str) -> int:
+    """How many claims have a verdict at seven frequencies: "By runs" or "By designs"."""
+    text = (KEPT / "learning/claims/claims-by-design.md").read_text(encoding="utf-8")
+    head, _, *lines = ([x.strip() for x in line.split("|")] for line in text.splitlines())
+    words = [line[head.index(by)] for line in lines if line[head.index("Study")] == study]
+    return sum(word != "too small to tell" for word in words)
+
+
 def outcomes(word: str) -> int:
     """How many claims have an outcome that begins with these words, over all ways to count."""
     text = (KEPT / "study" / "claims.md").read_text(encoding="utf-8")
