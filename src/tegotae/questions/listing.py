@@ -1,4 +1,4 @@
-"""What there is by name: the models of the study, designs for legs, and trained controllers."""
+"""What there is by name: the study's models, short laws, designs for legs, trained controllers."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from tegotae.questions.answer import UNDEFINED, TableAnswer, short
 from tegotae.questions.question import Names, question
 from tegotae.systems.designs import all_designs
 from tegotae.systems.grammar import BUDGET
+from tegotae.systems.laws import LAWS, ShortLaw
 from tegotae.systems.models import all_models
 from tegotae.systems.zoo import ALL, Zoo, ZooName, studies, study_of
 
@@ -38,7 +39,7 @@ class ListingOptions:
 
 @question(subjects=Names, usual=("*",))
 def models(pattern: str, options: ListingOptions) -> TableAnswer:
-    """List the models of the study, designs for bodies with legs, or trained controllers.
+    """List the models of the study and short laws, designs for legs, or trained controllers.
 
     Example:
         >>> models("V-sector-*").frame()["name"].tolist()
@@ -53,13 +54,17 @@ def models(pattern: str, options: ListingOptions) -> TableAnswer:
     if "@" in pattern:
         kind, known, headings, described = "design", all_designs(), _OF_DESIGNS, _of_design
     else:
-        kind, known, headings, described = "model", all_models(), _OF_MODELS, _of_model
+        known = {**all_models(), **_laws(options.budget)}
+        kind, headings, described = "model", _OF_MODELS, _of_model
     chosen = [x for name, x in known.items() if fnmatch.fnmatchcase(name, pattern)]
-    chosen = chosen or [x for x in known.values() if getattr(x, "architecture", "") == pattern]
+    chosen = chosen or [x for x in known.values() if _architecture(x) == pattern]
     if not chosen:
         raise unknown(kind, pattern, known)
     rows = [described(x, options) for x in chosen]
-    return _listed(rows, headings, f"{len(rows)} {kind}s")
+    laws = sum(isinstance(x, ShortLaw) for x in chosen)
+    counts = {f"{kind}s": len(rows) - laws, "short laws": laws}
+    remark = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    return _listed(rows, headings, remark)
 
 
 _OF_MODELS = {
@@ -78,7 +83,35 @@ _OF_DESIGNS = {
 }
 
 
+def _laws(budget: int) -> dict[str, ShortLaw]:
+    """The short laws of so many numbers at the study's frequencies, by name."""
+    laws = [ShortLaw(law, omega) for law in LAWS for omega in (4.0, 8.0)]
+    return {law.name: law for law in laws if law.controller().n_weights <= budget}
+
+
+def _architecture(named: Any) -> str:
+    """A model's architecture, or a short law without its frequency; empty of a design."""
+    return getattr(named, "architecture", getattr(named, "law", ""))
+
+
+def _of_law(law: ShortLaw) -> JsonObject:
+    form = LAWS[law.law]
+    return {
+        "name": law.name,
+        "architecture": law.law,
+        "learned_terms": [],
+        "observation": [] if form.action is None else ["spring_force"],
+        "reaction_observation": None,
+        "gain_observation": None,
+        "actuation": "both" if form.reflex else "sector",
+        "omega_t_rad_per_s": law.omega_t,
+        "parameters": law.controller().n_weights,
+    }
+
+
 def _of_model(model: Any, options: ListingOptions) -> JsonObject:
+    if isinstance(model, ShortLaw):
+        return _of_law(model)
     return {
         "name": model.name,
         "architecture": model.architecture,
