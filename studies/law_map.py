@@ -291,7 +291,7 @@ class LawMap:
 
     laws: int = 2**20
     """Laws of the study's body, a power of two; a quarter of them meets each other one."""
-    subjects: tuple[str, ...] = ("study", "quadruped")
+    subjects: tuple[str, ...] = ("study", "calibrated", "quadruped")
     """Bodies: study, quadruped, calibrated."""
     sample: int = 2**11
     """Laws that are judged to compare with, and measured for longer."""

@@ -25,6 +25,7 @@ TITLE = "Random short laws   φ̇ = ω − a R(N) (cos(φ − p) + o)"
 ROWS = {
     ("study", 4.0): ("hopper, ω = 4 rad/s", "CoT⁻¹ [m/J]", 1.3),
     ("study", 8.0): ("hopper, ω = 8 rad/s", "CoT⁻¹ [m/J]", 1.3),
+    ("calibrated", 4.0): ("calibrated body, ω = 4 rad/s", "CoT⁻¹ [m/J]", 0.42),
     ("quadruped", 2.0): ("quadruped, ω = 2 √(g/l0)", "1 / cost of transport", 5.0),
 }
 """Title, measure, and the end of its colours."""
@@ -149,7 +150,8 @@ def draw(maps: Arrays, named: pd.DataFrame) -> Figure:
 
 
 def _ticks(most: float) -> np.ndarray:
-    return np.arange(0.0, most + 0.01, 0.25 if most < 2.0 else 1.0)
+    step = next(step for step in (0.1, 0.25, 1.0) if most < 6.0 * step)
+    return np.arange(0.0, most + 0.01, step)
 
 
 def _centres(count: int, low: float, high: float) -> np.ndarray:
@@ -191,8 +193,8 @@ def _panel(axes: Axes, form: str, own: Arrays, most: float) -> QuadContourSet:
 
 def _marks(axes: Axes, form: str, rows: pd.DataFrame) -> None:
     """Where Tegotae's law is, and those of the trained ones that hop or walk; and with R = N the
-    laws whose feedback is zero at φ = -π/2, just before a hopper's push."""
-    if form == "load" and "quadruped" not in set(rows.subject):
+    laws whose feedback is zero at φ = -π/2, just before the push of the study's hopper."""
+    if form == "load" and {*rows.subject} == {"study"}:
         place = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 64)
         axes.plot(place, height_of(form, np.sin(place)), **_ZERO)
     if form != "decay":
