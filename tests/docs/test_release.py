@@ -50,7 +50,7 @@ def load(entries):
         load(entry.commands) if isinstance(entry, CommandGroup) else entry.load()
 
 load(COMMANDS)
-import tegotae.export.c, tegotae.export.live, tegotae.figures.animation, tegotae.training.run
+import tegotae.export.c, tegotae.export.live, tegotae.questions.pictures, tegotae.training.run
 """
 
 
@@ -113,7 +113,7 @@ def test_both_distributions_have_the_whole_package(built):
 @pytest.mark.parametrize(
     ("words", "output"),
     [
-        ("simulate zoo:ART-rF-tphif-w8 --duration 5", "CoT⁻¹"),
+        ("simulate zoo:ART-rF-tphif-w8 --duration 5 --plot a.png --animate a.gif", "CoT⁻¹"),
         ("export c zoo:V-reflex-w8 --out leg", "leg"),
         ("tune ART --storage trials.log --trials 1", "pip install 'tegotae[tune]'"),
     ],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +11,9 @@ from matplotlib.figure import Figure
 from tegotae.figures.cycles import broken
 from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 from tegotae.systems.simulation import Result
-from tegotae.training.environments.replay import Replay
+
+if TYPE_CHECKING:  # of Gymnasium, which is an extra
+    from tegotae.training.environments.replay import Replay
 
 _SHOWN_S = 3.0
 _BESIDE: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "markerscale": 2.0}

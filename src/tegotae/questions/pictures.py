@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import singledispatch
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import MissingExtraError, TegotaeError
 from tegotae.analysis.gaits.releases import GaitRun
 from tegotae.figures import animation
 from tegotae.figures.gaits import animation as gait_animation
@@ -17,7 +18,9 @@ from tegotae.figures.recording import recording_figure
 from tegotae.figures.rollout import episode_figure, rollout_figure
 from tegotae.figures.style import literal, styled
 from tegotae.systems.simulation import Result
-from tegotae.training.environments.replay import Replay
+
+if TYPE_CHECKING:
+    from tegotae.training.environments.replay import Replay
 
 
 @singledispatch
@@ -42,8 +45,7 @@ def _(raw: GaitRun, note: str) -> dict[str, Figure]:
     return {"footfall": footfall_figure(raw, title), "lags": lags_figure(raw, title)}
 
 
-@figures.register
-def _(raw: Replay, note: str) -> dict[str, Figure]:
+def _of_replay(raw: Replay, note: str) -> dict[str, Figure]:
     """The gait as that of a recording where its hops can be measured, else loads and phases."""
     measured, rest = raw.measured(), raw.experiment.wiring.rest_length_m
     title = literal(note)
@@ -65,7 +67,12 @@ def animation_of(raw: Any) -> animation.Animation:
 
 animation_of.register(Result, animation.animation)
 animation_of.register(GaitRun, gait_animation.animation)
-animation_of.register(Replay, animation.film_animation)
+
+with suppress(MissingExtraError):  # without Gymnasium there is no replay to draw
+    from tegotae.training.environments.replay import Replay
+
+    figures.register(Replay, _of_replay)
+    animation_of.register(Replay, animation.film_animation)
 
 
 def animate(raw: Any, path: Path | str) -> Path:
