@@ -105,7 +105,7 @@ def units_of(body: Body) -> Units:
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
-        >>> units_of(Hopper()).force_n
+        >>> round(units_of(Hopper()).force_n, 3)
         0.981
     """
     own = unwrapped(body)

@@ -25,6 +25,9 @@ _DAMPED = 1e-4
 _MOVES = 1e-6
 """A foot moves if its Jacobian, over the length of the leg, has an entry above this."""
 
+_LEAST_M = 0.01
+"""Length of a leg."""
+
 _OfLegs = Callable[..., jax.Array]
 """A function of chains and of arrays by name, [numbers, legs, lanes]."""
 _Program = Callable[[Mapping[str, np.ndarray]], np.ndarray]
@@ -50,7 +53,7 @@ class Chains(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Legs:
+class LegKinematics:
     """Legs whose feet can be commanded to places.
 
     Args:
@@ -142,7 +145,7 @@ class Legs:
         return np.array(self._programs[key](inputs), float).T
 
 
-def legs_of(model: MjModel, feet: Sequence[str]) -> Legs:
+def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
     """The legs of a compiled model: of every foot the driven joints between it and the trunk.
 
     Joints that several feet hang on, or that nothing drives, stay as they are in the start.
@@ -152,8 +155,8 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> Legs:
         feet: bodies or geoms.
 
     Raises:
-        TegotaeError: for no feet; for a leg without a driven joint of its own, whose joints do not
-            move the foot, or that is driven by anything but position servos.
+        TegotaeError: for no feet; for a leg without a driven joint of its own or without length,
+            whose joints do not move the foot, or that is driven by anything but position servos.
     """
     if not feet:
         raise TegotaeError("legs=true commands feet to places; name the feet, --feet")
@@ -172,7 +175,14 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> Legs:
     limited = there & model.jnt_limited[joints].astype(bool)
     low = np.where(limited, model.jnt_range[joints, 0] - start, -np.inf)
     high = np.where(limited, model.jnt_range[joints, 1] - start, np.inf)
-    length = max(map(_length, anchor, foot, owners))
+    lengths = list(map(_length, anchor, foot, owners))
+    length = max(lengths)
+    for name, own_m in zip(feet, lengths, strict=True):
+        if own_m < _LEAST_M:
+            raise TegotaeError(
+                f"the leg of {name} has no length: its first joint is at its foot; leave legs=true "
+                "out and command the joints"
+            )
     unit = np.where(slides, length, 1.0)
     numbers = axis, anchor / length, slides, foot / length, low / unit, high / unit
     chains = Chains(*(np.asarray(x, np.float32) for x in numbers))
@@ -182,7 +192,7 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> Legs:
             raise TegotaeError(f"the joints of the leg of {name} do not move it; name another foot")
     drives = _padded(servos)
     gears = np.where(there, model.actuator_gear[drives, 0], 1.0)
-    return Legs(tuple(feet), chains, length, start, joints, drives, gears)
+    return LegKinematics(tuple(feet), chains, length, start, joints, drives, gears)
 
 
 def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae.envs._types import MjModel, MjSpec
-from tegotae.envs.mujoco.legs import AXES, Legs, legs_of
+from tegotae.envs.mujoco.legs import AXES, LegKinematics, legs_of
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import started
 
@@ -57,7 +57,7 @@ class Sensing:
     """Name of the first body, whose height is observed."""
     feet: tuple[str, ...]
     """Bodies and geoms whose contact forces are observed."""
-    legs: Legs | None
+    legs: LegKinematics | None
     """Those of the feet that are commanded to places."""
     angles: np.ndarray
     """Columns of the legs' joints, [legs, joints]."""
@@ -240,7 +240,7 @@ def _add(
     spec.add_sensor(name=_OWN + name, type=kind, objtype=of, objname=owner, **options)
 
 
-def _angles(model: MjModel, legs: Legs | None) -> np.ndarray:
+def _angles(model: MjModel, legs: LegKinematics | None) -> np.ndarray:
     """Columns of the legs' joints; the first one stands for those that there are not."""
     joints = np.zeros((0, 0), int) if legs is None else legs.joints
     names = [model.joint(max(int(joint), 0)).name for joint in joints.ravel()]

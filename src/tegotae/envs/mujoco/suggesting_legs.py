@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tegotae.envs.mujoco.legs import AXES, Legs
+from tegotae.envs.mujoco.legs import AXES, LegKinematics
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.mujoco.suggesting import (
@@ -121,7 +121,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     return Suggestion(wiring, reasons, tuple(remarks), on_rail=False)
 
 
-def _senses(legs: Legs, leg: int) -> dict[str, str]:
+def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
     """What a leg feels: its load, and the trunk as a whole and as its own corner has it."""
     ahead, left, _ = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
     side, end = "-" if left < 0.0 else "", "-" if ahead > 0.0 else ""
@@ -136,7 +136,7 @@ def _senses(legs: Legs, leg: int) -> dict[str, str]:
     }
 
 
-def reach(legs: Legs, leg: int) -> np.ndarray:
+def reach(legs: LegKinematics, leg: int) -> np.ndarray:
     """How far a foot reaches from its place in the model's start along each axis, back and forth.
 
     Returns:
@@ -163,7 +163,7 @@ def _said(reach_m: np.ndarray) -> str:
     return "the foot reaches " + ", ".join(parts) + " m"
 
 
-def _out_of_reach(legs: Legs, ellipse: object, length_m: float) -> list[str]:
+def _out_of_reach(legs: LegKinematics, ellipse: object, length_m: float) -> list[str]:
     """What is to be said of feet that do not reach all of the walker's ellipse."""
     assert isinstance(ellipse, EllipticFoot)
     phase = np.linspace(0.0, 2.0 * np.pi, 64)

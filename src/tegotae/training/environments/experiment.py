@@ -153,8 +153,9 @@ class EnvExperiment(Part):
                 settings = {"omegas": tuple(omega), "episodes": len(omega), **settings}
             omega = sorted(omega)[len(omega) // 2] if omega else None
         if omega is None:
-            units = wiring.units or Units()
-            omega = model.omega_t / units.time_s if wiring.omega is None else wiring.omega
+            omega = wiring.omega
+        if omega is None and model.omega_t is not None:
+            omega = model.omega_t / (wiring.units or Units()).time_s
         wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
         known = wiring.height is not None and wiring.work is not None
         duration_s = settings.get("duration_s", 24.0)
