@@ -25,7 +25,7 @@ from tegotae.questions.training import TrainedControllers
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import GAINS
 from tegotae.systems.models import find
-from tegotae.training.curves import longest_s
+from tegotae.training.curves import longest_s, read_curves
 from tegotae.training.run import train
 
 
@@ -130,6 +130,19 @@ def test_the_first_seed_is_an_option(tmp_path, tiny_training):
     assert names == [f"ART-rF-tphif-w8-seed{seed}.json" for seed in (1, 2)]
     one = controller_file.load(tmp_path / names[0]).weights
     np.testing.assert_array_equal(one, tiny.learned(tiny_training)["weights"][1])
+
+
+def test_a_training_goes_on_from_the_weights_of_a_controller_by_name(tmp_path, tiny_training):
+    path = tiny.controllers(tiny_training)[0]
+    assert tiny.train(tmp_path, "--start", str(path)) == 0
+    first = read_curves([tmp_path], "fitness").groupby("seed")["fitness"].first()
+    best = controller_file.load(path).training["best_fitness"]
+    assert first.tolist() == pytest.approx([best, best], rel=1e-5)
+
+
+def test_a_controller_of_another_model_is_no_start(tmp_path, one_line_error, no_training):
+    words = "train", *tiny.OPTIONS, "--start", "zoo:AR-rF-sector-w8", "--out", str(tmp_path)
+    assert "has other terms than ART-rF-tphif-w8; start from" in one_line_error(*words)
 
 
 def test_a_vanilla_models_gain_is_found_by_search(capsys, tmp_path):

@@ -212,9 +212,7 @@ def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_pa
     walk = tg.simulate("there.json", duration=8.0).numbers
     own = tg.simulate("quadruped-c").numbers
     assert walk["lasted"] == 1.0
-    assert walk["speed_m_per_s"] / np.sqrt(9.81) == pytest.approx(
-        own["speed_m_per_s"], rel=0.15
-    )
+    assert walk["speed_m_per_s"] / np.sqrt(9.81) == pytest.approx(own["speed_m_per_s"], rel=0.15)
 
 
 def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():

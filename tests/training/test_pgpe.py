@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from functools import cache
 
@@ -189,6 +190,15 @@ def test_a_seed_starts_alike_whichever_others_go_with_it():
     together = RUN.learner.start(RUN.experiment, RUN.seeds)
     np.testing.assert_array_equal(alone.best_weights[0], together.best_weights[1])
     assert not np.array_equal(together.best_weights[0], together.best_weights[1])
+
+
+def test_every_seed_begins_with_weights_that_are_given():
+    weights = tuple(np.linspace(-0.4, 0.4, EXPERIMENT.controller.n_weights).tolist())
+    begun = dataclasses.replace(RUN.learner, weights=weights)
+    start = begun.start(EXPERIMENT, RUN.seeds)
+    np.testing.assert_array_equal(start.search.mean, np.float32([weights, weights]))
+    assert begun.configuration(RUN)["weights"] == list(weights)
+    assert "weights" not in RUN.learner.configuration(RUN)
 
 
 def test_a_training_that_is_continued_is_the_same_as_one_without_pause():

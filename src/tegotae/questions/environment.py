@@ -94,6 +94,7 @@ OF_EPISODES = columns(
     ("distance_m", "distance", "m"),
     ("speed_m_per_s", "speed", "m/s"),
     ("work_j", "work of the actuators", "J", _POSITIVE),
+    ("cost_of_transport", "cost of transport", "", _POSITIVE),
     ("stride_hz", "rate of the first oscillator", "Hz"),
     ("duty", "share of time on the ground", "", _SHARE),
     ("hops", "hops", "", _POSITIVE),
@@ -165,16 +166,17 @@ class EnvironmentTask(Task):
                     {"run": run, "omega": omega, "start": start, **episode.numbers()}
                     for run, episode in zip(self.runs.labels, played, strict=True)
                 ]
+        said = (
+            "Mean over runs [95 % interval]; the mean of a run is over its starts. – is undefined"
+        )
+        if "hops" in rows[0]:
+            said += ": without a limit cycle there is neither CoT⁻¹ nor a transient"
         return self.answer(
             rows,
             OF_EPISODES,
             options,
             groups=("controller", "omega"),
-            remarks=(
-                "Mean over runs [95 % interval]; the mean of a run is over its starts. – is "
-                "undefined: without a limit cycle there is neither CoT⁻¹ nor a transient. * means "
-                "that some runs are.",
-            ),
+            remarks=(f"{said}. * means that some runs are.",),
         )
 
     def tested(self, starts: int) -> Tested:

@@ -10,6 +10,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
@@ -27,6 +28,7 @@ from tegotae.systems.controller_file import load
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import name_of
+from tegotae.systems.resolve import resolve
 from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentSettings
 from tegotae.training.agents.learner import AgentLearner
@@ -138,6 +140,9 @@ class PopulationOptions:
     its plateau and ends."""
     plateau_tolerance: float = _USUAL.tolerance
     """Smallest improvement that counts there [m/J]."""
+    start: str | None = None
+    """A controller of the same model, by file or name, whose weights each run begins with, in place
+    of random ones."""
     settings: Algorithm
 
     def learner(self, trainee: Trainee, experiment: Trainable) -> Evolution:
@@ -148,7 +153,23 @@ class PopulationOptions:
         stopping = replace(_USUAL, generations=self.generations, share=rule[0], tolerance=rule[1])
         if self.to_cap:
             stopping = Stopping.after(self.generations)
-        return Evolution(algorithm=self.settings, stopping=stopping, workers=trainee.workers)
+        return Evolution(
+            algorithm=self.settings,
+            stopping=stopping,
+            workers=trainee.workers,
+            weights=() if self.start is None else self._weights(self.start, experiment),
+        )
+
+    @staticmethod
+    def _weights(name: str, experiment: Trainable) -> tuple[float, ...]:
+        """Of a controller by name, which must be of the same terms."""
+        saved = resolve(name).controller()
+        if saved.controller != experiment.controller:
+            raise TegotaeError(
+                f"{name} has other terms than {experiment.name}; start from a controller of the "
+                "same model"
+            )
+        return tuple(map(float, np.ravel(saved.weights)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -168,6 +168,7 @@ class Evolution:
         stopping: when a seed ends; `Stopping.after(n)` for exactly n generations.
         workers: worker processes, where episodes are not the engine's; one a core by default. With
             another number of them results differ by rounding, which training magnifies.
+        weights: where each seed begins, in place of its own random weights.
 
     Example:
         >>> Evolution(stopping=Stopping.after(8)).UNIT
@@ -177,6 +178,7 @@ class Evolution:
     algorithm: Algorithm = field(default_factory=PGPE)
     stopping: Stopping = field(default_factory=Stopping)
     workers: int | None = None
+    weights: tuple[float, ...] = ()
 
     UNIT: ClassVar[str] = "generation"
 
@@ -201,11 +203,13 @@ class Evolution:
 
     def configuration(self, run: Run[Any]) -> JsonObject:
         """What decides the result, but for the cap on generations, as JSON values."""
+        begins = {"weights": list(self.weights)} if self.weights else {}
         return {
             "experiment": run.experiment.document,
             "seeds": list(run.seeds),
             "algorithm": algorithm_document(self.algorithm),
             "stopping": self.stopping.rule,
+            **begins,
         }
 
     def program(self, experiment: Trainable) -> tuple[object, ...]:
@@ -214,7 +218,7 @@ class Evolution:
             return (self.algorithm.program, *evaluator.program)
 
     def start(self, experiment: Trainable, seeds: Sequence[int]) -> Progress:
-        """Every seed's own random weights; they do not depend on which others go with it.
+        """Where every seed begins; it does not depend on which others go with it.
 
         Warns of a part that could not be saved with what it learns.
         """
@@ -222,7 +226,8 @@ class Evolution:
             check_kept((self.algorithm, experiment.controller))
         except TegotaeError as error:
             warnings.warn(f"what is learned could not be saved: {error}", stacklevel=2)
-        return _begun(self.algorithm, experiment.controller, np.asarray(seeds, "int32"))
+        first = np.asarray(self.weights, "float32") if self.weights else None
+        return _begun(self.algorithm, experiment.controller, np.asarray(seeds, "int32"), first)
 
     def evolve(
         self,
@@ -381,10 +386,12 @@ they ever run."""
 
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=_QUICKLY)
-def _begun(algorithm: Algorithm, controller: Controller, seeds: jax.Array) -> Progress:
+def _begun(
+    algorithm: Algorithm, controller: Controller, seeds: AnyArray, first: AnyArray | None
+) -> Progress:
     def one(seed: jax.Array) -> Progress:
         key_weights, key_search = jax.random.split(jax.random.key(seed))
-        weights = controller.initial(key_weights)
+        weights = controller.initial(key_weights) if first is None else jnp.asarray(first)
         return Progress(
             jnp.asarray(0),
             algorithm.start(key_search, weights),

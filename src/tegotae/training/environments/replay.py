@@ -73,9 +73,12 @@ class Replay:
         return f"{said}; tegotae wiring baseline shows at which gain and frequency it hops"
 
     def measured(self) -> Measured | None:
-        """The gait as that of a recording; None where height, rest length or hops are not known."""
+        """The gait as that of a recording; None where height, rest length or hops are not known.
+
+        It is none on a robot's legs, which walk.
+        """
         wiring, episode = self.experiment.wiring, self.episode
-        if wiring.height is None or wiring.rest_length_m is None:
+        if wiring.height is None or wiring.rest_length_m is None or wiring.units is not None:
             return None
         if self.experiment.wires.step_s > _LONGEST_STEP_S:
             return None
@@ -95,7 +98,8 @@ class Replay:
         """Numbers of the gait, in SI units; what is not known is left out or NaN.
 
         `duty` is the share of the second half in which a foot bears load, `stride_hz` the rate of
-        the first limb's oscillator there.
+        the first limb's oscillator there. Distance is along the heading where that is observed, and
+        `cost_of_transport` is work over the wiring's weight and distance.
         """
         episode = self.episode
         found = {
@@ -103,13 +107,19 @@ class Replay:
             "return": float(episode.reward.sum()),
             "lasted": episode.lasted,
         }
-        if "root_forward" in episode.names:
+        if "root_speed" in episode.names:
+            found["distance_m"] = float(np.trapezoid(episode["root_speed"], episode.time_s))
+        elif "root_forward" in episode.names:
             went = episode["root_forward"]
             found["distance_m"] = float(went[-1] - went[0])
+        if "distance_m" in found:
             found["speed_m_per_s"] = found["distance_m"] / float(episode.time_s[-1])
-        work = self.experiment.wiring.work
-        if work is not None:
-            found["work_j"] = float(episode[work][-1])
+        wiring = self.experiment.wiring
+        if wiring.work is not None:
+            found["work_j"] = float(episode[wiring.work][-1])
+        if found.get("distance_m", 0.0) > 0.0 and wiring.work and wiring.units:
+            carried = wiring.units.force_n * found["distance_m"]
+            found["cost_of_transport"] = found["work_j"] / carried
         late = len(episode.time_s) // 2
         turned = np.unwrap(episode.phase_rad[late:, 0].astype(float))
         span = self.experiment.wires.step_s * max(1, len(turned) - 1)
