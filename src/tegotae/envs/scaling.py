@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -108,7 +108,7 @@ def units_of(body: Body) -> Units:
         >>> round(units_of(Hopper()).force_n, 3)
         0.981
     """
-    own = unwrapped(body)
+    own: Any = unwrapped(body)
     length, gravity = float(own.rest_length_m), float(own.gravity_m_per_s2)
     weight_n = float(own.mass_kg) * gravity
     return Units(length_m=length, time_s=math.sqrt(length / gravity), force_n=weight_n)

@@ -389,7 +389,7 @@ they ever run."""
 def _begun(
     algorithm: Algorithm, controller: Controller, seeds: AnyArray, first: AnyArray | None
 ) -> Progress:
-    def one(seed: jax.Array) -> Progress:
+    def one(seed: AnyArray) -> Progress:
         key_weights, key_search = jax.random.split(jax.random.key(seed))
         weights = controller.initial(key_weights) if first is None else jnp.asarray(first)
         return Progress(

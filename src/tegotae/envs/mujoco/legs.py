@@ -15,6 +15,7 @@ from tegotae._support.engines import NATIVE, selected
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjModel
 from tegotae.envs.scaling import chain_of, place_of, started
+from tegotae.parts._shapes import AnyArray
 
 AXES = ("x", "y", "z")
 """Forward, to the left and up, of the trunk."""
@@ -266,17 +267,17 @@ def _program(function: Callable[..., jax.Array], like: Mapping[str, np.ndarray])
 class _Vector(NamedTuple):
     """Three numbers, [legs, lanes] each."""
 
-    x: jax.Array
-    y: jax.Array
-    z: jax.Array
+    x: AnyArray
+    y: AnyArray
+    z: AnyArray
 
-    def plus(self, other: _Vector, times: jax.Array | float = 1.0) -> _Vector:
+    def plus(self, other: _Vector, times: AnyArray | float = 1.0) -> _Vector:
         return _Vector(*(mine + times * its for mine, its in zip(self, other, strict=True)))
 
-    def times(self, number: jax.Array) -> _Vector:
+    def times(self, number: AnyArray | float) -> _Vector:
         return _Vector(*(number * mine for mine in self))
 
-    def dot(self, other: _Vector) -> jax.Array:
+    def dot(self, other: _Vector) -> Any:
         return self.x * other.x + self.y * other.y + self.z * other.z
 
     def cross(self, other: _Vector) -> _Vector:
@@ -292,7 +293,7 @@ def _vector(numbers: np.ndarray) -> _Vector:
     return _Vector(*(numbers[:, i, None] for i in range(3)))
 
 
-def _kinematics(chains: Chains, moved: Sequence[jax.Array]) -> tuple[_Vector, list[_Vector]]:
+def _kinematics(chains: Chains, moved: Sequence[AnyArray]) -> tuple[_Vector, list[_Vector]]:
     """The feet and the columns of their Jacobian: a product of exponentials, from the foot up."""
     foot, columns = _vector(chains.foot), list[_Vector]()
     for k in reversed(range(len(moved))):
@@ -307,20 +308,19 @@ def _kinematics(chains: Chains, moved: Sequence[jax.Array]) -> tuple[_Vector, li
     return foot, columns
 
 
-def _turned(axis: _Vector, sine: jax.Array, cosine: jax.Array, x: _Vector) -> _Vector:
+def _turned(axis: _Vector, sine: AnyArray, cosine: AnyArray, x: _Vector) -> _Vector:
     """A vector turned about an axis (Rodrigues)."""
     across = axis.cross(x)
     return x.plus(across, sine).plus(axis.cross(across), 1.0 - cosine)
 
 
-def _damped(columns: Sequence[_Vector], damping: jax.Array | float, e: _Vector) -> _Vector:
+def _damped(columns: Sequence[_Vector], damping: AnyArray | float, e: _Vector) -> _Vector:
     """(J Jᵀ + damping I)⁻¹ e, by the adjugate."""
-    a, b, c = (
-        _Vector(
-            *(sum(own[i] * own[k] for own in columns) + damping * float(i == k) for k in range(3))
-        )
-        for i in range(3)
-    )
+
+    def entry(i: int, k: int) -> Any:
+        return sum(column[i] * column[k] for column in columns) + damping * float(i == k)
+
+    a, b, c = (_Vector(*(entry(i, k) for k in range(3))) for i in range(3))
     adjugate = _Vector(b.cross(c).dot(e), c.cross(a).dot(e), a.cross(b).dot(e))
     return adjugate.times(1.0 / a.dot(b.cross(c)))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from tegotae.parts._shapes import Weights
+from tegotae.parts._shapes import AnyArray, Weights
 from tegotae.parts.channels import FOOT
 from tegotae.parts.parameters import a_part, finite, not_negative, positive
 from tegotae.parts.terms.actuation import Actuation
@@ -49,7 +49,7 @@ class EllipticFoot(Actuation):
         """Forward and up [m], [2, limbs, lanes]."""
         return self.place(signals["sin_phase"], signals["cos_phase"])
 
-    def place(self, sine: jax.Array, cosine: jax.Array) -> jax.Array:
+    def place(self, sine: AnyArray, cosine: AnyArray) -> jax.Array:
         """Forward and up [m], [2, ...], where the phase has this sine and cosine, [...] each."""
         ahead = math.cos(self.shift_rad) * cosine - math.sin(self.shift_rad) * sine
         height = jnp.where(sine > 0.0, self.lift_m, self.press_m)
