@@ -431,23 +431,49 @@ def varied(column: str, model: str, trained: str, *conditions: str) -> float:
     return cell(f"generalisation/{page}", column, model, how, *conditions)
 
 
-def kind(omega_t: float, of: str | list[str], drive: str) -> pd.DataFrame:
-    """The runs of the atlas at an ω_t whose feedback is of a kind, by what their force follows."""
-    return rows("atlas/study", omega_t=omega_t, kind=of, drive=drive)
+@cache
+def atlas(body: str, omega_t: float, drive: str = "φ") -> pd.DataFrame:
+    """The runs of a body's atlas at an ω_t, by what their force follows.
+
+    `learns_push` is whether their actuation is learned, or vanilla's.
+    """
+    kept = rows(f"atlas/{body}", omega_t=omega_t, drive=drive)
+    return kept.assign(learns_push=kept.architecture.str.contains("T"))
 
 
-def costs_or_nothing(omega_t: float) -> float:
+def kind(omega_t: float, of: str | list[str], drive: str, body: str = "study") -> pd.DataFrame:
+    """The runs of the atlas whose feedback is of a kind."""
+    kept = atlas(body, omega_t, drive)
+    return kept[kept.kind.isin(of if isinstance(of, list) else [of])]
+
+
+def share_of(
+    omega_t: float, of: str | list[str], body: str = "study", learns_push: bool | None = None
+) -> float:
+    """The share of the runs on φ whose feedback is of a kind; of those with such a push alone."""
+    kept, found = atlas(body, omega_t), kind(omega_t, of, "φ", body)
+    if learns_push is not None:
+        kept, found = (x[x.learns_push == learns_push] for x in (kept, found))
+    return len(found) / len(kept)
+
+
+def costs_or_nothing(omega_t: float, body: str = "study") -> float:
     """The share of the runs on φ that are no worse without their feedback."""
-    no_worse = kind(omega_t, ["feedback costs", "clock"], "φ")
-    return len(no_worse) / len(rows("atlas/study", omega_t=omega_t, drive="φ"))
+    return share_of(omega_t, ["feedback costs", "clock"], body)
 
 
-def replaced(omega_t: float, share: float, table: str = "study", among: str = "study") -> pd.Series:
-    """Whether some short form keeps so much of a model's merit, of an atlas' models in another."""
+def replaced(
+    omega_t: float, share: float, table: str = "study", among: str = "study", most: int = 9
+) -> pd.Series:
+    """Whether some form of at most so many numbers keeps so much of a model's merit, of an atlas'
+    models in another."""
+    from tegotae.analysis.short_forms import forms_of_a_leg
+
     models = rows(f"atlas/{among}").model.unique().tolist()
     kept = rows(f"atlas/{table}", omega_t=omega_t, best=True, model=models)
     kept = kept[~kept.kind.isin(["does not hop", "one network"])]
-    return kept.filter(like="kept ").max(axis=1) >= share
+    forms = [x for x, form in forms_of_a_leg().items() if form.on_a_leg().n_weights <= most]
+    return kept[[f"kept {name}" for name in forms]].max(axis=1) >= share
 
 
 def repeated() -> pd.DataFrame:
