@@ -1,6 +1,7 @@
 """A controller on a page: what is said of it, and what cannot be explained."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ def test_a_clock_is_called_one():
     clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 8.0, name="clock")
     page = tg.explain(clock, **SHORT)
     assert page.evaluated["cut"].mean == page.evaluated["whole"].mean
-    assert "a clock with a sector" in page.notes[0]
+    assert any("a clock with a sector" in note for note in page.notes)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +79,7 @@ def test_legs_are_judged_by_their_cost_of_transport_and_speed():
     whole = page.evaluated["whole"]
     assert whole.sound.all()
     assert (whole.speed_m_per_s > 0.0).all()
-    assert "speed" in page.scores
+    assert "speed [m/s]" in page.scores
     assert 0.7 < whole.following < 1.3
 
 
@@ -178,8 +179,11 @@ def test_the_shortest_form_that_keeps_a_share_is_taken_and_of_several_the_best()
 def test_a_form_is_written_as_a_formula_as_terms_and_as_c():
     latch = law("latch", [0.04, 2.78, 6.25, 1.74, 0.75])
     assert short_forms.latex(latch) == (
-        r"\dot\phi = \omega -6.25\, (1 - 2.78 N)\, (\cos\phi +0.04),\quad "
-        r"F = \alpha \text{ for } \phi \in [1.74, 2.49]"
+        r"\dot\phi = \omega - 6.25\, (1 - 2.78 N)\, (\cos\phi + 0.04),\quad "
+        r"F = \alpha\, [\phi \in (1.74, 2.49)]"
+    )
+    assert short_forms.plain(latch) == (
+        "φ̇ = ω - 6.25 (1 - 2.78 N) (cos φ + 0.04), with full force at φ = 1.74 ... 2.49 rad"
     )
     assert "-6.25f * (1.0f - 2.78f * load) * (cosf(phase) + 0.04f)" in short_forms.c_line(latch)
     known = {**vars(terms), **vars(oscillators), **vars(tg.parts.controller)}
@@ -187,6 +191,64 @@ def test_a_form_is_written_as_a_formula_as_terms_and_as_c():
     again = eval(short_forms.python(latch), known)
     assert again.controller == latch.controller
     assert again.weights == pytest.approx(latch.weights)
+
+
+@pytest.mark.parametrize("name", short_forms.forms_of_a_leg())
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_form_is_written_with_two_signs_in_a_row(name, sign):
+    controller = short_forms.forms_of_a_leg()[name].on_a_leg()
+    form = SavedController.of(controller, np.full(controller.n_weights, sign * 0.5), 4.0)
+    for written in (short_forms.plain(form), short_forms.latex(form), short_forms.c_line(form)):
+        assert not re.search(r"[+-] ?[+-]", written)
+
+
+def test_a_sector_and_a_reflex_add_up_to_no_more_than_the_largest_force():
+    lines = short_forms.c_line(law("tuned", [2.0, 1.0, 1.0, 3.0]))
+    assert "fminf(max_force, fmaxf(0.0f, (pushes ? max_force : 0.0f) + reflex))" in lines
+
+
+def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
+    legs = tg.load("zoo:legs:ART-rF-t+phif+range@quadruped-c")
+    controller = short_forms.forms_of_legs()["decay"].on_legs(legs.controller, 1.0)
+    saved = SavedController.of(controller, np.zeros(controller.n_weights), 2.0, legs.body)
+    form = short_forms.TriedForm("decay", saved, None, None, 1.0)  # type: ignore[arg-type]
+    assert (form.numbers, form.of_feet) == (4, legs.controller.actuation.n_weights)
+
+
+def test_feet_without_feedback_have_no_short_form():
+    page = tg.explain("zoo:legs:W+phi-F+range@quadruped-c", duration=30.0, releases=2, retune=1)
+    assert not page.forms
+    assert any("one network commands the feet" in note for note in page.notes)
+
+
+def with_rates(page, rates):
+    whole = page.evaluated["whole"]
+    rates = np.broadcast_to(rates, whole.merit.shape)
+    sound = np.ones_like(whole.sound)
+    whole = dataclasses.replace(whole, rate_rad_per_s=rates, sound=sound)
+    return dataclasses.replace(page, evaluated={**page.evaluated, "whole": whole})
+
+
+def test_rates_that_jump_are_not_called_following(vanilla):
+    omega = vanilla.evaluated["whole"].omega
+    said = [
+        " ".join(with_rates(vanilla, x).notes) for x in (omega, omega + np.array([0, 6, 6, 6, 0]))
+    ]
+    assert ["It follows its command" in text for text in said] == [True, False]
+    assert "Its rate is no line over its command" in said[1]
+    assert ["times in a turn of its phase" in text for text in said] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("V-reflex-w8", "follows the feedback alone"),
+        ("zoo:AR-rFv-sector-w8", "G R reads the velocity, too"),
+    ],
+)
+def test_what_cutting_and_a_formula_of_the_load_cannot_say_is_named(vanilla, name, said):
+    assert said not in vanilla.page()
+    assert said in tg.explain(name, **SHORT).page()
 
 
 def test_forms_are_retuned_and_the_shortest_are_written_for_a_robot(tmp_path, monkeypatch):

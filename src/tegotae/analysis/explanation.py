@@ -347,6 +347,16 @@ class Fit:
     explained: float
 
 
+def signed(x: float, digits: int = 3) -> str:
+    """A number behind others, with its sign apart.
+
+    Example:
+        >>> signed(-0.25), signed(2.0)
+        ('- 0.25', '+ 2')
+    """
+    return f"{'-' if x < 0.0 else '+'} {abs(x):.{digits}g}"
+
+
 def _least_squares(columns: list[np.ndarray], values: np.ndarray) -> tuple[list[float], float]:
     design = np.stack(columns, axis=1)
     numbers, *_ = np.linalg.lstsq(design, values, rcond=None)
@@ -366,11 +376,13 @@ def action_fits(v: Visits) -> list[Fit]:
     fits = []
     for used in (columns, [*columns, np.cos(2.0 * phase), np.sin(2.0 * phase)]):
         numbers, explained = _least_squares(used, v.action)
-        waves = (
-            f" + {math.hypot(a, b):.3g} cos({turns}φ - {math.atan2(b, a) % TWO_PI:.2f})"
+        parts = [f"{numbers[0]:.3g}"] if numbers[0] else []
+        parts += [
+            f"{math.hypot(a, b):.3g} cos({turns}φ - {math.atan2(b, a) % TWO_PI:.2f})"
             for turns, a, b in zip(("", "2"), numbers[1::2], numbers[2::2], strict=False)
-        )
-        fits.append(Fit(f"{numbers[0]:.3g}{''.join(waves)}", tuple(numbers), explained))
+            if a or b
+        ]
+        fits.append(Fit(" + ".join(parts) or "0", tuple(numbers), explained))
     return fits
 
 
@@ -390,11 +402,11 @@ def reaction_fits(v: Visits) -> dict[str, Fit]:
         "decay": lambda s: [np.exp(-s * load)],
         "saturating": lambda s: [one, load / (1.0 + s * load)],
     }
-    formulas = {
-        "load": "{0:.3g} N",
-        "latch": "{0:.3g} {1:+.3g} N",
-        "decay": "{0:.3g} e^(-{1:.3g} N)",
-        "saturating": "{0:.3g} {1:+.3g} N / (1 + {2:.3g} N)",
+    formulas: dict[str, Callable[..., str]] = {
+        "load": lambda b: f"{b:.3g} N",
+        "latch": lambda c, b: f"{c:.3g} {signed(b)} N",
+        "decay": lambda c, s: f"{c:.3g} e^(-{s:.3g} N)",
+        "saturating": lambda c, b, s: f"{c:.3g} {signed(b)} N / (1 + {s:.3g} N)",
     }
     fits = {}
     for name, of_number in columns.items():
@@ -402,7 +414,7 @@ def reaction_fits(v: Visits) -> dict[str, Fit]:
         tried = [(*_least_squares(of_number(s), values), s) for s in inner]
         numbers, explained, s = max(tried, key=lambda x: np.nan_to_num(x[1], nan=-math.inf))
         numbers += [s] if len(inner) > 1 else []
-        fits[name] = Fit(formulas[name].format(*numbers), tuple(numbers), explained)
+        fits[name] = Fit(formulas[name](*numbers), tuple(numbers), explained)
     return fits
 
 

@@ -19,6 +19,7 @@ from tegotae.analysis.explanation import (
     action_fits,
     pushing,
     reaction_fits,
+    signed,
 )
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.controller import Controller
@@ -86,8 +87,14 @@ class TriedForm:
 
     @property
     def numbers(self) -> int:
-        """How many numbers it has."""
-        return len(self.saved.weights)
+        """How many numbers it has: of several legs, those of the feedback."""
+        return len(self.saved.weights) - self.of_feet
+
+    @property
+    def of_feet(self) -> int:
+        """How many more numbers the feet of several legs have, and what couples them."""
+        own = self.saved.controller
+        return own.n_weights - own.sets * own.layout["actuation"].start if own.limbs > 1 else 0
 
 
 def tried_forms(
@@ -115,7 +122,7 @@ def tried_forms(
     with reporting("forms", len(made)) as reporter:
         for name, controller, start in sorted(made, key=lambda form: form[1].n_weights):
             most = max((form.kept for form in tried), default=0.0)
-            if tried and most >= SHARES[-1] and controller.n_weights > tried[-1].numbers:
+            if tried and most >= SHARES[-1] and controller.n_weights > len(tried[-1].saved.weights):
                 break
             experiment = training_of(released.saved, controller)
             runs, fitness = retuned(experiment, start, generations, seeds)
@@ -266,40 +273,56 @@ def _push(controller: Controller, v: Visits, turn: float) -> list[float]:
 
 # A form as people and programs write it.
 
+_PLAIN: dict[type[Term], str] = {
+    VanillaAction: "cos φ",
+    OffsetAction: "(cos φ {plus[0]})",
+    TwoHarmonicsAction: "(cos φ {plus[0]} {plus[1]} cos 2φ {plus[2]} sin 2φ)",
+    ShiftedAction: "(cos(φ {minus[0]}) {plus[1]})",
+    VanillaReaction: "F_k",
+    ReversingReaction: "(1 {minus[0]} N)",
+    DecayingReaction: "e^({minus[0]} N)",
+    SaturatingReaction: "(1 {minus[0]} N / (1 {plus[1]} N))",
+}
 _LATEX: dict[type[Term], str] = {
     VanillaAction: r"\cos\phi",
-    OffsetAction: r"(\cos\phi {0:+.3g})",
-    TwoHarmonicsAction: r"(\cos\phi {0:+.3g} {1:+.3g} \cos 2\phi {2:+.3g} \sin 2\phi)",
-    ShiftedAction: r"(\cos(\phi - {0:.3g}) {1:+.3g})",
+    OffsetAction: r"(\cos\phi {plus[0]})",
+    TwoHarmonicsAction: r"(\cos\phi {plus[0]} {plus[1]} \cos 2\phi {plus[2]} \sin 2\phi)",
+    ShiftedAction: r"(\cos(\phi {minus[0]}) {plus[1]})",
     VanillaReaction: "F_k",
-    ReversingReaction: "(1 - {0:.3g} N)",
-    DecayingReaction: "e^{{-{0:.3g} N}}",
-    SaturatingReaction: r"\left(1 - \frac{{{0:.3g} N}}{{1 + {1:.3g} N}}\right)",
+    ReversingReaction: "(1 {minus[0]} N)",
+    DecayingReaction: "e^{{{minus[0]} N}}",
+    SaturatingReaction: r"\left(1 {minus[0]} \frac{{N}}{{1 {plus[1]} N}}\right)",
 }
 _C: dict[type[Term], str] = {
     VanillaAction: "cosf(phase)",
-    OffsetAction: "(cosf(phase) + {0:.6g}f)",
+    OffsetAction: "(cosf(phase) {plus[0]}f)",
     TwoHarmonicsAction: (
-        "(cosf(phase) + {0:.6g}f + {1:.6g}f * cosf(2.0f * phase) + {2:.6g}f * sinf(2.0f * phase))"
+        "(cosf(phase) {plus[0]}f {plus[1]}f * cosf(2.0f * phase) {plus[2]}f * sinf(2.0f * phase))"
     ),
-    ShiftedAction: "(cosf(phase - {0:.6g}f) + {1:.6g}f)",
+    ShiftedAction: "(cosf(phase {minus[0]}f) {plus[1]}f)",
     VanillaReaction: "spring_force_n",
-    ReversingReaction: "(1.0f - {0:.6g}f * load)",
-    DecayingReaction: "expf(-{0:.6g}f * load)",
-    SaturatingReaction: "(1.0f - {0:.6g}f * load / (1.0f + {1:.6g}f * load))",
+    ReversingReaction: "(1.0f {minus[0]}f * load)",
+    DecayingReaction: "expf({minus[0]}f * load)",
+    SaturatingReaction: "(1.0f {minus[0]}f * load / (1.0f {plus[1]}f * load))",
 }
 
 
-def _spelled(saved: SavedController, words: dict[type[Term], str]) -> tuple[float, str, str]:
-    """The gain, the reaction and the action of the first set of weights."""
+def _spelled(
+    saved: SavedController, words: dict[type[Term], str], digits: int = 3
+) -> tuple[str, str, str]:
+    """The negative gain, the reaction and the action of the first set of weights."""
     controller, weights = saved.controller, saved.weights
     assert controller.tegotae is not None
     own = controller.tegotae
+
+    def numbers(role: str, sign: float = 1.0) -> list[str]:
+        return [signed(sign * x, digits) for x in weights[controller.layout[role]]]
+
     reaction, action = (
-        words[type(term)].format(*weights[controller.layout[role]])
+        words[type(term)].format(plus=numbers(role), minus=numbers(role, -1.0))
         for role, term in (("reaction", own.reaction), ("action", own.action))
     )
-    return float(weights[controller.layout["gain"]][0]), reaction, action
+    return numbers("gain", -1.0)[0], reaction, action
 
 
 def _pushed(saved: SavedController) -> tuple[float, float, float] | None:
@@ -310,32 +333,48 @@ def _pushed(saved: SavedController) -> tuple[float, float, float] | None:
     return start % TWO_PI, (start + min(max(width, 0.0), TWO_PI)) % TWO_PI, sum(scale)
 
 
+def plain(saved: SavedController) -> str:
+    """A form in a line of text: N is the load in weights of the body, F_k the spring force [N], f
+    the feedback [rad/s]."""
+    law = "φ̇ = ω"
+    if saved.controller.tegotae is not None:
+        law += f" {' '.join(_spelled(saved, _PLAIN))}"
+    if (push := _pushed(saved)) is None:
+        return law
+    start, end, scale = push
+    reflex = f", and {scale:.3g} max(0, -f) N besides" if scale else ""
+    return f"{law}, with full force at φ = {start:.2f} ... {end:.2f} rad{reflex}"
+
+
 def latex(saved: SavedController) -> str:
     """A form as LaTeX, the load N in weights of the body."""
     law = r"\dot\phi = \omega"
     if saved.controller.tegotae is not None:
-        gain, reaction, action = _spelled(saved, _LATEX)
-        law += rf" {-gain:+.3g}\, {reaction}\, {action}"
+        law += " " + r"\, ".join(_spelled(saved, _LATEX))
     if (push := _pushed(saved)) is None:
         return law
     start, end, scale = push
-    reflex = rf",\quad {scale:+.3g} \max(0, -f)" if scale else ""
-    return rf"{law},\quad F = \alpha \text{{ for }} \phi \in [{start:.2f}, {end:.2f}]{reflex}"
+    reflex = rf" {signed(scale)} \max(0, -f)" if scale else ""
+    sector = rf"\alpha\, [\phi \in ({start:.2f}, {end:.2f})]"
+    return rf"{law},\quad F = {sector}{reflex}"
 
 
 def c_line(saved: SavedController) -> str:
     """The rate of the phase and the force as lines of C, for reading."""
     feedback = "0.0f"
     if saved.controller.tegotae is not None:
-        gain, reaction, action = _spelled(saved, _C)
-        feedback = f"{-gain:.6g}f * {reaction} * {action}"
+        gain, reaction, action = _spelled(saved, _C, 6)
+        feedback = f"{gain.replace('+ ', '').replace('- ', '-')}f * {reaction} * {action}"
     lines = [f"float feedback = {feedback};", "float phase_rate = omega + feedback;"]
     if (push := _pushed(saved)) is not None:
         start, end, scale = push
         join = "&&" if start <= end else "||"
-        sector = f"phase >= {start:.6g}f {join} phase < {end:.6g}f"
-        rest = f"{scale:.6g}f * fmaxf(0.0f, -feedback)" if scale else "0.0f"
-        lines.append(f"float force = {sector} ? max_force : {rest};")
+        lines.append(f"int pushes = phase >= {start:.6g}f {join} phase < {end:.6g}f;")
+        force = "pushes ? max_force : 0.0f"
+        if scale:
+            lines.append(f"float reflex = {scale:.6g}f * fmaxf(0.0f, -feedback);")
+            force = f"fminf(max_force, fmaxf(0.0f, ({force}) + reflex))"
+        lines.append(f"float force = {force};")
     return "\n".join(lines)
 
 

@@ -56,10 +56,13 @@ def explanation_figure(
     action.set_ylabel("action A′")
     _density(action, visited)
     reaction.set_xlabel("load N [weights of the body]")
-    reaction.set_ylabel("gain · reaction, G R")
+    reaction.set_ylabel("gain · reaction, G R [rad/s]")
+    if np.isnan([v.action.max() for v in visited]).all():
+        reaction.text(0.5, 0.5, "no feedback", ha="center", transform=reaction.transAxes)
     if surface is None:
         phase_axis(force)
-        force.set_ylabel("rate φ̇ [rad/s]")
+        least = min(0.0, *(float(v.rate_rad_per_s.min()) for v in visited))
+        force.set(ylabel="rate φ̇ [rad/s]", ylim=(least, None))
     else:
         _force(figure, force, surface, visited[0])
     _rates(rate, evaluated)
@@ -68,33 +71,27 @@ def explanation_figure(
 
 @styled()
 def forms_figure(
-    forms: Sequence[tuple[str, int, Interval]], evaluated: Mapping[str, Evaluated]
+    forms: Sequence[tuple[str, int, Interval]], evaluated: Mapping[str, Evaluated], unit: str
 ) -> Figure:
-    """The scores of short forms over how many numbers they have; lines are the controller's.
+    """The scores of short forms, a row each; lines are the controller's.
 
     Args:
         forms: name, how many numbers, and score.
         evaluated: the controller, whole, cut and frozen.
+        unit: of a score.
     """
-    figure = new_figure(COLUMN_IN, 2.8)
+    figure = new_figure(COLUMN_IN, 1.1 + 0.15 * len(forms))
     axes = figure.subplots()
-    for i, (name, numbers, mean) in enumerate(forms):
-        ends = np.nan_to_num([[mean.mean - mean.low], [mean.high - mean.mean]])
-        place = numbers + 0.12 * ((i * 2) % 5 - 2)  # those of as many numbers beside each other
-        axes.errorbar([place], [mean.mean], yerr=ends, fmt="o", ms=3, color=COLOURS[0])
-        axes.annotate(
-            name,
-            (place, mean.mean),
-            fontsize=5,
-            rotation=30,
-            xytext=(2, 3),
-            textcoords="offset points",
-        )
+    rows = np.arange(len(forms))
+    means = np.array([(x.mean, x.mean - x.low, x.high - x.mean) for _, _, x in forms]).T
+    ends = np.nan_to_num(means[1:])
+    axes.errorbar(means[0], rows, xerr=ends, fmt="o", ms=3, color=COLOURS[0])
     for (name, of), style in zip(evaluated.items(), ("-", "--", ":"), strict=False):
-        axes.axhline(of.mean.mean, color=COLOURS[2], lw=0.8, ls=style, label=name)
-    axes.set_xlabel("numbers of the form")
-    axes.set_ylabel("score, mean CoT⁻¹")
-    axes.legend()
+        axes.axvline(of.mean.mean, color=COLOURS[2], lw=0.8, ls=style, label=name)
+    axes.set_yticks(rows, [f"{name} ({numbers})" for name, numbers, _ in forms])
+    axes.invert_yaxis()
+    axes.set(xlim=(0.0, None), xlabel=f"score, mean CoT⁻¹ [{unit}]", ylabel="form (numbers)")
+    figure.legend(loc="outside upper center", ncols=3)
     return figure
 
 
@@ -111,7 +108,7 @@ def _density(axes: Axes, visited: Sequence[Visits]) -> None:
     shown = {"stacked": True, "color": ["#dddddd", "#999999"], "label": ["flight", "stance"]}
     behind.hist(parts, bins=60, range=(0.0, TWO_PI), weights=weights, **shown)
     behind.set_ylabel("share of the time")
-    behind.legend(loc="upper right")
+    behind.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 
 def _force(figure: Figure, axes: Axes, surface: Surface, v: Visits) -> None:
@@ -139,8 +136,9 @@ def _rates(axes: Axes, evaluated: Mapping[str, Evaluated]) -> None:
         axes.set_xticks([])
         axes.plot(np.zeros_like(whole.rates), whole.rates, "o", color=COLOURS[0])
         return
-    axes.plot(whole.omega, whole.omega, color="#bbbbbb", lw=0.8, label="command")
+    axes.plot(whole.omega, whole.omega, color="#dddddd", lw=4.0, label="command")
     for (name, found), marker in zip(evaluated.items(), "osx", strict=False):
-        axes.plot(found.omega, found.rates, marker=marker, ms=4, label=name)
+        if np.isfinite(found.rates).any():
+            axes.plot(found.omega, found.rates, marker=marker, ms=4, label=name)
     axes.set_xlabel("command ω [rad/s]")
     axes.legend()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -40,10 +40,12 @@ from tegotae.analysis.short_forms import (
     TriedForm,
     c_line,
     latex,
+    plain,
     python,
     shortest,
     tried_forms,
 )
+from tegotae.analysis.surface import actuation_surface, sees_velocity
 from tegotae.measures.hopping.statistics import Interval, mean_defined
 from tegotae.parts.bodies import Hopper, Walker
 from tegotae.parts.fields import unwrapped
@@ -67,6 +69,12 @@ _MUCH = 0.5
 """A share of the score below which most of it is gone."""
 _FOLLOWS, _WEAKLY = 0.75, 0.25
 """Slopes of the rate over ω, from which on a controller follows, or follows weakly."""
+_BENT = 0.15
+"""So far off a line, over their mean, are rates that jump."""
+_ALL = 0.99
+"""A share of the stance that is nearly all of it."""
+_OFF = 0.05
+"""So far from one hop in a turn of the phase are several hops, or a part of one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +147,8 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     visited = visits(released, whole, recorded)
     seeds = range(options.first_seed, options.first_seed + options.retune_seeds)
     forms: list[TriedForm] = []
-    known = released.saved.experiment is not None or task.runs.body.limbs == 1
+    known = released.saved.controller.tegotae is not None or released.saved.body.limbs == 1
+    known &= released.saved.experiment is not None or released.saved.body.limbs == 1
     if options.retune and known and released.saved.omega and whole.mean.mean >= NOTHING:
         forms = tried_forms(released, whole, visited, generations=options.retune, seeds=seeds)
     return Explanation(
@@ -244,11 +253,13 @@ class Explanation(AnswerBase):
                 "": name,
                 f"mean CoT⁻¹ [{unit}]": _ranged(x.mean),
                 sound: f"{x.sound.mean():.0%}",
-                "rate over ω": _short(x.following),
-                "rates [rad/s]": " ".join(map(_short, x.rates)),
+                "following": _short(x.following),
+                f"rate [rad/s] at ω = {' '.join(map(_short, x.omega))}": " ".join(
+                    map(_short, x.rates)
+                ),
             }
             if not self._hops:
-                row["speed"] = " ".join(map(_short, mean_defined(x.speed_m_per_s.T)))
+                row["speed [m/s]"] = " ".join(map(_short, mean_defined(x.speed_m_per_s.T)))
             rows.append(row)
         return pd.DataFrame(rows).set_index("")
 
@@ -259,7 +270,8 @@ class Explanation(AnswerBase):
         for i, v in enumerate(self.visited):
             curves = {"A′(φ)": v.action, "G R(N)": v.gain * v.reaction}
             known = {name: np.isfinite(x).all() for name, x in curves.items()}
-            fits = [("A′(φ)", x) for x in action_fits(v)] if known["A′(φ)"] else []
+            actions = {x.formula: x for x in action_fits(v)}.values()  # one harmonic may be all
+            fits = [("A′(φ)", x) for x in actions] if known["A′(φ)"] else []
             fits += [("G R(N)", x) for x in reaction_fits(v).values()] if known["G R(N)"] else []
             for curve, fit in fits:
                 row = {"curve": curve, "formula": fit.formula, "R²": _explained(fit.explained)}
@@ -281,7 +293,7 @@ class Explanation(AnswerBase):
                 "retuned": _ranged(form.evaluated.mean),
                 "keeps": f"{form.kept:.0%}",
                 "settles" if self._hops else "stays up": f"{form.evaluated.sound.mean():.0%}",
-                "rate over ω": _short(form.evaluated.following),
+                "following": _short(form.evaluated.following),
             }
             for form in self.forms
         ]
@@ -297,19 +309,36 @@ class Explanation(AnswerBase):
 
     @property
     def notes(self) -> list[str]:
-        known = (self._of_feedback, self._of_command, self._of_visits, self._of_forms)
+        known = (
+            self._of_score,
+            self._of_feedback,
+            self._of_command,
+            self._of_visits,
+            self._of_reading,
+            self._of_forms,
+        )
         return [note for of in known for note in of()]
+
+    def _of_score(self) -> list[str]:
+        """What the score is, and how much of it are episodes without a gait."""
+        whole, unit = self.evaluated["whole"], " m/J" if self._hops else ""
+        kind, other = ("settle", "does not settle") if self._hops else ("stay up", "falls")
+        known = [_short(x) for x in whole.omega if np.isfinite(x)]
+        commands = f" at ω = {_listed(known)} rad/s" if known else ""
+        return [
+            f"The score, mean CoT⁻¹, is {whole.mean.mean:.3g}{unit} over {len(whole.merit)} "
+            f"releases{commands}. Of the episodes {whole.sound.mean():.0%} {kind}; what {other} "
+            "counts as 0."
+        ]
 
     def _of_feedback(self) -> list[str]:
         """What cutting and freezing the feedback does to the score."""
         whole = self.evaluated["whole"].mean.mean
         if not self._has_feedback:
-            return [
-                f"The score is {whole:.3g}. There is no feedback that could be cut: one network "
-                "leads from the senses to the force."
-            ]
+            moved = "force" if self._hops else "feet"
+            return [f"There is no feedback that could be cut: one network commands the {moved}."]
         if whole < NOTHING:
-            return [f"The score is {whole:.2g}: from these releases it does not get anywhere."]
+            return ["From these releases it does not get anywhere."]
         cut, frozen = (self.evaluated[name].mean.mean for name in ("cut", "frozen"))
         said = f"Cutting the feedback changes the score from {whole:.3g} to {cut:.3g}"
         kind = "a clock with a sector" if self._hops else "a clock"
@@ -321,7 +350,13 @@ class Explanation(AnswerBase):
         if frozen >= ALIKE * whole:
             return [f"{said}, {held_at}: it is {kind} of another frequency."]
         much = "much of" if max(cut, frozen) > _MUCH * whole else "most of"
-        return [f"{said}, {held_at}: its feedback as it moves makes {much} the score."]
+        changes = f"changes of the feedback within a cycle make {much} the score"
+        actuation = self.released.saved.controller.actuation
+        if "feedback" in actuation.reads and not (
+            actuation.needs_phase or "phase" in actuation.reads
+        ):
+            changes += ". The force follows the feedback alone, and so cannot do without it"
+        return [f"{said}, {held_at}: {changes}."]
 
     def _of_command(self) -> list[str]:
         """Whether the rate follows ω."""
@@ -331,15 +366,23 @@ class Explanation(AnswerBase):
             return ["It has no oscillator, and so no command to follow."]
         if math.isnan(slope):
             return ["It settles at fewer than two frequencies: whether it follows is unknown."]
-        how = "follows" if slope >= _FOLLOWS else "follows weakly"
+        how = "follows" if slope >= _FOLLOWS else "weakly follows"
         how = "overdoes" if slope > 1.0 / _FOLLOWS else "ignores" if slope < _WEAKLY else how
-        known = np.flatnonzero(np.isfinite(whole.rates))
-        low, high = known[0], known[-1]
-        return [
-            f"It {how} its command: it {what} at {whole.rates[low]:.3g} rad/s where ω is "
-            f"{whole.omega[low]:.3g}, and at {whole.rates[high]:.3g} where ω is "
-            f"{whole.omega[high]:.3g} (slope {slope:.2f})."
+        known = np.isfinite(whole.rates)
+        omega, rates = whole.omega[known], whole.rates[known]
+        line = np.polyval(np.polyfit(omega, rates, 1), omega)
+        bent = np.abs(rates - line).max() > _BENT * rates.mean()
+        kind = "Its rate is no line over its command" if bent else f"It {how} its command"
+        said = [
+            f"{kind}: it {what} at {_listed(map(_short, rates))} rad/s where ω is "
+            f"{_listed(map(_short, omega))} (slope {slope:.2f})."
         ]
+        turning = float(np.mean([v.rate_rad_per_s.mean() for v in self.visited]))
+        hops = whole.rates[self.released.middle] / turning if turning > 0.0 else math.nan
+        if self._hops and abs(hops - 1.0) > _OFF:
+            at = whole.omega[self.released.middle]
+            said.append(f"At ω = {at:.3g} it hops {hops:.2g} times in a turn of its phase.")
+        return said
 
     def _of_visits(self) -> list[str]:
         """Where the phase waits, stands and pushes."""
@@ -361,10 +404,23 @@ class Explanation(AnswerBase):
             )
             if saved.controller.actuation.commands_force:
                 share, places = pushing(v, float(np.max(saved.body.max_force_n)))
-                said.append(f"It pushes for {share:.0%} of the stance, {_places(places)}.")
+                when = f"for {share:.0%} of the stance, {_places(places)}"
+                when = "throughout the stance" if share > _ALL else when
+                said.append(f"It pushes, with more than half of its largest force, {when}.")
         if not self.evaluated["whole"].sound[:, self.released.middle].any():
             said.append("No release settles there: the curves are those of unsettled gaits.")
         return said
+
+    def _of_reading(self) -> list[str]:
+        """What the reaction and the gain read beside the load, over which they are drawn."""
+        terms = self.released.saved.controller.terms
+        read = [
+            name for role in ("reaction", "gain") if role in terms for name in terms[role].reads
+        ]
+        senses = (name.removeprefix("sin_").removeprefix("cos_") for name in read)
+        more = [name.replace("_", " ") for name in dict.fromkeys(senses) if name != "spring_force"]
+        said = f"G R reads the {_listed(more)}, too: no formula of N alone is that curve."
+        return [said] if more else []
 
     def _of_forms(self) -> list[str]:
         """The shortest forms that keep shares of the score."""
@@ -373,9 +429,10 @@ class Explanation(AnswerBase):
         said: list[str] = []
         for form in dict.fromkeys(filter(None, self.chosen.values())):
             shares = [f"{share:.0%}" for share, x in self.chosen.items() if x is form]
+            feet = f" beside the {form.of_feet} of its feet" if form.of_feet else ""
             said.append(
-                f"The shortest form that keeps {' and '.join(shares)} of the score is "
-                f"{form.name}, {form.numbers} numbers: {latex(form.saved)}."
+                f"The shortest form that keeps {_listed(shares)} of the score is {form.name}, "
+                f"{form.numbers} numbers{feet}, with {form.kept:.0%} of it: {plain(form.saved)}."
             )
         if none := [f"{share:.0%}" for share, form in self.chosen.items() if form is None]:
             said.append(f"None of the library keeps {' or '.join(none)}.")
@@ -407,12 +464,11 @@ class Explanation(AnswerBase):
         surface = self._surface()
         drawn = explanation_figure(self.name, self.visited, surface, self.evaluated)
         kept = [(form.name, form.numbers, form.evaluated.mean) for form in self.forms]
-        more = {"forms": forms_figure(kept, self.evaluated)} if kept else {}
+        unit = "m/J" if self._hops else "1"
+        more = {"forms": forms_figure(kept, self.evaluated, unit)} if kept else {}
         return {"curves": drawn, **more}
 
     def _surface(self) -> Surface | None:
-        from tegotae.analysis.surface import actuation_surface
-
         saved, v = self.released.saved, self.visited[0]
         if not isinstance(saved.body, Hopper):
             return None
@@ -423,7 +479,7 @@ class Explanation(AnswerBase):
     def page(self) -> str:
         """The page, in Markdown; its figures are beside it."""
         parts = [f"# {self.name}", *self.notes, "## Scores", _markdown(self.scores)]
-        parts += ["![curves](curves.png)"]
+        parts += ["![curves](curves.png)", self._caption]
         if len(self.curves):
             parts += ["## Curves", _markdown(self.curves)]
         if self.forms:
@@ -432,6 +488,28 @@ class Explanation(AnswerBase):
             code = f"```c\n{c_line(form.saved)}\n```", f"```python\n{python(form.saved)}\n```"
             parts += [f"### {form.name}", f"$$\n{latex(form.saved)}\n$$", *code]
         return "\n\n".join(parts) + "\n"
+
+    @property
+    def _caption(self) -> str:
+        """What the figure shows, and what the letters of the page mean."""
+        body, below = self.released.saved.body, "the force over phase and spring force"
+        if not isinstance(body, Hopper):
+            below = "the rate of the phase"
+        elif sees_velocity(self.released.saved):
+            below += ", for a velocity of 0"
+        unit = ""
+        if (
+            not self._hops
+            and unwrapped(body).gravity_m_per_s2 == unwrapped(body).rest_length_m == 1.0
+        ):
+            unit = " Mass, leg and gravity are 1 here: 1 m/s is √(g l0)."
+        return (
+            "*Dots are moments of settled gaits at the frequency of the training. Above: the "
+            "action A′ over the phase φ, behind it the share of the time in each 60th of a turn; "
+            "the reaction with its gain, G R, over the load N, the spring force in weights of the "
+            f"body. The feedback is f = G R A′. Below: {below}; the rate of "
+            f"{'hops' if self._hops else 'steps'} over the command ω.{unit}*"
+        )
 
     def save(self, folder: Path | str, format: str = "png") -> list[Path]:
         """Write the page, its figures, numbers and document into a folder, and the shortest forms,
@@ -471,7 +549,15 @@ def _places(places: Sequence[Arc]) -> str:
         for x in places
         if x.share >= 0.05
     ]
-    return f"at φ = {' and '.join(shown)} rad" if shown else "at no phase of its own"
+    if any(x.width_rad == TWO_PI for x in places):
+        return "at every phase"
+    return f"at φ = {_listed(shown)} rad" if shown else "at no phase of its own"
+
+
+def _listed(words: Iterable[str]) -> str:
+    """Words with commas, and one "and"."""
+    *first, last = list(words) or [""]
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _markdown(table: pd.DataFrame) -> str:
