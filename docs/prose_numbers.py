@@ -321,6 +321,14 @@ def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, flo
     return gain(ours, best), float(low), float(high)
 
 
+def over_short_law(body: str) -> tuple[float, ...]:
+    """Merit of learned feedback over the best short law [m/J], of designs and frequencies."""
+    law = {"study": "load", "calibrated": "offset"}[body]
+    row = (body, f"merit over the best short law, {law}", "mean of runs")
+    effect = cell("learning/primary", "effect", *row)
+    return effect, *(cell("learning/primary", "designs", *row, part=part) for part in (0, 1))
+
+
 def random_laws(subject: str, omega: float, column: str = "moves") -> float:
     """Mean of a column of the map of short laws over all laws that a body meets at a command."""
     kept = rows("law_map/summary", subject=subject, omega=omega)
