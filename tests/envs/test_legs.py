@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("mujoco")
 pytest.importorskip("gymnasium")
 
+import jax.numpy as jnp
 import mujoco
 
 import tegotae as tg
@@ -18,6 +19,7 @@ from jointed import jointed_robot
 from sprung import sprung_robot
 from tegotae import TegotaeError
 from tegotae.cli import main
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.sensing import sensing
@@ -26,8 +28,11 @@ from tegotae.envs.mujoco.suggesting_legs import reach, suggest_legs
 from tegotae.envs.scaling import place_of, started
 from tegotae.envs.wires import look_up
 from tegotae.envs.wrapper import Pilot
+from tegotae.export.robot import RobotController
 from tegotae.parts.units import Units
+from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve
+from tegotae.training.environments.experiment import EnvExperiment
 
 MODELS = [(seed, 2 + seed % 4, 1 + seed % 4, seed % 3 == 0) for seed in range(10)]
 
@@ -199,6 +204,40 @@ def test_a_controller_in_units_does_the_same_in_proportion():
         own = pilots[0].act(seen)
         assert pilots[1].act(40.0 * seen) == pytest.approx(0.5 * own, rel=1e-4, abs=1e-6)
     assert pilots[1].feedback == pytest.approx(pilots[0].feedback / 0.25, rel=1e-4)
+    env.close()
+
+
+@pytest.mark.parametrize("law", ["quadruped-c", "zoo:AR-rF+range@quadruped-c"])
+def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_commanded(law, tmp_path):
+    units = Units(length_m=0.5, time_s=0.25, force_n=40.0)
+    suggested = dataclasses.replace(suggest_legs(SETTINGS).wiring, units=units)
+    wiring = suggested.holding(resolve(law).controller())
+    env = ModelEnv(SETTINGS)
+    wires, problems = look_up(env, wiring)
+    assert wires is not None, problems
+    pilot = Pilot(wires, wiring, np.asarray(wiring.weights)[:, None])
+    seen, load_n = np.zeros((1, len(env.observation_names))), [3.0, 20.0, 0.0, 9.0]
+    for foot, load in zip(FEET, load_n, strict=True):
+        seen[0, env.observation_names.index(f"{foot}_estimated_force")] = load
+    (tmp_path / "robot.xml").write_text(SPRUNG)
+    experiment = EnvExperiment(
+        name="law",
+        spec=EnvSpec(env=str(tmp_path / "robot.xml"), settings=(("legs", True), ("feet", FEET))),
+        wiring=dataclasses.replace(wiring, weights=None),
+    )
+    saved = SavedController(
+        experiment.system, np.ravel(wiring.weights), "law", task=experiment.task
+    )
+    robot = RobotController(saved)
+    phases = np.float32([[limb.phase_rad] for limb in wiring.limbs])
+    now = robot.decide(
+        np.full((4, 1), wiring.omega, "float32"),
+        robot.controller.oscillator.start(jnp.asarray(phases)),
+        {"spring_force": np.float32(load_n)[:, None]},
+    )
+    places = pilot.act(seen).reshape(4, 3)[:, [0, 2]].T
+    assert np.asarray(now.command)[:, :, 0] == pytest.approx(places, abs=1e-5)
+    assert np.asarray(now.feedback) == pytest.approx(pilot.feedback, rel=1e-4)
     env.close()
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import msgspec
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
@@ -21,7 +22,9 @@ from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.channels import FORCE
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.scaled import in_si
 from tegotae.parts.terms import Signals
+from tegotae.parts.units import Units
 from tegotae.simulation.integrators import (
     decide,
     held,
@@ -81,10 +84,14 @@ class RobotController:
                 "force already; leave it out"
             )
 
-    @property
+    @functools.cached_property
     def controller(self) -> Controller:
-        """Its structure."""
-        return self.saved.controller
+        """Its structure, in SI."""
+        task = self.saved.task
+        units = msgspec.UNSET if task is None else task.wiring.units
+        if isinstance(units, msgspec.UnsetType):
+            return self.saved.controller
+        return in_si(self.saved.controller, Units(**msgspec.structs.asdict(units)))
 
     @property
     def limbs(self) -> int:

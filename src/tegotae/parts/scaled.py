@@ -1,0 +1,108 @@
+"""A controller that counts in units of its own, as one that counts in SI."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts._shapes import PerCommand, Weights
+from tegotae.parts.channels import FOOT
+from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms.actuation import Actuation
+from tegotae.parts.terms.base import Signals, Term
+from tegotae.parts.units import Units
+from tegotae.parts.weight_names import WeightName
+
+
+@dataclass(frozen=True)
+class ScaledTerm(Term):
+    """A term in SI: what it reads is over its units u, and its value times a factor c,
+
+        c · T(s / u).
+
+    Args:
+        term: T.
+        units: u.
+        factor: c, what 1 of its value is.
+    """
+
+    term: Term
+    units: Units
+    factor: float = 1.0
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """What the term reads."""
+        return self.term.reads
+
+    @property
+    def n_weights(self) -> int:
+        """Those of the term."""
+        return self.term.n_weights
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Those of the term."""
+        return self.term.weight_names
+
+    def __call__(self, weights: Weights, signals: Signals) -> PerCommand:
+        """c · T(s / u)."""
+        values = {name: x / self.units.of(name) for name, x in signals.values.items()}
+        scales = {name: x / self.units.of(name) for name, x in signals.scales.items()}
+        return self.factor * self.term(weights, Signals(values, scales))
+
+
+@dataclass(frozen=True)
+class ScaledFoot(ScaledTerm, Actuation):
+    """A place of the foot in SI [m]."""
+
+    COMMANDS = FOOT
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        return jnp.asarray(super().__call__(weights, signals))
+
+
+def in_si(controller: Controller, units: Units) -> Controller:
+    """A controller of the same weights that counts in SI, on legs whose feet it places.
+
+    Args:
+        controller: what counts in other units.
+        units: these.
+
+    Raises:
+        TegotaeError: for one that commands a force, is coupled, or whose oscillator has rates of
+            its own.
+
+    Example:
+        >>> from tegotae.parts.terms import EllipticFoot
+        >>> placed = in_si(Controller(EllipticFoot(), PhaseOscillator()), Units(length_m=0.3))
+        >>> placed.actuation.factor
+        0.3
+    """
+    if controller.actuation.commands_force:
+        raise TegotaeError("the wiring has units, and the controller commands no places of feet")
+    if controller.coupling is not None or not isinstance(
+        controller.oscillator, PhaseOscillator | None
+    ):
+        raise TegotaeError(
+            "the wiring has units, and the oscillators have rates of their own or are coupled; "
+            "export controllers with phase oscillators alone"
+        )
+    law, per_s = controller.tegotae, 1.0 / units.time_s
+    if law is not None:
+        limit = law.limit_rad_per_s
+        law = dataclasses.replace(
+            law,
+            action=ScaledTerm(law.action, units),
+            reaction=ScaledTerm(law.reaction, units),
+            gain=ScaledTerm(law.gain, units, per_s),
+            limit_rad_per_s=None if limit is None else limit * per_s,
+        )
+    foot = ScaledFoot(controller.actuation, units, units.length_m)
+    return dataclasses.replace(controller, actuation=foot, tegotae=law)
