@@ -31,6 +31,7 @@ from tegotae._support.documents import Document
 from tegotae.analysis.short_forms import SHARES, forms_of_legs
 from tegotae.cli.console import exit_status
 from tegotae.study import CellResult, Study
+from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import study_of
 
 TABLES = Path(__file__).resolve().parents[1] / "docs" / "_static" / "atlas"
@@ -161,7 +162,7 @@ def tables(kept: pd.DataFrame) -> str:
 
 def forms_table(kept: pd.DataFrame) -> list[list[str]]:
     """Of how many runs each form is the shortest that keeps a share; of equal ones the best."""
-    own = tg.build(f"V@{BODY}")
+    own = resolve(BODY).controller().controller
     numbers = {
         name: form.on_legs(own, 1.0).layout["actuation"].start
         for name, form in forms_of_legs().items()
