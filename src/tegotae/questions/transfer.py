@@ -67,18 +67,21 @@ def _conversions(saved: SavedController, wiring: Wiring) -> pd.DataFrame:
         ("length", 1.0, units.length_m, "m"),
         ("time", 1.0, units.time_s, "s"),
         ("force", 1.0, units.force_n, "N"),
-        ("omega", saved.omega, wiring.omega, "rad/s"),
+        ("omega", saved.omega, round(wiring.omega or 0.0, 3), "rad/s"),
     ]
     return pd.DataFrame(rows, columns=["number", "its own", "there", "unit"])
 
 
-@question(subjects=Transferable, own=TransferOptions.options_of, written="file")
+@question(
+    subjects=Transferable,
+    kinds={"option": lambda: TransferOptions.options_of("my_law.json")},
+)
 def wiring_transfer(law: str, options: TransferOptions) -> TransferredController:
     """Put a controller from elsewhere on the limbs of an environment, without training.
 
     With units in the wiring (`tegotae wiring suggest MODEL.xml --settings legs=true`) it is scaled
     by Froude's similarity: lengths over l0, times over √(l0 / g), forces over the weight. Its file
-    is then a name for every command, such as simulate, evaluate or train --from.
+    is then a name for every command, such as simulate, evaluate or train --start.
 
     Example:
         >>> wiring_transfer(

@@ -159,7 +159,9 @@ _UNITS = {
     **dict.fromkeys(("velocity", "speed"), "m/s"),
     **dict.fromkeys(("height", "foot_x", "foot_z"), "m"),
     **dict.fromkeys(("pitch", "roll", "yaw", "twist", "phase"), "rad"),
+    **dict.fromkeys(("side_roll", "end_pitch", "side_yaw"), "rad"),
     **dict.fromkeys(("pitch_rate", "roll_rate", "yaw_rate", "twist_rate", "feedback"), "rad/s"),
+    "side_roll_rate": "rad/s",
 }
 """Units of what is sensed and commanded."""
 
@@ -190,6 +192,10 @@ _WHAT = {
     "roll": "roll of the body",
     "pitch_rate": "rate of pitch",
     "roll_rate": "rate of roll",
+    "side_roll": "roll of the body, up on the leg's side",
+    "side_roll_rate": "its rate",
+    "end_pitch": "pitch of the body, up at the leg's end",
+    "side_yaw": "yaw of the body, to the leg's side",
 }
 """What the senses of the package's bodies are."""
 
