@@ -22,12 +22,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import tyro
+from matplotlib.figure import Figure
 
 from go1_feet import CONDITIONS, judged
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
 from tegotae.envs.wiring import Wiring, load_wiring
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import wilson
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController
@@ -94,6 +96,7 @@ LAWS = {
     "σN cos φ of the walker": Law("load", 2, zoo("cos+range@quadruped-c", range(3))),
     "AR of the walker": Law("load", 96, zoo("AR-rF+range@quadruped-c", range(3))),
     "ART of the walker": Law("load", 96, zoo("ART-rF-t+phif+range@quadruped-c", range(3))),
+    "clock and balance, tuned under disturbances": Law("IMU", 8, files("clock-tuned")),
     "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
 }
 
@@ -125,6 +128,7 @@ class Go1Laws:
         kept = pd.read_csv(file)
         write_text(FOLDER / "laws.md", laws_table(kept))
         write_text(FOLDER / "conditions.md", conditions_table(kept))
+        save_figure(figure(kept), FOLDER / "laws.png")
         print(laws_table(kept), conditions_table(kept), sep="\n")
 
 
@@ -217,6 +221,27 @@ def conditions_table(kept: pd.DataFrame) -> str:
             values = share.loc[condition, laws]
             lines.append([condition, *("–" if np.isnan(x) else f"{x:.0%}" for x in values)])
     return markdown(lines)
+
+
+@styled()
+def figure(kept: pd.DataFrame) -> Figure:
+    """Cost over speed on the robot as it is; and falls under every condition, a row a law."""
+    drawn = new_figure(PAGE_IN, 0.42 * PAGE_IN)
+    gait, falls = drawn.subplots(1, 2)
+    names = [name for name in LAWS if name in set(kept.law)]
+    shares = kept.groupby(["law", "condition"]).fell.mean().unstack()
+    shares = shares.reindex(index=names, columns=list(CONDITIONS))
+    for name, colour in zip(names, COLOURS * 2, strict=False):
+        own = kept[(kept.law == name) & (kept.condition == "as it is")]
+        means = own.groupby("omega")[["speed_m_per_s", "cost_of_transport"]].mean().dropna()
+        gait.plot(means.speed_m_per_s, means.cost_of_transport, "o-", color=colour, label=name)
+    gait.set(xlabel="speed along the heading [m/s]", ylabel="cost of transport", ylim=(0.0, None))
+    image = falls.imshow(shares, vmin=0.0, vmax=1.0, cmap="magma_r", aspect="auto")
+    falls.set_xticks(range(len(CONDITIONS)), list(CONDITIONS), rotation=90)
+    falls.set_yticks(range(len(names)), names)
+    drawn.colorbar(image, ax=falls, label="share that falls in 30 s")
+    drawn.legend(loc="outside lower center", ncols=3)
+    return drawn
 
 
 if __name__ == "__main__":
