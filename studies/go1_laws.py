@@ -81,9 +81,9 @@ def files(name: str) -> Callable[[], Sequence[SavedController]]:
     ]
 
 
-def zoo(name: str, seeds: Sequence[int]) -> Callable[[], Sequence[SavedController]]:
-    """Runs of the walker's laws, as they are."""
-    return lambda: [resolve(f"zoo:{name}/{seed}").controller() for seed in seeds]
+def zoo(name: str) -> Callable[[], Sequence[SavedController]]:
+    """The run of a walker's law that its study selects, as it is."""
+    return lambda: [resolve(name).controller()]
 
 
 LAWS = {
@@ -92,10 +92,10 @@ LAWS = {
     "open-loop trot, stride 0.65": Law("none", 1, open_loop(0.65)),
     "clock and balance": Law("IMU", 8, files("clock-b")),
     "load, clock and balance": Law("load, IMU", 11, files("load-b")),
-    "vanilla of the walker": Law("load", 1, lambda: [resolve("quadruped-c").controller()]),
-    "σN cos φ of the walker": Law("load", 2, zoo("cos+range@quadruped-c", range(3))),
-    "AR of the walker": Law("load", 96, zoo("AR-rF+range@quadruped-c", range(3))),
-    "ART of the walker": Law("load", 96, zoo("ART-rF-t+phif+range@quadruped-c", range(3))),
+    "vanilla of the walker": Law("load", 1, zoo("quadruped-c")),
+    "σN cos φ of the walker": Law("load", 2, zoo("zoo:cos+range@quadruped-c")),
+    "AR of the walker": Law("load", 96, zoo("zoo:AR-rF+range@quadruped-c")),
+    "ART of the walker": Law("load", 96, zoo("zoo:ART-rF-t+phif+range@quadruped-c")),
     "clock and balance, tuned under disturbances": Law("IMU", 8, files("clock-tuned")),
     "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
 }

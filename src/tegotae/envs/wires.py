@@ -56,6 +56,8 @@ class Wires:
 def controller_of(wiring: Wiring) -> Controller:
     """The controller of all limbs: a unit each, with weights in common or of their own.
 
+    One whose units share their weights, and do not see each other, fits any number of limbs.
+
     Raises:
         TegotaeError: for a controller of another number of limbs, or one without an oscillator.
     """
@@ -66,14 +68,14 @@ def controller_of(wiring: Wiring) -> Controller:
         )
     if controller.limbs == limbs:
         return controller
-    if controller.limbs != 1:
+    if controller.sets > 1 or controller.coupling is not None:
         raise TegotaeError(
             f"the controller has {controller.limbs} units and the wiring {limbs} limbs; give one "
-            "unit a limb, or a controller of one limb, which each of them then has"
+            "unit a limb, or a controller whose uncoupled units share their weights"
         )
-    free = wiring.weights is not None and np.ndim(wiring.weights) == 2
+    free = controller.limbs == 1 and wiring.weights is not None and np.ndim(wiring.weights) == 2
     return dataclasses.replace(
-        controller, limbs=limbs, sharing=tuple(range(limbs)) if free else None
+        controller, limbs=limbs, sharing=tuple(range(limbs)) if free else None, wiring=None
     )
 
 

@@ -374,10 +374,11 @@ def _felt(sensed: Sensing, joint: _Joint) -> tuple[str, str]:
 
 
 def phases_of(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
-    """Phases of the feet [rad]: the same on a diagonal, half a turn apart beside each other."""
-    places = np.array([place_of(model, data, foot)[:2] for foot in feet])
-    beside = places - places.mean(axis=0) > 1e-3
-    return [math.pi if (ahead + left) % 2 else 0.0 for ahead, left in beside.astype(int)]
+    """Phases of the feet [rad], neighbours half a turn apart: a trot of four, a tripod of six."""
+    ahead, aside = np.array([place_of(model, data, foot)[:2] for foot in feet]).T
+    left = aside - aside.mean() > 1e-3
+    behind = (ahead[:, None] - ahead > 1e-3) & (left[:, None] == left)
+    return [math.pi if odd else 0.0 for odd in (behind.sum(axis=1) + left) % 2]
 
 
 def _at_start(sensed: Sensing, joints: Sequence[_Joint]) -> np.ndarray:

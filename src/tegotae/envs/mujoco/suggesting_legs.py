@@ -113,7 +113,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         reasons[f"limbs[{i}].end_pitch"] = "up at the leg's end of the trunk"
         reasons[f"limbs[{i}].side_yaw"] = "turned to the leg's side"
         if phase:
-            reasons[f"limbs[{i}].phase_rad"] = "half a turn behind: a trot"
+            reasons[f"limbs[{i}].phase_rad"] = "half a turn from its neighbours"
     remarks = [
         *_out_of_reach(legs, walker.controller.actuation, length),
         *drop_remarks(standing, "stiffer servos, --settings servo_nm_per_rad"),
