@@ -218,17 +218,9 @@ class ControllersUnderTest(Tested):
         """
         check_senses(self.controller, self.body)
         tested = self.meeting(disturbances)
-        lanes = _Lanes(tested, disturbances)
-        nothing = disturbances[0].changes(
-            tested, np.full(self.size, disturbances[0].neutral), np.full(self.size, np.inf)
-        )
-        usual = lanes.measured([(nothing, 1)])
-        at_s = np.ravel(lanes.criterion.at_s(usual))
-        meets = []
-        for disturbance in disturbances:
-            levels = np.array(disturbance.outwards)
-            each_lane = np.repeat(levels, self.size), np.tile(at_s, len(levels))
-            meets.append((disturbance.changes(tested, *each_lane), len(levels)))
+        lanes = LanesUnderTest(tested, disturbances)
+        usual = lanes.measured(lanes.undisturbed)
+        meets = lanes.disturbed(np.ravel(lanes.criterion.at_s(usual)))
         then = lanes.measured(meets)
         return lanes.criterion.kept(usual, then, lanes.weight_ratio(meets))
 
@@ -246,8 +238,13 @@ Meets = Sequence[tuple[dict[str, LaneNumbers], int]]
 """The changes that each disturbance makes to its lanes, level by level, and how many levels."""
 
 
-class _Lanes:
-    """The lanes of a set: run by run, release by release."""
+class LanesUnderTest:
+    """The lanes of a set: run by run, release by release.
+
+    Args:
+        tested: the set.
+        disturbances: what it meets.
+    """
 
     def __init__(self, tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> None:
         self.tested, self.disturbances = tested, disturbances
@@ -255,11 +252,31 @@ class _Lanes:
         self.size = tested.size
         self.engine = tested.system.engine(self.criterion.summary, tested.timing)
 
+    @property
+    def undisturbed(self) -> list[tuple[dict[str, LaneNumbers], int]]:
+        """A level at which nothing is changed."""
+        first, size = self.disturbances[0], self.size
+        nothing = np.full(size, first.neutral), np.full(size, np.inf)
+        return [(first.changes(self.tested, *nothing), 1)]
+
+    def disturbed(self, at_s: np.ndarray) -> list[tuple[dict[str, LaneNumbers], int]]:
+        """What the levels of each disturbance change.
+
+        Args:
+            at_s: when what happens at a time happens [s], [lanes of the set].
+        """
+        meets = []
+        for disturbance in self.disturbances:
+            levels = np.array(disturbance.outwards)
+            each_lane = np.repeat(levels, self.size), np.tile(at_s, len(levels))
+            meets.append((disturbance.changes(self.tested, *each_lane), len(levels)))
+        return meets
+
     def measured(self, meets: Meets) -> Any:
         """What the criterion measures at every level, arrays [..., levels, lanes of the set]."""
         levels = sum(number for _, number in meets)
         count = levels * self.size
-        scenario = self._scenario(meets, count)
+        scenario = self.scenario(meets)
         weights = np.repeat(self.tested.weights, self.tested.starts, axis=0).T
         weights = np.tile(np.asarray(weights, "float32"), levels)
         parts = []
@@ -274,9 +291,9 @@ class _Lanes:
         joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
-    def _scenario(self, meets: Meets, count: int) -> Scenario:
+    def scenario(self, meets: Meets) -> Scenario:
         """What the lanes meet, level by level; all that some disturbance changes is in it."""
-        tested = self.tested
+        tested, count = self.tested, self.size * sum(number for _, number in meets)
         phases = np.tile(tested.phase_rad, len(tested.weights))
         release = tested.system.scenario(phase_rad=phases)
         changes = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -143,21 +143,17 @@ class ModelUnderTest(Tested):
 
     def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
         """See `Tested.kept`; every run, level and start is played at once."""
-        size, at_s = self.size, EVENT_SHARE * self.experiment.duration_s
-        plan = [(each, level) for each in disturbances for level in each.outwards]
-        count = (len(plan) + 1) * size
-        usual = {**vars(self.body), "omega": self.omega or 0.0, "at_s": at_s}
-        changes = {name: np.full(count, value, float) for name, value in usual.items()}
-        changes |= {"seed": np.zeros(count), "lasts_s": np.zeros(count)}
-        for number, (each, level) in enumerate(plan, 1):
-            here = slice(number * size, (number + 1) * size)
-            given = each.changes(self, np.full(size, level), np.full(size, at_s))
-            for name, change in given.items():
-                if isinstance(change, Step):  # a push
-                    changes["lasts_s"][here] = change.until_s - at_s
-                    change = change.value
-                changes[name][here] = change
-        played = _played(self, changes, at_s, count)
+        size = self.size
+        weights = np.repeat(self.weights, self.starts, axis=0).astype(np.float32)
+
+        def piloted(changes: dict[str, np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+            count = len(changes["omega"])
+            own = self.experiment
+            pilot = Pilot(own.wires, own.wiring, np.tile(weights, (count // size, 1)).T)
+            pilot.restart(np.ones(count, bool), changes["omega"])
+            return pilot.act
+
+        played = self.played(disturbances, piloted)
         usual = {name: x[:size] for name, x in played.items()}
         then = {name: x[size:].reshape(-1, size) for name, x in played.items()}
         length = self.body.rest_length_m
@@ -173,25 +169,56 @@ class ModelUnderTest(Tested):
         of_walks = (np.where(walks, x, np.nan) for x in (efficiency, speed))
         return retained(moved, moved, moves, moves & (share >= _KEEPS), *of_walks)
 
+    def played(
+        self, disturbances: Sequence[Disturbance], pilot: PilotMaker
+    ) -> dict[str, np.ndarray]:
+        """An episode of every lane: undisturbed, then level by level, [(1 + levels) size] each.
+
+        Args:
+            disturbances: what is met.
+            pilot: makes of the changes of all lanes what drives them: a function from observations
+                [lanes, entries] to actions [lanes, actions].
+
+        Returns:
+            `lasted`, `ahead_m_per_s`, `bounce_m`, `power_w`, and `weight` as a share of the usual.
+        """
+        size, at_s = self.size, EVENT_SHARE * self.experiment.duration_s
+        plan = [(each, level) for each in disturbances for level in each.outwards]
+        count = (len(plan) + 1) * size
+        usual = {**vars(self.body), "omega": self.omega or 0.0, "at_s": at_s}
+        changes = {name: np.full(count, value, float) for name, value in usual.items()}
+        changes |= {"seed": np.zeros(count), "lasts_s": np.zeros(count)}
+        for number, (each, level) in enumerate(plan, 1):
+            here = slice(number * size, (number + 1) * size)
+            given = each.changes(self, np.full(size, level), np.full(size, at_s))
+            for name, change in given.items():
+                if isinstance(change, Step):  # a push
+                    changes["lasts_s"][here] = change.until_s - at_s
+                    change = change.value
+                changes[name][here] = change
+        return _played(self, changes, at_s, pilot(changes))
+
+
+PilotMaker = Callable[[dict[str, np.ndarray]], Callable[[np.ndarray], np.ndarray]]
+"""From the changes of all lanes to what drives them."""
+
 
 def _played(
-    tested: ModelUnderTest, changes: dict[str, np.ndarray], at_s: float, count: int
+    tested: ModelUnderTest,
+    changes: dict[str, np.ndarray],
+    at_s: float,
+    act: Callable[[np.ndarray], np.ndarray],
 ) -> dict[str, np.ndarray]:
     """An episode of every lane under its changes, [lanes] each."""
-    own, body = tested.experiment, tested.body
-    wires, wiring = own.wires, own.wiring
-    every = np.ones(count, bool)
+    own, body, count = tested.experiment, tested.body, len(changes["seed"])
+    wires, every = own.wires, np.ones(count, bool)
     mass = changes["mass_kg"] / body.mass_kg
     gravity = changes["gravity_m_per_s2"] / body.gravity_m_per_s2
     models = _models(tested, mass, changes["friction"], gravity)
     lanes = tested._lanes(count, models)
-    per_level = np.repeat(tested.weights, tested.starts, axis=0)
-    weights = np.tile(per_level, (count // len(per_level), 1)).astype(np.float32)
-    pilot = Pilot(wires, wiring, weights.T)
     start = np.arange(count) % tested.starts
     unseen = _UNSEEN if own.spec.model_settings.noise else 0
     seen = lanes.reset(own.seed + unseen + start, every)
-    pilot.restart(every, changes["omega"])
     senses = _Senses(tested, changes["delay_s"], changes["noise"], changes["seed"])
     names, step_s = wires.observed, wires.step_s
     forward, height = names.index("root_forward"), names.index("root_height")
@@ -201,8 +228,7 @@ def _played(
     try:
         for step in range(lanes.steps):
             push = _push(changes, step * step_s - at_s, step_s)
-            acted = pilot.act(senses(seen))
-            seen, _, over = lanes.step(acted, alive, push_n=push)
+            seen, _, over = lanes.step(act(senses(seen)), alive, push_n=push)
             seen = np.nan_to_num(seen, posinf=0.0, neginf=0.0)
             track[step] = seen[:, forward], seen[:, height], seen[:, -1]
             alive &= ~(over & ~lanes.truncated)

@@ -1,0 +1,283 @@
+"""The subjects that this package simulates: the hopper, and a quadruped that walks."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from tegotae._support.transforms import jit_with_static
+from tegotae.analysis.benchmark.subject import STARTS, TRACKS, Driver, Entry, Subject, of_walk
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest, LanesUnderTest
+from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE
+from tegotae.measures.objectives.fitness import EPISODE, Fitness
+from tegotae.measures.objectives.walking import Walking
+from tegotae.parts._shapes import Weights
+from tegotae.parts.bodies import Body, Hopper, Walker
+from tegotae.parts.channels import FOOT
+from tegotae.parts.controller import Controller
+from tegotae.parts.terms import Actuation, Signals
+from tegotae.simulation.episode import EpisodeProgram, LaneInputs, LoopState, Shared
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.loop import ClosedLoop
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.world import ground_m, whole_run
+from tegotae.systems.controller_file import ControllerSet
+from tegotae.systems.system import usual_system
+
+
+@dataclass(frozen=True)
+class GivenForce(Actuation):
+    """A command from elsewhere: the weights are its numbers."""
+
+    @property
+    def n_weights(self) -> int:
+        """One a command."""
+        return len(self.COMMANDS)
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """The command as it is given."""
+        return weights[0] if self.n_weights == 1 else jnp.stack(list(weights))
+
+
+@dataclass(frozen=True)
+class GivenFoot(GivenForce):
+    """A place of the foot from elsewhere: its weights are forward and up [m]."""
+
+    COMMANDS = FOOT
+
+
+@dataclass(frozen=True)
+class SimulatedSubject(Subject):
+    """A body of this package under commands that are held for a control tick.
+
+    Observations are the body's senses, sense by sense and leg by leg; actions are its commands,
+    command by command and leg by leg.
+    """
+
+    BODY: ClassVar[Body]
+    ACTUATION: ClassVar[GivenForce]
+    SENSES: ClassVar[Mapping[str, tuple[str, ...]]]
+    """What is sensed, by the track."""
+    STARTS: ClassVar[Mapping[str, tuple[float, float]]]
+    """From where to where numbers of the release are drawn; a height is over the usual one."""
+
+    @property
+    def senses(self) -> Mapping[str, tuple[str, ...]]:
+        return {track: self.of_limbs(self.SENSES[track]) for track in TRACKS}
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        return self.of_limbs(self.BODY.COMMANDS)
+
+    def of_limbs(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """The names limb by limb: `spring_force`, or `spring_force[0]` of several."""
+        limbs = self.BODY.limbs
+        return names if limbs == 1 else tuple(f"{x}[{i}]" for x in names for i in range(limbs))
+
+    @property
+    def step_s(self) -> float:
+        return self.timing.tick_s
+
+    @cached_property
+    def tested(self) -> ControllersUnderTest:
+        """The body under commands, as `generalise` would test it."""
+        limbs = self.BODY.limbs
+        sets = None if limbs == 1 else tuple(range(limbs))
+        controller = Controller(self.ACTUATION, limbs=limbs, sharing=sets)
+        system = dataclasses.replace(usual_system(controller, self.BODY, None), integrator=Hold())
+        system = dataclasses.replace(system, timing=self.timed(system.timing))
+        runs = ControllerSet(self.NAME, system, np.zeros((1, controller.n_weights)), ("entry",))
+        return ControllersUnderTest(runs, starts=STARTS, looked_at=system.timing)
+
+    @property
+    def timing(self) -> Timing:
+        """Of an episode."""
+        return self.tested.timing
+
+    @property
+    def settle_s(self) -> float:
+        """What happens before does not count, but for a fall [s]."""
+        return round((1.0 - MEASURED_SHARE) * self.timing.n_frames) * self.timing.frame_s
+
+    @abstractmethod
+    def timed(self, usual: Timing) -> Timing:
+        """The timing of an episode, given the body's usual one."""
+
+    @property
+    @abstractmethod
+    def needs(self) -> tuple[str, ...]:
+        """The channels that the score reads."""
+
+    @abstractmethod
+    def worth(
+        self, path: Trajectory, scenario: Scenario, body: Body, weight: np.ndarray
+    ) -> jax.Array:
+        """The score of every lane that did not fall, [lanes].
+
+        Args:
+            path: what was recorded.
+            scenario: what was met.
+            body: the body.
+            weight: over the usual one, [lanes].
+        """
+
+    def _release(self, scenario: Scenario) -> Scenario:
+        """The scenario from its starts: those of a start are the same in all conditions."""
+        drawn = np.random.default_rng(0).uniform(size=(len(self.STARTS), STARTS))
+        entries: dict[str, Any] = {}
+        for (name, (low, high)), share in zip(self.STARTS.items(), drawn, strict=True):
+            value = np.float32(low + (high - low) * share)
+            entries[name] = np.tile(value, np.shape(scenario.height_m)[-1] // STARTS)
+        height_m = scenario.height_m + entries.pop("height_m")
+        velocity = entries.pop("velocity_m_per_s", scenario.velocity_m_per_s)
+        return scenario._replace(height_m=height_m, velocity_m_per_s=velocity, initial_pose=entries)
+
+    def scores(self, entry: Entry, track: str) -> np.ndarray:
+        tested, timing = self.tested, self.timing
+        lanes = LanesUnderTest(tested, self.disturbances)
+        event_s = np.full(STARTS, EVENT_SHARE * timing.duration_s)
+        meets = [*lanes.undisturbed, *lanes.disturbed(event_s)]
+        scenario = self._release(lanes.scenario(meets))
+        count = np.shape(scenario.height_m)[-1]
+        shared = Shared(tested.prepared, np.float32(timing.tick_s))
+        program = EpisodeProgram(ClosedLoop(tested.controller, Hold()), self.needs)
+        sensed, drive = self.SENSES[track], Driver(self, entry, count)
+        alive = np.ones(count, bool)
+        given = LaneInputs(np.zeros((tested.controller.n_weights, count), np.float32), scenario)
+        # Feet begin where they are first commanded to be.
+        observed, _ = _felt(sensed, given, shared, _begun(program, given, shared), np.int32(0))
+        given = given._replace(weights=self._weights(drive(np.asarray(observed).T)))
+        state, frames = _begun(program, given, shared), []
+        for index in range(timing.n_frames * timing.ticks_per_frame):
+            if index:
+                given = given._replace(weights=self._weights(drive(np.asarray(observed).T, alive)))
+            now = np.int32(index)
+            state = _ticked(program, given, shared, state, now)
+            observed, failed = _felt(sensed, given, shared, state, now + np.int32(1))
+            alive = ~np.asarray(failed)
+            if (index + 1) % timing.ticks_per_frame == 0:
+                state, frame = _recorded(program, given, shared, state, now)
+                frames.append(jax.tree.map(np.asarray, frame))
+        path = jax.tree.map(lambda *x: np.stack(x), *frames)
+        weight = np.ravel(lanes.weight_ratio(meets))
+        worth = np.asarray(self.worth(path, scenario, tested.prepared, weight))
+        return np.where(alive, np.nan_to_num(worth), 0.0).reshape(-1, STARTS)
+
+    def _weights(self, actions: np.ndarray) -> np.ndarray:
+        """The actions [lanes, commands · limbs] as weights, set by set, [n_weights, lanes]."""
+        lanes, limbs = len(actions), self.BODY.limbs
+        by_limb = np.reshape(actions, (lanes, -1, limbs)).swapaxes(1, 2)
+        return np.ascontiguousarray(by_limb.reshape(lanes, -1).T, np.float32)
+
+
+def _start(program: EpisodeProgram, given: LaneInputs, shared: Shared) -> LoopState:
+    return program.start(given, shared)
+
+
+def _tick(
+    program: EpisodeProgram, given: LaneInputs, shared: Shared, state: LoopState, index: Any
+) -> LoopState:
+    return program.tick(given, shared, state, index)
+
+
+def _frame(
+    program: EpisodeProgram, given: LaneInputs, shared: Shared, state: LoopState, last: Any
+) -> tuple[LoopState, Trajectory]:
+    return program.frame(given, shared, state, last)
+
+
+def _sense(
+    names: tuple[str, ...], given: LaneInputs, shared: Shared, state: LoopState, index: Any
+) -> tuple[jax.Array, jax.Array]:
+    """What is felt, [entries, lanes], and which lanes have failed."""
+    scenario, lane = given.scenario, state.lane
+    body, _ = whole_run(shared.body, dict(scenario.changes))
+    sensed = body.sense(lane.moment.body, ground_m(scenario, index, shared.tick_s)).values
+    felt = jnp.stack([sensed[name] for name in names])
+    return felt.reshape(-1, felt.shape[-1]), lane.failed
+
+
+_begun, _ticked, _recorded, _felt = (
+    jit_with_static(function, (0,)) for function in (_start, _tick, _frame, _sense)
+)
+
+
+_LOAD = ("spring_force",)
+
+
+@dataclass(frozen=True)
+class HopperSubject(SimulatedSubject):
+    """The paper's hopper. The score of an episode is its efficiency, m g Σh / E: the weight times
+    the height climbed in flight over the actuator's |work|, of the late whole hops."""
+
+    NAME = "hopper"
+    CONDITIONS = ("mass=0.7/1.5", "step=-0.5/0.2", "blow=-2/2", "delay=0.016", "noise=0.2")
+    BODY = Hopper()
+    ACTUATION = GivenForce()
+    SENSES = {"load": _LOAD, "load+imu": (*_LOAD, "velocity"), "all": Hopper.SENSES}
+    STARTS = {"height_m": (-0.1, 0.3), "velocity_m_per_s": (-0.5, 0.5)}
+
+    @property
+    def bounds(self) -> np.ndarray:
+        return np.array([[0.0], [self.BODY.max_force_n]])
+
+    def timed(self, usual: Timing) -> Timing:
+        return EPISODE
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        return Fitness.needs
+
+    def worth(self, path, scenario, body, weight):
+        hops = Fitness(settle_s=self.settle_s).outcome(path, scenario, body, self.timing)
+        return hops.cot_inverse[0] * self.BODY.weight_n * weight
+
+
+_TILT = ("pitch", "roll", "pitch_rate", "roll_rate", "side_roll", "side_roll_rate", "end_pitch")
+
+
+@dataclass(frozen=True)
+class QuadrupedSubject(SimulatedSubject):
+    """The walker `quadruped-c`. The score of an episode is that of a walk (`of_walk`), at a wanted
+    speed of 0.25 √(g l0)."""
+
+    NAME = "quadruped"
+    CONDITIONS = (
+        *("mass=0.85/1.2", "friction=0.25/0.5", "slope=-0.05/0.05"),
+        *("push-ahead=-0.3/0.3", "push-aside=0.3"),
+    )
+    BODY = Walker()
+    ACTUATION = GivenFoot()
+    SENSES = {"load": _LOAD, "load+imu": (*_LOAD, *_TILT), "all": Walker.SENSES}
+    STARTS = {
+        "height_m": (0.0, 0.05),
+        "roll_rad": (-0.05, 0.05),
+        "pitch_rad": (-0.05, 0.05),
+        "speed_m_per_s": (0.0, 0.2),
+    }
+    SPEED: ClassVar[float] = 0.25
+
+    @property
+    def bounds(self) -> np.ndarray:
+        return np.array([[-1.0], [1.0]]) * self.BODY.rest_length_m
+
+    def timed(self, usual: Timing) -> Timing:
+        return usual
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        return Walking.needs
+
+    def worth(self, path, scenario, body, weight):
+        wanted = Walking(speed_m_per_s=self.SPEED, settle_s=self.settle_s)
+        walk = wanted.outcome(path, scenario, body, self.timing)
+        return of_walk(walk.cot_inverse, walk.speed_m_per_s, self.SPEED)
