@@ -295,11 +295,8 @@ def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
         MissingExtraError: without the package that reads the file.
     """
     path = Path(str(place))
-    read = {".zip": _stable_baselines, ".onnx": _onnx}.get(path.suffix.lower())
-    if read is not None:
-        if not path.is_file():
-            raise TegotaeError(f"there is no file {path}")
-        answer, entries = read(path)
+    if path.suffix.lower() in NETWORKS:
+        answer, entries = network(path)
         meaning = Meaning() if meaning is None else meaning
         observed = meaning.settings.observed
         if entries not in (None, len(observed)):
@@ -324,7 +321,22 @@ def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
 
 
 Answers = Callable[[np.ndarray], ArrayLike]
-"""From observations [n, entries] to answers [n]."""
+"""From observations [n, entries] to answers [n], or [n, numbers]."""
+
+
+def network(path: Path) -> tuple[Answers, int | None]:
+    """What the network in a file answers, and how many entries it observes if it says so.
+
+    Args:
+        path: a .zip of Stable-Baselines3, or an .onnx file.
+
+    Raises:
+        TegotaeError: for a file that is not there or no network.
+        MissingExtraError: without the package that reads it.
+    """
+    if not path.is_file():
+        raise TegotaeError(f"there is no file {path}")
+    return NETWORKS[path.suffix.lower()](path)
 
 
 def _onnx(path: Path) -> tuple[Answers, int | None]:
@@ -341,7 +353,7 @@ def _onnx(path: Path) -> tuple[Answers, int | None]:
     def answer(observed: np.ndarray) -> np.ndarray:
         rows = observed.astype(np.float32)
         if batch == 1:  # exported for one observation at a time
-            return np.array([session.run(None, {name: row[None]})[0].ravel()[0] for row in rows])
+            return np.concatenate([session.run(None, {name: row[None]})[0] for row in rows])
         return session.run(None, {name: rows})[0]
 
     return answer, entries if isinstance(entries, int) else None
@@ -413,3 +425,7 @@ def _box(does: str, written: dict[str, Any]) -> Any:
         )
     low, high = (np.array(written[end].strip("[]").split(), np.float32) for end in ("low", "high"))
     return Box(low, high)
+
+
+NETWORKS = {".zip": _stable_baselines, ".onnx": _onnx}
+"""What reads a file of a network, by its ending."""

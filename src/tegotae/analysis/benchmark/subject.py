@@ -65,21 +65,21 @@ class Subject(ABC):
 
     @abstractmethod
     def scores(self, entry: Entry, track: str) -> np.ndarray:
-        """The score of every episode, [conditions, starts]; 0 of one that ends in a fall.
+        """The score of every episode, [conditions, starts]; NaN of one that ends in a fall.
 
         Raises:
             TegotaeError: for an entry that fails, or needs more than `MOST_CPU_S`.
         """
 
     def episodes(self, scores: np.ndarray) -> pd.DataFrame:
-        """A row an episode: `condition`, `level`, `start` and `score`."""
+        """A row an episode: `condition`, `level`, `start` and `score`, undefined after a fall."""
         met = [("none", np.nan), *((x.name, y) for x in self.disturbances for y in x.outwards)]
         rows = [(*met[i], start, score) for (i, start), score in np.ndenumerate(scores)]
         return pd.DataFrame(rows, columns=["condition", "level", "start", "score"])
 
 
 def summary(scores: np.ndarray) -> dict[str, float]:
-    """The score of an entry, and the share of its episodes that have one, with 95 % intervals.
+    """The score of an entry, and the share of its episodes without a fall, with 95 % intervals.
 
     Starts are independent, conditions are not: the bootstrap draws starts, and Wilson's interval
     counts as many trials as there are starts.
@@ -88,18 +88,19 @@ def summary(scores: np.ndarray) -> dict[str, float]:
         scores: of `Subject.scores`, [conditions, starts].
 
     Returns:
-        `score`, the mean, with `low` and `high`; `moves`, the share above 0, with `moves_low` and
-        `moves_high`.
+        `score`, the mean, to which a fall contributes 0, with `low` and `high`; `stands`, the share
+        without a fall, with `stands_low` and `stands_high`.
 
     Example:
-        >>> summary(np.ones((3, 16)))["score"]
-        1.0
+        >>> found = summary(np.array([[1.0, np.nan], [1.0, 1.0]]))
+        >>> found["score"], found["stands"]
+        (0.75, 0.75)
     """
-    mean = interval(scores.mean(axis=0), within=POSITIVE)
-    moves = scores > 0.0
-    low, high = share_interval(int(moves.sum()), moves.size, scores.shape[1])
-    known = {"score": mean.mean, "low": mean.low, "high": mean.high}
-    return known | {"moves": float(moves.mean()), "moves_low": low, "moves_high": high}
+    mean = interval(np.nan_to_num(scores).mean(axis=0), within=POSITIVE)
+    stands = ~np.isnan(scores)
+    low, high = share_interval(int(stands.sum()), stands.size, scores.shape[1])
+    of_stands = {"stands": float(stands.mean()), "stands_low": low, "stands_high": high}
+    return {"score": mean.mean, "low": mean.low, "high": mean.high, **of_stands}
 
 
 def of_walk(cot_inverse: ArrayLike, speed: ArrayLike, wanted: float) -> np.ndarray:
