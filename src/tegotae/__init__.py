@@ -16,6 +16,7 @@ _HOMES = {
     "measures.objectives.fitness": ("Fitness",),
     "parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
     "parts.controller": ("Controller", "Tegotae"),
+    "questions.benchmark": ("benchmark_run",),
     "questions.drawing": (
         "figure_basin",
         "figure_learning_curves",

@@ -18,6 +18,7 @@ _GROUPS: Mapping[str, str] = {
     "figure": "Draw a figure that explains a controller, and write its numbers.",
     "gait": "Study the gaits of a body with several legs.",
     "export": "Export a controller to a robot.",
+    "benchmark": "Score controllers of any kind on the same bodies.",
 }
 """What the commands of two words are for, by the first."""
 
@@ -54,7 +55,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = _commands()
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "See a controller move": ("simulate", "models"),
     "Learn one": ("train", "wiring", "template"),
-    "Measure and compare": ("evaluate", "compare", "measure", "generalise"),
+    "Measure and compare": ("evaluate", "compare", "measure", "generalise", "benchmark"),
     "Understand one": ("explain", "figure", "gait"),
     "Use one on a robot": ("export",),
     "Get help, cite": ("doctor", "completion", "cite"),

@@ -8,7 +8,7 @@ import dataclasses
 import math
 import subprocess
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -211,6 +211,3 @@ def _compiled(path: Path, prefix: str) -> ctypes.CDLL:
             first = next(iter(done.stderr.splitlines()), "")
             raise TegotaeError(f"cc cannot compile {path}: {first}")
         return ctypes.CDLL(str(target))
-
-
-Reader = Callable[[Any, Subject, str], Entry]

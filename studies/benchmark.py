@@ -1,0 +1,134 @@
+"""The entries of the benchmark that come with the package, and their scores.
+
+    python studies/benchmark.py entries              # those that are files, of named controllers
+    python studies/benchmark.py run [--go1 go1.xml]  # all scores; a minute of a core each
+
+The entries are in `benchmarks/entries`. Scores go to `src/tegotae/questions/benchmark.csv`, beside
+which every other entry is shown, and with the page's table to `docs/_static/benchmark`. Without the
+model of Go1 its rows stay as they are.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+import tegotae as tg
+from kept import write_rows, write_text
+from tegotae.questions.benchmark import KEPT
+
+ROOT = Path(__file__).parents[1]
+ENTRIES, OUT = Path("benchmarks/entries"), ROOT / "docs" / "_static" / "benchmark"
+FUNCTIONS = ENTRIES / "functions.py"
+PLAN = (
+    ("hopper", "load", "zoo:V-sector-w4/0", "name"),
+    ("hopper", "load", "zoo:ART-rF-tphif-w4/8", "name"),
+    ("hopper", "load", ENTRIES / "latch-w4.json", "controller file"),
+    ("hopper", "load", f"{FUNCTIONS}:Rebound", "function"),
+    ("hopper", "load", ENTRIES / "hopper" / "arg.c", "C"),
+    ("hopper", "load+imu", ENTRIES / "hopper.onnx", "ONNX"),
+    ("hopper", "load+imu", f"{FUNCTIONS}:rebound", "function"),
+    ("quadruped", "load", "quadruped-c", "name"),
+    ("quadruped", "load", "zoo:AR-rF+range@quadruped-c/0", "name"),
+    ("quadruped", "load", ENTRIES / "quadruped" / "cosine.c", "C"),
+    ("quadruped", "load", f"{FUNCTIONS}:Trot", "function"),
+    ("quadruped", "load+imu", f"{FUNCTIONS}:LevelTrot", "function"),
+    ("go1", "load", "zoo:ART-rF-tphif-w8@go1/0", "name"),
+    ("go1", "load", ENTRIES / "go1" / "art.c", "C"),
+    ("go1", "load", f"{FUNCTIONS}:Go1Trot", "function"),
+)
+"""Subject, track, entry and its kind; at least ten, of five kinds."""
+
+
+def entries() -> None:
+    """Write the entries that are files."""
+    with tempfile.TemporaryDirectory() as folder:
+        tg.train("latch-w4", seeds=1, out=Path(folder) / "latch")
+        shutil.copy(Path(folder) / "latch" / "latch-w4-seed0.json", ENTRIES / "latch-w4.json")
+    for name, place, prefix, tick_s in (
+        ("zoo:ARG-rF-gF-both-w4/0", "hopper", "arg", 0.002),
+        ("zoo:cos+range@quadruped-c/0", "quadruped", "cosine", 0.008),
+        ("zoo:ART-rF-tphif-w8@go1/0", "go1", "art", 0.02),
+    ):
+        exported = tg.export_c(name, tick=tick_s, prefix=prefix)
+        for ending in ("c", "h", "json"):
+            write_text(ENTRIES / place / f"{prefix}.{ending}", exported.files[f"{prefix}.{ending}"])
+    _write_network("zoo:T-Fv/9", ENTRIES / "hopper.onnx")
+
+
+def _write_network(name: str, file: Path) -> None:
+    """The single network of the paper, from load and velocity to force, as ONNX."""
+    import onnx
+    from onnx import TensorProto, helper, numpy_helper
+
+    saved = tg.load(name)
+    *inner, bias, outer = np.asarray(saved.weights, np.float32).reshape(-1, 4).T
+    scales = saved.body.weight_n, np.sqrt(saved.body.gravity_m_per_s2 * saved.body.rest_length_m)
+    arrays = {
+        "inner": np.stack(inner) / np.array(scales, np.float32)[:, None],
+        "bias": bias,
+        "outer": outer[:, None],
+    }
+    nodes = [
+        helper.make_node("Gemm", ["observed", "inner", "bias"], ["drive"]),
+        helper.make_node("Tanh", ["drive"], ["hidden"]),
+        helper.make_node("MatMul", ["hidden", "outer"], ["force"]),
+    ]
+    ends = (
+        [helper.make_tensor_value_info(end, TensorProto.FLOAT, ["n", width])]
+        for end, width in (("observed", 2), ("force", 1))
+    )
+    weights = [
+        numpy_helper.from_array(np.asarray(x, np.float32), name) for name, x in arrays.items()
+    ]
+    graph = helper.make_graph(nodes, "hopper", *ends, weights)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
+    file.write_bytes(model.SerializeToString())
+    onnx.checker.check_model(model)
+
+
+def run(go1: str | None = None) -> None:
+    """Score all, and write the tables."""
+    for subject, track, entry, kind in PLAN:
+        if subject == "go1" and go1 is None:
+            continue
+        model = {"go1": go1} if subject == "go1" else {}
+        found = tg.benchmark_run(str(entry), subject=subject, track=track, **model).document()
+        keys = ("score", "low", "high", "stands", "stands_low", "stands_high", "cpu_s")
+        named = {"subject": subject, "track": track, "entry": str(entry), "kind": kind}
+        row = named | {key: found[key] for key in keys}
+        print(row, flush=True)
+        for file in (KEPT, OUT / "scores.csv"):
+            write_rows(file, [row], digits=4, by=("subject", "track", "entry"))
+    report()
+
+
+def report() -> None:
+    """The page's table, subject by subject, the best first."""
+    kept = pd.read_csv(KEPT)
+    order = {(str(entry), track): k for k, (_, track, entry, _) in enumerate(PLAN)}
+    assert set(zip(kept["entry"], kept["track"], strict=True)) <= set(order)
+    lines = ["| subject | entry | kind | track | score | stands |", "|---|---|---|---|---|---|"]
+    for subject in dict.fromkeys(subject for subject, *_ in PLAN):
+        for x in (
+            kept[kept["subject"] == subject].sort_values("score", ascending=False).itertuples()
+        ):
+            entry = str(x.entry).removeprefix(f"{ENTRIES}/")
+            lines.append(
+                f"| {subject} | `{entry}` | {x.kind} | {x.track} | {x.score:.3g} [{x.low:.3g}, "
+                f"{x.high:.3g}] | {x.stands:.0%} |"
+            )
+    write_text(OUT / "scores.md", "\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    command, *words = sys.argv[1:] or ["run"]
+    if command == "run":
+        run(words[1] if words[:1] == ["--go1"] else None)
+    else:
+        {"entries": entries, "report": report}[command]()
