@@ -17,7 +17,7 @@ import numpy as np
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.benchmark.subject import Entry, Policy, Subject
+from tegotae.analysis.benchmark.subject import Entry, Policy, Subject, of_limbs
 from tegotae.export.c.plan import member
 from tegotae.export.live.controller import LiveController
 from tegotae.export.robot import compiled
@@ -66,24 +66,20 @@ def _at(names: Sequence[str], known: Sequence[str], what: str) -> np.ndarray:
     return np.array([known.index(name) for name in names], int)
 
 
-def _of_limbs(names: Sequence[str], limbs: int) -> list[str]:
-    return [*names] if limbs == 1 else [f"{name}[{i}]" for name in names for i in range(limbs)]
-
-
 def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entry:
     """A controller of the package's own bodies, as native code."""
     native = compiled(saved)
-    sensed = _at(_of_limbs(native.senses, native.limbs), subject.senses[track], "senses")
-    _at(subject.commands, _of_limbs(native.commands, native.limbs), "does not command")
+    sensed = _at(of_limbs(native.senses, native.limbs), subject.senses[track], "senses")
+    _at(subject.commands, of_limbs(native.commands, native.limbs), "does not command")
     live, shape = LiveController(native), (len(native.senses), native.limbs)
 
     def begin() -> Policy:
-        own = copy.copy(live)
-        own.reset()
+        fresh = copy.copy(live)
+        fresh.reset()
 
         def policy(observed: np.ndarray) -> np.ndarray:
             felt = dict(zip(native.senses, observed[sensed].reshape(shape), strict=True))
-            return own.step(felt, dt_s=subject.step_s).ravel()
+            return fresh.step(felt, dt_s=subject.step_s).ravel()
 
         return policy
 
@@ -98,15 +94,15 @@ def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
 
     if not isinstance(subject, Go1Subject):
         raise TegotaeError(f"{saved.name} was trained in another simulator; its subject is go1")
-    own = dataclasses.replace(EnvExperiment.of(saved), spec=subject.tested.experiment.spec)
-    observed = own.wires.observed
-    felt = {observed[i] for places, _ in own.wires.sensed.values() for i in places}
+    trained = dataclasses.replace(EnvExperiment.of(saved), spec=subject.tested.experiment.spec)
+    observed = trained.wires.observed
+    felt = {observed[i] for places, _ in trained.wires.sensed.values() for i in places}
     _at(sorted(felt), subject.senses[track], "senses")
     columns = _at(subject.senses[track], observed, "senses")
     weights = np.asarray(saved.weights, np.float32)[:, None]
 
     def begin() -> Policy:
-        pilot, whole = Pilot(own.wires, own.wiring, weights), np.zeros((1, len(observed)))
+        pilot, whole = Pilot(trained.wires, trained.wiring, weights), np.zeros((1, len(observed)))
 
         def policy(seen: np.ndarray) -> np.ndarray:
             whole[0, columns] = seen
@@ -154,9 +150,9 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
         most = about["constants"]["max_force_n"]
     else:
         of_c = {_in_c(name): name for name in (*subject.senses["all"], *subject.commands)}
-        felt = [of_c.get(name, name) for name in _of_limbs(inputs, limbs)]
+        felt = [of_c.get(name, name) for name in of_limbs(inputs, limbs)]
         commanded = [name for name in outputs if name not in ("feedback_rad_per_s", "phase_rad")]
-        driven = [of_c.get(name, name) for name in _of_limbs(commanded, limbs)]
+        driven = [of_c.get(name, name) for name in of_limbs(commanded, limbs)]
         rest, push, most = 0.0, 1.0, 1.0
         _at(subject.commands, driven, "does not command")
     sensed = _at(felt, subject.senses[track], "senses")

@@ -76,41 +76,33 @@ def benchmark_run(entry: Any, options: BenchmarkOptions) -> TableAnswer:
     begun_s = time.process_time()
     scores = subject.scores(read_entry(entry, subject, options.track), options.track)
     spent_s = time.process_time() - begun_s
-    found = summary(scores)
+    scored = summary(scores)
     name = entry if isinstance(entry, str) else getattr(entry, "__name__", type(entry).__name__)
-    row = {"subject": options.subject, "track": options.track, "entry": f"{name} (this one)"}
     kept = pd.read_csv(KEPT)
-    rivals = kept["track"].map(TRACKS.index) <= TRACKS.index(options.track)
-    table = pd.concat(
-        [pd.DataFrame([row | found]), kept[rivals & (kept["subject"] == options.subject)]],
-        ignore_index=True,
-    )
-    shown = pd.DataFrame(
-        {
-            "entry": table["entry"],
-            "track": table["track"],
-            "score": [_shown(*x) for x in table[["score", "low", "high"]].to_numpy()],
-            "stands": [
-                _shown(*x) for x in table[["stands", "stands_low", "stands_high"]].to_numpy()
-            ],
-        }
-    )
-    order = table["score"].sort_values(ascending=False, kind="stable").index
+    fewer = kept["track"].map(TRACKS.index) <= TRACKS.index(options.track)
+    row = {"entry": f"{name} (this one)", "track": options.track, **scored}
+    table = pd.concat([pd.DataFrame([row]), kept[fewer & (kept["subject"] == options.subject)]])
+    table = table.sort_values("score", ascending=False, kind="stable").set_index("entry")
+    shown = table[["track"]].assign(score=_shown(table, *_SCORE), stands=_shown(table, *_STANDS))
     settings = dataclasses.asdict(options) | {"entry": str(name)}
     return TableAnswer(
         raw=scores,
         outcome=f"{name} on {options.subject}, track {options.track}: "
-        f"{_shown(*(found[x] for x in ('score', 'low', 'high')))}",
+        f"{_shown(pd.DataFrame([scored]), *_SCORE)[0]}",
         table=subject.episodes(scores),
-        shown=[shown.loc[order].set_index("entry")],
+        shown=[shown],
         remarks=[
             "Score: mean over conditions and unseen starts, with a 95 % interval over starts; "
             "stands: share of episodes without a fall, with Wilson's interval.",
             f"{spent_s:.0f} s of a core, of {MOST_CPU_S:g}.",
         ],
-        data=as_json({"settings": settings, **found, "cpu_s": spent_s}),
+        data=as_json({"settings": settings, **scored, "cpu_s": spent_s}),
     )
 
 
-def _shown(mean: float, low: float, high: float) -> str:
-    return f"{mean:.3g} [{low:.3g}, {high:.3g}]"
+_SCORE, _STANDS = ("score", "low", "high"), ("stands", "stands_low", "stands_high")
+
+
+def _shown(table: pd.DataFrame, *columns: str) -> list[str]:
+    """A mean with its interval, row by row."""
+    return ["{:.3g} [{:.3g}, {:.3g}]".format(*x) for x in table[[*columns]].to_numpy()]

@@ -12,13 +12,22 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tegotae._support.transforms import jit_with_static
-from tegotae.analysis.benchmark.subject import STARTS, TRACKS, Driver, Entry, Subject, of_walk
+from tegotae.analysis.benchmark.subject import (
+    STARTS,
+    TRACKS,
+    Driver,
+    Entry,
+    Subject,
+    of_limbs,
+    of_walk,
+)
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest, LanesUnderTest
 from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE
-from tegotae.measures.objectives.fitness import EPISODE, Fitness
-from tegotae.measures.objectives.walking import Walking
+from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
+from tegotae.measures.objectives.walking import Walking, WalkOutcome
 from tegotae.parts._shapes import Weights
 from tegotae.parts.bodies import Body, Hopper, Walker
 from tegotae.parts.channels import FOOT
@@ -29,7 +38,6 @@ from tegotae.parts.terrains import Flat, Slope, Sum
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, LoopState, Shared
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.loop import ClosedLoop
-from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
 from tegotae.simulation.world import ground_m, whole_run
 from tegotae.systems.controller_file import ControllerSet
@@ -70,25 +78,22 @@ class SimulatedSubject(Subject):
     ACTUATION: ClassVar[GivenForce]
     SENSES: ClassVar[Mapping[str, tuple[str, ...]]]
     """What is sensed, by the track."""
-    STARTS: ClassVar[Mapping[str, tuple[float, float]]]
+    RELEASES: ClassVar[Mapping[str, tuple[float, float]]]
     """From where to where numbers of the release are drawn; a height is over the usual one."""
+    TIMING: ClassVar[Timing]
+    """Of an episode."""
 
     @property
     def senses(self) -> Mapping[str, tuple[str, ...]]:
-        return {track: self.of_limbs(self.SENSES[track]) for track in TRACKS}
+        return {x: of_limbs(self.SENSES[x], self.BODY.limbs) for x in TRACKS}
 
     @property
     def commands(self) -> tuple[str, ...]:
-        return self.of_limbs(self.BODY.COMMANDS)
-
-    def of_limbs(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """The names limb by limb: `spring_force`, or `spring_force[0]` of several."""
-        limbs = self.BODY.limbs
-        return names if limbs == 1 else tuple(f"{x}[{i}]" for x in names for i in range(limbs))
+        return of_limbs(self.BODY.COMMANDS, self.BODY.limbs)
 
     @property
     def step_s(self) -> float:
-        return self.timing.tick_s
+        return self.TIMING.tick_s
 
     @cached_property
     def tested(self) -> ControllersUnderTest:
@@ -96,10 +101,10 @@ class SimulatedSubject(Subject):
         limbs = self.BODY.limbs
         sets = None if limbs == 1 else tuple(range(limbs))
         controller = Controller(self.ACTUATION, limbs=limbs, sharing=sets)
-        system = dataclasses.replace(usual_system(controller, self.BODY, None), integrator=Hold())
-        system = dataclasses.replace(system, timing=self.timed(system.timing))
+        usual = usual_system(controller, self.BODY, None)
+        system = dataclasses.replace(usual, integrator=Hold(), timing=self.TIMING)
         runs = ControllerSet(self.NAME, system, np.zeros((1, controller.n_weights)), ("entry",))
-        return ControllersUnderTest(runs, starts=STARTS, looked_at=system.timing)
+        return ControllersUnderTest(runs, starts=self.starts, looked_at=self.TIMING)
 
     @property
     def simulated(self) -> Body:
@@ -107,57 +112,44 @@ class SimulatedSubject(Subject):
         return self.tested.prepared
 
     @property
-    def timing(self) -> Timing:
-        """Of an episode."""
-        return self.tested.timing
-
-    @property
     def settle_s(self) -> float:
         """What happens before does not count, but for a fall [s]."""
-        return round((1.0 - MEASURED_SHARE) * self.timing.n_frames) * self.timing.frame_s
-
-    @abstractmethod
-    def timed(self, usual: Timing) -> Timing:
-        """The timing of an episode, given the body's usual one."""
+        return round((1.0 - MEASURED_SHARE) * self.TIMING.n_frames) * self.TIMING.frame_s
 
     @property
     @abstractmethod
-    def needs(self) -> tuple[str, ...]:
-        """The channels that the score reads."""
+    def objective(self) -> Fitness | Walking:
+        """What measures an episode."""
 
     @abstractmethod
-    def worth(
-        self, path: Trajectory, scenario: Scenario, body: Body, weight: np.ndarray
-    ) -> jax.Array:
+    def worth(self, outcome: Any, weight: np.ndarray) -> ArrayLike:
         """The score of every lane that did not fall, [lanes].
 
         Args:
-            path: what was recorded.
-            scenario: what was met.
-            body: the body.
-            weight: over the usual one, [lanes].
+            outcome: of the objective.
+            weight: of the body over the usual one, [lanes].
         """
 
     def _release(self, scenario: Scenario) -> Scenario:
         """The scenario from its starts: those of a start are the same in all conditions."""
-        drawn = np.random.default_rng(0).uniform(size=(len(self.STARTS), STARTS))
-        entries: dict[str, Any] = {}
-        for (name, (low, high)), share in zip(self.STARTS.items(), drawn, strict=True):
-            value = np.float32(low + (high - low) * share)
-            entries[name] = np.tile(value, np.shape(scenario.height_m)[-1] // STARTS)
+        drawn = np.random.default_rng(0).uniform(size=(len(self.RELEASES), STARTS))
+        again, entries = np.shape(scenario.height_m)[-1] // self.starts, {}
+        for (name, (low, high)), share in zip(self.RELEASES.items(), drawn, strict=True):
+            value = np.float32(low + (high - low) * share[: self.starts])
+            entries[name] = np.tile(value, again)
         height_m = scenario.height_m + entries.pop("height_m")
         velocity = entries.pop("velocity_m_per_s", scenario.velocity_m_per_s)
         return scenario._replace(height_m=height_m, velocity_m_per_s=velocity, initial_pose=entries)
 
     def scores(self, entry: Entry, track: str) -> np.ndarray:
-        tested, timing = self.tested, self.timing
+        tested, timing, objective = self.tested, self.TIMING, self.objective
         lanes = LanesUnderTest(tested, self.disturbances)
-        event_s = np.full(STARTS, EVENT_SHARE * timing.duration_s)
+        event_s = np.full(self.starts, EVENT_SHARE * timing.duration_s)
         meets = [*lanes.undisturbed, *lanes.disturbed(event_s)]
         scenario = self._release(lanes.scenario(meets))
         count = np.shape(scenario.height_m)[-1]
         shared = Shared(self.simulated, np.float32(timing.tick_s))
-        program = EpisodeProgram(ClosedLoop(tested.controller, Hold()), self.needs)
+        program = EpisodeProgram(ClosedLoop(tested.controller, Hold()), objective.needs)
         sensed, drive = self.SENSES[track], Driver(self, entry, count)
         alive = np.ones(count, bool)
         given = LaneInputs(np.zeros((tested.controller.n_weights, count), np.float32), scenario)
@@ -176,31 +168,15 @@ class SimulatedSubject(Subject):
                 state, frame = _recorded(program, given, shared, state, now)
                 frames.append(jax.tree.map(np.asarray, frame))
         path = jax.tree.map(lambda *x: np.stack(x), *frames)
-        weight = np.ravel(lanes.weight_ratio(meets))
-        worth = np.asarray(self.worth(path, scenario, self.simulated, weight))
-        return np.where(alive, np.nan_to_num(worth), np.nan).reshape(-1, STARTS)
+        outcome = objective.outcome(path, scenario, self.simulated, timing)
+        worth = self.worth(outcome, np.ravel(lanes.weight_ratio(meets)))
+        return np.where(alive, np.nan_to_num(worth), np.nan).reshape(-1, self.starts)
 
     def _weights(self, actions: np.ndarray) -> np.ndarray:
         """The actions [lanes, commands · limbs] as weights, set by set, [n_weights, lanes]."""
         lanes, limbs = len(actions), self.BODY.limbs
         by_limb = np.reshape(actions, (lanes, -1, limbs)).swapaxes(1, 2)
         return np.ascontiguousarray(by_limb.reshape(lanes, -1).T, np.float32)
-
-
-def _start(program: EpisodeProgram, given: LaneInputs, shared: Shared) -> LoopState:
-    return program.start(given, shared)
-
-
-def _tick(
-    program: EpisodeProgram, given: LaneInputs, shared: Shared, state: LoopState, index: Any
-) -> LoopState:
-    return program.tick(given, shared, state, index)
-
-
-def _frame(
-    program: EpisodeProgram, given: LaneInputs, shared: Shared, state: LoopState, last: Any
-) -> tuple[LoopState, Trajectory]:
-    return program.frame(given, shared, state, last)
 
 
 def _sense(
@@ -214,9 +190,10 @@ def _sense(
     return felt.reshape(-1, felt.shape[-1]), lane.failed
 
 
-_begun, _ticked, _recorded, _felt = (
-    jit_with_static(function, (0,)) for function in (_start, _tick, _frame, _sense)
-)
+_begun = jit_with_static(EpisodeProgram.start, (0,))
+_ticked = jit_with_static(EpisodeProgram.tick, (0,))
+_recorded = jit_with_static(EpisodeProgram.frame, (0,))
+_felt = jit_with_static(_sense, (0,))
 
 
 _LOAD = ("spring_force",)
@@ -230,24 +207,21 @@ class HopperSubject(SimulatedSubject):
     NAME = "hopper"
     CONDITIONS = ("mass=0.7/1.5", "step=-0.5/0.2", "blow=-2/2", "delay=0.016", "noise=0.2")
     BODY: ClassVar = Hopper()
+    TIMING = EPISODE
     ACTUATION = GivenForce()
     SENSES: ClassVar = {"load": _LOAD, "load+imu": (*_LOAD, "velocity"), "all": Hopper.SENSES}
-    STARTS: ClassVar = {"height_m": (-0.1, 0.3), "velocity_m_per_s": (-0.5, 0.5)}
+    RELEASES: ClassVar = {"height_m": (-0.1, 0.3), "velocity_m_per_s": (-0.5, 0.5)}
 
     @property
     def bounds(self) -> np.ndarray:
         return np.array([[0.0], [self.BODY.max_force_n]])
 
-    def timed(self, usual: Timing) -> Timing:
-        return EPISODE
-
     @property
-    def needs(self) -> tuple[str, ...]:
-        return Fitness.needs
+    def objective(self) -> Fitness:
+        return Fitness(settle_s=self.settle_s)
 
-    def worth(self, path, scenario, body, weight):
-        hops = Fitness(settle_s=self.settle_s).outcome(path, scenario, body, self.timing)
-        return hops.cot_inverse[0] * self.BODY.weight_n * weight
+    def worth(self, outcome: HopOutcome, weight: np.ndarray) -> ArrayLike:
+        return np.asarray(outcome.cot_inverse[0]) * self.BODY.weight_n * weight
 
 
 _TILT = ("pitch", "roll", "pitch_rate", "roll_rate", "side_roll", "side_roll_rate", "end_pitch")
@@ -264,9 +238,10 @@ class QuadrupedSubject(SimulatedSubject):
         *("push-ahead=-0.6/0.6", "push-aside=0.6"),
     )
     BODY: ClassVar = Walker()
+    TIMING = Timing(duration_s=100.0, tick_s=0.008, frame_s=0.08)
     ACTUATION = GivenFoot()
     SENSES: ClassVar = {"load": _LOAD, "load+imu": (*_LOAD, *_TILT), "all": Walker.SENSES}
-    STARTS: ClassVar = {
+    RELEASES: ClassVar = {
         "height_m": (0.0, 0.05),
         "roll_rad": (-0.05, 0.05),
         "pitch_rad": (-0.05, 0.05),
@@ -284,14 +259,9 @@ class QuadrupedSubject(SimulatedSubject):
         ground = Sum(first=Flat(), second=Sum(first=Slope(), second=Flat()))
         return with_fields(super().simulated, {"terrain": ground})
 
-    def timed(self, usual: Timing) -> Timing:
-        return dataclasses.replace(usual, duration_s=100.0)
-
     @property
-    def needs(self) -> tuple[str, ...]:
-        return Walking.needs
+    def objective(self) -> Walking:
+        return Walking(speed_m_per_s=self.SPEED, settle_s=self.settle_s)
 
-    def worth(self, path, scenario, body, weight):
-        wanted = Walking(speed_m_per_s=self.SPEED, settle_s=self.settle_s)
-        walk = wanted.outcome(path, scenario, body, self.timing)
-        return of_walk(walk.cot_inverse, walk.speed_m_per_s, self.SPEED)
+    def worth(self, outcome: WalkOutcome, weight: np.ndarray) -> ArrayLike:
+        return of_walk(outcome.cot_inverse, outcome.speed_m_per_s, self.SPEED)

@@ -11,7 +11,7 @@ from typing import ClassVar
 import msgspec
 import numpy as np
 
-from tegotae.analysis.benchmark.subject import STARTS, Driver, Entry, Subject, of_walk
+from tegotae.analysis.benchmark.subject import Driver, Entry, Subject, of_walk
 from tegotae.analysis.generalisation.on_environment import ModelUnderTest
 from tegotae.envs.mujoco.sensing import Sensing, sensing
 from tegotae.systems.resolve import resolve
@@ -48,7 +48,7 @@ class Go1Subject(Subject):
         assert runs.task is not None
         task = msgspec.structs.replace(runs.task, env=self.model, duration_s=8.0, sha256={})
         one = dataclasses.replace(runs, weights=runs.weights[:1], labels=("entry",), task=task)
-        return ModelUnderTest(one, starts=STARTS)
+        return ModelUnderTest(one, starts=self.starts)
 
     @property
     def sensing(self) -> Sensing:
@@ -88,4 +88,4 @@ class Go1Subject(Subject):
         ahead, power = played["ahead_m_per_s"], played["power_w"]
         cot_inverse = weight_n * ahead / np.where(power > 0.0, power, np.inf)
         worth = of_walk(cot_inverse, ahead, self.SPEED)
-        return np.where(played["lasted"], worth, np.nan).reshape(-1, STARTS)
+        return np.where(played["lasted"], worth, np.nan).reshape(-1, self.starts)

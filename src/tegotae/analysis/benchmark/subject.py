@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias
 
 import numpy as np
@@ -32,11 +32,18 @@ STARTS = 16
 
 @dataclass(frozen=True)
 class Subject(ABC):
-    """A body that entries drive."""
+    """A body that entries drive.
+
+    Args:
+        starts: from how many starts every condition is tried, `STARTS` at most; fewer are the first
+            of them, and for a first look.
+    """
 
     NAME: ClassVar[str]
     CONDITIONS: ClassVar[tuple[str, ...]]
     """The disturbances (`disturbances_named`), beside none."""
+
+    starts: int = field(default=STARTS, kw_only=True)
 
     @property
     def disturbances(self) -> tuple[Disturbance, ...]:
@@ -78,6 +85,16 @@ class Subject(ABC):
         return pd.DataFrame(rows, columns=["condition", "level", "start", "score"])
 
 
+def of_limbs(names: Sequence[str], limbs: int) -> tuple[str, ...]:
+    """Names limb by limb.
+
+    Example:
+        >>> of_limbs(["force"], 1), of_limbs(["force"], 2)
+        (('force',), ('force[0]', 'force[1]'))
+    """
+    return (*names,) if limbs == 1 else tuple(f"{x}[{i}]" for x in names for i in range(limbs))
+
+
 def summary(scores: np.ndarray) -> dict[str, float]:
     """The score of an entry, and the share of its episodes without a fall, with 95 % intervals.
 
@@ -92,8 +109,8 @@ def summary(scores: np.ndarray) -> dict[str, float]:
         without a fall, with `stands_low` and `stands_high`.
 
     Example:
-        >>> found = summary(np.array([[1.0, np.nan], [1.0, 1.0]]))
-        >>> found["score"], found["stands"]
+        >>> scored = summary(np.array([[1.0, np.nan], [1.0, 1.0]]))
+        >>> scored["score"], scored["stands"]
         (0.75, 0.75)
     """
     mean = interval(np.nan_to_num(scores).mean(axis=0), within=POSITIVE)
