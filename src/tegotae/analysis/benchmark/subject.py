@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar, TypeAlias
 
 import numpy as np
@@ -26,8 +26,6 @@ TRACKS = ("load", "load+imu", "all")
 """Each senses what the one before it does, and more."""
 MOST_CPU_S = 3600.0
 """What an entry may compute on a track, the simulation included [s of a core]."""
-STARTS = 16
-"""From how many unseen starts every condition is tried."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +33,14 @@ class Subject(ABC):
     """A body that entries drive.
 
     Args:
-        starts: from how many starts every condition is tried, `STARTS` at most; fewer are the first
-            of them, and for a first look.
+        starts: from how many unseen starts every condition is tried; fewer are for a first look.
     """
 
     NAME: ClassVar[str]
     CONDITIONS: ClassVar[tuple[str, ...]]
     """The disturbances (`disturbances_named`), beside none."""
 
-    starts: int = field(default=STARTS, kw_only=True)
+    starts: int = 16
 
     @property
     def disturbances(self) -> tuple[Disturbance, ...]:
