@@ -22,7 +22,7 @@ PAGES = sorted(page for page in DOCS.rglob("*.md") if "_static" not in page.part
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 PLAIN = (
     *("getting-started", "concepts", "legs", "generalisation", "architecture", "native"),
-    *("oscillators", "api/questions", "figures/index", "gaits/index", "gaits/front"),
+    *("oscillators", "api/questions", "benchmark", "figures/index", "gaits/index", "gaits/front"),
     "studies/legs_limit",
 )
 """Pages whose Python needs no file of the reader's."""

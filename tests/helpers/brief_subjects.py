@@ -1,0 +1,29 @@
+"""The benchmark's subjects in seconds: few starts, one condition, short episodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tegotae import Fitness, Timing
+from tegotae.analysis.benchmark.bodies import HopperSubject, QuadrupedSubject
+from tegotae.measures.objectives.walking import Walking
+
+
+@dataclass(frozen=True)
+class BriefHopper(HopperSubject):
+    """Eight seconds, alone and under another mass."""
+
+    CONDITIONS = ("mass=1.5",)
+    TIMING = Timing(duration_s=8.0, tick_s=0.002)
+    OBJECTIVE = Fitness(settle_s=4.0)
+    starts: int = 2
+
+
+@dataclass(frozen=True)
+class BriefQuadruped(QuadrupedSubject):
+    """Twelve seconds, alone and under another mass."""
+
+    CONDITIONS = ("mass=0.7",)
+    TIMING = Timing(duration_s=12.0, tick_s=0.008, frame_s=0.08)
+    OBJECTIVE = Walking(speed_m_per_s=0.25, settle_s=4.0)
+    starts: int = 2
