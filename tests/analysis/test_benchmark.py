@@ -16,6 +16,7 @@ from tegotae import benchmark_run, load
 from tegotae.analysis.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae.analysis.benchmark.subject import TRACKS, of_walk, summary
 from tegotae.export.entries import read_entry
+from tegotae.measures.objectives.fitness import HopOutcome
 from tegotae.questions.benchmark import KEPT, BenchmarkOptions
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import whole_trajectory
@@ -39,15 +40,18 @@ def test_a_hopper_scores_what_the_simulator_itself_finds_for_its_controller():
     saved, subject = load("zoo:ARG-rF-gF-both-w4/0"), OneStart()
     system = dataclasses.replace(saved.system, integrator=Hold(), timing=subject.TIMING)
     weights = np.asarray(saved.weights, np.float32)[:, None]
-    expected = []
-    for mass_kg in (0.1, 0.15):
-        at_mass = system.replaced({"mass_kg": mass_kg})
-        engine = at_mass.engine(whole_trajectory, subject.TIMING)
-        path = engine.run(weights, at_mass.scenario(), at_mass.body)
-        outcome = subject.OBJECTIVE.outcome(path, at_mass.scenario(), at_mass.body, subject.TIMING)
-        expected.append(float(outcome.cot_inverse[0][0]) * mass_kg * 9.81)
+    engine, scenario = system.engine(whole_trajectory, subject.TIMING), system.scenario()
+    path = engine.run(weights, scenario, system.body)
+    outcome = subject.OBJECTIVE.outcome(path, scenario, system.body, subject.TIMING)
+    expected = float(outcome.cot_inverse[0][0]) * 0.1 * 9.81
     scores = subject.scores(read_entry(saved, subject, "load"), "load")
-    np.testing.assert_allclose(scores[:, 0], expected, rtol=2e-3)
+    assert scores[0, 0] == pytest.approx(expected, rel=2e-3)
+
+
+def test_the_efficiency_of_a_heavier_hopper_is_with_its_own_weight():
+    outcome = HopOutcome(*[np.array([[1.0, 1.0]])] * len(HopOutcome._fields))
+    worth = HopperSubject().worth(outcome, np.array([1.0, 1.5]))
+    np.testing.assert_allclose(worth, [0.981, 1.4715])
 
 
 def test_a_walk_is_worth_its_efficiency_where_it_keeps_the_speed():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
@@ -54,7 +55,7 @@ def test_what_is_entered_in_five_ways_hops(of_names):
 
 def test_a_controller_file_scores_as_its_name(tmp_path, of_names):
     file = tmp_path / "entry.json"
-    save(file, load("zoo:ARG-rF-gF-both-w4/0"))
+    save(load("zoo:ARG-rF-gF-both-w4/0"), file)
     np.testing.assert_array_equal(scored(file), of_names["feedback"])
 
 
@@ -77,9 +78,15 @@ def test_an_onnx_file_scores_as_the_network_in_it(of_names):
 
 @needs_gcc
 def test_a_c_program_of_four_legs_scores_as_the_controller_that_it_was_exported_from():
+    """At the phases at which C begins, spread over the turn."""
+    saved = load("zoo:cos+range@quadruped-c/0")
+    release = dataclasses.replace(
+        saved.system.release, phase_rad=tuple(0.5 * np.pi * np.arange(4.0))
+    )
+    saved = dataclasses.replace(saved, system=dataclasses.replace(saved.system, release=release))
     c, name = (
         scored(place, subject=BriefQuadruped())
-        for place in (ENTRIES / "quadruped" / "cosine.c", "zoo:cos+range@quadruped-c/0")
+        for place in (ENTRIES / "quadruped" / "cosine.c", saved)
     )
     assert (name > 0.1).all()
     np.testing.assert_allclose(c, name, rtol=1e-2)
@@ -105,7 +112,7 @@ def test_a_controller_acts_alike_on_a_track_with_more_senses(of_names):
     np.testing.assert_array_equal(scored("zoo:ARG-rF-gF-both-w4/0", "all"), of_names["feedback"])
 
 
-def test_a_class_begins_every_episode_afresh():
+def test_a_class_and_its_objects_begin_every_episode_afresh():
     class Counting:
         def __init__(self):
             self.steps = 0
@@ -114,9 +121,10 @@ def test_a_class_begins_every_episode_afresh():
             self.steps += 1
             return [float(self.steps)]
 
-    entry = read_entry(Counting(), HopperSubject(), "load")
-    first, second = entry(), entry()
-    assert [first([0.0]), first([0.0]), second([0.0])] == [[1.0], [2.0], [1.0]]
+    for place in (Counting, Counting()):
+        entry = read_entry(place, HopperSubject(), "load")
+        first, second = entry(), entry()
+        assert [first([0.0]), first([0.0]), second([0.0])] == [[1.0], [2.0], [1.0]]
 
 
 def test_a_class_of_a_file_has_an_object_an_episode(tmp_path):

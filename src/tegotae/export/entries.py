@@ -50,10 +50,10 @@ def read_entry(place: Any, subject: Subject, track: str) -> Entry:
     if suffix in (".onnx", ".zip"):
         return _of_network(Path(place), subject, track)
     text = str(place)
-    if is_reference(text) and not (is_zoo_name(text) or is_front_name(text)):
-        place = named(text, object, "entry")
-    if callable(place):
-        return lambda: copy.deepcopy(place)
+    is_object = is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
+    policy = named(text, object, "entry") if is_object else place
+    if callable(policy):
+        return policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
     saved = controller_of(resolve(place))
     return (_of_controller if saved.task is None else _of_wiring)(saved, subject, track)
 
