@@ -39,7 +39,7 @@ def test_a_hopper_scores_what_the_simulator_itself_finds_for_its_controller():
     """m g Σh / E of the same controller in a rollout of the engine, sampled and held."""
     saved, subject = load("zoo:ARG-rF-gF-both-w4/0"), OneStart()
     system = dataclasses.replace(saved.system, integrator=Hold(), timing=subject.TIMING)
-    weights = np.asarray(saved.weights, np.float32)[:, None]
+    weights = np.asarray(saved.weights, np.float32)[None]
     engine, scenario = system.engine(whole_trajectory, subject.TIMING), system.scenario()
     path = engine.run(weights, scenario, system.body)
     outcome = subject.OBJECTIVE.outcome(path, scenario, system.body, subject.TIMING)

@@ -44,12 +44,12 @@ def read_entry(place: Any, subject: Subject, track: str) -> Entry:
             commands something else.
         MissingExtraError: without the package that reads its file.
     """
-    suffix = Path(str(place)).suffix.lower()
+    text = str(place) if isinstance(place, str | Path) else ""
+    suffix = Path(text).suffix.lower()
     if suffix == ".c":
-        return _of_c(Path(place), subject, track)
+        return _of_c(Path(text), subject, track)
     if suffix in (".onnx", ".zip"):
-        return _of_network(Path(place), subject, track)
-    text = str(place)
+        return _of_network(Path(text), subject, track)
     is_object = is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
     policy = named(text, object, "entry") if is_object else place
     if callable(policy):
