@@ -51,7 +51,7 @@ def read_entry(place: Any, subject: Subject, track: str) -> Entry:
     if suffix in (".onnx", ".zip"):
         return _of_network(Path(text), subject, track)
     is_object = is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
-    policy = named(text, object, "entry") if is_object else place
+    policy: Any = named(text, object, "entry") if is_object else place
     if callable(policy):
         return policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
     saved = controller_of(resolve(place))

@@ -75,7 +75,8 @@ def benchmark_run(entry: Any, options: BenchmarkOptions) -> TableAnswer:
     kept = pd.read_csv(KEPT)
     fewer = kept["track"].map(TRACKS.index) <= TRACKS.index(options.track)
     row = {"entry": f"{name} (this one)", "track": options.track, **scored}
-    table = pd.concat([pd.DataFrame([row]), kept[fewer & (kept["subject"] == options.subject)]])
+    rows = kept.loc[fewer & (kept["subject"] == options.subject)]
+    table = pd.concat([pd.DataFrame([row]), rows])
     table = table.sort_values("score", ascending=False, kind="stable").set_index("entry")
     shown = table[["track"]].assign(score=_shown(table, *_SCORE), stands=_shown(table, *_STANDS))
     settings = dataclasses.asdict(options) | {"entry": str(name)}

@@ -150,7 +150,7 @@ class SimulatedSubject(Subject):
         for index in range(timing.n_frames * timing.ticks_per_frame):
             if index:
                 given = given._replace(weights=self._weights(drive(np.asarray(observed).T, alive)))
-            now = np.int32(index)
+            now: Any = np.int32(index)
             state = _ticked(program, given, shared, state, now)
             observed, failed = _felt(sensed, given, shared, state, now + np.int32(1))
             alive = ~np.asarray(failed)

@@ -45,12 +45,12 @@ class Go1Subject(Subject):
         one = dataclasses.replace(runs, weights=runs.weights[:1], labels=("entry",), task=task)
         return ModelUnderTest(one, starts=self.starts)
 
-    @property
+    @cached_property
     def sensing(self) -> Sensing:
         """What is felt of the robot, and commanded."""
         return sensing(self.tested.experiment.spec.model_settings)
 
-    @cached_property
+    @property
     def senses(self) -> Mapping[str, tuple[str, ...]]:
         names = self.sensing.names
         load = tuple(f"{foot}_force" for foot in self.sensing.feet)
@@ -58,11 +58,11 @@ class Go1Subject(Subject):
         joints = tuple(x for x in names if x.removesuffix("_velocity").endswith("_joint"))
         return {"load": load, "load+imu": imu, "all": (*imu, *joints)}
 
-    @cached_property
+    @property
     def commands(self) -> tuple[str, ...]:
         return self.sensing.actions
 
-    @cached_property
+    @property
     def bounds(self) -> np.ndarray:
         return self.sensing.bounds
 
