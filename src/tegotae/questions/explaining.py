@@ -497,11 +497,8 @@ class Explanation(AnswerBase):
             below = "the rate of the phase"
         elif sees_velocity(self.released.saved):
             below += ", for a velocity of 0"
-        unit = ""
-        if (
-            not self._hops
-            and unwrapped(body).gravity_m_per_s2 == unwrapped(body).rest_length_m == 1.0
-        ):
+        unit, own = "", unwrapped(body)
+        if isinstance(own, Walker) and own.gravity_m_per_s2 == own.rest_length_m == 1.0:
             unit = " Mass, leg and gravity are 1 here: 1 m/s is √(g l0)."
         return (
             "*Dots are moments of settled gaits at the frequency of the training. Above: the "
