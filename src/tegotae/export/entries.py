@@ -53,8 +53,8 @@ def read_entry(place: Any, subject: Subject, track: str) -> Entry:
     is_object = is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
     policy: Any = named(text, object, "entry") if is_object else place
     if callable(policy):
-        made: Any = policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
-        return made
+        begin: Any = policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
+        return begin
     saved = controller_of(resolve(place))
     return (_of_controller if saved.task is None else _of_wiring)(saved, subject, track)
 
