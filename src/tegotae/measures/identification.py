@@ -1,0 +1,351 @@
+"""The numbers of a one-legged hopper from a recording of its height, load and commands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pandas as pd
+from jax.typing import ArrayLike
+from scipy.ndimage import binary_closing, binary_opening, label
+from scipy.signal import savgol_filter
+from scipy.stats import t as student
+
+from tegotae._support.errors import TegotaeError
+from tegotae.parts.bodies import Hopper
+from tegotae.parts.bodies.base import Push
+from tegotae.parts.bodies.hopper import HopperState
+from tegotae.parts.parameters import changed
+
+FITTED = {
+    "mass_kg": "kg",
+    "stiffness_n_per_m": "N/m",
+    "damping_ns_per_m": "N s/m",
+    "rest_length_m": "m",
+    "max_force_n": "N",
+    "delay_s": "s",
+}
+"""The fitted numbers and their units: of the hopper, and how late its sensors are."""
+SHARE_TO_FIT = 0.8
+"""Share of the hops that are fitted; the others check the prediction."""
+LEAST_HOPS = 15
+AHEAD = (1, 2, 3)
+"""How many hops ahead the check predicts; fewer where the others are fewer."""
+_N = len(FITTED)
+_LARGEST_STEP_RAD = 0.05
+_OUT_OF_STEP = 0.1
+
+
+class Log(NamedTuple):
+    """A recording at uniform times, arrays [samples]."""
+
+    step_s: float
+    height_m: np.ndarray
+    load_n: np.ndarray
+    """Force of the spring."""
+    share: np.ndarray
+    """Command, as a share of the actuator's largest force, held until the next sample."""
+
+
+@dataclass(frozen=True)
+class Identified:
+    """The fit of a recording.
+
+    Args:
+        values: by the names of `FITTED`.
+        low: lower ends of the 95 % intervals.
+        high: upper ends.
+        noise: standard deviation of the noise of height [m] and load [N].
+        hops: how many were fitted, and how many were not.
+        prediction: a row for each number of hops ahead: errors of height and load in hops that were
+            not fitted, over the noise.
+    """
+
+    values: dict[str, float]
+    low: dict[str, float]
+    high: dict[str, float]
+    noise: tuple[float, float]
+    hops: tuple[int, int]
+    prediction: pd.DataFrame
+
+
+def log_of(samples: pd.DataFrame) -> Log:
+    """The log of a recording, checked.
+
+    Args:
+        samples: `time_s`, `height_m`, `spring_force_n` and `command_share`.
+
+    Raises:
+        TegotaeError: for uneven times, values that are not finite, or a constant command.
+    """
+    values = {name: samples[name].to_numpy() for name in samples}
+    for name, column in values.items():
+        if not np.isfinite(column).all():
+            row = int(np.argmin(np.isfinite(column)))
+            raise TegotaeError(f"{name} is {column[row]} at sample {row}; fill the gap or cut")
+    steps = np.diff(values["time_s"])
+    step = float(np.median(steps))
+    if not step > 0.0 or (worst := float(np.abs(steps / step - 1.0).max())) > _OUT_OF_STEP:
+        at = int(np.argmax(np.abs(steps - step)))
+        raise TegotaeError(
+            f"the time steps are uneven: {steps[at]:.4g} s at sample {at}, and {step:.4g} s in the "
+            "median; record at a fixed rate, or set --resample HZ"
+        )
+    share = values["command_share"]
+    if share.min() < -1e-6 or share.max() > 1.0 + 1e-6:
+        raise TegotaeError(
+            f"the command lies between {share.min():.4g} and {share.max():.4g}; it is a share of "
+            "the actuator's largest force, from 0 to 1"
+        )
+    if np.ptp(share) < 0.05:
+        raise TegotaeError(
+            f"the command is constant at {share[0]:.4g}; the actuator's limit and the delay need "
+            "one that changes by 0.05 at least"
+        )
+    return Log(step, values["height_m"], values["spring_force_n"], share)
+
+
+def hops_of(log: Log) -> np.ndarray:
+    """The samples in the middle of every flight: a hop lies between two of them.
+
+    Raises:
+        TegotaeError: for a recording without stance or flight, or with too few hops.
+    """
+    noise = float(np.median(np.abs(np.diff(log.load_n)))) / 0.954
+    peak = float(np.quantile(log.load_n, 0.95))
+    if peak <= 8.0 * noise:
+        raise TegotaeError(f"the recording has no stance: the load stays below {peak:.3g} N")
+    smooth = np.convolve(log.load_n, np.full(5, 0.2), "same")
+    stance = binary_opening(binary_closing(smooth > 0.2 * peak, np.ones(5)), np.ones(5))
+    if stance[2:-2].all():
+        raise TegotaeError(
+            f"the recording has no flight: the load never falls below {0.2 * peak:.3g} N"
+        )
+    runs, count = label(~stance)
+    at = np.arange(len(runs))
+    inner = [at[runs == n] for n in range(2, count)]  # the first and the last may be cut
+    middles = np.array([(run[0] + run[-1]) // 2 for run in inner], int)
+    if len(middles) <= LEAST_HOPS:
+        raise TegotaeError(
+            f"the recording is too short: it holds {max(len(middles) - 1, 0)} whole hops, and the "
+            f"fit needs {LEAST_HOPS}"
+        )
+    return middles
+
+
+def start_of(log: Log, gravity_m_per_s2: float) -> np.ndarray:
+    """A first estimate of the fitted numbers, from smoothed signals in stance.
+
+    The load gives k and l0, and `F_k = m (a + g) + c v - α u(t - d)` the others, for the delay d
+    on a grid that leaves the least residual.
+    """
+    length = min(len(log.height_m) // 3, max(7, round(0.08 / log.step_s))) | 1
+    y, v, a = (
+        savgol_filter(log.height_m, length, 3, deriv=n, delta=log.step_s) for n in range(3)
+    )
+    load = savgol_filter(log.load_n, length, 3)
+    deep = load > 0.3 * np.quantile(load, 0.98)
+    slope, offset = np.polyfit(y[deep], load[deep], 1)
+    k = max(-slope, 1e-6)
+    best: tuple[float, np.ndarray] = (np.inf, np.zeros(_N))
+    for ticks in range(1 + round(0.06 / log.step_s)):
+        late = np.concatenate([np.full(ticks, log.share[0]), log.share])[: len(load)]
+        late = np.convolve(late, np.full(length, 1.0 / length), "same")
+        terms = np.stack([a + gravity_m_per_s2, v, -late], axis=1)[deep]
+        solved, *_ = np.linalg.lstsq(terms, load[deep], rcond=None)
+        error = float(np.square(terms @ solved - load[deep]).sum())
+        m, c, alpha = solved
+        if error < best[0] and m > 0.0 and alpha > 0.0:
+            late_s = ticks * log.step_s
+            best = error, np.array([m, k, max(c, 0.0), offset / k, alpha, late_s])
+    if not np.isfinite(best[0]):
+        raise TegotaeError(
+            "the recording is not that of such a hopper: the load does not follow from its motion "
+            "and the commands with a positive mass and force"
+        )
+    return best[1]
+
+
+@partial(jax.jit, static_argnames=("ticks", "parts"))
+def _predicted(
+    p: jax.Array, first: jax.Array, pushed: jax.Array, step_s: float, gravity: float, *, ticks: int,
+    parts: int,
+) -> tuple[jax.Array, jax.Array]:
+    """Height and load of segments, [2, ticks, segments], and their derivatives by each row of p."""
+
+    def of(p: jax.Array) -> jax.Array:
+        body: Hopper = Hopper()
+        for name, x in zip([*FITTED][:-1], p, strict=False):
+            body = changed(body, name, lambda _, x=x: x)
+        body = changed(body, "gravity_m_per_s2", lambda _: gravity)
+        tick = step_s / parts
+        edges = (first + jnp.arange(ticks * parts + 1)[:, None] / parts) * step_s - p[_N - 1]
+        total = jnp.interp(edges, jnp.arange(len(pushed)) * step_s, pushed)
+        forces = body.max_force_n * jnp.diff(total, axis=0) / tick
+
+        def advance(state: HopperState, force: jax.Array) -> tuple[HopperState, jax.Array]:
+            push = Push(force, jnp.zeros_like(force))
+            moved, _ = body.advance(state, push, jnp.zeros_like(force), tick)
+            return moved, state.height
+
+        _, heights = jax.lax.scan(advance, HopperState(p[_N], p[_N + 1]), forces)
+        y = heights[::parts]
+        return jnp.stack([y, body.stiffness_n_per_m * jnp.maximum(body.rest_length_m - y, 0.0)])
+
+    basis = jnp.broadcast_to(jnp.eye(len(p), dtype=p.dtype)[:, :, None], (len(p), *p.shape))
+    value, derivatives = jax.vmap(lambda along: jax.jvp(of, (p,), (along,)), out_axes=(None, 0))(
+        basis
+    )
+    return value, derivatives
+
+
+class _Segments:
+    """Parts of a log, with what is simulated of them."""
+
+    def __init__(self, log: Log, first: np.ndarray, last: np.ndarray, gravity: float) -> None:
+        self.log, self.first, self.gravity = log, first, gravity
+        self.ticks = int((last - first).max())
+        at = first[:, None] + np.arange(self.ticks)
+        self.within = at < last[:, None]
+        at = np.minimum(at, len(log.height_m) - 1)
+        self.measured = np.stack([log.height_m[at], log.load_n[at]], axis=1)
+        self.pushed = np.concatenate([[0.0], np.cumsum(log.share) * log.step_s])
+
+    def residuals(
+        self, p: np.ndarray, sigma: np.ndarray, parts: int, within: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals over the noise [segments, 2 · ticks], and their derivatives [..., rows]."""
+        with jax.enable_x64(True):
+            value, slopes = _predicted(
+                jnp.asarray(p), jnp.asarray(self.first, float), jnp.asarray(self.pushed),
+                self.log.step_s, self.gravity, ticks=self.ticks, parts=parts,
+            )
+        mask = (self.within if within is None else within)[:, None, :] / sigma[:, None]
+        wanted = (self.measured - np.asarray(value).transpose(2, 0, 1)) * mask
+        slopes = np.asarray(slopes).transpose(3, 1, 2, 0) * mask[..., None]
+        n = len(self.first)
+        return wanted.reshape(n, -1), slopes.reshape(n, -1, len(p))
+
+    def begun(self) -> np.ndarray:
+        """Height and velocity at the start of each, from a parabola of flight [2, segments]."""
+        reach = 4
+        time = np.arange(-reach, reach + 1) * self.log.step_s
+        at = np.clip(self.first[:, None] + np.arange(-reach, reach + 1), 0, None)
+        y = self.log.height_m[at] + 0.5 * self.gravity * time**2
+        slope = (y * time).sum(axis=1) / np.square(time).sum()
+        return np.stack([y.mean(axis=1), slope])
+
+
+def _solved(
+    segments: _Segments, p: np.ndarray, sigma: np.ndarray, parts: int,
+    within: np.ndarray | None = None, *, states_only: bool = False,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Levenberg-Marquardt: numbers shared by all segments, and a state of each, projected out.
+
+    Returns:
+        The solution [rows, segments], the residuals, and the derivatives by the shared numbers
+        that the states cannot make up for, [segments, residuals, shared].
+    """
+    damping = 1e-3
+    wanted, slopes = segments.residuals(p, sigma, parts, within)
+    for _ in range(60):
+        q, r = np.linalg.qr(slopes[..., _N:])
+        along = np.swapaxes(q, 1, 2)
+        rest = wanted - (q @ (along @ wanted[..., None]))[..., 0]
+        shared = slopes[..., :_N] - q @ (along @ slopes[..., :_N])
+        step = np.zeros(_N)
+        if not states_only:
+            matrix = shared.reshape(-1, _N)
+            normal = matrix.T @ matrix
+            normal += damping * np.diag(np.diag(normal))
+            step = np.linalg.solve(normal, matrix.T @ rest.ravel())
+        left = along @ (wanted - slopes[..., :_N] @ step)[..., None]
+        states = np.linalg.solve(r, left)[..., 0].T
+        new = p + np.concatenate([np.repeat(step[:, None], p.shape[1], axis=1), states])
+        new[[0, 1, 3, 4]] = np.maximum(new[[0, 1, 3, 4]], 0.2 * p[[0, 1, 3, 4]])
+        new_wanted, new_slopes = segments.residuals(new, sigma, parts, within)
+        before, after = np.square(wanted).sum(), np.square(new_wanted).sum()
+        if np.isfinite(new_slopes).all() and after <= before:
+            p, wanted, slopes, damping = new, new_wanted, new_slopes, damping * 0.2
+            if before - after < 1e-8 * before:
+                break
+        else:
+            damping = max(damping * 10.0, 1e-6)
+            if damping > 1e8:
+                break
+    q, _ = np.linalg.qr(slopes[..., _N:])
+    shared = slopes[..., :_N] - q @ (np.swapaxes(q, 1, 2) @ slopes[..., :_N])
+    return p, wanted, shared
+
+
+def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Identified:
+    """The fitted numbers of a hopper, with 95 % intervals and a check of the prediction.
+
+    The sensors report height and load of the time t - d; a command acts at once. Every hop is
+    simulated from a state of its own, from the middle of one flight to that of the next, and
+
+        Σ ((y_i - ŷ_i) / σ_y)² + ((F_i - F̂_i) / σ_F)²
+
+    is least over all hops (multiple shooting). σ is that of the residuals. The intervals are those
+    of the sum over hops of the squared scores, which residuals that are correlated within a hop do
+    not make too narrow.
+
+    Args:
+        log: from `log_of`.
+        gravity_m_per_s2: g [m/s²], which is not fitted.
+
+    Raises:
+        TegotaeError: for a recording without stance or flight, with too few hops, or one that no
+            hopper explains.
+    """
+    middles = hops_of(log)
+    theta = start_of(log, gravity_m_per_s2)
+    fitted = round(SHARE_TO_FIT * (len(middles) - 1))
+    segments = _Segments(log, middles[:fitted], middles[1 : fitted + 1], gravity_m_per_s2)
+    p = np.concatenate([np.repeat(theta[:, None], fitted, axis=1), segments.begun()])
+    parts = int(np.ceil(np.sqrt(theta[1] / theta[0]) * log.step_s / _LARGEST_STEP_RAD))
+    sigma = np.array([np.median(np.abs(np.diff(x))) / 0.954 for x in (log.height_m, log.load_n)])
+    for _ in range(3):
+        p, wanted, shared = _solved(segments, p, sigma, parts)
+        squares = np.square(wanted.reshape(fitted, 2, -1)).sum(axis=(0, 2))
+        sigma = sigma * np.sqrt(squares / (segments.within.sum() - fitted))
+    p, wanted, shared = _solved(segments, p, sigma, parts)
+    inverse = np.linalg.inv(np.einsum("hri,hrj->ij", shared, shared))
+    scores = np.einsum("hri,hr->hi", shared, wanted)
+    spread = inverse @ (scores.T @ scores) @ inverse * fitted / (fitted - _N)
+    half = student.ppf(0.975, fitted - _N) * np.sqrt(np.diag(spread))
+    value = p[:_N, 0]
+    return Identified(
+        values=dict(zip(FITTED, value.tolist(), strict=True)),
+        low=dict(zip(FITTED, (value - half).tolist(), strict=True)),
+        high=dict(zip(FITTED, (value + half).tolist(), strict=True)),
+        noise=(float(sigma[0]), float(sigma[1])),
+        hops=(fitted, len(middles) - 1 - fitted),
+        prediction=_checked(log, middles[fitted:], value, sigma, parts, gravity_m_per_s2),
+    )
+
+
+def _checked(
+    log: Log, middles: np.ndarray, value: np.ndarray, sigma: np.ndarray, parts: int, gravity: float,
+) -> pd.DataFrame:
+    """Errors of the prediction over the noise, by hops ahead of the one that gives the state."""
+    ahead: Sequence[int] = [n for n in AHEAD if n + 1 < len(middles)]
+    most = ahead[-1] + 1
+    first = middles[:-most]
+    segments = _Segments(log, first, middles[most:], gravity)
+    ends = np.stack([middles[n : n + len(first)] for n in range(1, most + 1)])
+    at = first[:, None] + np.arange(segments.ticks)
+    p = np.concatenate([np.repeat(value[:, None], len(first), axis=1), segments.begun()])
+    p, _, _ = _solved(segments, p, sigma, parts, at < ends[0][:, None], states_only=True)
+    rows = []
+    for n in ahead:
+        within = (at >= ends[n - 1][:, None]) & (at < ends[n][:, None])
+        wanted, _ = segments.residuals(p, sigma, parts, within)
+        squares = np.square(wanted.reshape(len(first), 2, -1)).sum(axis=(0, 2)) / within.sum()
+        rows.append((n, *np.sqrt(squares).tolist()))
+    return pd.DataFrame(rows, columns=["hops ahead", "height error / noise", "load error / noise"])
