@@ -37,6 +37,7 @@ _HOMES = {
     ),
     "questions.generalising": ("generalise",),
     "questions.listing": ("models",),
+    "questions.identifying": ("identify",),
     "questions.measuring": ("measure",),
     "questions.template": ("template",),
     "questions.training": ("train",),

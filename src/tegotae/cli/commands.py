@@ -54,7 +54,7 @@ def _commands() -> dict[str, Command | CommandGroup]:
 COMMANDS: Mapping[str, Command | CommandGroup] = _commands()
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "See a controller move": ("simulate", "models"),
-    "Learn one": ("train", "wiring", "template"),
+    "Learn one": ("train", "wiring", "template", "identify"),
     "Measure and compare": ("evaluate", "compare", "measure", "generalise", "benchmark"),
     "Understand one": ("explain", "figure", "gait"),
     "Use one on a robot": ("export",),

@@ -50,11 +50,13 @@ QUANTITIES = {
     "ground": Quantity(("ground",), _LENGTH),
     "phase": Quantity(("phase",), {"rad": 1.0, "deg": np.pi / 180.0}),
     "force": Quantity(("actuator_force", "force"), _FORCE),
+    "spring_force": Quantity(("spring_force",), _FORCE),
+    "command": Quantity(("command",), {"share": 1.0, "percent": 1e-2}),
     "work": Quantity(("work",), _ENERGY),
     "climb_flight": Quantity(("climb_flight",), _LENGTH),
     "climb": Quantity(("climb",), _LENGTH),
 }
-"""The quantities that `tegotae.measures.hopping.measure` takes, by their names in commands."""
+"""The quantities of a recording, by their names in commands."""
 
 
 def split(column: str) -> tuple[str, str]:
@@ -168,7 +170,7 @@ def recording(
 
     Returns:
         A row a sample: `time_s` and `height_m`, and what there is of `ground_m`, `phase_rad`,
-        `force_n`, `work_j`, `climb_flight_m` and `climb_m`.
+        `force_n`, `spring_force_n`, `command_share`, `work_j`, `climb_flight_m` and `climb_m`.
 
     Raises:
         TegotaeError: if there is no height, no time, two columns for one quantity or one for two, a

@@ -220,7 +220,7 @@ class Experiments(Names):
             experiment = self._with_oscillator(experiment, self.oscillator)
         given: dict[str, Any] = {}
         if self.body is not None:
-            given["body"] = named(self.body, Body, "body")
+            given["body"] = body_called(self.body)
         if self.fitness is not None:
             given["objective"] = named(self.fitness, Objective, "fitness")
         return experiment.replaced(**given)

@@ -22,8 +22,8 @@ from tegotae.questions.answer import UNDEFINED, DrawnAnswer
 from tegotae.questions.options import without_unit
 from tegotae.questions.question import Names, question
 from tegotae.questions.task import Work
+from tegotae.systems.body_file import body_called
 from tegotae.systems.models import preset
-from tegotae.systems.user_objects import named
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,7 +54,7 @@ class RecordingOptions:
     """Preset of the recorded hopper, such as paper: gives rest length, largest force and mass, and
     adds the share of the optimum."""
     body: str | None = None
-    """The recorded body in place of a preset, FILE.py:OBJECT or MODULE:OBJECT."""
+    """The recorded body in place of a preset, FILE.toml, FILE.py:OBJECT or MODULE:OBJECT."""
     rest_length_m: float | None = None
     """Rest length l0 [m]: the height over ground at liftoff."""
     max_force_n: float | None = None
@@ -82,7 +82,7 @@ class RecordingOptions:
             raise TegotaeError("--preset and --body both say what the recording is of; name one")
         if self.preset is not None:
             return preset(self.preset).hopper
-        return None if self.body is None else named(self.body, Body, "body")
+        return None if self.body is None else body_called(self.body)
 
     def of_the_leg(self, body: Body | None) -> dict[str, float | None]:
         """Its numbers: as they are given, or else the body's.
@@ -227,7 +227,7 @@ def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
         note(f"tegotae: {line}")
     read = read if options.resample is None else resampled(read, options.resample)
     measured = measured_of(
-        **read,
+        **read.drop(columns=["spring_force_n", "command_share"], errors="ignore"),
         rest_length_m=rest_length_m,
         omega=options.omega,
         max_force_n=leg["max_force_n"],

@@ -32,7 +32,7 @@ class Tasks:
     """Why other controllers are none of these."""
 
     body: str | None = None
-    """Another body, FILE.py:OBJECT or MODULE:OBJECT."""
+    """Another body, FILE.toml of `tegotae identify`, FILE.py:OBJECT or MODULE:OBJECT."""
 
     def named(self, *names: Subject | Task) -> Sequence[Any]:
         """What the names mean.

@@ -22,7 +22,7 @@ def tasks_of(*subjects: Subject | Task, body: str | Body | None = None) -> list[
 
     Args:
         subjects: names, files, folders, or objects.
-        body: in place of each one's own; `FILE.py:OBJECT` or `MODULE:OBJECT` names one.
+        body: in place of each one's own; `FILE.toml`, `FILE.py:OBJECT` or `MODULE:OBJECT` names one.
 
     Raises:
         TegotaeError: for a name that means nothing or has no weights, or runs that two names hold.
@@ -42,7 +42,7 @@ def tasks_of(*subjects: Subject | Task, body: str | Body | None = None) -> list[
     tasks = [task_of(runs, legs[place]) for place, runs in _apart(sets)]
     if body is None:
         return tasks
-    new = named(body, Body, "body") if isinstance(body, str) else body
+    new = body_called(body) if isinstance(body, str) else body
     return [task.on(new) for task in tasks]
 
 
