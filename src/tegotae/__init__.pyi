@@ -37,8 +37,8 @@ from tegotae.questions.gaits import (
     gait_sweep as gait_sweep,
 )
 from tegotae.questions.generalising import generalise as generalise
-from tegotae.questions.listing import models as models
 from tegotae.questions.identifying import identify as identify
+from tegotae.questions.listing import models as models
 from tegotae.questions.measuring import measure as measure
 from tegotae.questions.template import template as template
 from tegotae.questions.training import train as train

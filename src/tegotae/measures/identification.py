@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pandas as pd
-from jax.typing import ArrayLike
 from scipy.ndimage import binary_closing, binary_opening, label
 from scipy.signal import savgol_filter
 from scipy.stats import t as student
@@ -145,9 +144,7 @@ def start_of(log: Log, gravity_m_per_s2: float) -> np.ndarray:
     on a grid that leaves the least residual.
     """
     length = min(len(log.height_m) // 3, max(7, round(0.08 / log.step_s))) | 1
-    y, v, a = (
-        savgol_filter(log.height_m, length, 3, deriv=n, delta=log.step_s) for n in range(3)
-    )
+    y, v, a = (savgol_filter(log.height_m, length, 3, deriv=n, delta=log.step_s) for n in range(3))
     load = savgol_filter(log.load_n, length, 3)
     deep = load > 0.3 * np.quantile(load, 0.98)
     slope, offset = np.polyfit(y[deep], load[deep], 1)
@@ -173,7 +170,13 @@ def start_of(log: Log, gravity_m_per_s2: float) -> np.ndarray:
 
 @partial(jax.jit, static_argnames=("ticks", "parts"))
 def _predicted(
-    p: jax.Array, first: jax.Array, pushed: jax.Array, step_s: float, gravity: float, *, ticks: int,
+    p: jax.Array,
+    first: jax.Array,
+    pushed: jax.Array,
+    step_s: float,
+    gravity: float,
+    *,
+    ticks: int,
     parts: int,
 ) -> tuple[jax.Array, jax.Array]:
     """Height and load of segments, [2, ticks, segments], and their derivatives by each row of p."""
@@ -222,8 +225,13 @@ class _Segments:
         """Residuals over the noise [segments, 2 · ticks], and their derivatives [..., rows]."""
         with jax.enable_x64(True):
             value, slopes = _predicted(
-                jnp.asarray(p), jnp.asarray(self.first, float), jnp.asarray(self.pushed),
-                self.log.step_s, self.gravity, ticks=self.ticks, parts=parts,
+                jnp.asarray(p),
+                jnp.asarray(self.first, float),
+                jnp.asarray(self.pushed),
+                self.log.step_s,
+                self.gravity,
+                ticks=self.ticks,
+                parts=parts,
             )
         mask = (self.within if within is None else within)[:, None, :] / sigma[:, None]
         wanted = (self.measured - np.asarray(value).transpose(2, 0, 1)) * mask
@@ -242,8 +250,13 @@ class _Segments:
 
 
 def _solved(
-    segments: _Segments, p: np.ndarray, sigma: np.ndarray, parts: int,
-    within: np.ndarray | None = None, *, states_only: bool = False,
+    segments: _Segments,
+    p: np.ndarray,
+    sigma: np.ndarray,
+    parts: int,
+    within: np.ndarray | None = None,
+    *,
+    states_only: bool = False,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Levenberg-Marquardt: numbers shared by all segments, and a state of each, projected out.
 
@@ -331,7 +344,12 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
 
 
 def _checked(
-    log: Log, middles: np.ndarray, value: np.ndarray, sigma: np.ndarray, parts: int, gravity: float,
+    log: Log,
+    middles: np.ndarray,
+    value: np.ndarray,
+    sigma: np.ndarray,
+    parts: int,
+    gravity: float,
 ) -> pd.DataFrame:
     """Errors of the prediction over the noise, by hops ahead of the one that gives the state."""
     ahead: Sequence[int] = [n for n in AHEAD if n + 1 < len(middles)]

@@ -16,6 +16,7 @@ from tegotae.questions.question import Names
 from tegotae.questions.task import Work
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Condition, OneOf, Uniform
+from tegotae.systems.body_file import body_called
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import all_models, find
@@ -199,7 +200,8 @@ class Experiments(Names):
     """Another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own, FILE.py:OBJECT
     or MODULE:OBJECT. With the prefix learned- its parameters are trained, too."""
     body: str | None = None
-    """Replace the body by your own, FILE.py:OBJECT or MODULE:OBJECT."""
+    """Replace the body by your own, FILE.toml of `tegotae identify`, FILE.py:OBJECT or
+    MODULE:OBJECT."""
     fitness: str | None = None
     """Another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping (CoT⁻¹ + ΔΩ),
     return (the sum of its rewards), or a function of an episode, FILE.py:FUNCTION or

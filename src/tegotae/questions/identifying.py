@@ -19,8 +19,11 @@ from tegotae.questions.wiring import ModelFile
 from tegotae.systems.body_file import body_text
 
 _MEANINGS = dict(
-    zip(FITTED, ("mass", "stiffness", "damping", "rest length", "largest force", "sensor delay"),
-        strict=True)
+    zip(
+        FITTED,
+        ("mass", "stiffness", "damping", "rest length", "largest force", "sensor delay"),
+        strict=True,
+    )
 )
 _SIMULATED_TICK_S = 0.001
 _NEEDED = {"height": "height_m", "spring_force": "spring_force_n", "command": "command_share"}
@@ -84,7 +87,6 @@ def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
 @question(
     subjects=Names,
     kinds={"option": lambda: IdentificationOptions.options_of("log.csv")},
-    written="file",
 )
 def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
     """Fit mass, stiffness, damping, rest length, delay and force limit of a hopper to its log.
@@ -119,8 +121,13 @@ def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
     shown = pd.DataFrame(
         {
             "number": numbers.number,
-            "value": [f"{x:.4g} {unit}" for x, unit in zip(numbers.value, numbers.unit, strict=True)],
-            "95 % interval": [f"{a:.4g} to {b:.4g}" for a, b in zip(fit.low.values(), fit.high.values(), strict=True)],
+            "value": [
+                f"{x:.4g} {unit}" for x, unit in zip(numbers.value, numbers.unit, strict=True)
+            ],
+            "95 % interval": [
+                f"{a:.4g} to {b:.4g}"
+                for a, b in zip(fit.low.values(), fit.high.values(), strict=True)
+            ],
         }
     )
     checked = fit.prediction.set_index("hops ahead").map(lambda x: f"{x:.2f}")

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.parts.bodies import Body, Interface
 from tegotae.questions.task import Subject, Task
+from tegotae.systems.body_file import body_called
 from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.legged import Legged, settling
 from tegotae.systems.resolve import resolve
-from tegotae.systems.user_objects import named
 from tegotae.training.collection import distinct, sets_of
 
 
