@@ -89,7 +89,7 @@ def log_of(samples: pd.DataFrame) -> Log:
             raise TegotaeError(f"{name} is {column[row]} at sample {row}; fill the gap or cut")
     steps = np.diff(values["time_s"])
     step = float(np.median(steps))
-    if not step > 0.0 or (worst := float(np.abs(steps / step - 1.0).max())) > _OUT_OF_STEP:
+    if not step > 0.0 or np.abs(steps / step - 1.0).max() > _OUT_OF_STEP:
         at = int(np.argmax(np.abs(steps - step)))
         raise TegotaeError(
             f"the time steps are uneven: {steps[at]:.4g} s at sample {at}, and {step:.4g} s in the "
@@ -323,8 +323,8 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
     p = np.concatenate([np.repeat(theta[:, None], fitted, axis=1), segments.begun()])
     parts = int(np.ceil(np.sqrt(theta[1] / theta[0]) * log.step_s / _LARGEST_STEP_RAD))
     sigma = np.array([np.median(np.abs(np.diff(x))) / 0.954 for x in (log.height_m, log.load_n)])
-    for _ in range(3):
-        p, wanted, shared = _solved(segments, p, sigma, parts)
+    for _ in range(2):
+        p, wanted, _ = _solved(segments, p, sigma, parts)
         squares = np.square(wanted.reshape(fitted, 2, -1)).sum(axis=(0, 2))
         sigma = sigma * np.sqrt(squares / (segments.within.sum() - fitted))
     p, wanted, shared = _solved(segments, p, sigma, parts)

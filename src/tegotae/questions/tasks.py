@@ -22,7 +22,8 @@ def tasks_of(*subjects: Subject | Task, body: str | Body | None = None) -> list[
 
     Args:
         subjects: names, files, folders, or objects.
-        body: in place of each one's own; `FILE.toml`, `FILE.py:OBJECT` or `MODULE:OBJECT` names one.
+        body: in place of each one's own; named by `FILE.toml`, `FILE.py:OBJECT` or
+            `MODULE:OBJECT`.
 
     Raises:
         TegotaeError: for a name that means nothing or has no weights, or runs that two names hold.
