@@ -72,18 +72,22 @@ class HiddenLeg:
     def log(self, file: Path, seconds: float) -> None:
         """Hop for a while by a simple rule, and write what a logger sees.
 
-        The rule pushes while the load falls, by another share in every hop.
+        The rule pushes while the load falls, by another share in every hop, and harder after a hop
+        that is lower than the release.
         """
         weight = self.m * GRAVITY_M_PER_S2
-        smooth, before, share = 0.0, 0.0, 0.5
+        smooth, before, share, usual = 0.0, 0.0, 0.3, 0.3
+        release = apex = self.y
         with file.open("w", newline="") as out:
             rows = csv.writer(out)
             rows.writerow(["time_s", "height_m", "spring_force_n", "command_share"])
             for tick in range(round(seconds / TICK_S)):
                 height, load = self.sense()
                 before, smooth = smooth, smooth + 0.3 * (load - smooth)
-                if smooth < 0.3 * weight:
-                    share = self.random.uniform(0.1, 0.6)
+                if before < 0.3 * weight <= smooth:  # it has landed
+                    usual = min(max(usual * (1.1 if apex < release else 0.9), 0.05), 0.6)
+                    share, apex = usual * self.random.uniform(0.4, 1.6), 0.0
+                apex = max(apex, height)
                 command = share if smooth >= 0.3 * weight and smooth < before else 0.0
                 rows.writerow(
                     [f"{tick * TICK_S:.3f}", f"{height:.6g}", f"{load:.6g}", f"{command:.4g}"]

@@ -37,6 +37,7 @@ AHEAD = (1, 2, 3)
 """How many hops ahead the check predicts; fewer where the others are fewer."""
 _N = len(FITTED)
 _LARGEST_STEP_RAD = 0.05
+_LONGEST_START_S = 0.06
 _OUT_OF_STEP = 0.1
 
 
@@ -137,35 +138,61 @@ def hops_of(log: Log) -> np.ndarray:
     return middles
 
 
-def start_of(log: Log, gravity_m_per_s2: float) -> np.ndarray:
-    """A first estimate of the fitted numbers, from smoothed signals in stance.
+def start_of(log: Log, middles: np.ndarray, gravity_m_per_s2: float) -> np.ndarray:
+    """A first estimate of the fitted numbers, from sums over hops, which average noise.
 
-    The load gives k and l0, and `F_k = m (a + g) + c v - α u(t - d)` the others, for the delay d
-    on a grid that leaves the least residual.
+    The load over the height in stance gives k and l0. From the middle of one flight to that of the
+    next, momentum and energy change by
+
+        m (Δẏ + g T) = ∫ F_k + α ∫ u,    m Δ(½ ẏ² + g y) = α ∫ u(t - d) ẏ - c ∫ ẏ²,
+
+    the last integral over stance: the first gives m and α, the second c, for the delay d on a grid
+    that leaves the least residual.
+
+    Args:
+        log: the recording.
+        middles: of the flights, samples.
+        gravity_m_per_s2: g [m/s²].
+
+    Raises:
+        TegotaeError: if mass or force come out negative.
     """
-    length = min(len(log.height_m) // 3, max(7, round(0.08 / log.step_s))) | 1
-    y, v, a = (savgol_filter(log.height_m, length, 3, deriv=n, delta=log.step_s) for n in range(3))
+    length = max(7, round(0.08 / log.step_s)) | 1
     load = savgol_filter(log.load_n, length, 3)
+    velocity = savgol_filter(log.height_m, length, 3, deriv=1, delta=log.step_s)
     deep = load > 0.3 * np.quantile(load, 0.98)
-    slope, offset = np.polyfit(y[deep], load[deep], 1)
-    k = max(-slope, 1e-6)
-    best: tuple[float, np.ndarray] = (np.inf, np.zeros(_N))
-    for ticks in range(1 + round(0.06 / log.step_s)):
-        late = np.concatenate([np.full(ticks, log.share[0]), log.share])[: len(load)]
-        late = np.convolve(late, np.full(length, 1.0 / length), "same")
-        terms = np.stack([a + gravity_m_per_s2, v, -late], axis=1)[deep]
-        solved, *_ = np.linalg.lstsq(terms, load[deep], rcond=None)
-        error = float(np.square(terms @ solved - load[deep]).sum())
-        m, c, alpha = solved
-        if error < best[0] and m > 0.0 and alpha > 0.0:
-            late_s = ticks * log.step_s
-            best = error, np.array([m, k, max(c, 0.0), offset / k, alpha, late_s])
-    if not np.isfinite(best[0]):
+    slope, offset = np.polyfit(savgol_filter(log.height_m, length, 3)[deep], load[deep], 1)
+    y, v = _begun(log, middles, gravity_m_per_s2)
+
+    def per_hop(rate: np.ndarray) -> np.ndarray:
+        return np.diff(np.concatenate([[0.0], np.cumsum(rate)])[middles]) * log.step_s
+
+    gained = np.diff(v) + gravity_m_per_s2 * np.diff(middles) * log.step_s
+    terms = np.stack([gained, -per_hop(log.share)], axis=1)
+    (m, alpha), *_ = np.linalg.lstsq(terms, per_hop(log.load_n), rcond=None)
+    if slope >= 0.0 or m <= 0.0 or alpha <= 0.0:
         raise TegotaeError(
-            "the recording is not that of such a hopper: the load does not follow from its motion "
-            "and the commands with a positive mass and force"
+            "the recording is not that of such a hopper: load, motion and commands give a mass of "
+            f"{m:.3g} kg, a stiffness of {-slope:.3g} N/m and a force of {alpha:.3g} N"
         )
-    return best[1]
+    energy = m * np.diff(0.5 * v**2 + gravity_m_per_s2 * y)
+    lost = per_hop(np.where(load > 0.1 * np.quantile(load, 0.98), velocity**2, 0.0))
+    tried = []
+    for ticks in range(1 + round(_LONGEST_START_S / log.step_s)):
+        late = np.concatenate([np.zeros(ticks), log.share])[: len(load)]
+        left = alpha * per_hop(late * velocity) - energy
+        c = max(float(left @ lost / (lost @ lost)), 0.0)
+        tried.append((float(np.square(left - c * lost).sum()), c, ticks * log.step_s))
+    _, c, delay = min(tried)
+    return np.array([m, -slope, c, -offset / slope, alpha, delay])
+
+
+def _begun(log: Log, first: np.ndarray, gravity: float) -> np.ndarray:
+    """Height and velocity at samples in flight, from the parabola around each [2, samples]."""
+    around = np.arange(-4, 5)
+    time = around * log.step_s
+    y = log.height_m[first[:, None] + around] + 0.5 * gravity * time**2
+    return np.stack([y.mean(axis=1), (y * time).sum(axis=1) / np.square(time).sum()])
 
 
 @partial(jax.jit, static_argnames=("ticks", "parts"))
@@ -239,15 +266,6 @@ class _Segments:
         n = len(self.first)
         return wanted.reshape(n, -1), slopes.reshape(n, -1, len(p))
 
-    def begun(self) -> np.ndarray:
-        """Height and velocity at the start of each, from a parabola of flight [2, segments]."""
-        reach = 4
-        time = np.arange(-reach, reach + 1) * self.log.step_s
-        at = np.clip(self.first[:, None] + np.arange(-reach, reach + 1), 0, None)
-        y = self.log.height_m[at] + 0.5 * self.gravity * time**2
-        slope = (y * time).sum(axis=1) / np.square(time).sum()
-        return np.stack([y.mean(axis=1), slope])
-
 
 def _solved(
     segments: _Segments,
@@ -317,10 +335,10 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
             hopper explains.
     """
     middles = hops_of(log)
-    theta = start_of(log, gravity_m_per_s2)
+    theta = start_of(log, middles, gravity_m_per_s2)
     fitted = round(SHARE_TO_FIT * (len(middles) - 1))
     segments = _Segments(log, middles[:fitted], middles[1 : fitted + 1], gravity_m_per_s2)
-    p = np.concatenate([np.repeat(theta[:, None], fitted, axis=1), segments.begun()])
+    p = np.concatenate([np.repeat(theta[:, None], fitted, axis=1), _begun(log, segments.first, gravity_m_per_s2)])
     parts = int(np.ceil(np.sqrt(theta[1] / theta[0]) * log.step_s / _LARGEST_STEP_RAD))
     sigma = np.array([np.median(np.abs(np.diff(x))) / 0.954 for x in (log.height_m, log.load_n)])
     for _ in range(2):
@@ -358,7 +376,7 @@ def _checked(
     segments = _Segments(log, first, middles[most:], gravity)
     ends = np.stack([middles[n : n + len(first)] for n in range(1, most + 1)])
     at = first[:, None] + np.arange(segments.ticks)
-    p = np.concatenate([np.repeat(value[:, None], len(first), axis=1), segments.begun()])
+    p = np.concatenate([np.repeat(value[:, None], len(first), axis=1), _begun(log, segments.first, gravity)])
     p, _, _ = _solved(segments, p, sigma, parts, at < ends[0][:, None], states_only=True)
     rows = []
     for n in ahead:
