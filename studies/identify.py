@@ -123,10 +123,7 @@ def main() -> None:
     given = parser.parse_args()
     file, failed = given.out / "bodies.csv", given.out / "failed.csv"
     there = {
-        int(body)
-        for table in (file, failed)
-        if table.exists()
-        for body in pd.read_csv(table).body
+        int(body) for table in (file, failed) if table.exists() for body in pd.read_csv(table).body
     }
     with tempfile.TemporaryDirectory() as folder:
         for seed in sorted({*range(given.bodies)} - there):

@@ -110,8 +110,10 @@ def log_of(samples: pd.DataFrame) -> Log:
     return Log(step, values["height_m"], values["spring_force_n"], share)
 
 
-def hops_of(log: Log) -> np.ndarray:
-    """The samples in the middle of every flight: a hop lies between two of them.
+def hops_of(log: Log) -> tuple[np.ndarray, np.ndarray]:
+    """The sample in the middle of every flight, and how many are in flight on each side of it.
+
+    A hop lies between two of the middles.
 
     Raises:
         TegotaeError: for a recording without stance or flight, or with too few hops.
@@ -135,10 +137,12 @@ def hops_of(log: Log) -> np.ndarray:
             f"the recording is too short: it holds {max(len(middles) - 1, 0)} whole hops, and the "
             f"fit needs {LEAST_HOPS}"
         )
-    return middles
+    return middles, np.array([max(len(run) // 2 - 4, 2) for run in inner], int)
 
 
-def start_of(log: Log, middles: np.ndarray, gravity_m_per_s2: float) -> np.ndarray:
+def start_of(
+    log: Log, middles: np.ndarray, begun: np.ndarray, gravity_m_per_s2: float
+) -> np.ndarray:
     """A first estimate of the fitted numbers, from sums over hops, which average noise.
 
     The load over the height in stance gives k and l0. From the middle of one flight to that of the
@@ -152,6 +156,7 @@ def start_of(log: Log, middles: np.ndarray, gravity_m_per_s2: float) -> np.ndarr
     Args:
         log: the recording.
         middles: of the flights, samples.
+        begun: height and velocity there [2, flights].
         gravity_m_per_s2: g [m/s²].
 
     Raises:
@@ -162,7 +167,7 @@ def start_of(log: Log, middles: np.ndarray, gravity_m_per_s2: float) -> np.ndarr
     velocity = savgol_filter(log.height_m, length, 3, deriv=1, delta=log.step_s)
     deep = load > 0.3 * np.quantile(load, 0.98)
     slope, offset = np.polyfit(savgol_filter(log.height_m, length, 3)[deep], load[deep], 1)
-    y, v = _begun(log, middles, gravity_m_per_s2)
+    y, v = begun
 
     def per_hop(rate: np.ndarray) -> np.ndarray:
         return np.diff(np.concatenate([[0.0], np.cumsum(rate)])[middles]) * log.step_s
@@ -187,12 +192,14 @@ def start_of(log: Log, middles: np.ndarray, gravity_m_per_s2: float) -> np.ndarr
     return np.array([m, -slope, c, -offset / slope, alpha, delay])
 
 
-def _begun(log: Log, first: np.ndarray, gravity: float) -> np.ndarray:
-    """Height and velocity at samples in flight, from the parabola around each [2, samples]."""
-    around = np.arange(-4, 5)
-    time = around * log.step_s
-    y = log.height_m[first[:, None] + around] + 0.5 * gravity * time**2
-    return np.stack([y.mean(axis=1), (y * time).sum(axis=1) / np.square(time).sum()])
+def _begun(log: Log, middles: np.ndarray, sides: np.ndarray, gravity: float) -> np.ndarray:
+    """Height and velocity in the middles of flights, from their parabolas [2, flights]."""
+    states = []
+    for middle, side in zip(middles, sides, strict=True):
+        time = np.arange(-side, side + 1) * log.step_s
+        y = log.height_m[middle - side : middle + side + 1] + 0.5 * gravity * time**2
+        states.append((y.mean(), (y @ time) / (time @ time)))
+    return np.array(states).T
 
 
 @partial(jax.jit, static_argnames=("ticks", "parts"))
@@ -334,11 +341,12 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
         TegotaeError: for a recording without stance or flight, with too few hops, or one that no
             hopper explains.
     """
-    middles = hops_of(log)
-    theta = start_of(log, middles, gravity_m_per_s2)
+    middles, sides = hops_of(log)
+    begun = _begun(log, middles, sides, gravity_m_per_s2)
+    theta = start_of(log, middles, begun, gravity_m_per_s2)
     fitted = round(SHARE_TO_FIT * (len(middles) - 1))
     segments = _Segments(log, middles[:fitted], middles[1 : fitted + 1], gravity_m_per_s2)
-    p = np.concatenate([np.repeat(theta[:, None], fitted, axis=1), _begun(log, segments.first, gravity_m_per_s2)])
+    p = np.concatenate([np.repeat(theta[:, None], fitted, axis=1), begun[:, :fitted]])
     parts = int(np.ceil(np.sqrt(theta[1] / theta[0]) * log.step_s / _LARGEST_STEP_RAD))
     sigma = np.array([np.median(np.abs(np.diff(x))) / 0.954 for x in (log.height_m, log.load_n)])
     for _ in range(2):
@@ -357,13 +365,14 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
         high=dict(zip(FITTED, (value + half).tolist(), strict=True)),
         noise=(float(sigma[0]), float(sigma[1])),
         hops=(fitted, len(middles) - 1 - fitted),
-        prediction=_checked(log, middles[fitted:], value, sigma, parts, gravity_m_per_s2),
+        prediction=_checked(log, middles[fitted:], begun[:, fitted:], value, sigma, parts, gravity_m_per_s2),
     )
 
 
 def _checked(
     log: Log,
     middles: np.ndarray,
+    begun: np.ndarray,
     value: np.ndarray,
     sigma: np.ndarray,
     parts: int,
@@ -376,7 +385,7 @@ def _checked(
     segments = _Segments(log, first, middles[most:], gravity)
     ends = np.stack([middles[n : n + len(first)] for n in range(1, most + 1)])
     at = first[:, None] + np.arange(segments.ticks)
-    p = np.concatenate([np.repeat(value[:, None], len(first), axis=1), _begun(log, segments.first, gravity)])
+    p = np.concatenate([np.repeat(value[:, None], len(first), axis=1), begun[:, : len(first)]])
     p, _, _ = _solved(segments, p, sigma, parts, at < ends[0][:, None], states_only=True)
     rows = []
     for n in ahead:
