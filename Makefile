@@ -29,7 +29,7 @@ INSTALLED := $(VENV)/.installed
 
 PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile
 
-.PHONY: test test-thorough solutions lint pytest reproduce study-tables experiments docs bench clean
+.PHONY: test test-thorough solutions lint pytest reproduce study-tables experiments docs paper-figure bench clean
 
 $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -97,6 +97,9 @@ experiments: $(INSTALLED)
 
 docs: $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+paper-figure: $(INSTALLED)
+	$(BIN)/tegotae figure portrait paper-sector --omega 5 --duration 20 --out paper/portrait.png
 
 bench: $(INSTALLED)
 	$(BIN)/python -m benchmarks
