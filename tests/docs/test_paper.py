@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from pages import blocks
 from places import ROOT
 from programs import parsed, words_of
 from prose_numbers import MARK, stale
@@ -37,10 +38,10 @@ def test_its_numbers_are_those_of_the_tables():
 
 
 def test_its_commands_are_understood():
-    shown = [words for line in TEXT.splitlines() if (words := words_of(line))]
-    assert len(shown) == 3
-    for words in shown:
-        parsed(words)
+    ((_, block),) = blocks(PAPER / "paper.md", "console")
+    assert len(block.splitlines()) == 3
+    for line in block.splitlines():
+        parsed(words_of(line))
 
 
 def test_a_command_draws_its_figure():
