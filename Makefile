@@ -5,25 +5,28 @@
 #                    Body and reading are the study's own of docs/reproduction/fidelity.md, as in most tables
 #                    of the docs; with READING=calibrated those of docs/reproduction/calibration.md,
 #                    whose leg is damped in flight, where the paper switches the damper off.
+#                    READING=reading.toml takes your own numbers, at the paper's scale unless SCALE says otherwise.
 
 PYTHON ?= python3
 VENV ?= .venv
-SCALE ?= quick
 READING ?= study
-$(if $(filter $(READING),study calibrated),,$(error READING is $(READING); it must be study or calibrated))
+FILE := $(filter %.toml %.json,$(READING))
+SCALE ?= $(if $(FILE),paper,quick)
+$(if $(FILE)$(filter $(READING),study calibrated),,$(error READING is $(READING); it must be study, calibrated or a file, FILE.toml))
+$(if $(FILE),$(if $(wildcard $(FILE)),,$(error READING is $(FILE); there is no such file)))
 # Of each reading: its folder of records, and its tables.
 STUDY_study := results/$(SCALE)
 STUDY_calibrated := results/$(SCALE)-calibrated
-STUDY := $(STUDY_$(READING))
+STUDY := $(if $(FILE),results/$(SCALE)-$(basename $(notdir $(FILE))),$(STUDY_$(READING)))
 TABLES_study := docs/_static/study/paper
 TABLES_calibrated := docs/_static/study-calibrated/calibrated
-TABLES := $(TABLES_$(READING))
+TABLES := $(if $(FILE),$(STUDY)/tables/runs,$(TABLES_$(READING)))
 # Experiments on single claims, which take longer than the study: a small scale shows those kept.
 # To keep new ones: make experiments EXPERIMENTS=docs/_static/experiments
 # Those of the calibrated body are its gain map.
 EXPERIMENTS_study := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/experiments)
 EXPERIMENTS_calibrated := $(dir $(TABLES_calibrated))
-EXPERIMENTS := $(EXPERIMENTS_$(READING))
+EXPERIMENTS := $(if $(FILE),$(STUDY)/experiments,$(EXPERIMENTS_$(READING)))
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 

@@ -639,7 +639,7 @@ def _as(number: str, value: float) -> str:
 
 def pages() -> list[Path]:
     """The pages that have prose: README and docs."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    return [*sorted(ROOT.glob("README*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 if __name__ == "__main__":

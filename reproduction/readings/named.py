@@ -93,7 +93,7 @@ def reading_named(name: str) -> ReadingOptions:
     """The options that a reading stands for.
 
     Args:
-        name: of `NAMES`, or of a JSON file with an entry per option.
+        name: of `NAMES`, or of a file with an entry per option, in JSON or TOML.
 
     Raises:
         TegotaeError: for an unknown name, or a file that is not one of options.
@@ -104,8 +104,8 @@ def reading_named(name: str) -> ReadingOptions:
     """
     if name == STUDY:
         return ReadingOptions()
-    if name not in NAMES and not name.endswith(".json"):
-        raise unknown("reading", name, (*NAMES, "FILE.json"))
+    if name not in NAMES and not name.endswith((".json", ".toml")):
+        raise unknown("reading", name, (*NAMES, "FILE.toml", "FILE.json"))
     file = Path(__file__).with_name("calibrated.json") if name == CALIBRATED else Path(name)
     try:
         values = documents.fitted(documents.read(file), dict)

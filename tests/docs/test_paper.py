@@ -1,16 +1,16 @@
-"""The paper about the software has the form that its journal asks for, and numbers of the tables."""
+"""The paper about the software has the form of its journal, and numbers of the tables."""
 
 from __future__ import annotations
 
 import re
 
 import pytest
+from test_plain_english import unplain
 
 from pages import blocks
 from places import ROOT
 from programs import parsed, words_of
 from prose_numbers import MARK, stale
-from test_plain_english import unplain
 
 PAPER = ROOT / "paper"
 TEXT = (PAPER / "paper.md").read_text(encoding="utf-8")

@@ -15,9 +15,14 @@ from tegotae.cli.asking import Question, flags_of, options_by_subject
 from tegotae.cli.program import Command, CommandGroup, overview
 from vocabulary import PROSE
 
+# Translations, NAME.ja.md, are not in English.
 PAGES = sorted(
     [
-        *(page for page in DOCS.rglob("*.md") if "_static" not in page.parts),
+        *(
+            page
+            for page in DOCS.rglob("*.md")
+            if "_static" not in page.parts and ".ja" not in page.suffixes
+        ),
         *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
     ]
 )

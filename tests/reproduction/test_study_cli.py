@@ -95,6 +95,12 @@ def test_a_reading_keeps_the_records_of_its_options(tmp_path):
     assert keys("--reading", "study") == keys() != keys(*NINE)
     (tmp_path / "mine.json").write_text('{"mass": 0.2, "cot_only": true}')
     assert keys("--reading", str(tmp_path / "mine.json")) == keys("--mass", "0.2", "--cot-only")
+    (tmp_path / "mine.toml").write_text("mass = 0.2\ncot_only = true\n")
+    assert keys("--reading", str(tmp_path / "mine.toml")) == keys("--mass", "0.2", "--cot-only")
+
+
+def test_the_reading_to_fill_in_is_at_first_the_studys_own():
+    assert keys("--reading", str(ROOT / "reading.toml")) == keys()
 
 
 @pytest.mark.parametrize(
