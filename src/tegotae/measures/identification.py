@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -36,6 +36,8 @@ LEAST_HOPS = 15
 AHEAD = (1, 2, 3)
 """How many hops ahead the check predicts; fewer where the others are fewer."""
 _N = len(FITTED)
+_STIFF, _LONG, _MOST = 1, 3, 4
+"""Rows of stiffness, rest length and largest force."""
 _LARGEST_STEP_RAD = 0.05
 _LONGEST_START_S = 0.06
 _OUT_OF_STEP = 0.1
@@ -128,7 +130,8 @@ def hops_of(log: Log) -> tuple[np.ndarray, np.ndarray]:
         raise TegotaeError(
             f"the recording has no flight: the load never falls below {0.2 * peak:.3g} N"
         )
-    runs, count = label(~stance)
+    in_flight: Any = np.logical_not(stance)
+    runs, count = cast("tuple[np.ndarray, int]", label(in_flight))
     at = np.arange(len(runs))
     inner = [at[runs == n] for n in range(2, count)]  # the first and the last may be cut
     middles = np.array([(run[0] + run[-1]) // 2 for run in inner], int)
@@ -163,10 +166,11 @@ def start_of(
         TegotaeError: if mass or force come out negative.
     """
     length = max(7, round(0.08 / log.step_s)) | 1
-    load = savgol_filter(log.load_n, length, 3)
-    velocity = savgol_filter(log.height_m, length, 3, deriv=1, delta=log.step_s)
+    load = np.asarray(savgol_filter(log.load_n, length, 3))
+    velocity = np.asarray(savgol_filter(log.height_m, length, 3, deriv=1, delta=log.step_s))
     deep = load > 0.3 * np.quantile(load, 0.98)
-    slope, offset = np.polyfit(savgol_filter(log.height_m, length, 3)[deep], load[deep], 1)
+    height = np.asarray(savgol_filter(log.height_m, length, 3))
+    slope, offset = np.polyfit(height[deep], load[deep], 1)
     y, v = begun
 
     def per_hop(rate: np.ndarray) -> np.ndarray:
@@ -221,18 +225,21 @@ def _predicted(
             body = changed(body, name, lambda _, x=x: x)
         body = changed(body, "gravity_m_per_s2", lambda _: gravity)
         tick = step_s / parts
-        edges = (first + jnp.arange(ticks * parts + 1)[:, None] / parts) * step_s - p[_N - 1]
-        total = jnp.interp(edges, jnp.arange(len(pushed)) * step_s, pushed)
-        forces = body.max_force_n * jnp.diff(total, axis=0) / tick
+        counted = partial(jnp.arange, dtype=p.dtype)
+        moments = first[None].astype(p.dtype) + counted(ticks * parts + 1)[:, None] / parts
+        edges = moments * step_s - p[None, _N - 1]
+        total = jnp.interp(edges, counted(len(pushed)) * step_s, pushed)
+        forces = p[None, _MOST] * jnp.diff(total, axis=0) / tick
 
         def advance(state: HopperState, force: jax.Array) -> tuple[HopperState, jax.Array]:
             push = Push(force, jnp.zeros_like(force))
-            moved, _ = body.advance(state, push, jnp.zeros_like(force), tick)
+            moved, _ = body.advance(state, push, jnp.zeros_like(force), jnp.asarray(tick))
             return moved, state.height
 
         _, heights = jax.lax.scan(advance, HopperState(p[_N], p[_N + 1]), forces)
         y = heights[::parts]
-        return jnp.stack([y, body.stiffness_n_per_m * jnp.maximum(body.rest_length_m - y, 0.0)])
+        load = p[None, _STIFF] * jnp.maximum(p[None, _LONG] - y, 0.0)
+        return jnp.stack([y, load])
 
     basis = jnp.broadcast_to(jnp.eye(len(p), dtype=p.dtype)[:, :, None], (len(p), *p.shape))
     value, derivatives = jax.vmap(lambda along: jax.jvp(of, (p,), (along,)), out_axes=(None, 0))(
@@ -365,7 +372,9 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
         high=dict(zip(FITTED, (value + half).tolist(), strict=True)),
         noise=(float(sigma[0]), float(sigma[1])),
         hops=(fitted, len(middles) - 1 - fitted),
-        prediction=_checked(log, middles[fitted:], begun[:, fitted:], value, sigma, parts, gravity_m_per_s2),
+        prediction=_checked(
+            log, middles[fitted:], begun[:, fitted:], value, sigma, parts, gravity_m_per_s2
+        ),
     )
 
 

@@ -110,7 +110,7 @@ def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
                 f"no column is the {quantity} ({name}) among {', '.join(map(repr, table))}; name "
                 f"it: --columns {quantity}=COLUMN[UNIT]"
             )
-    samples = samples[["time_s", *_NEEDED.values()]]
+    samples = pd.DataFrame(samples[["time_s", *_NEEDED.values()]])
     samples = samples if options.resample is None else resampled(samples, options.resample)
     fit = fitted_to(log_of(samples), options.gravity_m_per_s2)
     body = _body_of(fit, options.gravity_m_per_s2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError
@@ -58,11 +58,12 @@ def body_text(body: Body, reasons: Mapping[str, str] | None = None) -> str:
 
 
 def _lines(document: Mapping[str, Any], table: str, reasons: Mapping[str, str]) -> list[str]:
-    lines, inner = [], []
+    lines: list[str] = []
+    inner: list[str] = []
     for name, value in document.items():
         if isinstance(value, Mapping):
-            place = f"{table}.{name}".lstrip(".")
-            inner += ["", f"[{place}]", *_lines(value, place, reasons)]
+            place, part = f"{table}.{name}".lstrip("."), cast(Mapping[str, Any], value)
+            inner += ["", f"[{place}]", *_lines(part, place, reasons)]
         else:
             why = f"  # {reasons[name]}" if name in reasons else ""
             lines.append(f"{name} = {json.dumps(value)}{why}")
