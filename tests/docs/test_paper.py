@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 import pytest
-from test_plain_english import unplain
 
 from pages import blocks
 from places import ROOT
@@ -55,9 +54,8 @@ def test_a_command_draws_its_figure():
     "name",
     ["paper/paper.md", "paper/checklists.md", "CODE_OF_CONDUCT.md", "SUPPORT.md", "SECURITY.md"],
 )
-def test_texts_about_the_project_are_in_plain_english_and_their_links_lead_somewhere(name):
+def test_links_of_texts_about_the_project_lead_somewhere(name):
     text = (ROOT / name).read_text(encoding="utf-8")
-    assert unplain(text) == []
     for target in re.findall(r"\]\((?!http)([^)#]+)", text):
         assert ((ROOT / name).parent / target).exists(), target
 

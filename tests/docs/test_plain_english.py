@@ -15,6 +15,7 @@ from tegotae.cli.asking import Question, flags_of, options_by_subject
 from tegotae.cli.program import Command, CommandGroup, overview
 from vocabulary import PROSE
 
+_OF_THE_PAPER = ("paper/paper.md", "paper/checklists.md")
 # Translations, NAME.ja.md, are not in English.
 PAGES = sorted(
     [
@@ -23,7 +24,8 @@ PAGES = sorted(
             for page in DOCS.rglob("*.md")
             if "_static" not in page.parts and ".ja" not in page.suffixes
         ),
-        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CODE_OF_CONDUCT.md")),
+        *(ROOT / name for name in ("SUPPORT.md", "SECURITY.md", *_OF_THE_PAPER)),
     ]
 )
 TERMS = (
