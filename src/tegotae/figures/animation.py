@@ -240,6 +240,7 @@ def film_animation(replay: Replay) -> Animation:
     """
     pictures = film(replay)
     figure = new_figure(WIDTH / 90.0, (HEIGHT + 24) / 90.0)
+    figure.set_layout_engine("none")
     axes = figure.add_axes((0.0, 0.0, 1.0, HEIGHT / (HEIGHT + 24)))
     axes.set_axis_off()
     shown = axes.imshow(pictures[0])
