@@ -16,6 +16,7 @@ import mujoco
 
 import tegotae as tg
 from jointed import jointed_robot
+from places import ROOT
 from sprung import sprung_robot
 from tegotae import TegotaeError
 from tegotae.cli import main
@@ -252,6 +253,32 @@ def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_pa
     own = tg.simulate("quadruped-c").numbers
     assert walk["lasted"] == 1.0
     assert walk["speed_m_per_s"] / np.sqrt(9.81) == pytest.approx(own["speed_m_per_s"], rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("file", "feet", "together"),
+    [
+        ("servo_quadruped.xml", ("FL", "FR", "RL", "RR"), {"FL", "RR"}),
+        ("hexapod.xml", ("LF", "LM", "LH", "RF", "RM", "RH"), {"LM", "RF", "RH"}),
+    ],
+)
+def test_a_law_of_four_legs_stands_on_any_number_and_neighbours_alternate(file, feet, together):
+    robot = str(ROOT / "examples" / "robots" / file)
+    names = tuple(f"{foot}_foot" for foot in feet)
+    settings = ModelSettings(model=robot, feet=names, legs=True, release_m=0.01)
+    wiring = suggest_legs(settings).wiring.holding(resolve("quadruped-c").controller())
+    begin = {foot for foot, limb in zip(feet, wiring.limbs, strict=True) if not limb.phase_rad}
+    assert begin == together
+    env = ModelEnv(settings)
+    wires, problems = look_up(env, wiring)
+    assert wires is not None, problems
+    assert wires.controller.limbs == len(feet)
+    pilot = Pilot(wires, wiring, np.asarray(wiring.weights)[:, None])
+    seen, _ = env.reset(seed=0)
+    for _ in range(round(3.0 / wires.step_s / 4)):
+        seen, _, ended, *_ = env.step(pilot.act(seen[None])[0].astype(np.float32))
+        assert not ended
+    env.close()
 
 
 def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():
