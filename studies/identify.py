@@ -2,8 +2,8 @@
 
     python studies/identify.py [--bodies 50] [--out docs/_static/identify]
 
-Every leg is a `HiddenLeg` of `examples/hardware`, whose physics are not the package's. Its numbers
-are drawn log-uniformly, over its length, weight and stiffness: mass 0.1 to 10 kg, rest length 0.2
+Every leg is a `HiddenLeg` of `studies/hidden_leg.py`, whose physics are not the package's. Its
+numbers are drawn log-uniformly, over its length, weight and stiffness: mass 0.1 to 10 kg, rest length 0.2
 to 1.2 m, k l0 / (m g) 4 to 20, damping ratio 0.05 to 0.25, largest force 2.5 to 5 weights, delay 2
 to 25 ms. The noise is 3 % of the weight and of the rest length. A leg that breaks, since its first
 landing presses it to nothing, is drawn again, and counted.
@@ -15,21 +15,19 @@ were refused, with the reason. Legs that are there are not computed again.
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from studies.hidden_leg import GRAVITY_M_PER_S2, HiddenLeg
 from studies.kept import write_rows
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.identification import FITTED, identify, log_of
-from tegotae.measures.recordings import read_columns, recording
+from tegotae.measures.recordings import QUANTITIES, read_columns, recording
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "examples" / "hardware"))
-from hidden_leg import GRAVITY_M_PER_S2, HiddenLeg  # noqa: E402
 
 SECONDS = 60.0
 
@@ -69,7 +67,7 @@ def rows_of(seed: int, folder: Path) -> list[dict[str, object]]:
     """A row a number of one leg: the truth, the fit and its interval."""
     file = folder / "log.csv"
     truth, broken = recorded(seed, file)
-    fit = identify(log_of(recording(read_columns(file))))
+    fit = identify(log_of(recording(read_columns(file), kept=QUANTITIES)))
     ahead = fit.prediction.iloc[-1]
     return [
         {

@@ -284,7 +284,10 @@ def test_what_a_wiring_leaves_to_chance_is_told():
 
 def test_units_of_one_controller_may_share_weights_as_it_says():
     limbs = [dataclasses.replace(WIRING.limbs[0], senses={"spring_force": "load"})]
-    two = dataclasses.replace(build("V-sector-w8"), limbs=2)
-    wiring = Wiring(limbs=limbs, weights=[1.0], omega=5.0, controller=two)
+    shared = dataclasses.replace(build("V-sector-w8"), limbs=2)
+    wiring = Wiring(limbs=limbs, weights=[1.0], omega=5.0, controller=shared)
+    assert check_wiring(Scales(), wiring, steps=0) == []
+    free = dataclasses.replace(shared, sharing=(0, 1))
+    wiring = dataclasses.replace(wiring, weights=[1.0, 1.0], controller=free)
     (problem,) = check_wiring(Scales(), wiring, steps=0)
     assert "the controller has 2 units and the wiring 1 limbs" in problem

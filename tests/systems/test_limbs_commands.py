@@ -161,9 +161,9 @@ def test_metrics_of_a_rollout_are_refused_while_it_is_compiled(saved):
 def test_a_wrapper_has_a_unit_a_limb_of_its_own():
     import gymnasium
 
-    controller = dataclasses.replace(build("V-reflex-w8"), limbs=2)
+    controller = dataclasses.replace(build("V-reflex-w8"), limbs=2, sharing=(0, 1))
     limb = Limb(senses={"spring_force": "x"}, drives="y")
-    wiring = Wiring(limbs=[limb], weights=[2.0], omega=8.0, controller=controller)
+    wiring = Wiring(limbs=[limb], weights=[2.0, 2.0], omega=8.0, controller=controller)
     problems = check_wiring(gymnasium.make("Pendulum-v1"), wiring, steps=0)
     assert any("the controller has 2 units and the wiring 1 limbs" in p for p in problems)
 

@@ -57,6 +57,8 @@ QUANTITIES = {
     "climb": Quantity(("climb",), _LENGTH),
 }
 """The quantities of a recording, by their names in commands."""
+OF_A_GAIT = tuple(name for name in QUANTITIES if name not in ("spring_force", "command"))
+"""Those that `tegotae.measures.hopping.measure` takes."""
 
 
 def split(column: str) -> tuple[str, str]:
@@ -157,6 +159,7 @@ def recording(
     named: Sequence[str] = (),
     *,
     rate_hz: float | None = None,
+    kept: Collection[str] = OF_A_GAIT,
 ) -> pd.DataFrame:
     """The recorded gait in some columns, in SI units, for `tegotae.measures.hopping.measure`.
 
@@ -167,10 +170,11 @@ def recording(
         columns: arrays of one length, by name.
         named: which column is what, `QUANTITY=COLUMN` or `QUANTITY=COLUMN[UNIT]`.
         rate_hz: samples a second, where there is no column of times.
+        kept: the quantities that are read, of `QUANTITIES`.
 
     Returns:
         A row a sample: `time_s` and `height_m`, and what there is of `ground_m`, `phase_rad`,
-        `force_n`, `spring_force_n`, `command_share`, `work_j`, `climb_flight_m` and `climb_m`.
+        `force_n`, `work_j`, `climb_flight_m` and `climb_m`.
 
     Raises:
         TegotaeError: if there is no height, no time, two columns for one quantity or one for two, a
@@ -182,7 +186,7 @@ def recording(
         >>> recording(table, ["height=com[mm]"]).height_m.tolist()
         [0.99, 1.0, 1.01]
     """
-    chosen = _chosen(columns, named)
+    chosen = {name: found for name, found in _chosen(columns, named).items() if name in kept}
     if "height" not in chosen:
         raise _lacking("height", columns)
     if "time" not in chosen and rate_hz is None:

@@ -101,7 +101,7 @@ def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
         raise TegotaeError(f"{options.out} is no name of a body; it must end in .toml")
     require_finite("gravity", options.gravity_m_per_s2, above=0.0, most=1e9)
     table = read_columns(Path(file))
-    samples = recording(table, options.columns, rate_hz=options.rate)
+    samples = recording(table, options.columns, rate_hz=options.rate, kept=("time", *_NEEDED))
     for line in left_alone(table, options.columns):
         note(f"tegotae: {line}")
     for quantity, name in _NEEDED.items():

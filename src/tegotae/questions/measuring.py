@@ -227,7 +227,7 @@ def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
         note(f"tegotae: {line}")
     read = read if options.resample is None else resampled(read, options.resample)
     measured = measured_of(
-        **read.drop(columns=["spring_force_n", "command_share"], errors="ignore"),
+        **read,
         rest_length_m=rest_length_m,
         omega=options.omega,
         max_force_n=leg["max_force_n"],

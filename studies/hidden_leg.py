@@ -1,6 +1,6 @@
 """A simulated leg whose numbers nobody is given: it writes a log, and takes commands.
 
-    python examples/hardware/hidden_leg.py log.csv
+    python studies/hidden_leg.py log.csv
 
 The physics are written here once more, in plain Python with steps of 0.1 ms, so that nothing of
 tegotae's own simulation is in the log.
