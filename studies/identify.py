@@ -3,10 +3,10 @@
     python studies/identify.py [--bodies 50] [--out docs/_static/identify]
 
 Every leg is a `HiddenLeg` of `studies/hidden_leg.py`, whose physics are not the package's. Its
-numbers are drawn log-uniformly, over its length, weight and stiffness: mass 0.1 to 10 kg, rest length 0.2
-to 1.2 m, k l0 / (m g) 4 to 20, damping ratio 0.05 to 0.25, largest force 2.5 to 5 weights, delay 2
-to 25 ms. The noise is 3 % of the weight and of the rest length. A leg that breaks, since its first
-landing presses it to nothing, is drawn again, and counted.
+numbers are drawn log-uniformly, over its length, weight and stiffness: mass 0.1 to 10 kg, rest
+length 0.2 to 1.2 m, k l0 / (m g) 4 to 20, damping ratio 0.05 to 0.25, largest force 2.5 to 5
+weights, delay 2 to 25 ms. The noise is 3 % of the weight and of the rest length. A leg that
+breaks, since its first landing presses it to nothing, is drawn again, and counted.
 
 `bodies.csv` has a row a leg and number; `identify.csv` a row a number; `failed.csv` the legs that
 were refused, with the reason. Legs that are there are not computed again.
