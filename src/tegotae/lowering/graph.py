@@ -173,7 +173,7 @@ class Reader(ABC):
         """A loop of known length, written out."""
         if parameters["length"] > _LONGEST_SCAN:
             raise self._refused("scan", origin, f"it has more than {_LONGEST_SCAN} rounds")
-        n_fixed, n_carry = parameters["num_consts"], parameters["num_carry"]
+        n_fixed, n_carry = scan_sizes(parameters)
         fixed, carry = arguments[:n_fixed], arguments[n_fixed : n_fixed + n_carry]
         rows = arguments[n_fixed + n_carry :]
         numbers = range(parameters["length"])
@@ -230,6 +230,14 @@ class Reader(ABC):
             return self._node(operation, kind or inputs[-1].kind, inputs, detail, origin)
 
         return elementwise(node, arrays)
+
+
+def scan_sizes(parameters: Parameters) -> tuple[int, int]:
+    """How many inputs of a `scan` stay the same, and how many are carried; JAX 0.11 counts anew."""
+    if "ft_in" in parameters:
+        fixed, carry, _ = parameters["ft_in"].elts
+        return len(fixed), len(carry)
+    return parameters["num_consts"], parameters["num_carry"]
 
 
 def elementwise(node: Callable[..., Node], arrays: Arrays) -> np.ndarray:

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from tegotae.lowering.functions import function
-from tegotae.lowering.graph import Arrays, Reader, called, elementwise, in_shapes
+from tegotae.lowering.graph import Arrays, Reader, called, elementwise, in_shapes, scan_sizes
 from tegotae.lowering.nodes import (
     DTYPES,
     FLOATS,
@@ -163,7 +163,7 @@ class NativeReader(Reader):
         self, parameters: Parameters, arguments: Arrays, origin: Traced
     ) -> list[np.ndarray]:
         """A loop over rows of what is given, where floats alone are carried; else written out."""
-        n_fixed, n_carry = parameters["num_consts"], parameters["num_carry"]
+        n_fixed, n_carry = scan_sizes(parameters)
         fixed, begins = arguments[:n_fixed], arguments[n_fixed : n_fixed + n_carry]
         rows, results = arguments[n_fixed + n_carry :], parameters["jaxpr"].jaxpr.outvars
         columns = [array.reshape(len(array), -1) for array in rows]
