@@ -468,8 +468,8 @@ DWELL, SHOWN = 200.0, 3.0
 """How long each lasts [√(l0 / g)], and how many strides of its end are shown, a stride a second."""
 
 
-def film() -> None:
-    """Write `transition.gif`: one rollout in which ω rises by steps."""
+def risen() -> tuple[Legged, Any, list[str], list[Any], Timing]:
+    """One rollout in which ω rises by steps: system, trajectory, and the gait of each level."""
     legged = system("quadruped-g")
     timing = staircase_timing(legged.timing, len(RISE), DWELL)
     phase = random_phases(4, 1)
@@ -486,6 +486,12 @@ def film() -> None:
     found = lanes_of(found)
     each = [type(found)(*(x[k] for x in found)) for k in range(len(RISE))]
     gaits = [gait_of(level, legged.names)[0] for level in each]
+    return legged, trajectory, gaits, each, timing
+
+
+def film() -> None:
+    """Write `transition.gif`: one rollout in which ω rises by steps."""
+    legged, trajectory, gaits, each, timing = risen()
     length = timing.n_frames // len(RISE)
     frames = []
     for k, level in enumerate(each):
