@@ -281,6 +281,19 @@ def test_a_law_of_four_legs_stands_on_any_number_and_neighbours_alternate(file, 
     env.close()
 
 
+def test_a_leg_on_a_boom_hops_under_a_walkers_law(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    model = str(ROOT / "examples" / "robots" / "boom_leg.xml")
+    where = ["--feet", "foot", "--settings", "legs=true"]
+    assert not main(["wiring", "suggest", model, *where, "--out", "boom.toml"])
+    where = ["--env", model, "--wiring", "boom.toml", *where, "--omega", "40"]
+    law = "zoo:AR-rF+range@quadruped-c"
+    assert not main(["wiring", "transfer", law, *where, "--out", "boom.json"])
+    hops = tg.simulate("boom.json", duration=4.0).numbers
+    assert hops["speed_m_per_s"] > 0.7
+    assert hops["duty"] < 0.9
+
+
 def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():
     legs = sensing(SETTINGS).legs
     assert legs is not None
