@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -37,6 +37,9 @@ from tegotae.simulation.integrators import (
     with_oscillator,
 )
 from tegotae.systems.controller_file import SavedController
+
+if TYPE_CHECKING:
+    from tegotae.envs.mujoco.legs import LegKinematics
 
 
 class Decision(NamedTuple):
@@ -102,6 +105,24 @@ class RobotController:
     def body(self) -> Body | Interface:
         """The body that it is for; the interface of one that moves in another simulator."""
         return self.saved.system.body
+
+    @functools.cached_property
+    def legs(self) -> LegKinematics | None:
+        """The legs of its MuJoCo model, where it commands feet to places.
+
+        Raises:
+            TegotaeError: for a model that is not there any more.
+            MissingExtraError: without MuJoCo.
+        """
+        task = self.saved.task
+        if task is None or not task.settings.get("legs"):
+            return None
+        from tegotae.envs.env_spec import EnvSpec
+        from tegotae.envs.mujoco.sensing import sensing
+
+        return sensing(
+            EnvSpec(env=task.env, settings=tuple(task.settings.items())).model_settings
+        ).legs
 
     @property
     def weights(self) -> np.ndarray:

@@ -48,9 +48,12 @@ class Operation:
 def _infix(
     sign: str, binds: int, fold: Fold | None, llvm: Emission, *, safe: bool = False
 ) -> Operation:
-    """`a sign b`; the right operand binds more tightly, so that sums keep their order."""
-    left = binds + 1 if safe else binds
-    return Operation(f"{{0}} {sign} {{1}}", binds, (left, binds + 1), fold, llvm=llvm)
+    """`a sign b`; the right operand binds more tightly, so that sums keep their order.
+
+    Where compilers warn, `safe`, comparisons within stand in parentheses.
+    """
+    inside = (max(binds + 1, SUM),) * 2 if safe else (binds, binds + 1)
+    return Operation(f"{{0}} {sign} {{1}}", binds, inside, fold, llvm=llvm)
 
 
 def _function(

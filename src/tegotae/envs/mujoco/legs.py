@@ -19,7 +19,7 @@ from tegotae.parts._shapes import AnyArray
 
 AXES = ("x", "y", "z")
 """Forward, to the left and up, of the trunk."""
-_STEPS = 8
+STEPS = 8
 """Of the solution: a place within reach is met to 10⁻⁵ of the leg's length."""
 _DAMPED = 1e-4
 """Least damping of a step."""
@@ -59,6 +59,7 @@ class LegKinematics:
 
     Args:
         feet: their names.
+        joint_names: those of the joints, leg by leg, from the trunk on.
         chains: their geometry.
         length_m: length l of the longest leg, from its first joint over all others to the foot [m].
         start: joints in the model's start [rad or m], [legs, joints].
@@ -68,6 +69,7 @@ class LegKinematics:
     """
 
     feet: tuple[str, ...]
+    joint_names: tuple[tuple[str, ...], ...]
     chains: Chains
     length_m: float
     start: np.ndarray
@@ -193,7 +195,8 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
             raise TegotaeError(f"the joints of the leg of {name} do not move it; name another foot")
     drives = _padded(servos)
     gears = np.where(there, model.actuator_gear[drives, 0], 1.0)
-    return LegKinematics(tuple(feet), chains, length, start, joints, drives, gears)
+    named = tuple(tuple(model.joint(joint).name for joint in own) for own in owners)
+    return LegKinematics(tuple(feet), named, chains, length, start, joints, drives, gears)
 
 
 def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
@@ -328,20 +331,29 @@ def _damped(columns: Sequence[_Vector], damping: AnyArray | float, e: _Vector) -
 def _solved(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
     """Joints from the start on, [joints, legs, lanes], of places, [3, legs, lanes]."""
     wanted = _vector(chains.foot).plus(_Vector(*(given["place"][i] for i in range(3))))
-    low, high = (list(np.moveaxis(x[..., None], 1, 0)) for x in (chains.low, chains.high))
-    moved = [jnp.zeros_like(wanted.x) for _ in low]
-    for _ in range(_STEPS):
-        foot, columns = _kinematics(chains, moved)
-        e, free = wanted.plus(foot, -1.0), list[_Vector]()
-        for k, column in enumerate(columns):
-            pull = column.dot(e)
-            held = ((moved[k] <= low[k]) & (pull < 0.0)) | ((moved[k] >= high[k]) & (pull > 0.0))
-            free.append(column.times(jnp.where(held, 0.0, 1.0)))
-        step = _damped(free, 0.5 * e.dot(e) + _DAMPED, e)
-        moved = [
-            jnp.clip(moved[k] + column.dot(step), low[k], high[k]) for k, column in enumerate(free)
-        ]
+    moved = [jnp.zeros_like(wanted.x) for _ in range(chains.slides.shape[1])]
+    for _ in range(STEPS):
+        moved = nearer(chains, wanted, moved)
     return jnp.stack(moved)
+
+
+def nearer(chains: Chains, wanted: Sequence[AnyArray], moved: Sequence[Any]) -> list[jax.Array]:
+    """Joints after one step of the solution, [legs, lanes] each.
+
+    Args:
+        chains: the legs.
+        wanted: where the feet shall be, over the leg's length, x, y and z.
+        moved: joints from the start on, over their unit.
+    """
+    foot, columns = _kinematics(chains, moved)
+    e, free = _Vector(*wanted).plus(foot, -1.0), list[_Vector]()
+    low, high = ([x[:, k, None] for k in range(len(moved))] for x in (chains.low, chains.high))
+    for k, column in enumerate(columns):
+        pull = column.dot(e)
+        held = ((moved[k] <= low[k]) & (pull < 0.0)) | ((moved[k] >= high[k]) & (pull > 0.0))
+        free.append(column.times(jnp.where(held, 0.0, 1.0)))
+    step = _damped(free, 0.5 * e.dot(e) + _DAMPED, e)
+    return [jnp.clip(moved[k] + column.dot(step), low[k], high[k]) for k, column in enumerate(free)]
 
 
 def _reached(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
@@ -351,10 +363,22 @@ def _reached(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
 
 def _borne(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
     """The forces on feet, [3, legs, lanes], of joints and what pulls at them, [joints, ...]."""
-    _, columns = _kinematics(chains, _rows(chains, given["moved"]))
-    pulls = _rows(chains, given["pull"])
-    pushed = (column.times(-pull) for column, pull in zip(columns, pulls, strict=True))
-    return jnp.stack(_damped(columns, _DAMPED, reduce(_Vector.plus, pushed)))
+    return jnp.stack(borne(chains, _rows(chains, given["moved"]), _rows(chains, given["pull"])))
+
+
+def borne(
+    chains: Chains, moved: Sequence[AnyArray], pull: Sequence[AnyArray]
+) -> tuple[Any, Any, Any]:
+    """The forces on feet, x, y and z, [legs, lanes] each, from what pulls at joints.
+
+    Args:
+        chains: the legs.
+        moved: joints from the start on, over their unit.
+        pull: torques of the servos over the leg's length, or forces.
+    """
+    _, columns = _kinematics(chains, moved)
+    pushed = (column.times(-own) for column, own in zip(columns, pull, strict=True))
+    return _damped(columns, _DAMPED, reduce(_Vector.plus, pushed))
 
 
 def _rows(chains: Chains, array: jax.Array) -> list[jax.Array]:

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
+from tegotae.export.c.legs import leg_rows
 from tegotae.export.c.plan import Export, facts, member
 from tegotae.export.c.text import filled_c, floating, wrapped
 from tegotae.parts._shapes import Number, PerLimb, StateTree
@@ -186,6 +187,7 @@ def check_program(export: Export, golden: Golden) -> str:
     i = "[i]" if several else ""
     compared = [(f"out.{n}{i}", n == "phase_rad") for n in export.outputs]
     compared += [(f"state.oscillator{i}.{n}", n == "phase") for n in names]
+    legs = np.zeros((0, 0)) if export.legs is None else leg_rows(export)
     return filled_c(
         "test.c",
         {
@@ -205,6 +207,9 @@ def check_program(export: Export, golden: Golden) -> str:
             ],
             "low": "0.0f" if pushes else "-FLT_MAX",
             "high": f"{upper}_MAX_FORCE_N" if pushes else "FLT_MAX",
+            "commands_count": len(export.commands),
+            "leg_rows": initialiser(legs),
+            "leg_rows_count": len(legs),
         },
     )
 

@@ -13,6 +13,7 @@ import numpy as np
 from tegotae import __version__
 from tegotae._support.documents import JsonObject
 from tegotae.export.c.golden import TOLERANCE, Golden, check_program, golden
+from tegotae.export.c.legs import leg_facts
 from tegotae.export.c.plan import (
     Export,
     constants,
@@ -195,6 +196,7 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
             "tolerance": TOLERANCE,
         },
         "wired": [msgspec.to_builtins(limb) for limb in wired_limbs(export)],
+        "legs": leg_facts(export)["legs"],
         "controller": describe(saved.controller),
         "body": describe(export.body),
         "weights": nested(saved.controller.weight_names, np.asarray(saved.weights, float).tolist()),

@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.export.c.legs import leg_facts, leg_pieces
 from tegotae.export.c.text import floating, is_c_name, plain
 from tegotae.export.c.trace import Piece, TracedTick
 from tegotae.export.robot import RobotController
@@ -124,7 +125,8 @@ class Export(RobotController):
         Raises:
             CannotLower: for an operation that has no C, by its name.
         """
-        return self.tick.pieces()
+        legs = [] if self.legs is None else leg_pieces(self.legs)
+        return {**self.tick.pieces(), **{piece.name: piece for piece in legs}}
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -281,7 +283,7 @@ def facts(export: Export) -> dict[str, Any]:
             {
                 "number": k,
                 "felt": ", ".join(f"{name}: `{sense}`" for name, sense in limb.senses.items()),
-                "drives": limb.drives,
+                "drives": limb.drives if isinstance(limb.drives, str) else "`, `".join(limb.drives),
             }
             for k, limb in enumerate(limbs)
         ],
@@ -291,6 +293,7 @@ def facts(export: Export) -> dict[str, Any]:
         "limb": ("[limb]" if wired else "[unit]") if several else "",
         "units": functools.partial(_over_units, export),
         "starts_at_phases": several and bool(export.state_names),
+        **leg_facts(export),
     }
 
 

@@ -21,7 +21,7 @@ from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.weight_names import WeightName, spelled
 from tegotae.simulation.integrators import held, push
 
-_Texts = str | Sequence[str] | Mapping[str, str | Sequence[str]]
+Texts = str | Sequence[str] | Mapping[str, str | Sequence[str]]
 """What C calls the numbers of an argument."""
 _Arrays = dict[str, jax.Array]
 
@@ -105,26 +105,9 @@ class TracedTick:
         function: Callable[..., ArrayTree],
         results: Sequence[str],
         about: str,
-        **inputs: _Texts,
+        **inputs: Texts,
     ) -> Piece:
-        """A piece: `inputs` are lists of C texts, one argument of the function each."""
-        flat, structure = jax.tree.flatten(inputs)
-        shapes = [jax.ShapeDtypeStruct((1,), jnp.float32) for _ in flat]
-
-        def of_flat(*arrays: jax.Array) -> ArrayTree:
-            return function(**jax.tree.unflatten(structure, arrays))
-
-        spoken = name.replace("_", " ")
-        with other_code(f"the {spoken} cannot be traced for export"), keeping_calls():
-            trace = jax.make_jaxpr(of_flat)(*shapes)
-        nodes = [array_of([given(text)], (1,)) for text in flat]
-        numbers = tuple(scalars(self._reader.read(trace, nodes)))
-        if len(numbers) != len(results):
-            raise TegotaeError(
-                f"the {spoken} gives {len(numbers)} numbers for one limb; it must give "
-                f"{len(results)}"
-            )
-        return Piece(name, numbers, tuple(results), about)
+        return traced(self._reader, name, function, results, about, **inputs)
 
     def _inputs(self, values: _Arrays, scales: _Arrays) -> Signals:
         return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
@@ -264,6 +247,38 @@ class TracedTick:
             values={name: [f"heard[{i}].{name}" for i in limbs] for name in self._signals},
             scales=self._scales,
         )
+
+
+def traced(
+    reader: CReader,
+    name: str,
+    function: Callable[..., ArrayTree],
+    results: Sequence[str],
+    about: str,
+    **inputs: Texts,
+) -> Piece:
+    """A piece: `inputs` are lists of C texts, one argument of the function each.
+
+    Raises:
+        CannotLower: for an operation that has no C, by its name.
+        TegotaeError: for a function that gives another number of results.
+    """
+    flat, structure = jax.tree.flatten(inputs)
+    shapes = [jax.ShapeDtypeStruct((1,), jnp.float32) for _ in flat]
+
+    def of_flat(*arrays: jax.Array) -> ArrayTree:
+        return function(**jax.tree.unflatten(structure, arrays))
+
+    spoken = name.replace("_", " ")
+    with other_code(f"the {spoken} cannot be traced for export"), keeping_calls():
+        trace = jax.make_jaxpr(of_flat)(*shapes)
+    nodes = [array_of([given(text)], (1,)) for text in flat]
+    numbers = tuple(scalars(reader.read(trace, nodes)))
+    if len(numbers) != len(results):
+        raise TegotaeError(
+            f"the {spoken} gives {len(numbers)} numbers for one limb; it must give {len(results)}"
+        )
+    return Piece(name, numbers, tuple(results), about)
 
 
 def scale_name(signal: str) -> str:

@@ -92,7 +92,7 @@ void reset(void)
     SYSTICK[1] = 0xFFFFFFu;
     SYSTICK[0] = 5u;
 #if WITH_STEP
-    const stepper step = NAME(step);
+    const stepper step = stepped;
 #else
     const stepper step = idle;
 #endif

@@ -11,6 +11,9 @@
 
 % end wired
 #define @PREFIX@_LIMBS @limbs@
+% has_legs
+#define @PREFIX@_JOINTS @joints@ /* of a leg */
+% end has_legs
 % constants
 #define @PREFIX@_@name@ @value@ /* @what@ */
 % end constants
@@ -71,6 +74,22 @@ void @prefix@_init(@prefix@_state *state@at_phase@);
 /* One tick: from what is measured at its start to what is done until its end. */
 void @prefix@_step(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out);
 
+% has_legs
+/** The joints that put the feet where out has them, or as near as they reach: angles [rad], from the
+    trunk on, or places of joints that slide [m]; of a leg with fewer joints the last are idle. */
+/* They are
+% legs
+   @names@
+% end legs
+*/
+void @prefix@_joints(const @prefix@_outputs *out, float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS]);
+
+/** The ground's upward force on every foot [N], never negative, from the joints and the torques of
+    their servos [N m]: -inv(J^T) tau of legs without mass. */
+void @prefix@_loads(float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
+    float torques[@PREFIX@_LIMBS][@PREFIX@_JOINTS], float loads_n[@PREFIX@_LIMBS]);
+
+% end has_legs
 % has_action
 /** The action of a limb at a force, as the wiring of the training has it: rest + (push - rest)
     force / alpha. */

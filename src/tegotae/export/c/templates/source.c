@@ -4,6 +4,9 @@
 
 #include <float.h>
 #include <math.h>
+% has_legs
+#include <string.h>
+% end has_legs
 
 % own_constants
 static const float @name@ = @value@;@comment@
@@ -19,6 +22,25 @@ typedef struct {
 % end signals
 } signals;
 % end hears
+
+% has_legs
+/* A leg in the axes of the trunk, its lengths over LENGTH_M. */
+typedef struct {
+    float axis[@joints@][3];   /* of every joint, from the trunk on */
+    float anchor[@joints@][3]; /* a point on each axis */
+    float slides[@joints@];    /* 1 of a joint that slides, 0 of one that turns */
+    float foot[3];
+    float low[@joints@];       /* limits, from the start on */
+    float high[@joints@];
+    float start[@joints@];     /* joints at rest [rad or m] */
+    float unit[@joints@];      /* of a joint's number [rad or m] */
+} leg_geometry;
+
+static const float LENGTH_M = @length@;
+static const leg_geometry LEGS[@limbs@] = {
+@table@
+};
+% end has_legs
 
 @functions@
 
@@ -167,3 +189,37 @@ float @prefix@_action(@several?int limb, @float force_n)
     return REST@several?[limb]@ + ((PUSH@several?[limb]@ - REST@several?[limb]@) * (force_n / MAX_FORCE_N));
 }
 % end has_action
+
+% has_legs
+void @prefix@_joints(const @prefix@_outputs *out, float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS])
+{
+    for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+        const leg_geometry *leg = &LEGS[i];
+        const float wanted[3] = {@places@};
+        float moved[@joints@] = {0.0f};
+        for (int n = 0; n < @steps@; ++n) {
+            const nearer_result next = nearer(leg, wanted, moved);
+            memcpy(moved, &next, sizeof moved);
+        }
+        for (int k = 0; k < @joints@; ++k) {
+            joints[i][k] = leg->start[k] + (leg->unit[k] * moved[k]);
+        }
+    }
+}
+
+void @prefix@_loads(float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
+    float torques[@PREFIX@_LIMBS][@PREFIX@_JOINTS], float loads_n[@PREFIX@_LIMBS])
+{
+    for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+        const leg_geometry *leg = &LEGS[i];
+        float moved[@joints@];
+        float torque[@joints@];
+        for (int k = 0; k < @joints@; ++k) {
+            moved[k] = (joints[i][k] - leg->start[k]) / leg->unit[k];
+            torque[k] = torques[i][k] / ((leg->slides[k] > 0.0f) ? 1.0f : LENGTH_M);
+        }
+        const float upward = load(leg, moved, torque);
+        loads_n[i] = (upward > 0.0f) ? upward : 0.0f;
+    }
+}
+% end has_legs

@@ -5,6 +5,9 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+% has_legs
+#include <string.h>
+% end has_legs
 
 #define ROWS @rows_count@
 #define COLUMNS @columns_count@
@@ -100,6 +103,43 @@ static bool bounded(void)
     return held;
 }
 
+% has_legs
+#define PLACES @PREFIX@_LIMBS * @commands_count@
+#define ANGLES @PREFIX@_LIMBS * @PREFIX@_JOINTS
+
+/* Places of feet, joints, torques of their servos, and loads, all leg by leg. */
+static const float GOLDEN_LEGS[@leg_rows_count@][PLACES + 2 * (ANGLES) + @PREFIX@_LIMBS] = {
+@leg_rows@
+};
+
+static float legs(const float *row)
+{
+    @prefix@_outputs out;
+    float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS];
+    float torques[@PREFIX@_LIMBS][@PREFIX@_JOINTS];
+    float loads_n[@PREFIX@_LIMBS];
+    float worst = 0.0f;
+    int k = 0;
+% commands
+    for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+        out.@member@@several?[i]@ = row[k++];
+    }
+% end commands
+    @prefix@_joints(&out, joints);
+    for (int i = 0; i < ANGLES; ++i) {
+        worst = worse(worst, fabsf((&joints[0][0])[i] - row[k++]));
+    }
+    memcpy(joints, row + (PLACES), sizeof joints);
+    memcpy(torques, row + k, sizeof torques);
+    k += ANGLES;
+    @prefix@_loads(joints, torques, loads_n);
+    for (int i = 0; i < @PREFIX@_LIMBS; ++i, ++k) {
+        worst = worse(worst, fabsf(loads_n[i] - row[k]) / (1.0f + row[k]));
+    }
+    return worst;
+}
+
+% end has_legs
 int main(void)
 {
     float worst = 0.0f;
@@ -108,6 +148,15 @@ int main(void)
     }
     printf("%d golden vectors, largest error %.2g (allowed %.2g)\n", ROWS, (double)worst,
         (double)TOLERANCE);
+% has_legs
+    float furthest = 0.0f;
+    for (int i = 0; i < @leg_rows_count@; ++i) {
+        furthest = worse(furthest, legs(GOLDEN_LEGS[i]));
+    }
+    printf("%d places of feet, largest error %.2g rad (allowed %.2g)\n", @leg_rows_count@,
+        (double)furthest, (double)TOLERANCE);
+    worst = worse(worst, furthest);
+% end has_legs
     const bool held = bounded();
     printf("outputs of inputs that are no numbers: %s\n", held ? "bounded" : "OUT OF RANGE");
     return ((worst <= TOLERANCE) && held) ? 0 : 1;

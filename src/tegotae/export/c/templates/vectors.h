@@ -13,3 +13,12 @@ static void put(@prefix@_state *state, @prefix@_inputs *in, const float *row)
     for (int i = 0; i < @limbs@; ++i) { @place@ = row[k++]; }
 % end put
 }
+static void stepped(@prefix@_state *state, const @prefix@_inputs *in, @prefix@_outputs *out)
+{
+    @prefix@_step(state, in, out);
+% has_legs
+    float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS];
+    @prefix@_joints(out, joints);
+    __asm__ volatile("" : : "r"(joints) : "memory");
+% end has_legs
+}
