@@ -145,9 +145,10 @@ def export_native(saved: SavedController, options: ExportNativeOptions) -> Expor
 
 @question(subjects=Names, several=True, usual=("V-sector-w8", "AR", "ART", "ARGT", "T"))
 def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> TableAnswer:
-    """Measure size and instructions per tick of exported models on emulated Cortex-M cores.
+    """Measure size and instructions per tick of exported controllers on emulated Cortex-M cores.
 
-    Weights, which hardly affect the cost, are drawn. This needs the Arm compiler and QEMU:
+    A tick of a law on a robot's legs ends with its joints. Weights of a model of the paper, which
+    hardly affect the cost, are drawn. This needs the Arm compiler and QEMU:
     apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm.
     """
     require_tools()

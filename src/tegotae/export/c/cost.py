@@ -15,11 +15,12 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.golden import golden, initialiser, put
 from tegotae.export.c.package import header
-from tegotae.export.c.plan import Export, facts
+from tegotae.export.c.plan import Export, facts, usual_tick_s
 from tegotae.export.c.source import source
 from tegotae.export.c.text import filled_c, template
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import find
+from tegotae.systems.resolve import resolve
 
 CLOCK_HZ = 64e6
 """The clock for which the share is reported."""
@@ -87,19 +88,24 @@ def require_tools() -> None:
 
 
 def systems(models: Sequence[str]) -> list[Export]:
-    """Exports of models of the paper, with random weights.
+    """Exports of controllers: of files, and of models of the paper with random weights.
 
     Raises:
-        TegotaeError: for an unknown model.
+        TegotaeError: for an unknown model, or a file that is no controller.
     """
-    exports = []
-    for name in models:
-        model = find(name)
-        controller = model.controller()
-        weights = np.asarray(controller.initial(jax.random.key(0)))
-        saved = SavedController.of(controller, weights, model.omega_t, name=model.name)
-        exports.append(Export(saved))
-    return exports
+    return [_of_file(name) if Path(name).is_file() else _drawn(name) for name in models]
+
+
+def _of_file(name: str) -> Export:
+    saved = resolve(name).controller()
+    return Export(saved, tick_s=usual_tick_s(saved))
+
+
+def _drawn(name: str) -> Export:
+    model = find(name)
+    controller = model.controller()
+    weights = np.asarray(controller.initial(jax.random.key(0)))
+    return Export(SavedController.of(controller, weights, model.omega_t, name=model.name))
 
 
 def costs(export: Export) -> Iterator[Cost]:

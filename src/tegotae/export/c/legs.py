@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 _ROWS = 200
 """Places of a check."""
-_REACH = np.array([0.3, 0.1, 0.2])
-"""How far these are from those at rest, over the leg's length."""
+_TURN = 0.25
+"""How far joints turn for these at most [rad], or slide over the leg's length."""
 
 
 def leg_pieces(legs: LegKinematics) -> list[Piece]:
@@ -90,7 +90,7 @@ def leg_facts(export: Export) -> dict[str, Any]:
     several = "[i]" if export.limbs > 1 else ""
     places = [f"leg->foot[{i}]" for i in range(3)]
     for axis, name in zip(axes, export.outputs, strict=False):
-        places[axis] += f" + (out->{name}{several} / LENGTH_M)"
+        places[axis] += f" + over_length(out->{name}{several})"
     return {
         "has_legs": True,
         "legs": [{"foot": legs.feet[k], "names": ", ".join(legs.joint_names[k])} for k in order],
@@ -110,7 +110,9 @@ def leg_rows(export: Export) -> np.ndarray:
     legs, (order, axes) = export.legs, _wired(export)
     assert legs is not None
     draw, shape = np.random.default_rng(0), (_ROWS, *legs.joints.shape)
-    place = legs.length_m * draw.uniform(-_REACH, _REACH, (_ROWS, len(legs.feet), 3))
+    room = np.minimum(0.5 * np.minimum(legs.chains.high, -legs.chains.low), _TURN)
+    unit = np.where(legs.chains.slides, legs.length_m, 1.0)
+    place = legs.places_of(legs.start + unit * room * draw.uniform(-1.0, 1.0, shape))
     place[..., [i for i in range(3) if i not in axes]] = 0.0
     joints, torques = legs.joints_at(place), draw.uniform(-1.0, 1.0, shape)
     torques *= legs.joints >= 0

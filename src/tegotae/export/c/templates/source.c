@@ -191,6 +191,12 @@ float @prefix@_action(@several?int limb, @float force_n)
 % end has_action
 
 % has_legs
+/* A place over the leg's length, which no foot is further off than. */
+static float over_length(float place_m)
+{
+    return fminf(fmaxf(place_m / LENGTH_M, -1.0f), 1.0f);
+}
+
 void @prefix@_joints(const @prefix@_outputs *out, float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS])
 {
     for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
