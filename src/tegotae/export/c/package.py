@@ -196,7 +196,10 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
             "tolerance": TOLERANCE,
         },
         "wired": [msgspec.to_builtins(limb) for limb in wired_limbs(export)],
-        "legs": leg_facts(export)["legs"],
+        "legs": [
+            {"foot": leg["foot"], "joints": leg["names"].split(", ")}
+            for leg in leg_facts(export)["legs"]
+        ],
         "controller": describe(saved.controller),
         "body": describe(export.body),
         "weights": nested(saved.controller.weight_names, np.asarray(saved.weights, float).tolist()),
