@@ -86,7 +86,7 @@ def test_loads_in_c_are_those_of_the_torques(exported):
     export, _, library = exported
     legs, draw = export.legs, np.random.default_rng(2)
     joints = np.ascontiguousarray(legs.joints_at(places_within(export, 0.5)), np.float32)
-    torques = np.float32(draw.uniform(-2.0, 2.0, joints.shape))
+    torques = draw.uniform(-2.0, 2.0, joints.shape).astype(np.float32)
     golden = np.maximum(legs.forces_n(joints, torques)[..., 2], 0.0)
     for angles, pulls, loads in zip(joints, torques, golden, strict=True):
         felt = np.zeros(export.limbs, np.float32)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import shutil
 import socket
+import subprocess
 import sys
 
 import numpy as np
@@ -67,7 +68,7 @@ def walked(example, law, seconds, **bad):
     return robot, node, log
 
 
-def test_it_walks_over_a_bad_link_and_its_log_replays_to_the_bit(example, law):
+def test_it_walks_over_a_bad_link_and_its_log_replays_to_the_bit(example, law, tmp_path):
     robot, node, log = walked(example, law, 6.0, late=1, jitter=2, lost=0.1)
     assert not node.stopped
     assert not robot.fell
@@ -77,6 +78,10 @@ def test_it_walks_over_a_bad_link_and_its_log_replays_to_the_bit(example, law):
     worse[-1] ^= 1
     with pytest.raises(SystemExit, match="another answer"):
         example("legged_node").replayed(law[1], bytes(worse))
+    (tmp_path / "walk.log").write_bytes(log)
+    words = [sys.executable, "legged_walk.py", law[1], "--replay", str(tmp_path / "walk.log")]
+    ran = subprocess.run(words, cwd=HARDWARE, capture_output=True, text=True, check=True)
+    assert ran.stdout.endswith("answers, all the same\n")
 
 
 def test_a_link_gives_the_newest_that_came_and_loses_its_share(example):
