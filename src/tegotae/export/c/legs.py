@@ -134,4 +134,4 @@ def _braced(numbers: Any) -> str:
     """Numbers as an initialiser of C."""
     if isinstance(numbers, list | np.ndarray):
         return f"{{{', '.join(map(_braced, numbers))}}}"
-    return floating(np.float32(numbers))
+    return floating(float(numbers))
