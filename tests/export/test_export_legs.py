@@ -19,6 +19,7 @@ ROBOTS = {
     "servo_quadruped": [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")],
     "hexapod": [f"{leg}_foot" for leg in ("LF", "LM", "LH", "RF", "RM", "RH")],
     "sprung": [f"foot{i}" for i in range(4)],
+    "boom_leg": ["foot"],
 }
 pytestmark = needs_gcc
 
