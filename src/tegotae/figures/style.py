@@ -32,6 +32,8 @@ COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#C
 """Line colours."""
 SEQUENTIAL = "viridis"
 """Colour map of quantities: monotonic in lightness."""
+_INLINE_DPI = 110
+"""Of figures in a notebook."""
 
 STYLE: Any = {
     "font.size": 8,
@@ -52,9 +54,22 @@ STYLE: Any = {
 }
 
 
+class InlineFigure(Figure):
+    """A figure that a notebook shows, whether or not the program uses pyplot."""
+
+    def __repr__(self) -> str:
+        return f"a figure of {self.get_figwidth():g} by {self.get_figheight():g} in"
+
+    def _repr_png_(self) -> bytes:
+        stream = io.BytesIO()
+        with styled():
+            self.savefig(stream, format="png", dpi=_INLINE_DPI)
+        return stream.getvalue()
+
+
 def new_figure(width_in: float = COLUMN_IN, height_in: float = 2.4, **layout: Any) -> Figure:
     """An empty figure with a constrained layout, without a window."""
-    return Figure(figsize=(width_in, height_in), layout="constrained", **layout)
+    return InlineFigure(figsize=(width_in, height_in), layout="constrained", **layout)
 
 
 @contextmanager

@@ -8,12 +8,14 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from base64 import b64encode
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 import pandas as pd
@@ -58,6 +60,19 @@ class Column:
 def columns(*rows: tuple[Any, ...]) -> tuple[Column, ...]:
     """Columns, each by the arguments of `Column`."""
     return tuple(Column(*row) for row in rows)
+
+
+@dataclass(frozen=True, repr=False)
+class Film:
+    """An animation, which a notebook shows."""
+
+    gif: bytes
+
+    def __repr__(self) -> str:
+        return f"a film of {len(self.gif)} bytes"
+
+    def _repr_html_(self) -> str:
+        return f'<img src="data:image/gif;base64,{b64encode(self.gif).decode()}">'
 
 
 class AnswerBase:
@@ -152,7 +167,8 @@ class AnswerBase:
     def _repr_html_(self) -> str:
         said = (f"<p>{escape(note)}</p>" for note in self.notes)
         parts = [text.reset_index().to_html(index=False, border=0) for text in self.texts()]
-        return "".join([f"<b>{escape(self.title)}</b>", *parts, *said])
+        title = escape(self.title).replace("\n", "<br>")
+        return "".join([f"<b>{title}</b>" if title else "", *parts, *said])
 
 
 def check_output(path: Path | None, *endings: str) -> None:
@@ -249,15 +265,23 @@ class RecordedRun(TableAnswer):
 
         return figures(self.raw, f"{self.name}: {self.outcome}")
 
-    def animate(self, path: Path | str) -> Path:
-        """Write an animation (.gif; of one leg also .mp4, which needs ffmpeg).
+    @overload
+    def animate(self, path: Path | str) -> Path: ...
+    @overload
+    def animate(self) -> Film: ...
+    def animate(self, path: Path | str | None = None) -> Path | Film:
+        """Write an animation (.gif; of one leg also .mp4, which needs ffmpeg); without a path it is
+        one for a notebook.
 
         Raises:
             TegotaeError: for another ending, or a file that cannot be written.
         """
         from tegotae.questions.pictures import animate
 
-        return animate(self.raw, Path(path))
+        if path is not None:
+            return animate(self.raw, Path(path))
+        with TemporaryDirectory() as folder:
+            return Film(animate(self.raw, Path(folder) / "film.gif").read_bytes())
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
