@@ -54,7 +54,7 @@ STYLE: Any = {
 }
 
 
-class InlineFigure(Figure):
+class _InlineFigure(Figure):
     """A figure that a notebook shows, whether or not the program uses pyplot."""
 
     def __repr__(self) -> str:
@@ -69,7 +69,7 @@ class InlineFigure(Figure):
 
 def new_figure(width_in: float = COLUMN_IN, height_in: float = 2.4, **layout: Any) -> Figure:
     """An empty figure with a constrained layout, without a window."""
-    return InlineFigure(figsize=(width_in, height_in), layout="constrained", **layout)
+    return _InlineFigure(figsize=(width_in, height_in), layout="constrained", **layout)
 
 
 @contextmanager
