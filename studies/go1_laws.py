@@ -16,7 +16,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ import pandas as pd
 import tyro
 from matplotlib.figure import Figure
 
-from go1_feet import CONDITIONS, judged
+from go1_feet import CONDITIONS, FOLDER, WIRING, by_law, judged
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
@@ -37,11 +36,10 @@ from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 
-ROOT = Path(__file__).resolve().parents[1]
-FOLDER = ROOT / "docs" / "_static" / "go1_feet"
-WIRING = ROOT / "examples" / "wirings" / "go1-legs.toml"
 OMEGAS = (8.0, 14.0, 21.0, 28.0)
 """Commands [rad/s]."""
+ELLIPSE = (0.25, 0.2, 0.03, 0.4, 0.0, 0.0, 0.0, 0.0)
+"""The walker's ellipse, and no balance: its stride is another in each use."""
 STARTS = (1001, 1002, 1003, 1004)
 """Seeds of starts that no training met."""
 
@@ -66,7 +64,7 @@ def open_loop(stride: float) -> Callable[[], Sequence[SavedController]]:
 
     def made() -> Sequence[SavedController]:
         controller = design("clock-b@quadruped-c").controller()
-        weights = np.array([stride, 0.2, 0.03, 0.4, 0.0, 0.0, 0.0, 0.0])
+        weights = np.array([stride, *ELLIPSE[1:]])
         base = resolve("quadruped-c").controller()
         system = dataclasses.replace(base.system, controller=controller)
         return [SavedController(system, weights, "open loop")]
@@ -138,7 +136,8 @@ def measured(name: str, condition: str) -> list[dict[str, Any]]:
     cells = [(k, omega, start) for k in range(len(runs)) for omega in OMEGAS for start in STARTS]
     weights = np.array([np.ravel(held[k].weights) for k, _, _ in cells])
     omegas, starts = (np.array([cell[i] for cell in cells]) for i in (1, 2))
-    found = judged(held[0], weights, omegas, starts.tolist(), CONDITIONS[condition])
+    laws = by_law(held[0], weights)
+    found = judged(laws, omegas, starts.tolist(), CONDITIONS[condition])
     wanted = [wanted_m_per_s(held[k], omega) for k, omega, _ in cells]
     return [
         {

@@ -1,31 +1,39 @@
-"""The clock with balance on Go1's feet, tuned under disturbances: eight numbers.
+"""Laws on Go1's feet, tuned under disturbances: a clock, a load, a learned feedback, each balanced.
 
     python studies/go1_tuned.py                         # half an hour of one core
+    python studies/go1_tuned.py --law load --seed 1
+    python studies/go1_tuned.py --law AR-b              # the walker's weights, and balance
 
 CMA-ES from the walker's ellipse without balance. A candidate's score is the share of its lanes that
 do not fall, less 0.3 |v / v* - 1| and 0.05 CoT, over pushes, blocks and any phases at three
-commands, from starts and pushes of its generation. Written is
-`docs/_static/go1_feet/clock-tuned-SEED.json`, the mean of the distribution at the end.
+commands, from starts and pushes of its generation. In `docs/_static/go1_feet`, `LAW-tuned-SEED.json`
+is the mean of the distribution, and `LAW-tuned-SEED.csv` the scores of every generation. A tuning
+goes on where it was stopped.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import pickle
 import sys
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import tyro
 
-from go1_feet import SETTINGS, Condition, judged
-from go1_laws import FOLDER, WIRING, open_loop, wanted_m_per_s
+from go1_feet import FOLDER, ROOT, SETTINGS, WIRING, Condition, by_law, judged
+from go1_laws import ELLIPSE, open_loop, wanted_m_per_s
+from kept import write_rows
+from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.console import exit_status
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import load_wiring
 from tegotae.systems.controller_file import SavedController, save
+from tegotae.systems.designs import design
+from tegotae.systems.resolve import resolve
 from tegotae.training.algorithms import CMAES
 from tegotae.training.environments.experiment import EnvExperiment
 
@@ -37,12 +45,15 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
+Kind = Literal["clock", "load", "AR-b"]
 
 
 @dataclass(frozen=True)
 class Tuned:
     """One tuning."""
 
+    law: Kind = "clock"
+    """`clock`, `load` with a place, an offset and σ, or the walker's learned `AR-b`; all balanced."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -52,25 +63,47 @@ class Tuned:
 
     def run(self) -> None:
         """Tune, and write the law."""
-        (base,) = open_loop(0.25)()
+        name, base = f"{self.law}-tuned-{self.seed}", start_of(self.law)
         wiring = load_wiring(WIRING).holding(base)
         n_weights, algorithm = len(base.weights), CMAES(population=self.population, std=0.08)
         search, parameters = algorithm.strategy(n_weights), algorithm.parameters(n_weights)
         state = algorithm.start(jax.random.key(self.seed), jnp.asarray(base.weights, "float32"))
-        for generation in range(self.generations):
+        rows: list[dict[str, Any]] = []
+        stopped = output_folder(ROOT / "runs" / "go1_tuned") / f"{name}.pickle"
+        if stopped.exists():
+            rows, leaves = pickle.loads(stopped.read_bytes())
+            state = jax.tree.unflatten(jax.tree.structure(state), leaves)
+        for generation in range(len(rows), self.generations):
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
             start = 10_000 * (1 + self.seed) + generation
             scores = scored(wiring, np.asarray(candidates, float), start)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
             mean = np.asarray(search.get_mean(state), float)
-            print(
-                generation,
-                np.round([scores.mean(), scores.max()], 3),
-                np.round(mean, 3),
-                flush=True,
-            )
-            keep(wiring, mean, self.seed)
+            rows.append({"generation": generation, "mean": scores.mean(), "best": scores.max()})
+            print(f"{name}: {generation}, {scores.mean():.3f}, {scores.max():.3f}", flush=True)
+            leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
+            write_atomically(stopped, pickle.dumps((rows, leaves)))
+            write_rows(FOLDER / f"{name}.csv", rows, digits=4)
+            keep(wiring, mean, f"{self.law}-tuned", self.seed)
+
+
+def start_of(law: Kind) -> SavedController:
+    """A law before its tuning: the walker's ellipse at a stride of 0.25 l0 without balance."""
+    (clock,) = open_loop(0.25)()
+    if law == "clock":
+        return clock
+    if law == "load":
+        controller = design("load-b@quadruped-c").controller()
+        feedback = np.zeros(controller.n_weights - len(ELLIPSE))
+    else:
+        learned = resolve("zoo:AR-rF+range@quadruped-c").controller()
+        controller = dataclasses.replace(
+            learned.system.controller, actuation=clock.system.controller.actuation
+        )
+        feedback = np.ravel(learned.weights)
+    system = dataclasses.replace(clock.system, controller=controller)
+    return SavedController(system, np.concatenate([feedback, clock.weights]), f"{law} and balance")
 
 
 def scored(wiring: Any, candidates: np.ndarray, start: int) -> np.ndarray:
@@ -81,16 +114,16 @@ def scored(wiring: Any, candidates: np.ndarray, start: int) -> np.ndarray:
         wanted_m_per_s(dataclasses.replace(wiring, weights=own), omega)
         for own, omega in zip(weights, omegas, strict=True)
     ]
-    total = np.zeros(len(weights))
+    laws, total = by_law(wiring, weights), np.zeros(len(weights))
     for condition in MET:
-        found = judged(wiring, weights, omegas, [start] * len(weights), condition, SECONDS)
+        found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
         off = np.minimum(np.abs(np.nan_to_num(found.speed_m_per_s) / wanted - 1.0), 1.0)
         cost = np.minimum(np.nan_to_num(found.cost_of_transport, nan=8.0), 8.0)
         total += ~found.fell - 0.3 * off - 0.05 * cost
     return total.reshape(-1, len(OMEGAS)).mean(axis=1) / len(MET)
 
 
-def keep(wiring: Any, weights: np.ndarray, seed: int) -> None:
+def keep(wiring: Any, weights: np.ndarray, name: str, seed: int) -> None:
     """Write the law with its robot."""
     settings = {
         field.name: getattr(SETTINGS, field.name)
@@ -98,18 +131,15 @@ def keep(wiring: Any, weights: np.ndarray, seed: int) -> None:
         if getattr(SETTINGS, field.name) != field.default and field.name != "model"
     }
     experiment = EnvExperiment(
-        name="clock-b-tuned",
+        name=name,
         spec=EnvSpec(env=str(SETTINGS.model), settings=tuple(settings.items())),
         wiring=dataclasses.replace(wiring, weights=None),
     )
+    training = {"seed": seed}
     saved = SavedController(
-        experiment.system,
-        weights,
-        name="clock-b-tuned",
-        task=experiment.task,
-        training={"seed": seed},
+        experiment.system, weights, name=name, task=experiment.task, training=training
     )
-    save(saved, FOLDER / f"clock-tuned-{seed}.json")
+    save(saved, FOLDER / f"{name}-{seed}.json")
 
 
 if __name__ == "__main__":
