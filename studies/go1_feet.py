@@ -155,7 +155,7 @@ class Course:
                 self.phases[:, lane] = self._draws[lane].uniform(0.0, 2.0 * np.pi, len(FEET))
 
     def felt(self, read: Sequence[int]) -> np.ndarray:
-        """The observations as they are felt, [lanes, entries]; late, and noisy where they are read."""
+        """The observations as felt: late, and noisy where they are read, [lanes, entries]."""
         felt, noise = self._past[0].copy(), self._condition.noise
         if noise and self._taken.any():
             self._scale[read] = np.maximum(self._scale[read], np.abs(felt[:, read]).mean(axis=0))
@@ -198,7 +198,7 @@ class Driver(Protocol):
 
 
 DriverOf = Callable[[Course, np.ndarray, bool], Driver]
-"""A driver of a course that has begun, at commands [rad/s], [lanes]; and whether from its phases."""
+"""A driver of a course that has begun, at commands [rad/s], [lanes]; whether from its phases."""
 
 
 class Law(Pilot):

@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,8 @@ import pandas as pd
 import tyro
 from matplotlib.figure import Figure
 
-from go1_feet import CONDITIONS, FOLDER, WIRING, by_law, judged
+from go1_feet import CONDITIONS, FOLDER, WIRING, DriverOf, by_law, judged
+from go1_policy import WANTED_M, Senses, by_actor
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
@@ -45,49 +47,78 @@ STARTS = (1001, 1002, 1003, 1004)
 
 
 @dataclass(frozen=True)
+class Run:
+    """One run of a law: what drives so many lanes, and the speed [m/s] of a command [rad/s]."""
+
+    driver_of: Callable[[int], DriverOf]
+    wanted_m_per_s: Callable[[float], float]
+
+
+@dataclass(frozen=True)
 class Law:
     """A row of the table.
 
     Args:
         senses: what it reads.
         numbers: how many of it are trained.
-        runs: its controllers.
+        runs: its runs.
     """
 
     senses: str
     numbers: int
-    runs: Callable[[], Sequence[SavedController]]
+    runs: Callable[[], Sequence[Run]]
 
 
-def open_loop(stride: float) -> Callable[[], Sequence[SavedController]]:
+def open_loop(stride: float) -> SavedController:
     """A trot of the walker's ellipse with another stride [l0]."""
-
-    def made() -> Sequence[SavedController]:
-        controller = design("clock-b@quadruped-c").controller()
-        weights = np.array([stride, *ELLIPSE[1:]])
-        base = resolve("quadruped-c").controller()
-        system = dataclasses.replace(base.system, controller=controller)
-        return [SavedController(system, weights, "open loop")]
-
-    return made
+    controller = design("clock-b@quadruped-c").controller()
+    weights = np.array([stride, *ELLIPSE[1:]])
+    base = resolve("quadruped-c").controller()
+    system = dataclasses.replace(base.system, controller=controller)
+    return SavedController(system, weights, "open loop")
 
 
-def files(name: str) -> Callable[[], Sequence[SavedController]]:
+def saved(make: Callable[[], SavedController]) -> Callable[[], Sequence[Run]]:
+    """A controller as it is."""
+    return lambda: [run_of(make())]
+
+
+def files(name: str) -> Callable[[], Sequence[Run]]:
     """The runs of a law that was trained on the robot."""
     return lambda: [
-        resolve(str(file)).controller() for file in sorted(FOLDER.glob(f"{name}-*.json"))
+        run_of(resolve(str(file)).controller()) for file in sorted(FOLDER.glob(f"{name}-*.json"))
     ]
 
 
-def zoo(name: str) -> Callable[[], Sequence[SavedController]]:
+def zoo(name: str) -> Callable[[], Sequence[Run]]:
     """The run of a walker's law that its study selects, as it is."""
-    return lambda: [resolve(name).controller()]
+    return saved(lambda: resolve(name).controller())
+
+
+def actors(senses: Senses) -> Callable[[], Sequence[Run]]:
+    """The runs of PPO with these senses."""
+
+    def run(file: Path) -> Run:
+        actor = dict(np.load(file))
+        return Run(lambda _: by_actor(actor, senses), lambda omega: WANTED_M * omega)
+
+    return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{senses}-*.npz"))]
+
+
+def run_of(controller: SavedController) -> Run:
+    """A controller on the limbs of the robot."""
+    wiring = wired(controller)
+    weights = np.ravel(controller.weights)[None]
+    return Run(
+        lambda lanes: by_law(wiring, np.repeat(weights, lanes, axis=0)),
+        lambda omega: wanted_m_per_s(wiring, omega),
+    )
 
 
 LAWS = {
-    "open-loop trot, stride 0.2": Law("none", 0, open_loop(0.2)),
-    "open-loop trot, stride 0.35": Law("none", 1, open_loop(0.35)),
-    "open-loop trot, stride 0.65": Law("none", 1, open_loop(0.65)),
+    "open-loop trot, stride 0.2": Law("none", 0, saved(lambda: open_loop(0.2))),
+    "open-loop trot, stride 0.35": Law("none", 1, saved(lambda: open_loop(0.35))),
+    "open-loop trot, stride 0.65": Law("none", 1, saved(lambda: open_loop(0.65))),
     "clock and balance": Law("IMU", 8, files("clock-b")),
     "load, clock and balance": Law("load, IMU", 11, files("load-b")),
     "vanilla of the walker": Law("load", 1, zoo("quadruped-c")),
@@ -95,7 +126,12 @@ LAWS = {
     "AR of the walker": Law("load", 96, zoo("zoo:AR-rF+range@quadruped-c")),
     "ART of the walker": Law("load", 96, zoo("zoo:ART-rF-t+phif+range@quadruped-c")),
     "clock and balance, tuned under disturbances": Law("IMU", 8, files("clock-tuned")),
+    "load, clock and balance, tuned under disturbances": Law("load, IMU", 11, files("load-tuned")),
+    "AR and balance, tuned under disturbances": Law("load, IMU", 104, files("AR-b-tuned")),
     "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
+    "PPO on loads": Law("load", 5452, actors("loads")),
+    "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu")),
+    "PPO on all senses": Law("all", 7564, actors("all")),
 }
 
 
@@ -115,7 +151,8 @@ class Go1Laws:
             kept = (
                 pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["law", "condition"])
             )
-            done = set(kept[kept.law == name].condition)
+            runs = kept[kept.law == name].groupby("condition").run.nunique()
+            done = set(runs[runs == len(LAWS[name].runs())].index)
             for condition in CONDITIONS:
                 if condition not in done:
                     begun = time.monotonic()
@@ -131,29 +168,28 @@ class Go1Laws:
 
 def measured(name: str, condition: str) -> list[dict[str, Any]]:
     """Every run of a law from every start at every command: a row each."""
-    runs = LAWS[name].runs()
-    held = [wired(run) for run in runs]
-    cells = [(k, omega, start) for k in range(len(runs)) for omega in OMEGAS for start in STARTS]
-    weights = np.array([np.ravel(held[k].weights) for k, _, _ in cells])
-    omegas, starts = (np.array([cell[i] for cell in cells]) for i in (1, 2))
-    laws = by_law(held[0], weights)
-    found = judged(laws, omegas, starts.tolist(), CONDITIONS[condition])
-    wanted = [wanted_m_per_s(held[k], omega) for k, omega, _ in cells]
-    return [
-        {
-            "law": name,
-            "condition": condition,
-            "run": k,
-            "omega": omega,
-            "start": start,
-            "fell": int(found.fell[i]),
-            "speed_m_per_s": found.speed_m_per_s[i],
-            "wanted_m_per_s": wanted[i],
-            "cost_of_transport": found.cost_of_transport[i],
-            "locked": found.spread[i],
-        }
-        for i, (k, omega, start) in enumerate(cells)
-    ]
+    cells = [(omega, start) for omega in OMEGAS for start in STARTS]
+    omegas, starts = (np.array(column) for column in zip(*cells, strict=True))
+    rows = []
+    for k, run in enumerate(LAWS[name].runs()):
+        driver = run.driver_of(len(cells))
+        found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
+        rows += [
+            {
+                "law": name,
+                "condition": condition,
+                "run": k,
+                "omega": omega,
+                "start": start,
+                "fell": int(found.fell[i]),
+                "speed_m_per_s": found.speed_m_per_s[i],
+                "wanted_m_per_s": run.wanted_m_per_s(omega),
+                "cost_of_transport": found.cost_of_transport[i],
+                "locked": found.spread[i],
+            }
+            for i, (omega, start) in enumerate(cells)
+        ]
+    return rows
 
 
 def wired(run: SavedController) -> Wiring:

@@ -3,20 +3,20 @@
     python studies/go1_ppo.py --senses loads            # an hour of one core
     python studies/go1_ppo.py --senses imu --seed 1
 
-A network of Stable-Baselines3 commands the places of the feet, x, y and z, every 10 ms. It reads a
-clock at the command and its senses: `loads`; `imu`, those and roll, pitch, heading and their rates;
-`all`, those and every joint's angle and velocity, and the trunk's. Conditions, commands, time and
-reward are those of `go1_tuned.py`: each step pays the share of an episode that it lasts, less
-0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all. `docs/_static/go1_feet` keeps the
-actor, `ppo-SENSES-SEED.npz`, and what its episodes were worth, `.csv`. It goes on where it was
-stopped.
+A network of Stable-Baselines3 moves the feet, x, y and z, from the ellipse that the laws' tunings
+begin with, every 10 ms. It reads a clock at the command and its senses: `loads`; `imu`, those and
+roll, pitch, heading and their rates; `all`, those and every joint's angle and velocity, and the
+trunk's. Conditions, commands, time and reward are those of `go1_tuned.py`: each step pays the share
+of an episode that it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all.
+`docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz`, and what its episodes were worth,
+`.csv`. A training goes on where it was stopped.
 """
 
 from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -25,60 +25,21 @@ from gymnasium.spaces import Box
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
-from go1_feet import FEET, FOLDER, ROOT, Condition, Course, DriverOf
+from go1_feet import FOLDER, ROOT, Course
+from go1_policy import REACH_M, WANTED_M, Inputs, Senses, places_of
 from go1_tuned import MET, OMEGAS, SECONDS
 from kept import write_rows
 from tegotae._support.files import output_folder
 from tegotae.cli.console import exit_status
 
-Senses = Literal["loads", "imu", "all"]
 LANES = 12
 """Episodes side by side under each condition, four at each command."""
 STEPS = 2_160_000
 """Of 10 ms, in all: the time that a law's tuning simulates."""
-WANTED_M = 0.0437
-"""Wanted speed over ω [m]: that of the tuned clock's stride."""
-REACH_M = np.tile([0.15, 0.08, 0.1], len(FEET))
-"""Places of the feet at the network's ±1."""
 MEMORY_S = 0.3
 """Over which the speed that is paid is averaged."""
-IMU = {"roll": 0.3, "pitch": 0.3, "yaw": 0.5, "roll_rate": 3.0, "pitch_rate": 3.0, "yaw_rate": 3.0}
-TUNED: dict[str, Any] = {"n_steps": 128, "batch_size": 512, "policy_kwargs": {"log_std_init": -1.0}}
+TUNED: dict[str, Any] = {"n_steps": 128, "batch_size": 512, "policy_kwargs": {"log_std_init": -2.0}}
 """Where settings are not Stable-Baselines3's own."""
-
-
-class Inputs:
-    """A network's inputs from observations.
-
-    Args:
-        course: of the robot.
-        senses: which.
-    """
-
-    def __init__(self, course: Course, senses: Senses) -> None:
-        scales = {f"{foot}_estimated_force": 60.0 for foot in FEET}
-        if senses != "loads":
-            scales |= {f"root_{name}": scale for name, scale in IMU.items()}
-        if senses == "all":
-            velocities = [name for name in course.names if name.endswith("_joint_velocity")]
-            scales |= {name: 10.0 for name in velocities}
-            scales |= {name.removesuffix("_velocity"): 0.5 for name in velocities}
-            scales |= {"root_height": 0.1, "root_speed": 1.0, "root_climb": 1.0}
-        self.read = [course.names.index(name) for name in scales]
-        angles = [name.endswith("_joint") or name == "root_height" for name in scales]
-        self._scale, self._angles = np.array(list(scales.values())), np.array(angles)
-        self._rest = np.zeros(len(scales))
-        self.width = 3 + len(scales)
-
-    def rest(self, seen: np.ndarray) -> None:
-        """Angles and height are from those at an episode's begin, [entries]."""
-        self._rest = np.where(self._angles, seen[self.read], 0.0)
-
-    def __call__(self, felt: np.ndarray, phase: np.ndarray, omega: np.ndarray) -> np.ndarray:
-        """[lanes, width]."""
-        clock = [np.sin(phase), np.cos(phase), omega / OMEGAS[1]]
-        body = (felt[:, self.read] - self._rest) / self._scale
-        return np.clip(np.column_stack([*clock, body]), -10.0, 10.0).astype(np.float32)
 
 
 class Feet(VecEnv):
@@ -130,7 +91,7 @@ class Feet(VecEnv):
         stands, seen = np.zeros(self.num_envs, bool), []
         for k, course in enumerate(self.courses):
             own = slice(k * LANES, (k + 1) * LANES)
-            places = REACH_M * np.clip(self._actions[own], -1.0, 1.0)
+            places = places_of(self._actions[own], self._phase[own])
             stands[own] = course.step(places, np.ones(LANES, bool))
             seen.append(np.nan_to_num(course.seen[:, [self._speed, self._work]]))
         speed, work = np.concatenate(seen).T
@@ -173,45 +134,6 @@ class Feet(VecEnv):
         raise NotImplementedError
 
 
-class Policy:
-    """A trained actor as a driver, without its noise.
-
-    Args:
-        actor: its arrays, as the file has them.
-        course: of the robot, begun.
-        omega: commands [rad/s], [lanes].
-        senses: what it reads.
-    """
-
-    def __init__(
-        self, actor: dict[str, np.ndarray], course: Course, omega: np.ndarray, senses: Senses
-    ) -> None:
-        self._actor, self._omega, self._step_s = actor, omega, course.step_s
-        self._inputs = Inputs(course, senses)
-        self._inputs._rest = actor["rest"]
-        self._clock = course.phases[0].copy()
-        self.phase = np.tile(self._clock, (len(FEET), 1))
-
-    @property
-    def read(self) -> list[int]:
-        """Which entries of the observation it reads."""
-        return self._inputs.read
-
-    def act(self, observed: np.ndarray) -> np.ndarray:
-        """The places of the feet [m], [lanes, actions]."""
-        x = self._inputs(observed, self._clock, self._omega)
-        for k in range(2):
-            x = np.tanh(x @ self._actor[f"w{k}"] + self._actor[f"b{k}"])
-        self._clock = self._clock + self._omega * self._step_s
-        self.phase = np.tile(self._clock, (len(FEET), 1))
-        return REACH_M * np.clip(x @ self._actor["w2"] + self._actor["b2"], -1.0, 1.0)
-
-
-def by_actor(actor: dict[str, np.ndarray], senses: Senses) -> DriverOf:
-    """One actor in all lanes."""
-    return lambda course, omega, _: Policy(actor, course, omega, senses)
-
-
 @dataclass(frozen=True)
 class Trained:
     """One training."""
@@ -241,7 +163,9 @@ class Trained:
             model.learn(20 * TUNED["n_steps"] * env.num_envs, reset_num_timesteps=done == 0)
             done = model.num_timesteps
             model.save(stopped)
-            write_rows(table, [{"steps": done, "score": np.mean(env.paid)}], digits=4, by=("steps",))
+            write_rows(
+                table, [{"steps": done, "score": np.mean(env.paid)}], digits=4, by=("steps",)
+            )
             np.savez_compressed(FOLDER / f"{name}.npz", **actor_of(model, env))
             print(f"{name}: {done} of {self.steps} steps, {np.mean(env.paid):.3f}", flush=True)
         env.close()

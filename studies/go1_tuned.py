@@ -6,9 +6,9 @@
 
 CMA-ES from the walker's ellipse without balance. A candidate's score is the share of its lanes that
 do not fall, less 0.3 |v / v* - 1| and 0.05 CoT, over pushes, blocks and any phases at three
-commands, from starts and pushes of its generation. In `docs/_static/go1_feet`, `LAW-tuned-SEED.json`
-is the mean of the distribution, and `LAW-tuned-SEED.csv` the scores of every generation. A tuning
-goes on where it was stopped.
+commands, from starts and pushes of its generation. `docs/_static/go1_feet` keeps the mean of the
+distribution, `LAW-tuned-SEED.json`, and the scores of every generation, `.csv`. A tuning goes on
+where it was stopped.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Tuned:
     """One tuning."""
 
     law: Kind = "clock"
-    """`clock`, `load` with a place, an offset and σ, or the walker's learned `AR-b`; all balanced."""
+    """`clock`; `load` with a place, an offset and σ; `AR-b`, the walker's learned one; balanced."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -90,7 +90,7 @@ class Tuned:
 
 def start_of(law: Kind) -> SavedController:
     """A law before its tuning: the walker's ellipse at a stride of 0.25 l0 without balance."""
-    (clock,) = open_loop(0.25)()
+    clock = open_loop(0.25)
     if law == "clock":
         return clock
     if law == "load":

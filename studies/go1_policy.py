@@ -1,0 +1,104 @@
+"""A network of PPO on Go1's feet, as NumPy runs it: what it reads, and what its outputs are."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from go1_feet import FEET, Course, DriverOf
+
+Senses = Literal["loads", "imu", "all"]
+MIDDLE_RAD_PER_S = 16.0
+"""By which commands are divided."""
+WANTED_M = 0.0437
+"""Wanted speed over ω [m]: that of the tuned clock's stride."""
+REACH_M = np.tile([0.12, 0.08, 0.08], len(FEET))
+"""How far the network's ±1 move the feet from the ellipse that all tunings begin with."""
+STRIDE_M, LIFT_M, PRESS_M, SHIFT_RAD = 0.265 * 0.25, 0.265 * 0.2, 0.265 * 0.03, 0.4
+"""That ellipse; lengths are over l0 = 0.265 m in the laws."""
+TROT_RAD = np.array([0.0, np.pi, np.pi, 0.0])
+IMU = {"roll": 0.3, "pitch": 0.3, "yaw": 0.5, "roll_rate": 3.0, "pitch_rate": 3.0, "yaw_rate": 3.0}
+"""What the numbers of an IMU are divided by."""
+
+
+def places_of(outputs: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """Places of the feet [m] of a network's outputs, [lanes, 12], at the clock's phase, [lanes]."""
+    own = phase[:, None] + TROT_RAD
+    up = np.where(np.sin(own) > 0.0, LIFT_M, PRESS_M) * np.sin(own)
+    ellipse = np.stack([-STRIDE_M * np.cos(own + SHIFT_RAD), np.zeros_like(own), up], axis=2)
+    return ellipse.reshape(len(phase), -1) + REACH_M * np.clip(outputs, -1.0, 1.0)
+
+
+class Inputs:
+    """A network's inputs from observations.
+
+    Args:
+        course: of the robot.
+        senses: which.
+    """
+
+    def __init__(self, course: Course, senses: Senses) -> None:
+        scales = {f"{foot}_estimated_force": 60.0 for foot in FEET}
+        if senses != "loads":
+            scales |= {f"root_{name}": scale for name, scale in IMU.items()}
+        if senses == "all":
+            velocities = [name for name in course.names if name.endswith("_joint_velocity")]
+            scales |= dict.fromkeys(velocities, 10.0)
+            scales |= {name.removesuffix("_velocity"): 0.5 for name in velocities}
+            scales |= {"root_height": 0.1, "root_speed": 1.0, "root_climb": 1.0}
+        self.read = [course.names.index(name) for name in scales]
+        angles = [name.endswith("_joint") or name == "root_height" for name in scales]
+        self._scale, self._angles = np.array(list(scales.values())), np.array(angles)
+        self._rest = np.zeros(len(scales))
+        self.width = 3 + len(scales)
+
+    def rest(self, seen: np.ndarray) -> None:
+        """Angles and height are from those at an episode's begin, [entries]."""
+        self._rest = np.where(self._angles, seen[self.read], 0.0)
+
+    def __call__(self, felt: np.ndarray, phase: np.ndarray, omega: np.ndarray) -> np.ndarray:
+        """[lanes, width]."""
+        clock = [np.sin(phase), np.cos(phase), omega / MIDDLE_RAD_PER_S]
+        body = (felt[:, self.read] - self._rest) / self._scale
+        return np.clip(np.column_stack([*clock, body]), -10.0, 10.0).astype(np.float32)
+
+
+class Policy:
+    """A trained actor as a driver, without its noise.
+
+    Args:
+        actor: its arrays, as the file has them.
+        course: of the robot, begun.
+        omega: commands [rad/s], [lanes].
+        senses: what it reads.
+    """
+
+    def __init__(
+        self, actor: dict[str, np.ndarray], course: Course, omega: np.ndarray, senses: Senses
+    ) -> None:
+        self._actor, self._omega, self._step_s = actor, omega, course.step_s
+        self._inputs = Inputs(course, senses)
+        self._inputs._rest = actor["rest"]
+        self._clock = course.phases[0].copy()
+        self.phase = self._clock + TROT_RAD[:, None]
+
+    @property
+    def read(self) -> list[int]:
+        """Which entries of the observation it reads."""
+        return self._inputs.read
+
+    def act(self, observed: np.ndarray) -> np.ndarray:
+        """The places of the feet [m], [lanes, actions]."""
+        x = self._inputs(observed, self._clock, self._omega)
+        for k in range(2):
+            x = np.tanh(x @ self._actor[f"w{k}"] + self._actor[f"b{k}"])
+        places = places_of(x @ self._actor["w2"] + self._actor["b2"], self._clock)
+        self._clock = self._clock + self._omega * self._step_s
+        self.phase = self._clock + TROT_RAD[:, None]
+        return places
+
+
+def by_actor(actor: dict[str, np.ndarray], senses: Senses) -> DriverOf:
+    """One actor in all lanes."""
+    return lambda course, omega, _: Policy(actor, course, omega, senses)
