@@ -175,6 +175,11 @@ class Course:
         self._taken += 1
         return (self.seen[:, self._height] > LOW_M) & (self.seen[:, self._upright] > TILTED)
 
+    @property
+    def states(self) -> np.ndarray:
+        """MuJoCo's states of the lanes, to be drawn, [lanes, numbers]."""
+        return self._lanes.batch.states
+
     def close(self) -> None:
         """End the threads."""
         self.env.close()
