@@ -275,6 +275,7 @@ def _at(replay: Replay) -> np.ndarray:
 
 def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
     from tegotae.envs.mujoco.sensing import sensing
+    from tegotae.envs.scaling import started
     from tegotae.training.environments.rollouts import ModelLanes
 
     mujoco = require("mujoco", "mujoco")
@@ -283,16 +284,17 @@ def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
     states: dict[int, np.ndarray] = {}
     try:
         seen = lanes.reset(replay.seed, every)
-        far = _DISTANCE * max(float(seen[0][sensed.names.index("root_height")]), 1e-2)
+        high = max(float(seen[0][sensed.names.index("root_height")]), 1e-2)
+        far = max(
+            _DISTANCE * high, 2.0 * float(np.ptp(started(sensed.model).xpos[1:, :2], 0).max())
+        )
         for step, action in enumerate(replay.episode.action):
             lanes.step(action[None].astype(float), every)
             if step in shown:
                 states[step] = lanes.batch.states[0]
     finally:
         lanes.close()
-    sensed.model.vis.headlight.ambient[:] = 0.45  # models without lights are dark
-    sensed.model.vis.headlight.diffuse[:] = 0.5
-    with _camera(sensed.model, far) as picture:
+    with model_camera(sensed.model, far) as picture:
         data = mujoco.MjData(sensed.model)
         found = {}
         for step, state in states.items():
@@ -303,9 +305,19 @@ def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
 
 
 @contextmanager
-def _camera(model: MjModel, distance_m: float) -> Iterator[Callable[[MjData], np.ndarray]]:
-    """A function that draws, from the side."""
+def model_camera(model: MjModel, distance_m: float) -> Iterator[Callable[[MjData], np.ndarray]]:
+    """A function that draws a model's state from the side.
+
+    Args:
+        model: an `MjModel`.
+        distance_m: from the camera to the first body [m].
+
+    Raises:
+        TegotaeError: where nothing can be drawn.
+    """
     mujoco = require("mujoco", "mujoco")
+    model.vis.headlight.ambient[:] = 0.45  # models without lights are dark
+    model.vis.headlight.diffuse[:] = 0.5
     context = _context()
     try:
         context.make_current()

