@@ -25,7 +25,7 @@ from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.mujoco.suggesting_legs import reach, suggest_legs
+from tegotae.envs.mujoco.suggesting_legs import reach, suggest_legs, workspace
 from tegotae.envs.scaling import place_of, started
 from tegotae.envs.wires import look_up
 from tegotae.envs.wrapper import Pilot
@@ -292,6 +292,28 @@ def test_a_leg_on_a_boom_hops_under_a_walkers_law(tmp_path, monkeypatch):
     hops = tg.simulate("boom.json", duration=4.0).numbers
     assert hops["speed_m_per_s"] > 0.7
     assert hops["duty"] < 0.9
+
+
+def test_the_workspace_of_two_links_is_what_the_law_of_cosines_says(tmp_path):
+    model = str(ROOT / "examples" / "robots" / "boom_leg.xml")
+    legs = sensing(ModelSettings(model=model, feet=["foot"], legs=True)).legs
+    assert legs is not None
+    along, within = workspace(legs, (0, 2))
+    hip_m = legs.height_m
+    x, up = np.meshgrid(along, along - hip_m, indexing="ij")
+    away_m = np.hypot(x, up)
+    nearest_m, furthest_m = (2.0 * 0.16 * np.cos(knee / 2.0) for knee in (2.6, 0.2))
+    below = up < -0.1 * hip_m
+    clearly = 0.01 + 0.005 * hip_m
+    outside = (away_m < nearest_m - clearly) | (away_m > furthest_m + clearly)
+    assert not within[..., 0][below & outside].any()
+    inside = (away_m > nearest_m + clearly) & (away_m < furthest_m - clearly)
+    assert within[..., 0][inside & (np.abs(x) < 0.1) & (up < -0.06)].all()
+
+    suggest = ["wiring", "suggest", model, "--feet", "foot", "--settings", "legs=true"]
+    out, picture = str(tmp_path / "boom.toml"), tmp_path / "boom.png"
+    assert not main([*suggest, "--out", out, "--plot", str(picture)])
+    assert picture.stat().st_size > 5000
 
 
 def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():

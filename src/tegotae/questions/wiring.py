@@ -233,6 +233,12 @@ class SuggestedWiring(ModelFile):
     """A first wiring, .toml or .json. `raw` is a `tegotae.envs.mujoco.suggesting.Suggestion`, and
     the document that of the wiring."""
 
+    def figures(self) -> dict[str, Figure]:
+        """The workspace of feet that are commanded to places; none of joints."""
+        from tegotae.figures.workspace import workspace_figure
+
+        return {} if self.raw.legs is None else {"workspace": workspace_figure(self.raw)}
+
     def _write(self, file: Path) -> None:
         from tegotae.envs.wiring import save_wiring
 

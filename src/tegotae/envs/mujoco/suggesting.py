@@ -12,6 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.env import ModelBatch
+from tegotae.envs.mujoco.legs import LegKinematics
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import (
@@ -61,6 +62,8 @@ class Suggestion:
     """Omissions and obstacles: a sentence each."""
     on_rail: bool
     """Whether the trunk goes up and down only, so that no return is for distance."""
+    legs: LegKinematics | None = None
+    """Those whose feet are commanded to places."""
 
 
 @dataclass(frozen=True)

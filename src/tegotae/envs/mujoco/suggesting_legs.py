@@ -118,7 +118,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         *_out_of_reach(legs, walker.controller.actuation, length),
         *drop_remarks(standing, "stiffer servos, --settings servo_nm_per_rad"),
     ]
-    return Suggestion(wiring, reasons, tuple(remarks), on_rail=False)
+    return Suggestion(wiring, reasons, tuple(remarks), on_rail=False, legs=legs)
 
 
 def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
@@ -147,13 +147,35 @@ def reach(legs: LegKinematics, leg: int) -> np.ndarray:
     for axis in range(len(AXES)):
         places = np.zeros((len(along), len(legs.feet), len(AXES)))
         places[:, leg, axis] = along
-        missed = np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2)[:, leg]
-        gaps = np.flatnonzero(missed > _MISSES * legs.height_m)
+        gaps = np.flatnonzero(missed_m(legs, places)[:, leg] > _MISSES * legs.height_m)
         middle = _GRID
         low = gaps[gaps < middle].max(initial=-1) + 1
         high = gaps[gaps > middle].min(initial=len(along)) - 1
         found[axis] = along[low], along[high]
     return found
+
+
+def workspace(legs: LegKinematics, plane: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Which places the feet reach in a plane through those in the model's start.
+
+    Args:
+        legs: of the model.
+        plane: its two axes, such as (0, 2).
+
+    Returns:
+        Places along an axis [m], [places]; and whether a foot reaches a pair of them, of the first
+        and of the second axis, [places, places, legs].
+    """
+    along = np.linspace(-legs.length_m, legs.length_m, _GRID)
+    places = np.zeros((len(along), len(along), len(legs.feet), len(AXES)))
+    places[..., plane[0]], places[..., plane[1]] = along[:, None, None], along[None, :, None]
+    missed = missed_m(legs, places.reshape(-1, len(legs.feet), len(AXES)))
+    return along, missed.reshape(places.shape[:3]) <= _MISSES * legs.height_m
+
+
+def missed_m(legs: LegKinematics, places: np.ndarray) -> np.ndarray:
+    """How far feet stay from places [m], [lanes, legs], of places [m], [lanes, legs, 3]."""
+    return np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2)
 
 
 def _said(reach_m: np.ndarray) -> str:
@@ -170,7 +192,7 @@ def _out_of_reach(legs: LegKinematics, ellipse: object, length_m: float) -> list
     x, z = np.asarray(ellipse.place(np.sin(phase), np.cos(phase))) * length_m
     places = np.zeros((len(phase), len(legs.feet), len(AXES)))
     places[..., 0], places[..., 2] = x[:, None], z[:, None]
-    missed = np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2).max(0)
+    missed = missed_m(legs, places).max(axis=0)
     return [
         f"{foot} misses the walker's ellipse by up to {gap:.2g} m; begin with more bent legs (a "
         "keyframe), or a smaller ellipse"
