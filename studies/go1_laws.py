@@ -252,10 +252,11 @@ def figure(kept: pd.DataFrame) -> Figure:
     names = [name for name in LAWS if name in set(kept.law)]
     shares = kept.groupby(["law", "condition"]).fell.mean().unstack()
     shares = shares.reindex(index=names, columns=list(CONDITIONS))
-    for name, colour in zip(names, COLOURS * 2, strict=False):
+    styles = [(colour, line) for line in ("o-", "s--") for colour in COLOURS]
+    for name, (colour, line) in zip(names, styles, strict=False):
         own = kept[(kept.law == name) & (kept.condition == "as it is")]
         means = own.groupby("omega")[["speed_m_per_s", "cost_of_transport"]].mean().dropna()
-        gait.plot(means.speed_m_per_s, means.cost_of_transport, "o-", color=colour, label=name)
+        gait.plot(means.speed_m_per_s, means.cost_of_transport, line, color=colour, label=name)
     gait.set(xlabel="speed along the heading [m/s]", ylabel="cost of transport", ylim=(0.0, None))
     image = falls.imshow(shares, vmin=0.0, vmax=1.0, cmap="magma_r", aspect="auto")
     falls.set_xticks(range(len(CONDITIONS)), list(CONDITIONS), rotation=90)
