@@ -24,7 +24,10 @@ ROBOTS = {
 pytestmark = needs_gcc
 
 
-@pytest.fixture(scope="module", params=list(ROBOTS))
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param("servo_quadruped", marks=pytest.mark.thorough), *list(ROBOTS)[1:]],
+)
 def exported(request, tmp_path_factory):
     """A walker's law on a robot, its C in a folder, and the C as a library."""
     folder, feet = tmp_path_factory.mktemp(request.param), ROBOTS[request.param]
