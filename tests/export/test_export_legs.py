@@ -24,9 +24,13 @@ ROBOTS = {
 pytestmark = needs_gcc
 
 
+SLOW = {"servo_quadruped", "hexapod"}
+"""Robots whose wiring takes long to suggest."""
+
+
 @pytest.fixture(
     scope="module",
-    params=[pytest.param("servo_quadruped", marks=pytest.mark.thorough), *list(ROBOTS)[1:]],
+    params=[pytest.param(x, marks=[pytest.mark.thorough] if x in SLOW else []) for x in ROBOTS],
 )
 def exported(request, tmp_path_factory):
     """A walker's law on a robot, its C in a folder, and the C as a library."""
