@@ -128,6 +128,8 @@ LAWS = {
     "clock and balance, tuned under disturbances": Law("IMU", 8, files("clock-tuned")),
     "load, clock and balance, tuned under disturbances": Law("load, IMU", 11, files("load-tuned")),
     "AR and balance, tuned under disturbances": Law("load, IMU", 104, files("AR-b-tuned")),
+    "clock, balance and steps aside, tuned": Law("IMU", 10, files("clock-s-tuned")),
+    "load, clock, balance and steps aside, tuned": Law("load, IMU", 13, files("load-s-tuned")),
     "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
     "PPO on loads": Law("load", 5452, actors("loads")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu")),

@@ -30,7 +30,8 @@ from kept import write_rows
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.console import exit_status
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.wiring import load_wiring
+from tegotae.envs.wiring import Wiring, load_wiring
+from tegotae.parts.terms import SteppingFoot
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
@@ -45,7 +46,7 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
-Kind = Literal["clock", "load", "AR-b"]
+Kind = Literal["clock", "load", "AR-b", "clock-s", "load-s"]
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ class Tuned:
     """One tuning."""
 
     law: Kind = "clock"
-    """`clock`; `load` with a place, an offset and σ; `AR-b`, the walker's learned one; balanced."""
+    """`clock`; `load` with a place, an offset and σ; `AR-b`, the walker's learned one. All balance,
+    and with `-s` step aside."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -63,11 +65,10 @@ class Tuned:
 
     def run(self) -> None:
         """Tune, and write the law."""
-        name, base = f"{self.law}-tuned-{self.seed}", start_of(self.law)
-        wiring = load_wiring(WIRING).holding(base)
-        n_weights, algorithm = len(base.weights), CMAES(population=self.population, std=0.08)
-        search, parameters = algorithm.strategy(n_weights), algorithm.parameters(n_weights)
-        state = algorithm.start(jax.random.key(self.seed), jnp.asarray(base.weights, "float32"))
+        name, wiring = f"{self.law}-tuned-{self.seed}", start_of(self.law)
+        begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
+        search, parameters = algorithm.strategy(len(begun)), algorithm.parameters(len(begun))
+        state = algorithm.start(jax.random.key(self.seed), jnp.asarray(begun, "float32"))
         rows: list[dict[str, Any]] = []
         stopped = output_folder(ROOT / "runs" / "go1_tuned") / f"{name}.pickle"
         if stopped.exists():
@@ -88,25 +89,29 @@ class Tuned:
             keep(wiring, mean, f"{self.law}-tuned", self.seed)
 
 
-def start_of(law: Kind) -> SavedController:
+def start_of(law: Kind) -> Wiring:
     """A law before its tuning: the walker's ellipse at a stride of 0.25 l0 without balance."""
-    clock = open_loop(0.25)
-    if law == "clock":
-        return clock
-    if law == "load":
+    clock, wiring = open_loop(0.25), load_wiring(WIRING)
+    name, aside = law.removesuffix("-s"), law.endswith("-s")
+    if name == "clock":
+        controller, feedback = clock.controller, np.zeros(0)
+    elif name == "load":
         controller = design("load-b@quadruped-c").controller()
         feedback = np.zeros(controller.n_weights - len(ELLIPSE))
     else:
         learned = resolve("zoo:AR-rF+range@quadruped-c").controller()
-        controller = dataclasses.replace(
-            learned.system.controller, actuation=clock.system.controller.actuation
-        )
+        controller = dataclasses.replace(learned.controller, actuation=clock.controller.actuation)
         feedback = np.ravel(learned.weights)
-    system = dataclasses.replace(clock.system, controller=controller)
-    return SavedController(system, np.concatenate([feedback, clock.weights]), f"{law} and balance")
+    if aside:
+        controller = dataclasses.replace(controller, actuation=SteppingFoot())
+    weights = np.concatenate([feedback, clock.weights, np.zeros(2 * aside)])
+    own = wiring.reading(controller)
+    return dataclasses.replace(
+        wiring.holding(clock), controller=controller, limbs=own.limbs, weights=weights
+    )
 
 
-def scored(wiring: Any, candidates: np.ndarray, start: int) -> np.ndarray:
+def scored(wiring: Wiring, candidates: np.ndarray, start: int) -> np.ndarray:
     """Of every candidate, [candidates]."""
     weights = np.repeat(candidates, len(OMEGAS), axis=0)
     omegas = np.tile(OMEGAS, len(candidates))
@@ -123,7 +128,7 @@ def scored(wiring: Any, candidates: np.ndarray, start: int) -> np.ndarray:
     return total.reshape(-1, len(OMEGAS)).mean(axis=1) / len(MET)
 
 
-def keep(wiring: Any, weights: np.ndarray, name: str, seed: int) -> None:
+def keep(wiring: Wiring, weights: np.ndarray, name: str, seed: int) -> None:
     """Write the law with its robot."""
     settings = {
         field.name: getattr(SETTINGS, field.name)

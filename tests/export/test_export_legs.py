@@ -12,8 +12,14 @@ from compiled import FLAGS, needs_gcc
 from places import ROOT
 from sprung import sprung_robot
 from tegotae.cli import main
+from tegotae.envs.env_spec import EnvSpec
+from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.mujoco.suggesting_legs import suggest_legs
 from tegotae.export.c import Export
+from tegotae.systems.controller_file import SavedController, save
+from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
+from tegotae.training.environments.experiment import EnvExperiment
 
 ROBOTS = {
     "servo_quadruped": [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")],
@@ -112,3 +118,29 @@ def test_the_check_of_an_export_finds_a_leg_that_is_another(exported, tmp_path):
         subprocess.run(["gcc", *words, "-o", name], check=True, cwd=tmp_path)
         ran = subprocess.run([tmp_path / name], capture_output=True, text=True)
         assert ran.returncode == (name == "other"), ran.stdout
+
+
+def test_a_law_that_steps_aside_goes_to_c_with_three_axes_a_foot(tmp_path):
+    settings = {"feet": ROBOTS["sprung"], "legs": True}
+    model = tmp_path / "sprung.xml"
+    model.write_text(sprung_robot())
+    wiring = suggest_legs(ModelSettings(model=str(model), **settings)).wiring
+    law, spec = (
+        design("clock-s@quadruped-c"),
+        EnvSpec(env=str(model), settings=tuple(settings.items())),
+    )
+    experiment = EnvExperiment.of_model(law, spec, wiring)
+    weights = np.random.default_rng(0).uniform(0.01, 0.3, experiment.controller.n_weights)
+    saved = SavedController(experiment.system, weights, "law", task=experiment.task)
+    save(saved, tmp_path / "law.json")
+    assert not main(["export", "c", str(tmp_path / "law.json"), "--out", str(tmp_path / "c")])
+    words = ["gcc", *FLAGS, "-O1", "tegotae.c", "test_tegotae.c", "-lm", "-o", "check"]
+    subprocess.run(words, check=True, cwd=tmp_path / "c")
+    checked = subprocess.run(["./check"], cwd=tmp_path / "c", capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout
+    assert "foot_y_m" in (tmp_path / "c" / "tegotae.h").read_text()
+
+
+def test_a_body_without_hips_that_turn_refuses_a_law_that_steps_aside(capsys):
+    assert main(["simulate", "clock-s@quadruped-c"]) == 2
+    assert "foot_y, and a Walker takes foot_x and foot_z" in capsys.readouterr().err

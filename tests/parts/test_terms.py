@@ -20,6 +20,7 @@ from tegotae.parts.terms import (
     Sector,
     SectorAndReflex,
     Signals,
+    SteppingFoot,
     VanillaAction,
     VanillaReaction,
 )
@@ -229,3 +230,19 @@ def test_a_reflexs_force_per_feedback_is_a_choice():
     falling = Signals({"feedback": jnp.array([-2.0, 3.0])})
     np.testing.assert_allclose(Reflex(0.5)((), falling), [1.0, 0.0])
     np.testing.assert_allclose(SectorAndReflex(newtons_per_feedback=0.5)((), falling), [1.0, 0.0])
+
+
+def test_a_foot_steps_aside_to_where_the_torso_falls_and_is_shorter_where_it_is_high():
+    gains = {"roll_m": -0.1, "aside_m": 0.2, "aside_rate_ms": 0.05, "yaw": 0.5}
+    ellipse = {"stride_m": 0.3, "lift_m": 0.1}
+    foot = SteppingFoot()
+    weights = [jnp.full(2, {**gains, **ellipse}.get(path[0], 0.0)) for path in foot.weight_names]
+    side = jnp.array([1.0, -1.0])  # a leg on the left, and one on the right
+    ones, roll, rate, yaw = jnp.ones(2), 0.3, 2.0, 0.1
+    values = {"sin_phase": ones, "cos_phase": ones, "end_pitch": ones, "roll": roll * ones}
+    values |= {"roll_rate": rate * ones, "side_yaw": yaw * side}
+    values |= {"side_roll": roll * side, "side_roll_rate": rate * side}
+    ahead, up, left = foot(weights, Signals(values, {}))
+    np.testing.assert_allclose(ahead, -0.3 * (1.0 + 0.5 * yaw * side), rtol=1e-6)
+    np.testing.assert_allclose(up, 0.1 - 0.1 * roll * side, rtol=1e-6)
+    np.testing.assert_allclose(left, -(0.2 * roll + 0.05 * rate) * ones, rtol=1e-6)

@@ -46,7 +46,7 @@ class Limb:
             other way. The contact force, or better a spring's, goes under `spring_force`; what is
             below zero there counts as zero.
         drives: name of the action entry; of a controller that commands places of a foot those of
-            its two entries, forward and up.
+            its entries, forward, up and, for one that steps aside, to the left.
         rest: value of that entry where the actuator force is zero; the middle of its bounds if
             None. Commanded places are the action itself.
         push: its value at full force; its upper bound if None.
@@ -207,11 +207,17 @@ class Wiring:
         )
 
     def reading(self, controller: Controller) -> Wiring:
-        """The same with another controller; senses that none of its terms reads are left out."""
-        reads = read_by(controller)
+        """The same with another controller; senses that none of its terms reads are left out.
+
+        So are axes of a foot that it does not command.
+        """
+        reads, actuation = read_by(controller), controller.actuation
+        driven = slice(None if actuation.commands_force else len(actuation.COMMANDS))
         limbs = tuple(
             dataclasses.replace(
-                limb, senses={name: at for name, at in limb.senses.items() if name in reads}
+                limb,
+                senses={name: at for name, at in limb.senses.items() if name in reads},
+                drives=limb.drives if isinstance(limb.drives, str) else limb.drives[driven],
             )
             for limb in self.limbs
         )

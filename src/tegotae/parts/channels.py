@@ -17,6 +17,8 @@ FORCE = ("force",)
 """The force of the leg's actuator [N]."""
 FOOT = ("foot_x", "foot_z")
 """Where the foot shall be, from its place at rest: forward and up, in the axes of the body [m]."""
+FOOT_ASIDE = (*FOOT, "foot_y")
+"""The same and to the left [m], for a robot whose hips turn outwards."""
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,12 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import PerCommand, Weights
-from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.parameters import within
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
 from tegotae.parts.units import Units
-from tegotae.parts.weight_names import WeightName
 
 
 @dataclass(frozen=True)
@@ -35,20 +34,9 @@ class ScaledTerm(Term):
     units: Units
     factor: float = 1.0
 
-    @property
-    def reads(self) -> tuple[str, ...]:
-        """What the term reads."""
-        return self.term.reads
-
-    @property
-    def n_weights(self) -> int:
-        """Those of the term."""
-        return self.term.n_weights
-
-    @property
-    def weight_names(self) -> tuple[WeightName, ...]:
-        """Those of the term."""
-        return self.term.weight_names
+    reads = within("term")  # type: ignore[override]
+    n_weights = within("term")  # type: ignore[override]
+    weight_names = within("term")  # type: ignore[override]
 
     def __call__(self, weights: Weights, signals: Signals) -> PerCommand:
         """c · T(s / u)."""
@@ -61,10 +49,10 @@ class ScaledTerm(Term):
 class ScaledFoot(ScaledTerm, Actuation):
     """A place of the foot in SI [m]."""
 
-    COMMANDS = FOOT
+    COMMANDS = within("term")
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """Forward and up [m], [2, limbs, lanes]."""
+        """Along the axes that the term commands [m], [axes, limbs, lanes]."""
         return jnp.asarray(super().__call__(weights, signals))
 
 

@@ -23,6 +23,7 @@ from tegotae.parts.terms import (
     LearnedActuation,
     LearnedFoot,
     OffsetAction,
+    SteppingFoot,
     TunedFoot,
     VanillaReaction,
     WholeBody,
@@ -150,6 +151,7 @@ FAMILIES = (
 _STEPS = {
     "t": (TunedFoot, "the ellipse's four numbers"),
     "b": (BalancedFoot, "an ellipse with balance, eight numbers"),
+    "s": (SteppingFoot, "an ellipse with balance and steps aside, ten numbers"),
 }
 """What is trained of a short law's step, by the end of its name."""
 _NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
@@ -163,9 +165,10 @@ def family_named(name: str) -> Family:
       + before its input is added to the system's own, an ellipse;
     - `cos`: the law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers;
     - `load`, `latch`, `decay`: short laws of three and four numbers (`tegotae.systems.laws`);
-      with `-t`, as in `decay-t`, the four of the system's ellipse are trained, too, and with `-b`
-      those and four gains of balance; so of `clock-t` and `clock-b`, which have no feedback, and
-      begin in a trot, or for other legs in the first pattern of gaits by halves of a cycle;
+      with `-t`, as in `decay-t`, the four of the system's ellipse are trained, too, with `-b`
+      those and four gains of balance, and with `-s` two more of steps aside, which robots alone
+      can take; so of `clock-t`, `clock-b` and `clock-s`, which have no feedback, and begin in a
+      trot, or for other legs in the first pattern of gaits by halves of a cycle;
     - `T-F` and the like: the paper's single network, one a leg, without oscillators;
     - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
       them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial, reduce
-from typing import Any, NamedTuple
+from functools import lru_cache, partial, reduce
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +17,9 @@ from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjModel
 from tegotae.envs.scaling import chain_of, place_of, started
 from tegotae.parts._shapes import AnyArray
+
+if TYPE_CHECKING:
+    from tegotae.lowering.function import FunctionKernel
 
 AXES = ("x", "y", "z")
 """Forward, to the left and up, of the trunk."""
@@ -144,7 +148,7 @@ class LegKinematics:
         inputs = {name: np.asarray(x.T, np.float32) for name, x in given.items()}
         key = function, len(next(iter(given.values())))
         if key not in self._programs:
-            self._programs[key] = _program(partial(function, self.chains), inputs)
+            self._programs[key] = _program(function, self.chains, inputs)
         return np.array(self._programs[key](inputs), float).T
 
 
@@ -244,19 +248,13 @@ def _length(anchor: np.ndarray, foot: np.ndarray, joints: Sequence[int]) -> floa
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def _program(function: Callable[..., jax.Array], like: Mapping[str, np.ndarray]) -> _Program:
-    """A function of arrays by name as native code, or by XLA where there is none."""
+def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) -> _Program:
+    """A function of chains and arrays by name as native code, or by XLA where there is none."""
     if selected() != NATIVE:
-        return jax.jit(function)  # type: ignore[return-value]
-    from tegotae.lowering.function import compile_function  # llvmlite may be missing
-
-    def step(state: Any, inputs: Any) -> Any:
-        return state, {"result": function(inputs)}
-
+        return jax.jit(partial(function, chains))
+    shapes = tuple((name, x.shape[:-1]) for name, x in like.items())
     lanes = next(iter(like.values())).shape[-1]
-    one = {name: jax.ShapeDtypeStruct((*x.shape[:-1], 1), "float32") for name, x in like.items()}
-    state = {"none": np.zeros(1, np.float32)}
-    native = compile_function(step, state, one, lanes=lanes).step()
+    native = _compiled(function, pickle.dumps(chains), shapes, lanes).step()
 
     def called(inputs: Mapping[str, np.ndarray]) -> np.ndarray:
         for name, x in inputs.items():
@@ -265,6 +263,20 @@ def _program(function: Callable[..., jax.Array], like: Mapping[str, np.ndarray])
         return native.outputs["result"][..., :lanes]
 
     return called
+
+
+@lru_cache(maxsize=32)
+def _compiled(
+    function: _OfLegs, chains: bytes, shapes: tuple[tuple[str, tuple[int, ...]], ...], lanes: int
+) -> FunctionKernel:
+    """The same compiled: once for all models with legs of the same geometry."""
+    from tegotae.lowering.function import compile_function  # llvmlite may be missing
+
+    def step(state: Any, inputs: Any) -> Any:
+        return state, {"result": function(pickle.loads(chains), inputs)}
+
+    one = {name: jax.ShapeDtypeStruct((*shape, 1), "float32") for name, shape in shapes}
+    return compile_function(step, {"none": np.zeros(1, np.float32)}, one, lanes=lanes)
 
 
 class _Vector(NamedTuple):

@@ -38,7 +38,8 @@ _WALKER = "quadruped-c"
 
 
 def suggest_legs(settings: ModelSettings) -> Suggestion:
-    """A wiring whose limbs are legs: an oscillator each, that commands a foot forward and up.
+    """A wiring whose limbs are legs: an oscillator each, that commands a foot forward and up, and
+    aside if its law does.
 
     Its units are Froude's, l0, √(l0 / g) and the weight, with l0 from a foot to the first joint of
     its leg: a law of a walker with l0 = m = g = 1 goes on it as it is. Each leg feels the force on
@@ -54,7 +55,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     Example:
         >>> settings = ModelSettings(model="robot.xml", legs=True)  # doctest: +SKIP
         >>> suggest_legs(settings).wiring.limbs[0].drives  # doctest: +SKIP
-        ('FL_foot_x', 'FL_foot_z')
+        ('FL_foot_x', 'FL_foot_z', 'FL_foot_y')
     """
     named = bool(settings.feet)
     if not named:
@@ -73,7 +74,11 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     timestep = float(model.opt.timestep)
     step_s = timestep * max(1, round(second / _SAMPLES / timestep))
     limbs = tuple(
-        Limb(senses=_senses(legs, i), drives=(f"{foot}_x", f"{foot}_z"), phase_rad=phases[i])
+        Limb(
+            senses=_senses(legs, i),
+            drives=tuple(f"{foot}_{axis}" for axis in "xzy"),
+            phase_rad=phases[i],
+        )
         for i, foot in enumerate(feet)
     )
     wiring = Wiring(

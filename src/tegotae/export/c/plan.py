@@ -159,7 +159,7 @@ _UNITS = {
     **dict.fromkeys(("spring_force", "force"), "N"),
     "spring_force_rate": "N/s",
     **dict.fromkeys(("velocity", "speed"), "m/s"),
-    **dict.fromkeys(("height", "foot_x", "foot_z"), "m"),
+    **dict.fromkeys(("height", "foot_x", "foot_z", "foot_y"), "m"),
     **dict.fromkeys(("pitch", "roll", "yaw", "twist", "phase"), "rad"),
     **dict.fromkeys(("side_roll", "end_pitch", "side_yaw"), "rad"),
     **dict.fromkeys(("pitch_rate", "roll_rate", "yaw_rate", "twist_rate", "feedback"), "rad/s"),

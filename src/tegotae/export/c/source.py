@@ -20,8 +20,8 @@ turn reached REST PUSH
 _OWN = _NAMES.split()
 """Names of the code around the traced functions."""
 _SCALARS = (
-    "action", "reaction", "gain", "smooth", "smooth_foot_x", "smooth_foot_z", "phase", "omega",
-    "feedback", "pull", "nothing", "reached",
+    "action", "reaction", "gain", "smooth", "smooth_foot_x", "smooth_foot_z", "smooth_foot_y",
+    "phase", "omega", "feedback", "pull", "nothing", "reached",
 )  # fmt: skip
 _AHEAD = ("advanced", "phase_after")
 """Pieces that have the oscillator's own weights."""

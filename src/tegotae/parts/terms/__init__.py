@@ -29,6 +29,7 @@ from tegotae.parts.terms.foot import (
     CorrectedFoot as CorrectedFoot,
     EllipticFoot as EllipticFoot,
     LearnedFoot as LearnedFoot,
+    SteppingFoot as SteppingFoot,
     TunedFoot as TunedFoot,
 )
 from tegotae.parts.terms.network import Network as Network

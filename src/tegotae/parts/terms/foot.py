@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts._shapes import AnyArray, Weights
-from tegotae.parts.channels import FOOT
+from tegotae.parts.channels import FOOT, FOOT_ASIDE
 from tegotae.parts.parameters import a_part, finite, not_negative, positive
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals
@@ -132,6 +132,43 @@ class BalancedFoot(TunedFoot):
         level = roll * signals["side_roll"] + roll_rate * signals["side_roll_rate"]
         up = up + level + pitch * signals["end_pitch"]
         return jnp.stack([ahead * (1.0 + yaw * signals["side_yaw"]), up])
+
+
+@dataclass(frozen=True)
+class SteppingFoot(BalancedFoot):
+    """A `BalancedFoot` that also steps to the side where the torso falls, to the left
+
+        y = -k_y ρ - k_y' ρ̇.
+
+    ρ is the torso's roll, its left side up. With gains above zero a swinging foot lands there, and
+    a standing one pushes the torso back.
+
+    Args:
+        start: the ellipse to start from; the gains start at zero.
+
+    Raises:
+        TegotaeError: for what is no ellipse.
+
+    Source: of this library; foot placement as in M. H. Raibert, Legged Robots That Balance (1986),
+    from an IMU's roll in place of the speed to the side.
+
+    Example:
+        >>> SteppingFoot().n_weights, SteppingFoot().COMMANDS
+        (10, ('foot_x', 'foot_z', 'foot_y'))
+    """
+
+    COMMANDS = FOOT_ASIDE
+    READS = (*BalancedFoot.READS, "roll", "roll_rate")
+    WEIGHTS = (*BalancedFoot.WEIGHTS, "aside_m", "aside_rate_ms")
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """The ellipse to start from, and no balance, whatever the key."""
+        return jnp.concatenate([super().initial(key), jnp.zeros(2)])
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Forward, up and to the left [m], [3, limbs, lanes]."""
+        aside = weights[8] * signals["roll"] + weights[9] * signals["roll_rate"]
+        return jnp.concatenate([super().__call__(weights, signals), -aside[None]])
 
 
 @dataclass(frozen=True)
