@@ -42,7 +42,9 @@ SETTINGS = ModelSettings(
 )
 SECONDS, SETTLE_S = 30.0, 2.0
 LOW_M, TILTED = 0.135, math.cos(1.0)
-PUSH_S = 0.1
+PUSH_S, LOST_S = 0.1, 2.0
+FOLDED_M = (0.0, 0.0, 0.12)
+"""Where the foot of a lost leg is held, from its place at rest."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Condition:
         delay_s: of all senses.
         noise: of all senses, a share of what each varies by.
         random_phases: whether the oscillators begin anywhere.
+        lost: the leg that is folded from 2 s on, such as FL; none if empty.
     """
 
     friction: float = 1.0
@@ -68,6 +71,7 @@ class Condition:
     delay_s: float = 0.0
     noise: float = 0.0
     random_phases: bool = False
+    lost: str = ""
 
 
 CONDITIONS = {
@@ -170,6 +174,10 @@ class Course:
         right = (time_s >= 15.0) & (time_s < 15.0 + PUSH_S)
         push = self.mass_kg * self._condition.push_m_per_s / PUSH_S
         push_n[:, 1] = (left * 1.0 - right) * push
+        if self._condition.lost:
+            leg = 3 * FEET.index(f"{self._condition.lost}_foot")
+            actions = np.array(actions)
+            actions[time_s >= LOST_S, leg : leg + 3] = FOLDED_M
         self.seen, _, _ = self._lanes.step(actions, alive, push_n)
         self._past = np.concatenate([self._past[1:], self.seen[None]])
         self._taken += 1
