@@ -131,6 +131,7 @@ LAWS = {
     "clock, balance and steps aside, tuned": Law("IMU", 10, files("clock-s-tuned")),
     "load, clock, balance and steps aside, tuned": Law("load, IMU", 13, files("load-s-tuned")),
     "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
+    "PPO on contacts": Law("contacts", 5452, actors("contacts")),
     "PPO on loads": Law("load", 5452, actors("loads")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu")),
     "PPO on all senses": Law("all", 7564, actors("all")),

@@ -8,7 +8,9 @@ import numpy as np
 
 from go1_feet import FEET, Course, DriverOf
 
-Senses = Literal["loads", "imu", "all"]
+Senses = Literal["contacts", "loads", "imu", "all"]
+CONTACT_N = 10.0
+"""Above which load a foot is in contact: less than a tenth of the weight."""
 MIDDLE_RAD_PER_S = 16.0
 """By which commands are divided."""
 WANTED_M = 0.0437
@@ -40,7 +42,7 @@ class Inputs:
 
     def __init__(self, course: Course, senses: Senses) -> None:
         scales = {f"{foot}_estimated_force": 60.0 for foot in FEET}
-        if senses != "loads":
+        if senses not in ("contacts", "loads"):
             scales |= {f"root_{name}": scale for name, scale in IMU.items()}
         if senses == "all":
             velocities = [name for name in course.names if name.endswith("_joint_velocity")]
@@ -50,7 +52,7 @@ class Inputs:
         self.read = [course.names.index(name) for name in scales]
         angles = [name.endswith("_joint") or name == "root_height" for name in scales]
         self._scale, self._angles = np.array(list(scales.values())), np.array(angles)
-        self._rest = np.zeros(len(scales))
+        self._rest, self._touched = np.zeros(len(scales)), senses == "contacts"
         self.width = 3 + len(scales)
 
     def rest(self, seen: np.ndarray) -> None:
@@ -61,6 +63,8 @@ class Inputs:
         """[lanes, width]."""
         clock = [np.sin(phase), np.cos(phase), omega / MIDDLE_RAD_PER_S]
         body = (felt[:, self.read] - self._rest) / self._scale
+        if self._touched:
+            body = felt[:, self.read] > CONTACT_N
         return np.clip(np.column_stack([*clock, body]), -10.0, 10.0).astype(np.float32)
 
 

@@ -4,10 +4,11 @@
     python studies/go1_ppo.py --senses imu --seed 1
 
 A network of Stable-Baselines3 moves the feet, x, y and z, from the ellipse that the laws' tunings
-begin with, every 10 ms. It reads a clock at the command and its senses: `loads`; `imu`, those and
-roll, pitch, heading and their rates; `all`, those and every joint's angle and velocity, and the
-trunk's. Conditions, commands, time and reward are those of `go1_tuned.py`: each step pays the share
-of an episode that it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all.
+begin with, every 10 ms. It reads a clock at the command and its senses: `contacts`, which feet
+bear, the booleans that CPG-RL's policies see; `loads`; `imu`, those and roll, pitch, heading and
+their rates; `all`, those and every joint's angle and velocity, and the trunk's. Conditions,
+commands, time and reward are those of `go1_tuned.py`: each step pays the share of an episode that
+it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all.
 `docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz`, and what its episodes were worth,
 `.csv`. A training goes on where it was stopped.
 """

@@ -259,7 +259,10 @@ def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_pa
     ("file", "feet", "together"),
     [
         ("servo_quadruped.xml", ("FL", "FR", "RL", "RR"), {"FL", "RR"}),
-        ("hexapod.xml", ("LF", "LM", "LH", "RF", "RM", "RH"), {"LM", "RF", "RH"}),
+        pytest.param(
+            *("hexapod.xml", ("LF", "LM", "LH", "RF", "RM", "RH"), {"LM", "RF", "RH"}),
+            marks=pytest.mark.thorough,
+        ),
     ],
 )
 def test_a_law_of_four_legs_stands_on_any_number_and_neighbours_alternate(file, feet, together):

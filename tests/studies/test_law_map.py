@@ -10,6 +10,7 @@ from tegotae import find
 from tegotae.analysis.maps import OutcomeSummary
 
 
+@pytest.mark.thorough
 def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, monkeypatch, tmp_path):
     laws, whole = study("law_map_laws"), study("law_map")
     small = whole.LawMap(
