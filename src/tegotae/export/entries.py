@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from tegotae.systems.tuned import is_front_name
 from tegotae.systems.user_objects import is_reference, named
 from tegotae.systems.zoo import is_zoo_name
 from tegotae.training.collection import controller_of
+
+if TYPE_CHECKING:
+    from tegotae.analysis.benchmark.go1 import Go1Subject
 
 
 def read_entry(place: Any, subject: Subject, track: str) -> Entry:
@@ -87,15 +90,26 @@ def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entr
     return begin
 
 
+def _go1(subject: Subject, name: str | None) -> Go1Subject:
+    """The robot that a controller on limbs drives."""
+    from tegotae.analysis.benchmark.go1 import Go1Subject
+
+    if not isinstance(subject, Go1Subject):
+        raise TegotaeError(f"{name} was trained in another simulator; its subject is go1")
+    return subject
+
+
 def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
     """A controller that was trained on an environment, by its wiring."""
-    from tegotae.analysis.benchmark.go1 import Go1Subject
+    from tegotae.envs.mujoco.sensing import sensing
     from tegotae.envs.wrapper import Pilot
     from tegotae.training.environments.experiment import EnvExperiment
 
-    if not isinstance(subject, Go1Subject):
-        raise TegotaeError(f"{saved.name} was trained in another simulator; its subject is go1")
-    trained = dataclasses.replace(EnvExperiment.of(saved), spec=subject.tested.experiment.spec)
+    robot, own = _go1(subject, saved.name), EnvExperiment.of(saved)
+    legs = own.spec.is_model and own.spec.model_settings.legs
+    wiring = dataclasses.replace(own.wiring, step_s=robot.step_s)
+    trained = dataclasses.replace(own, spec=robot.spec(legs), wiring=wiring)
+    commanded = sensing(trained.spec.model_settings)
     observed = trained.wires.observed
     felt = {observed[i] for places, _ in trained.wires.sensed.values() for i in places}
     _at(sorted(felt), subject.senses[track], "senses")
@@ -107,7 +121,7 @@ def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
 
         def policy(seen: np.ndarray) -> np.ndarray:
             whole[0, columns] = seen
-            return pilot.act(whole)[0]
+            return commanded.controls(pilot.act(whole))[0]
 
         return policy
 
@@ -144,20 +158,29 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
         )
     limbs, wired = about["limbs"], about["wired"]
     inputs, outputs = ([x["name"] for x in about[way]] for way in ("inputs", "outputs"))
+    commanded = [name for name in outputs if name not in ("feedback_rad_per_s", "phase_rad")]
+    known, controls = subject.commands, lambda action: action
+    rest, push, most = 0.0, 1.0, 1.0
     if wired:
         places = [{member(name): entry for name, entry in x["senses"].items()} for x in wired]
-        felt, driven = [x[n] for n in inputs for x in places], [x["drives"] for x in wired]
-        rest, push = (np.array([x[end] for x in wired]) for end in ("rest", "push"))
-        most = about["constants"]["max_force_n"]
+        felt = [x[name] for name in inputs for x in places]
+        driven = [np.atleast_1d(x["drives"])[k] for k in range(len(commanded)) for x in wired]
+        if about["legs"]:
+            from tegotae.envs.mujoco.sensing import sensing
+
+            legged = sensing(_go1(subject, path.stem).spec(legs=True).model_settings)
+            known, controls = legged.actions, lambda action: legged.controls(action[None])[0]
+        else:
+            rest, push = (np.array([x[end] for x in wired]) for end in ("rest", "push"))
+            most = about["constants"]["max_force_n"]
     else:
         of_c = {_in_c(name): name for name in (*subject.senses["all"], *subject.commands)}
         felt = [of_c.get(name, name) for name in of_limbs(inputs, limbs)]
-        commanded = [name for name in outputs if name not in ("feedback_rad_per_s", "phase_rad")]
         driven = [of_c.get(name, name) for name in of_limbs(commanded, limbs)]
-        rest, push, most = 0.0, 1.0, 1.0
         _at(subject.commands, driven, "does not command")
-    sensed = _at(felt, subject.senses[track], "senses")
-    drives = _at(driven, subject.commands, "commands")
+    sign = np.array([-1.0 if name.startswith("-") else 1.0 for name in felt])
+    sensed = _at([name.removeprefix("-") for name in felt], subject.senses[track], "senses")
+    drives = _at(driven, known, "commands")
     phases = [x["phase_rad"] for x in wired] or [2.0 * math.pi * i / limbs for i in range(limbs)]
     start = ctypes.c_float(phases[0]) if limbs == 1 else (ctypes.c_float * limbs)(*phases)
     library, prefix = _compiled(path, about["prefix"]), about["prefix"]
@@ -168,14 +191,14 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
         state = ctypes.create_string_buffer(size)
         given, made = (np.zeros((len(x) + 1) * limbs + 1, np.float32) for x in (inputs, outputs))
         pointers = state, *(x.ctypes.data_as(ctypes.c_void_p) for x in (given, made))
-        action = np.zeros(len(subject.commands))
+        action = np.zeros(len(known))
         initialise(state, *([start] if about["state"] else []))
 
         def policy(seen: np.ndarray) -> np.ndarray:
-            given[: len(sensed)] = seen[sensed]
+            given[: len(sensed)] = sign * seen[sensed]
             step(*pointers)
             action[drives] = rest + (push - rest) * made[: len(drives)] / most
-            return action
+            return controls(action)
 
         return policy
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from tegotae.analysis.benchmark.subject import Driver, Entry, Subject, of_walk
 from tegotae.analysis.generalisation.on_environment import ModelUnderTest
+from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import Sensing, sensing
 from tegotae.systems.resolve import resolve
 from tegotae.training.collection import sets_of
@@ -49,6 +50,11 @@ class Go1Subject(Subject):
     def sensing(self) -> Sensing:
         """What is felt of the robot, and commanded."""
         return sensing(self.tested.experiment.spec.model_settings)
+
+    def spec(self, legs: bool) -> EnvSpec:
+        """The robot for a wiring, of joints or of legs, whose feet are commanded to places."""
+        spec = self.tested.experiment.spec
+        return dataclasses.replace(spec, settings=(*spec.settings, ("legs", legs)))
 
     @property
     def senses(self) -> Mapping[str, tuple[str, ...]]:
