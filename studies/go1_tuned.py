@@ -3,12 +3,14 @@
     python studies/go1_tuned.py                         # half an hour of one core
     python studies/go1_tuned.py --law load --seed 1
     python studies/go1_tuned.py --law AR-b              # the walker's weights, and balance
+    python studies/go1_tuned.py --law clock-s --speed 0.085     # on from clock-s-tuned-0, faster
 
 CMA-ES from the walker's ellipse without balance. A candidate's score is the share of its lanes that
 do not fall, less 0.3 |v / v* - 1| and 0.05 CoT, over pushes, blocks and any phases at three
 commands, from starts and pushes of its generation. `docs/_static/go1_feet` keeps the mean of the
 distribution, `LAW-tuned-SEED.json`, and the scores of every generation, `.csv`. A tuning goes on
-where it was stopped.
+where it was stopped. The wanted speed v* is that of a candidate's stride, or with `--speed` the
+same of all; such laws are `LAW-fast-SEED.json`.
 """
 
 from __future__ import annotations
@@ -62,10 +64,17 @@ class Tuned:
     """Of CMA-ES."""
     population: int = 12
     """Candidates of each."""
+    speed: float | None = None
+    """Wanted, over ω [m]: the tuned law goes on from its weights."""
 
     def run(self) -> None:
         """Tune, and write the law."""
-        name, wiring = f"{self.law}-tuned-{self.seed}", start_of(self.law)
+        kind, wiring = f"{self.law}-tuned", start_of(self.law)
+        if self.speed is not None:
+            tuned = resolve(str(FOLDER / f"{kind}-{self.seed}.json")).controller()
+            kind = f"{self.law}-fast"
+            wiring = dataclasses.replace(wiring, weights=np.ravel(tuned.weights))
+        name = f"{kind}-{self.seed}"
         begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
         search, parameters = algorithm.strategy(len(begun)), algorithm.parameters(len(begun))
         state = algorithm.start(jax.random.key(self.seed), jnp.asarray(begun, "float32"))
@@ -78,7 +87,7 @@ class Tuned:
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
             start = 10_000 * (1 + self.seed) + generation
-            scores = scored(wiring, np.asarray(candidates, float), start)
+            scores = scored(wiring, np.asarray(candidates, float), start, self.speed)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
             mean = np.asarray(search.get_mean(state), float)
             rows.append({"generation": generation, "mean": scores.mean(), "best": scores.max()})
@@ -86,7 +95,7 @@ class Tuned:
             leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
             write_atomically(stopped, pickle.dumps((rows, leaves)))
             write_rows(FOLDER / f"{name}.csv", rows, digits=4)
-            keep(wiring, mean, f"{self.law}-tuned", self.seed)
+            keep(wiring, mean, kind, self.seed)
 
 
 def start_of(law: Kind) -> Wiring:
@@ -111,14 +120,20 @@ def start_of(law: Kind) -> Wiring:
     )
 
 
-def scored(wiring: Wiring, candidates: np.ndarray, start: int) -> np.ndarray:
+def scored(
+    wiring: Wiring, candidates: np.ndarray, start: int, speed: float | None = None
+) -> np.ndarray:
     """Of every candidate, [candidates]."""
     weights = np.repeat(candidates, len(OMEGAS), axis=0)
     omegas = np.tile(OMEGAS, len(candidates))
-    wanted = [
-        wanted_m_per_s(dataclasses.replace(wiring, weights=own), omega)
-        for own, omega in zip(weights, omegas, strict=True)
-    ]
+    wanted = (
+        speed * omegas
+        if speed
+        else [
+            wanted_m_per_s(dataclasses.replace(wiring, weights=own), omega)
+            for own, omega in zip(weights, omegas, strict=True)
+        ]
+    )
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
     for condition in MET:
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
