@@ -126,14 +126,8 @@ def scored(
     """Of every candidate, [candidates]."""
     weights = np.repeat(candidates, len(OMEGAS), axis=0)
     omegas = np.tile(OMEGAS, len(candidates))
-    wanted = (
-        speed * omegas
-        if speed
-        else [
-            wanted_m_per_s(dataclasses.replace(wiring, weights=own), omega)
-            for own, omega in zip(weights, omegas, strict=True)
-        ]
-    )
+    own = [dataclasses.replace(wiring, weights=x) for x in weights]
+    wanted = list(map(wanted_m_per_s, own, omegas)) if speed is None else speed * omegas
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
     for condition in MET:
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
