@@ -27,6 +27,8 @@ STEPS = 8
 """Of the solution: a place within reach is met to 10⁻⁵ of the leg's length."""
 _DAMPED = 1e-4
 """Least damping of a step."""
+_BLOCK = 32
+"""Lanes that native code computes at once."""
 _MOVES = 1e-6
 """A foot moves if its Jacobian, over the length of the leg, has an entry above this."""
 
@@ -80,7 +82,7 @@ class LegKinematics:
     joints: np.ndarray
     servos: np.ndarray
     gears: np.ndarray
-    _programs: dict[tuple[_OfLegs, int], _Program] = field(default_factory=dict, repr=False)
+    _programs: dict[_OfLegs, _Program] = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -146,10 +148,9 @@ class LegKinematics:
     def _computed(self, function: _OfLegs, **given: np.ndarray) -> np.ndarray:
         """A function of arrays [lanes, legs, numbers], as which its result is returned."""
         inputs = {name: np.asarray(x.T, np.float32) for name, x in given.items()}
-        key = function, len(next(iter(given.values())))
-        if key not in self._programs:
-            self._programs[key] = _program(function, self.chains, inputs)
-        return np.array(self._programs[key](inputs), float).T
+        if function not in self._programs:
+            self._programs[function] = _program(function, self.chains, inputs)
+        return np.array(self._programs[function](inputs), float).T
 
 
 def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
@@ -253,21 +254,24 @@ def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) 
     if selected() != NATIVE:
         return jax.jit(partial(function, chains))
     shapes = tuple((name, x.shape[:-1]) for name, x in like.items())
-    lanes = next(iter(like.values())).shape[-1]
-    native = _compiled(function, pickle.dumps(chains), shapes, lanes).step()
+    native = _compiled(function, pickle.dumps(chains), shapes).step()
 
     def called(inputs: Mapping[str, np.ndarray]) -> np.ndarray:
-        for name, x in inputs.items():
-            native.inputs[name][..., :lanes] = x
-        native()
-        return native.outputs["result"][..., :lanes]
+        lanes, results = next(iter(inputs.values())).shape[-1], []
+        for first in range(0, lanes, _BLOCK):
+            block = slice(0, min(_BLOCK, lanes - first))
+            for name, x in inputs.items():
+                native.inputs[name][..., block] = x[..., first : first + _BLOCK]
+            native()
+            results.append(native.outputs["result"][..., block].copy())
+        return np.concatenate(results, axis=-1)
 
     return called
 
 
 @lru_cache(maxsize=32)
 def _compiled(
-    function: _OfLegs, chains: bytes, shapes: tuple[tuple[str, tuple[int, ...]], ...], lanes: int
+    function: _OfLegs, chains: bytes, shapes: tuple[tuple[str, tuple[int, ...]], ...]
 ) -> FunctionKernel:
     """The same compiled: once for all models with legs of the same geometry."""
     from tegotae.lowering.function import compile_function  # llvmlite may be missing
@@ -276,7 +280,7 @@ def _compiled(
         return state, {"result": function(pickle.loads(chains), inputs)}
 
     one = {name: jax.ShapeDtypeStruct((*shape, 1), "float32") for name, shape in shapes}
-    return compile_function(step, {"none": np.zeros(1, np.float32)}, one, lanes=lanes)
+    return compile_function(step, {"none": np.zeros(1, np.float32)}, one, lanes=_BLOCK)
 
 
 class _Vector(NamedTuple):
