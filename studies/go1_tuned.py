@@ -3,14 +3,15 @@
     python studies/go1_tuned.py                         # half an hour of one core
     python studies/go1_tuned.py --law load --seed 1
     python studies/go1_tuned.py --law AR-b              # the walker's weights, and balance
-    python studies/go1_tuned.py --law clock-s --speed 0.085     # on from clock-s-tuned-0, faster
+    python studies/go1_tuned.py --law clock-s --pace walk
 
 CMA-ES from the walker's ellipse without balance. A candidate's score is the share of its lanes that
 do not fall, less 0.3 |v / v* - 1| and 0.05 CoT, over pushes, blocks and any phases at three
 commands, from starts and pushes of its generation. `docs/_static/go1_feet` keeps the mean of the
 distribution, `LAW-tuned-SEED.json`, and the scores of every generation, `.csv`. A tuning goes on
-where it was stopped. The wanted speed v* is that of a candidate's stride, or with `--speed` the
-same of all; such laws are `LAW-fast-SEED.json`.
+where it was stopped. The wanted speed v* is that of a candidate's stride, which may shrink; with
+`--pace walk` it is PPO's for all, and with `run` twice that, for laws that already walk. Such laws
+are `LAW-walk-SEED.json` and `LAW-run-SEED.json`.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ import tyro
 
 from go1_feet import FOLDER, ROOT, SETTINGS, WIRING, Condition, by_law, judged
 from go1_laws import ELLIPSE, open_loop, wanted_m_per_s
+from go1_policy import WANTED_M
 from kept import write_rows
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.console import exit_status
@@ -50,6 +52,10 @@ MET = (
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
 Kind = Literal["clock", "load", "AR-b", "clock-s", "load-s"]
 
+Pace = Literal["tuned", "walk", "run"]
+WANTED: dict[Pace, float | None] = {"tuned": None, "walk": WANTED_M, "run": 2.0 * WANTED_M}
+"""Wanted speed over ω [m]; of a candidate's own stride if None."""
+
 
 @dataclass(frozen=True)
 class Tuned:
@@ -64,17 +70,16 @@ class Tuned:
     """Of CMA-ES."""
     population: int = 12
     """Candidates of each."""
-    speed: float | None = None
-    """Wanted, over ω [m]: the tuned law goes on from its weights."""
+    pace: Pace = "tuned"
+    """Which speed is wanted."""
 
     def run(self) -> None:
         """Tune, and write the law."""
-        kind, wiring = f"{self.law}-tuned", start_of(self.law)
-        if self.speed is not None:
-            tuned = resolve(str(FOLDER / f"{kind}-{self.seed}.json")).controller()
-            kind = f"{self.law}-fast"
-            wiring = dataclasses.replace(wiring, weights=np.ravel(tuned.weights))
-        name = f"{kind}-{self.seed}"
+        kind, wiring = f"{self.law}-{self.pace}", start_of(self.law)
+        if self.pace == "run":
+            walk = resolve(str(FOLDER / f"{self.law}-walk-{self.seed}.json")).controller()
+            wiring = dataclasses.replace(wiring, weights=np.ravel(walk.weights))
+        name, wanted_m = f"{kind}-{self.seed}", WANTED[self.pace]
         begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
         search, parameters = algorithm.strategy(len(begun)), algorithm.parameters(len(begun))
         state = algorithm.start(jax.random.key(self.seed), jnp.asarray(begun, "float32"))
@@ -87,7 +92,7 @@ class Tuned:
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
             start = 10_000 * (1 + self.seed) + generation
-            scores = scored(wiring, np.asarray(candidates, float), start, self.speed)
+            scores = scored(wiring, np.asarray(candidates, float), start, wanted_m)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
             mean = np.asarray(search.get_mean(state), float)
             rows.append({"generation": generation, "mean": scores.mean(), "best": scores.max()})
@@ -121,13 +126,13 @@ def start_of(law: Kind) -> Wiring:
 
 
 def scored(
-    wiring: Wiring, candidates: np.ndarray, start: int, speed: float | None = None
+    wiring: Wiring, candidates: np.ndarray, start: int, wanted_m: float | None
 ) -> np.ndarray:
     """Of every candidate, [candidates]."""
     weights = np.repeat(candidates, len(OMEGAS), axis=0)
     omegas = np.tile(OMEGAS, len(candidates))
     own = [dataclasses.replace(wiring, weights=x) for x in weights]
-    wanted = list(map(wanted_m_per_s, own, omegas)) if speed is None else speed * omegas
+    wanted = list(map(wanted_m_per_s, own, omegas)) if wanted_m is None else wanted_m * omegas
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
     for condition in MET:
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
