@@ -250,6 +250,8 @@ class Judgement:
     fell: np.ndarray
     speed_m_per_s: np.ndarray
     cost_of_transport: np.ndarray
+    turns_rad_per_s: np.ndarray
+    """Mean rate of the heading."""
     spread: np.ndarray
     """Mean resultant of the phases' lags to the first leg over the last half, 1 if they lock."""
 
@@ -273,9 +275,9 @@ def judged(
     n, course = len(omega), Course(condition, len(omega), seconds)
     course.reset(np.asarray(starts), np.ones(n, bool))
     driver = driver_of(course, omega, condition.random_phases)
-    entries = [course.names.index(name) for name in ("root_speed", "work")]
+    entries = [course.names.index(name) for name in ("root_speed", "work", "root_yaw_rate")]
     steps = round(seconds / course.step_s)
-    kept, phase, alive = np.zeros((steps, 2, n)), np.zeros((steps, len(FEET), n)), np.ones(n, bool)
+    kept, phase, alive = np.zeros((steps, 3, n)), np.zeros((steps, len(FEET), n)), np.ones(n, bool)
     for k in range(steps):
         alive &= course.step(driver.act(course.felt(driver.read)), alive)
         kept[k], phase[k] = course.seen[:, entries].T, driver.phase
@@ -288,4 +290,5 @@ def judged(
     lag = np.exp(1j * (phase[steps // 2 :, 1:] - phase[steps // 2 :, :1]))
     cost = np.where(alive & (went > 0.0), work / (course.weight_n * np.maximum(went, 1e-9)), np.nan)
     speed = np.where(alive, went / (seconds - SETTLE_S), np.nan)
-    return Judgement(~alive, speed, cost, np.abs(lag.mean(axis=0)).mean(axis=0))
+    turns = np.where(alive, kept[first:, 2].mean(axis=0), np.nan)
+    return Judgement(~alive, speed, cost, turns, np.abs(lag.mean(axis=0)).mean(axis=0))

@@ -190,7 +190,8 @@ class Judge:
                     course = judged(driver, omegas, starts.tolist(), Condition(lost=leg), SECONDS)
                     rows += [
                         {"law": name, "run": k, "leg": leg, "omega": omega, "start": start,
-                         "fell": int(course.fell[i]), "speed_m_per_s": course.speed_m_per_s[i]}
+                         "fell": int(course.fell[i]), "speed_m_per_s": course.speed_m_per_s[i],
+                         "turns_rad_per_s": course.turns_rad_per_s[i]}
                         for i, (omega, start) in enumerate(cells)
                     ]  # fmt: skip
             write_rows(FOLDER / "rows.csv", rows, digits=4, by=("law",))
@@ -205,22 +206,24 @@ class Report:
         """Write it."""
         kept = pd.read_csv(FOLDER / "rows.csv")
         kept["walks_on"] = (kept.fell == 0) & (kept.speed_m_per_s > WALKS_M_PER_S)
-        head = ["law (runs)", "falls [95 % interval]", "fore leg", "hind leg", "at 14 rad/s"]
-        lines = [[*head, "at 18 to 24 rad/s", "walks on", "speed [m/s]"]]
+        head = ["law (runs)", "falls [95 % interval]", "fore leg", "hind leg"]
+        lines = [[*head, "at 18 to 24 rad/s", "walks on", "speed [m/s]", "turns [rad/s]"]]
         for name in NAMES:
             rows = kept[kept.law == name]
             if not len(rows):
                 continue
-            fore, slow = rows.leg.str.startswith("F"), rows.omega == min(OMEGAS)
+            fore, quick = rows.leg.str.startswith("F"), rows.omega > min(OMEGAS)
             low, high = wilson(int(rows.fell.sum()), len(rows))
-            falls = [rows[part].fell.mean() for part in (fore, ~fore, slow, ~slow)]
+            went = rows.speed_m_per_s.mean(), rows.turns_rad_per_s.abs().mean()
+            means = ["–" if np.isnan(x) else f"{x:.2f}" for x in went]
+            falls = [rows[part].fell.mean() for part in (fore, ~fore, quick)]
             lines.append(
                 [
                     f"{name} ({rows.run.nunique()})",
                     f"{rows.fell.mean():.0%} [{low:.0%}, {high:.0%}]",
                     *(f"{share:.0%}" for share in falls),
                     f"{rows.walks_on.mean():.0%}",
-                    f"{rows.speed_m_per_s.mean():.2f}" if not rows.fell.all() else "–",
+                    *means,
                 ]
             )
         write_text(FOLDER / "laws.md", markdown(lines))

