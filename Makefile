@@ -26,7 +26,8 @@ TABLES := $(if $(FILE),$(STUDY)/tables/runs,$(TABLES_$(READING)))
 # Those of the calibrated body are its gain map.
 EXPERIMENTS_study := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/experiments)
 EXPERIMENTS_calibrated := $(dir $(TABLES_calibrated))
-EXPERIMENTS := $(if $(FILE),$(STUDY)/experiments,$(EXPERIMENTS_$(READING)))
+# The report of your own numbers names those that it lacks.
+EXPERIMENTS := $(EXPERIMENTS_$(READING))
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
@@ -69,7 +70,7 @@ reproduce: $(INSTALLED)
 ifeq ($(READING) $(SCALE),study paper)
 	$(MAKE) experiments EXPERIMENTS=$(EXPERIMENTS)
 endif
-	$(BIN)/python -m reproduction report --dir $(STUDY) --experiments $(EXPERIMENTS)
+	$(BIN)/python -m reproduction report --dir $(STUDY) $(if $(FILE),,--experiments $(EXPERIMENTS))
 
 # The tables and figures of a reading's page, from its study's folder.
 PAGE := $(patsubst %/,%,$(dir $(TABLES)))

@@ -9,6 +9,7 @@ import json
 import os
 import resource
 import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -654,3 +655,11 @@ def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
     assert "hold different studies, with another stopping.generations" in said
     assert "they cannot be merged" in said
     assert contents(half) == before
+
+
+def test_the_report_of_ones_own_numbers_asks_for_no_experiments_that_were_not_made():
+    words = ["make", "--dry-run", "--silent", "reproduce", "READING=reading.toml"]
+    planned = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    *_, run, report = planned.strip().splitlines()
+    assert "run --dir results/paper-reading --scale paper --reading reading.toml" in run
+    assert report.split()[2:] == ["reproduction", "report", "--dir", "results/paper-reading"]
