@@ -1,6 +1,6 @@
 """Two minutes of film: six scenes of 20 s, from a hop to a robot.
 
-    python studies/film.py film                   # film/film.webp; ten minutes of one core
+    python studies/film.py film                   # film/film.webp; a few minutes of one core
     python studies/film.py film --scenes hop latch
     python studies/film.py film --width 1920 --fps 25
 

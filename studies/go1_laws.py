@@ -130,7 +130,7 @@ LAWS = {
     "AR and balance, tuned under disturbances": Law("load, IMU", 104, files("AR-b-tuned")),
     "clock, balance and steps aside, tuned": Law("IMU", 10, files("clock-s-walk")),
     "load, clock, balance and steps aside, tuned": Law("load, IMU", 13, files("load-s-walk")),
-    "clock, balance and steps aside, twice as fast": Law("IMU", 10, files("clock-s-run")),
+    "clock, balance and steps aside, for twice the speed": Law("IMU", 10, files("clock-s-run")),
     "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
     "PPO on contacts": Law("contacts", 5452, actors("contacts")),
     "PPO on loads": Law("load", 5452, actors("loads")),
