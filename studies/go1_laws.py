@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import tyro
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from go1_feet import CONDITIONS, FOLDER, WIRING, DriverOf, by_law, judged
@@ -30,7 +31,7 @@ from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
 from tegotae.envs.wiring import Wiring, load_wiring
-from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import wilson
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController
@@ -250,23 +251,31 @@ def laws_table(kept: pd.DataFrame) -> str:
 
 @styled()
 def figure(kept: pd.DataFrame) -> Figure:
-    """Cost over speed on the robot as it is; and falls under every condition, a row a law."""
-    drawn = new_figure(PAGE_IN, 0.42 * PAGE_IN)
-    gait, falls = drawn.subplots(1, 2)
+    """A row a law: falls under every condition; speed and cost on the robot as it is."""
     names = [name for name in LAWS if name in set(kept.law)]
+    drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN + 0.17 * len(names))
+    falls, *gait = drawn.subplots(1, 3, sharey=True, width_ratios=(2.0, 1.0, 1.0))
     shares = kept.groupby(["law", "condition"]).fell.mean().unstack()
     shares = shares.reindex(index=names, columns=list(CONDITIONS))
-    styles = [(colour, line) for line in ("o-", "s--") for colour in COLOURS]
-    for name, (colour, line) in zip(names, styles, strict=False):
-        own = kept[(kept.law == name) & (kept.condition == "as it is")]
-        means = own.groupby("omega")[["speed_m_per_s", "cost_of_transport"]].mean().dropna()
-        gait.plot(means.speed_m_per_s, means.cost_of_transport, line, color=colour, label=name)
-    gait.set(xlabel="speed along the heading [m/s]", ylabel="cost of transport", ylim=(0.0, None))
     image = falls.imshow(shares, vmin=0.0, vmax=1.0, cmap="magma_r", aspect="auto")
     falls.set_xticks(range(len(CONDITIONS)), list(CONDITIONS), rotation=90)
     falls.set_yticks(range(len(names)), names)
-    drawn.colorbar(image, ax=falls, label="share that falls in 30 s")
-    drawn.legend(loc="outside lower center", ncols=3)
+    titles = {"speed_m_per_s": "speed [m/s]", "cost_of_transport": "cost of transport"}
+    means = kept[kept.condition == "as it is"].groupby(["law", "omega"])[list(titles)].mean()
+    shades = colormaps["viridis"](np.linspace(0.9, 0.1, len(OMEGAS)))
+    for axes, (column, title) in zip(gait, titles.items(), strict=True):
+        shown = means[column].unstack().reindex(names)
+        axes.hlines(range(len(names)), 0.0, shown.max(axis=1), color="0.85", lw=1.0, zorder=0)
+        for omega, shade in zip(OMEGAS, shades, strict=True):
+            axes.plot(shown[omega], range(len(names)), "o", color=shade, ms=3.5, label=f"{omega:g}")
+        axes.set(xlabel=title, xlim=(0.0, None))
+    drawn.colorbar(image, ax=falls, label="share that falls in 30 s", location="top", aspect=30)
+    drawn.legend(
+        *gait[0].get_legend_handles_labels(),
+        title="ω [rad/s]",
+        loc="upper right",
+        ncols=len(OMEGAS),
+    )
     return drawn
 
 
