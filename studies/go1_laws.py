@@ -43,6 +43,7 @@ OMEGAS = (8.0, 14.0, 21.0, 28.0)
 """Commands [rad/s]."""
 ELLIPSE = (0.25, 0.2, 0.03, 0.4, 0.0, 0.0, 0.0, 0.0)
 """The walker's ellipse, and no balance: its stride is another in each use."""
+BALANCE = ("roll_m", "roll_rate_ms", "pitch_m", "yaw")
 STARTS = (1001, 1002, 1003, 1004)
 """Seeds of starts that no training met."""
 
@@ -91,6 +92,17 @@ def files(name: str) -> Callable[[], Sequence[Run]]:
     ]
 
 
+def unbalanced(name: str) -> Callable[[], Sequence[Run]]:
+    """The runs of such a law with the gains of its balance at 0."""
+
+    def run(file: Path) -> Run:
+        law = resolve(str(file)).controller()
+        gain = np.isin([path[-1] for path in law.system.controller.weight_names], BALANCE)
+        return run_of(dataclasses.replace(law, weights=np.where(gain, 0.0, np.ravel(law.weights))))
+
+    return lambda: [run(file) for file in sorted(FOLDER.glob(f"{name}-*.json"))]
+
+
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
     """The run of a walker's law that its study selects, as it is."""
     return saved(lambda: resolve(name).controller())
@@ -127,6 +139,8 @@ LAWS = {
     "AR of the walker": Law("load", 96, zoo("zoo:AR-rF+range@quadruped-c")),
     "ART of the walker": Law("load", 96, zoo("zoo:ART-rF-t+phif+range@quadruped-c")),
     "clock and balance, tuned under disturbances": Law("IMU", 8, files("clock-tuned")),
+    "the same without its balance": Law("none", 4, unbalanced("clock-tuned")),
+    "clock alone, tuned under disturbances": Law("none", 4, files("clock-t-tuned")),
     "load, clock and balance, tuned under disturbances": Law("load, IMU", 11, files("load-tuned")),
     "AR and balance, tuned under disturbances": Law("load, IMU", 104, files("AR-b-tuned")),
     "clock, balance and steps aside, tuned": Law("IMU", 10, files("clock-s-walk")),

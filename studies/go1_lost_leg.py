@@ -16,7 +16,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -24,7 +24,7 @@ import pandas as pd
 import tyro
 
 import strategies
-from go1_feet import FEET, FOLDER as FEET_FOLDER, ROOT, SETTINGS, Condition, judged
+from go1_feet import FEET, ROOT, SETTINGS, Condition, judged
 from go1_laws import ELLIPSE, LAWS, Run, run_of
 from kept import write_rows, write_text
 from lost_leg_laws import UNSEEN, loss_of, scores
@@ -34,7 +34,6 @@ from tegotae._support.files import output_folder
 from tegotae.cli import main
 from tegotae.cli.console import exit_status
 from tegotae.measures.hopping.statistics import wilson
-from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.designs import design
 from tegotae.systems.legged import Legged, walking
@@ -48,12 +47,11 @@ LEGS = tuple(foot.removesuffix("_foot") for foot in FEET)
 OMEGAS = (14.0, 18.0, 21.0, 24.0)
 STARTS = (1001, 1002, 1003, 1004)
 SECONDS, WALKS_M_PER_S = 15.0, 0.1
-NO_BALANCE = "the same without its balance"
 OTHERS = (
     "open-loop trot, stride 0.2",
     "AR of the walker",
     "clock and balance, tuned under disturbances",
-    NO_BALANCE,
+    "the same without its balance",
     "load, clock and balance, tuned under disturbances",
     "AR and balance, tuned under disturbances",
     "clock, balance and steps aside, tuned",
@@ -152,15 +150,6 @@ class Train:
 
 def runs_of(name: str) -> Sequence[Run]:
     """The runs of a law on Go1."""
-    if name == NO_BALANCE:
-        tuned = [
-            resolve(str(x)).controller() for x in sorted(FEET_FOLDER.glob("clock-tuned-*.json"))
-        ]
-        ellipse = len(fields(EllipticFoot))
-        taken = (np.where(np.arange(x.weights.size) < ellipse, x.weights, 0.0) for x in tuned)
-        return [
-            run_of(dataclasses.replace(x, weights=w)) for x, w in zip(tuned, taken, strict=True)
-        ]
     if name in LAWS:
         return LAWS[name].runs()
     key = next(key for key, form in FORMS.items() if form.title == name)

@@ -50,7 +50,7 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
-Kind = Literal["clock", "load", "AR-b", "clock-s", "load-s"]
+Kind = Literal["clock", "clock-t", "load", "AR-b", "clock-s", "load-s"]
 
 Pace = Literal["tuned", "walk", "run"]
 WANTED: dict[Pace, float | None] = {"tuned": None, "walk": WANTED_M, "run": 2.0 * WANTED_M}
@@ -62,8 +62,8 @@ class Tuned:
     """One tuning."""
 
     law: Kind = "clock"
-    """`clock`; `load` with a place, an offset and σ; `AR-b`, the walker's learned one. All balance,
-    and with `-s` step aside."""
+    """`clock`; `clock-t`, its ellipse alone; `load` with a place, an offset and σ; `AR-b`, the
+    walker's learned one. The others balance, and with `-s` step aside."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -107,7 +107,7 @@ def start_of(law: Kind) -> Wiring:
     """A law before its tuning: the walker's ellipse at a stride of 0.25 l0 without balance."""
     clock, wiring = open_loop(0.25), load_wiring(WIRING)
     name, aside = law.removesuffix("-s"), law.endswith("-s")
-    if name == "clock":
+    if name.startswith("clock"):
         controller, feedback = clock.controller, np.zeros(0)
     elif name == "load":
         controller = design("load-b@quadruped-c").controller()
@@ -119,6 +119,9 @@ def start_of(law: Kind) -> Wiring:
     if aside:
         controller = dataclasses.replace(controller, actuation=SteppingFoot())
     weights = np.concatenate([feedback, clock.weights, np.zeros(2 * aside)])
+    if law == "clock-t":
+        controller = design("clock-t@quadruped-c").controller()
+        weights = weights[: controller.n_weights]
     own = wiring.reading(controller)
     return dataclasses.replace(
         wiring.holding(clock), controller=controller, limbs=own.limbs, weights=weights

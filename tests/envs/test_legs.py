@@ -91,6 +91,14 @@ def test_a_foot_goes_to_any_place_within_reach(kind):
     assert (moved <= legs.chains.high + 1e-6).all()
 
 
+@pytest.mark.parametrize("lanes", [0, 1, 32, 33, 70])
+def test_lanes_side_by_side_have_the_joints_that_they_have_alone(lanes):
+    _, legs = robot(*MODELS[0])
+    places = legs.places_of(np.resize(drawn(legs, 0.4), (70, *legs.joints.shape)))
+    alone = np.array([legs.joints_at(place[None])[0] for place in places])
+    np.testing.assert_array_equal(legs.joints_at(places[:lanes]), alone[:lanes])
+
+
 @pytest.mark.parametrize("kind", [kind for kind in MODELS if kind[1] == 3])
 def test_a_force_on_a_foot_is_felt_in_the_torques_that_balance_it(kind):
     model, legs = robot(*kind)

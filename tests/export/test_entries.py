@@ -195,6 +195,7 @@ def places(tmp_path):
         (tmp_path / f"slow.{ending}").write_text(exported.files[f"slow.{ending}"])
         shutil.copy(ENTRIES / "hopper" / f"arg.{ending}", tmp_path)
     (tmp_path / "arg.c").write_text("this is no C\n")
+    (tmp_path / "old.json").write_text('{"format": "tegotae export", "tick_s": 0.002, "limbs": 1}')
     return tmp_path
 
 
@@ -206,6 +207,7 @@ def places(tmp_path):
         ("{}/none.onnx", "load", "there is no file"),
         ("{}/none.c", "load", "has no none.json of tegotae export c beside it"),
         ("{}/alone.c", "load", "has no alone.json of tegotae export c beside it"),
+        ("{}/old.c", "load", "old.json lacks wired, legs, inputs, .*; export .*old.c anew"),
         ("{}/slow.c", "load", "is for a loop of 0.01 s; export it .* --tick 0.002"),
         ("{}/no.py:number", "load", "number"),
         ("{}/no.py:other", "load", "is called 'other'; there is none|other"),

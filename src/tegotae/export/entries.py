@@ -142,6 +142,10 @@ def _of_network(path: Path, subject: Subject, track: str) -> Entry:
     return lambda: lambda seen: np.asarray(answer(seen[None]))[0]
 
 
+_FACTS = ("tick_s", "limbs", "wired", "legs", "inputs", "outputs", "state", "constants", "prefix")
+"""What a manifest has of its program."""
+
+
 def _of_c(path: Path, subject: Subject, track: str) -> Entry:
     """A program of `tegotae export c`, compiled by cc; oscillators begin at the phases of its
     wiring, or spread over the turn."""
@@ -151,6 +155,8 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
         about = None
     if not isinstance(about, dict) or about.get("format") != "tegotae export":
         raise TegotaeError(f"{path} has no {path.stem}.json of tegotae export c beside it")
+    if lacking := [name for name in _FACTS if name not in about]:
+        raise TegotaeError(f"{path.stem}.json lacks {', '.join(lacking)}; export {path} anew")
     if abs(about["tick_s"] / subject.step_s - 1.0) > 1e-3:
         raise TegotaeError(
             f"{path} is for a loop of {about['tick_s']:g} s; export it for that of the subject, "

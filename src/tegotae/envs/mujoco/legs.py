@@ -258,7 +258,7 @@ def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) 
 
     def called(inputs: Mapping[str, np.ndarray]) -> np.ndarray:
         lanes, results = next(iter(inputs.values())).shape[-1], []
-        for first in range(0, lanes, _BLOCK):
+        for first in range(0, max(lanes, 1), _BLOCK):
             block = slice(0, min(_BLOCK, lanes - first))
             for name, x in inputs.items():
                 native.inputs[name][..., block] = x[..., first : first + _BLOCK]
