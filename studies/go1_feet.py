@@ -61,6 +61,7 @@ class Condition:
         noise: of all senses, a share of what each varies by.
         random_phases: whether the oscillators begin anywhere.
         lost: the leg that is folded from 2 s on, such as FL; none if empty.
+        finer: whether the simulation's time step is half of the model's.
     """
 
     friction: float = 1.0
@@ -72,6 +73,7 @@ class Condition:
     noise: float = 0.0
     random_phases: bool = False
     lost: str = ""
+    finer: bool = False
 
 
 CONDITIONS = {
@@ -106,9 +108,24 @@ class Blocks(ModelSettings):
         return spec
 
 
+class Finer(ModelSettings):
+    """The same at half the time step."""
+
+    def spec(self) -> MjSpec:
+        """The `MjSpec`."""
+        spec = super().spec()
+        spec.option.timestep *= 0.5
+        return spec
+
+
+class FinerBlocks(Finer, Blocks):
+    """Blocks at half the time step."""
+
+
 def model_of(condition: Condition) -> tuple[ModelSettings, MjModel]:
     """The settings, and the model under a condition."""
-    kind = Blocks if condition.blocks_m else ModelSettings
+    kinds = (ModelSettings, Blocks), (Finer, FinerBlocks)
+    kind = kinds[condition.finer][condition.blocks_m > 0.0]
     own = {field.name: getattr(SETTINGS, field.name) for field in dataclasses.fields(SETTINGS)}
     settings = kind(**own)
     model = sensing(settings).model
