@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pandas as pd
 import pytest
 
-from tegotae import TegotaeError
+from tegotae import TegotaeError, simulate, train
 from tegotae.cli import main
+from tegotae.parts.bodies import Sensors
 from tegotae.systems.designs import design
 from tegotae.systems.legged import system
 from tegotae.systems.resolve import resolve
@@ -44,6 +46,31 @@ def test_a_design_upon_it_has_the_name_of_the_file_without_its_folder(walker_fil
     assert found.name == "AR-rF-w3@six"
     assert found.experiment().system.body == system("hexapod").body
     assert resolve(f"AR@{walker_file}").experiment().name == "AR-rF@six"
+
+
+def test_its_senses_can_be_late_and_noisy(walker_file):
+    walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\nnoise = 0.05\n")
+    late = Sensors(body=system("hexapod").body, delay_s=0.1, noise=0.05)
+    assert system(str(walker_file)).body == late
+
+
+def test_late_senses_of_a_file_are_those_of_the_options(walker_file, capsys):
+    usual = system(str(walker_file))
+    numbers = {"duration": 20.0, "phases": (0.0, 0.1, 0.3, 0.4, 0.6, 0.9)}
+    asked = simulate(str(walker_file), **numbers, delay=0.1, noise=0.05).frame()
+    walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\nnoise = 0.05\n")
+    pd.testing.assert_frame_equal(simulate(str(walker_file), **numbers).frame(), asked)
+    none = simulate(str(walker_file), **numbers, delay=0.0, noise=0.0)
+    assert none.settings.body == usual.body
+
+
+def test_a_training_varies_late_senses(walker_file, tmp_path):
+    walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\n")
+    amount = {"generations": 1, "population": 2, "seeds": 1, "duration": 32.0}
+    train(f"AR@{walker_file}", vary=("delay_s=0:0.1",), out=tmp_path / "run", **amount)
+    kept = resolve(tmp_path / "run").controller().experiment
+    assert kept is not None
+    assert [each.name for each in kept.conditions] == ["delay_s"]
 
 
 def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):

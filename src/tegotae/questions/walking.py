@@ -14,8 +14,8 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.gaits.releases import coordination_columns, release_all, simulate
 from tegotae.measures.gaits.names import TOLERANCE
-from tegotae.parts.bodies import Body
-from tegotae.parts.fields import with_fields
+from tegotae.parts.bodies import Body, Sensors
+from tegotae.parts.fields import unwrapped, with_fields
 from tegotae.questions.answer import Answer, RecordedRun, columns
 from tegotae.questions.task import Task
 from tegotae.systems.legged import Legged, felt, terrain_of
@@ -91,7 +91,7 @@ class WalkingTask(Task):
         """
         require_finite("tolerance", options.tolerance, above=0.0, most=0.5)
         body, legged = options.body, self.legged
-        if getattr(body, "present", None) != getattr(legged.body, "present", None):
+        if getattr(body, "present", None) != getattr(unwrapped(legged.body), "present", None):
             raise TegotaeError(
                 "--present would remove legs that are then measured; tegotae gait lesion --lose "
                 "removes legs"
@@ -107,7 +107,10 @@ class WalkingTask(Task):
         return legged
 
     def _own(self) -> dict[str, Any]:
-        return {"body": self.legged.body, "duration_s": self.legged.timing.duration_s}
+        body, senses = self.legged.body, {}
+        if isinstance(body, Sensors):
+            body, senses = body.body, {"delay_s": body.delay_s, "noise": body.noise}
+        return {"body": body, "duration_s": self.legged.timing.duration_s, **senses}
 
     def driven_options(self) -> dict[str, Any]:
         """The values of `DrivenOptions`."""

@@ -278,6 +278,7 @@ class _WalkerDocument(msgspec.Struct, forbid_unknown_fields=True):
     omega: float
     foot: dict[str, Json]
     body: dict[str, Json] = {}
+    senses: dict[str, Json] = {}
     ticks: float = 1.0
 
 
@@ -285,8 +286,9 @@ def walker_of(document: object) -> Legged:
     """The walker of plain values, such as an entry of `walkers.toml`.
 
     Args:
-        document: `about`, `sigma`, `omega`, and the fields of its `foot` and its `body`; `ticks` is
-            its control tick over that of others.
+        document: `about`, `sigma`, `omega`, and the fields of its `foot` and its `body`; `senses`
+            those of `Sensors`, if they are late or noisy; `ticks` is its control tick over that of
+            others.
 
     Raises:
         TegotaeError: for an entry that is missing, unknown or out of its range.
@@ -297,9 +299,12 @@ def walker_of(document: object) -> Legged:
     """
     known = documents.fitted(document, _WalkerDocument)
     require_finite("sigma", known.sigma)
+    body: dict[str, Json] = {**known.body, "kind": "Walker"}
+    if known.senses:
+        body = {**known.senses, "kind": "Sensors", "body": body}
     return walking(
         known.about,
-        restore({**known.body, "kind": "Walker"}, Walker, "body"),
+        restore(body, Body, "body"),
         restore({**known.foot, "kind": "EllipticFoot"}, EllipticFoot, "foot"),
         known.sigma,
         known.omega,
