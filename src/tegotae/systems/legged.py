@@ -248,7 +248,7 @@ def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
 
 def walking(
     about: str,
-    body: Walker,
+    body: Body,
     foot: EllipticFoot,
     sigma: float,
     omega: float,
@@ -261,7 +261,7 @@ def walking(
 
     Args:
         about: the system in one line.
-        body: the torso and where its legs are.
+        body: the torso and where its legs are, a `Walker`, perhaps in wrappers.
         foot: the ellipse.
         sigma: gain σ [rad/(s N)].
         omega: frequency ω [rad/s].
