@@ -32,6 +32,7 @@ from tegotae.envs.wrapper import Pilot
 from tegotae.export.robot import RobotController
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 
@@ -216,11 +217,26 @@ def test_a_controller_in_units_does_the_same_in_proportion():
     env.close()
 
 
-@pytest.mark.parametrize("law", ["quadruped-c", "zoo:AR-rF+range@quadruped-c"])
+def paced():
+    """A law whose stride grows with the frequency, from nothing at a half of its own."""
+    system = design("load-p@quadruped-c").experiment().system
+    names = [path[-1] for path in system.controller.weight_names]
+    of = {"sigma": 0.3, "stride_m": 0.4, "lift_m": 0.1, "still_rad_per_s": 1.0}
+    return SavedController(system, np.array([of.get(name, 0.0) for name in names]), "paced")
+
+
+LAWS = {
+    "vanilla": lambda: resolve("quadruped-c").controller(),
+    "learned": lambda: resolve("zoo:AR-rF+range@quadruped-c").controller(),
+    "paced": paced,
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_commanded(law, tmp_path):
     units = Units(length_m=0.5, time_s=0.25, force_n=40.0)
     suggested = dataclasses.replace(suggest_legs(SETTINGS).wiring, units=units)
-    wiring = suggested.holding(resolve(law).controller())
+    wiring = suggested.holding(LAWS[law]())
     env = ModelEnv(SETTINGS)
     wires, problems = look_up(env, wiring)
     assert wires is not None, problems
@@ -239,10 +255,11 @@ def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_comma
     )
     robot = RobotController(saved)
     phases = np.float32([[limb.phase_rad] for limb in wiring.limbs])
+    level = {name: np.zeros((4, 1), np.float32) for name in robot.senses}
     now = robot.decide(
         np.full((4, 1), wiring.omega, "float32"),
         robot.controller.oscillator.start(jnp.asarray(phases)),
-        {"spring_force": np.float32(load_n)[:, None]},
+        {**level, "spring_force": np.float32(load_n)[:, None]},
     )
     places = pilot.act(seen).reshape(4, 3)[:, [0, 2]].T
     assert np.asarray(now.command)[:, :, 0] == pytest.approx(places, abs=1e-5)

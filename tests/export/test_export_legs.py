@@ -120,13 +120,14 @@ def test_the_check_of_an_export_finds_a_leg_that_is_another(exported, tmp_path):
         assert ran.returncode == (name == "other"), ran.stdout
 
 
-def test_a_law_that_steps_aside_goes_to_c_with_three_axes_a_foot(tmp_path):
+@pytest.mark.parametrize(("name", "aside"), [("clock-s", True), ("clock-p", False)])
+def test_a_law_goes_to_c_that_steps_aside_or_whose_stride_grows(tmp_path, name, aside):
     settings = {"feet": ROBOTS["sprung"], "legs": True}
     model = tmp_path / "sprung.xml"
     model.write_text(sprung_robot())
     wiring = suggest_legs(ModelSettings(model=str(model), **settings)).wiring
     law, spec = (
-        design("clock-s@quadruped-c"),
+        design(f"{name}@quadruped-c"),
         EnvSpec(env=str(model), settings=tuple(settings.items())),
     )
     experiment = EnvExperiment.of_model(law, spec, wiring)
@@ -138,7 +139,7 @@ def test_a_law_that_steps_aside_goes_to_c_with_three_axes_a_foot(tmp_path):
     subprocess.run(words, check=True, cwd=tmp_path / "c")
     checked = subprocess.run(["./check"], cwd=tmp_path / "c", capture_output=True, text=True)
     assert checked.returncode == 0, checked.stdout
-    assert "foot_y_m" in (tmp_path / "c" / "tegotae.h").read_text()
+    assert ("foot_y_m" in (tmp_path / "c" / "tegotae.h").read_text()) == aside
 
 
 def test_a_body_without_hips_that_turn_refuses_a_law_that_steps_aside(capsys):

@@ -13,9 +13,11 @@ from hypothesis import given, strategies as st
 from tegotae import TegotaeError
 from tegotae.parts.terms import (
     ConstantGain,
+    EllipticFoot,
     FreeSector,
     LearnedActuation,
     Network,
+    PacedFoot,
     Reflex,
     Sector,
     SectorAndReflex,
@@ -246,3 +248,16 @@ def test_a_foot_steps_aside_to_where_the_torso_falls_and_is_shorter_where_it_is_
     np.testing.assert_allclose(ahead, -0.3 * (1.0 + 0.5 * yaw * side), rtol=1e-6)
     np.testing.assert_allclose(up, 0.1 - 0.1 * roll * side, rtol=1e-6)
     np.testing.assert_allclose(left, -(0.2 * roll + 0.05 * rate) * ones, rtol=1e-6)
+
+
+def test_a_paced_foot_goes_round_the_ellipse_of_its_frequency():
+    foot = PacedFoot()
+    weights = [jnp.full(3, x) for x in (0.4, 0.1, 0.05, 0.2, 0.0, 0.0, 0.0, 0.0, 1.5)]
+    values = {name: jnp.zeros(3) for name in foot.reads}
+    angle = jnp.array([0.3, 2.0, 4.0])
+    values |= {"sin_phase": jnp.sin(angle), "cos_phase": jnp.cos(angle)}
+    signals, omega = Signals(values, {}), jnp.array([1.5, 3.0, 6.0])
+    paced = foot.paced(weights, foot(weights, signals), omega)
+    for lane, stride in enumerate((0.0, 0.2, 0.3)):
+        own = EllipticFoot(stride_m=stride, lift_m=0.1, press_m=0.05, shift_rad=0.2)
+        np.testing.assert_allclose(paced[:, lane], own((), signals)[:, lane], atol=1e-6)

@@ -51,9 +51,15 @@ class ScaledFoot(ScaledTerm, Actuation):
 
     COMMANDS = within("term")
 
+    term: Actuation
+
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Along the axes that the term commands [m], [axes, limbs, lanes]."""
         return jnp.asarray(super().__call__(weights, signals))
+
+    def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
+        """The same at a frequency in SI [rad/s]."""
+        return self.term.paced(weights, command, omega * self.units.time_s)
 
 
 def in_si(controller: Controller, units: Units) -> Controller:

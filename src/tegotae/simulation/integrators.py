@@ -268,11 +268,12 @@ def push(
     phase_end: PerLimb,
     omega: PerLimb,
 ) -> Push:
-    """The command along a phase path: full force inside the sector, if any, else unchanged.
+    """The command along a phase path at ω: full force inside the sector, if any.
 
     Its rise gives the switched part its first moment in time, so that a sector that begins or ends
     inside a tick also displaces the body as it should.
     """
+    command = actuation.paced(weights, command, omega)
     sector = actuation.full_force(weights, phase_start, phase_end, omega)
     if sector is None:
         return Push(command)
@@ -325,12 +326,10 @@ def sample(
     signals = with_oscillator(controller, Signals(sensed, numbers["scales"]), oscillator)
     drive = decide(controller, rows, omega, signals, oscillator, max_force, added=added)
     ahead = held(oscillator, drive.rate, step_s)
+    begins, ends = (phase_of(controller, each, drive.feedback) for each in (oscillator, ahead))
+    own = controller.actuation, controller.of_part("actuation", rows)
+    command = push(*own, max_force, drive.command, begins, ends, omega).mean_n
     if controller.actuation.commands_force:
-        begins, ends = (phase_of(controller, each, drive.feedback) for each in (oscillator, ahead))
-        own = controller.actuation, controller.of_part("actuation", rows)
-        force = push(*own, max_force, drive.command, begins, ends, omega)
-        command = force.mean_n / max_force
-    else:
-        command = drive.command
+        command = command / max_force
     ahead = settled(controller, ahead)
     return ahead, command, drive.feedback, phase_of(controller, ahead, drive.feedback)

@@ -23,6 +23,7 @@ from tegotae.parts.terms import (
     LearnedActuation,
     LearnedFoot,
     OffsetAction,
+    PacedFoot,
     SteppingFoot,
     TunedFoot,
     VanillaReaction,
@@ -151,6 +152,7 @@ FAMILIES = (
 _STEPS = {
     "t": (TunedFoot, "the ellipse's four numbers"),
     "b": (BalancedFoot, "an ellipse with balance, eight numbers"),
+    "p": (PacedFoot, "an ellipse with balance and a stride of the frequency, nine numbers"),
     "s": (SteppingFoot, "an ellipse with balance and steps aside, ten numbers"),
 }
 """What is trained of a short law's step, by the end of its name."""
@@ -166,9 +168,10 @@ def family_named(name: str) -> Family:
     - `cos`: the law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers;
     - `load`, `latch`, `decay`: short laws of three and four numbers (`tegotae.systems.laws`);
       with `-t`, as in `decay-t`, the four of the system's ellipse are trained, too, with `-b`
-      those and four gains of balance, and with `-s` two more of steps aside, which robots alone
-      can take; so of `clock-t`, `clock-b` and `clock-s`, which have no feedback, and begin in a
-      trot, or for other legs in the first pattern of gaits by halves of a cycle;
+      those and four gains of balance, with `-p` one more, by which the stride grows with the
+      frequency, and with `-s` two of steps aside, which robots alone can take; so of `clock-t`,
+      `clock-b`, `clock-p` and `clock-s`, which have no feedback, and begin in a trot, or for
+      other legs in the first pattern of gaits by halves of a cycle;
     - `T-F` and the like: the paper's single network, one a leg, without oscillators;
     - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
       them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the

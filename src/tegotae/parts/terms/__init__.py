@@ -29,6 +29,7 @@ from tegotae.parts.terms.foot import (
     CorrectedFoot as CorrectedFoot,
     EllipticFoot as EllipticFoot,
     LearnedFoot as LearnedFoot,
+    PacedFoot as PacedFoot,
     SteppingFoot as SteppingFoot,
     TunedFoot as TunedFoot,
 )

@@ -54,6 +54,10 @@ class Actuation(Term):
         """Share of a phase path [rad] at full force, and that share's centre (0 ... 1); or None."""
         return None
 
+    def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
+        """What it commands at a frequency ω [rad/s]; as it is, where nothing depends on it."""
+        return command
+
     @abstractmethod
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """The smooth part of the force [N], or what else `COMMANDS` names."""

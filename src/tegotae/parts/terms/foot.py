@@ -172,6 +172,39 @@ class SteppingFoot(BalancedFoot):
 
 
 @dataclass(frozen=True)
+class PacedFoot(BalancedFoot):
+    """A `BalancedFoot` whose stride grows with the frequency, and is none at ω₀:
+
+        B(ω) = B (1 - ω₀ / ω).
+
+    So it steps on the spot at ω₀, and 2 B (ω - ω₀) / π, its mean speed while it bears, is a line.
+
+    Args:
+        start: the ellipse to start from; the gains and ω₀ start at zero.
+
+    Raises:
+        TegotaeError: for what is no ellipse.
+
+    Source: of this library; animals change stride length and frequency together: R. McN.
+    Alexander, Principles of Animal Locomotion (2003).
+
+    Example:
+        >>> PacedFoot().weight_names[-1]
+        ('still_rad_per_s',)
+    """
+
+    WEIGHTS = (*BalancedFoot.WEIGHTS, "still_rad_per_s")
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """The ellipse to start from at every frequency, whatever the key."""
+        return jnp.concatenate([super().initial(key), jnp.zeros(1)])
+
+    def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes], at a frequency [rad/s]."""
+        return jnp.stack([command[0] * (1.0 - weights[8] / omega), command[1]])
+
+
+@dataclass(frozen=True)
 class LearnedFoot(Actuation):
     """A learned place of the foot: a network for each of its two coordinates.
 
