@@ -44,6 +44,8 @@ OMEGAS = (8.0, 14.0, 21.0, 28.0)
 ELLIPSE = (0.25, 0.2, 0.03, 0.4, 0.0, 0.0, 0.0, 0.0)
 """The walker's ellipse, and no balance: its stride is another in each use."""
 BALANCE = ("roll_m", "roll_rate_ms", "pitch_m", "yaw")
+FASTEST = 50.0
+"""No law is commanded to step faster [rad/s]."""
 STARTS = (1001, 1002, 1003, 1004)
 """Seeds of starts that no training met."""
 
@@ -218,21 +220,31 @@ def wired(run: SavedController) -> Wiring:
     return dataclasses.replace(EnvExperiment.of(run).wiring, weights=run.weights)
 
 
-def wanted_m_per_s(wiring: Wiring, omega: float) -> float:
-    """Mean speed of a foot over the half of its ellipse that bears, 2 B l0 ω / π."""
+def pace(wiring: Wiring) -> tuple[float, float]:
+    """Of the mean speed of a foot over the half of its ellipse that bears, 2 B l0 (ω - ω0) / π: its
+    slope over the command [m], and the command ω0 [rad/s] at which a law steps on the spot."""
     controller, units = wiring.controller, wiring.units
     assert controller is not None
     assert units is not None
     actuation = controller.actuation
     ellipse = getattr(actuation, "ellipse", actuation)
     names = [path[-1] for path in controller.weight_names]
-    if "stride_m" in names:
-        stride = abs(float(np.ravel(wiring.weights)[names.index("stride_m")]))
-    elif isinstance(ellipse, EllipticFoot):
-        stride = ellipse.stride_m
-    else:
-        return math.nan
-    return 2.0 * stride * units.length_m * omega / math.pi
+    numbers = dict(zip(names, np.ravel(wiring.weights), strict=True))
+    stride = ellipse.stride_m if isinstance(ellipse, EllipticFoot) else math.nan
+    slope = 2.0 * abs(numbers.get("stride_m", stride)) * units.length_m / math.pi
+    return slope, numbers.get("still_rad_per_s", 0.0) / units.time_s
+
+
+def wanted_m_per_s(wiring: Wiring, omega: float) -> float:
+    """The speed that a command [rad/s] means."""
+    slope, still = pace(wiring)
+    return slope * (omega - still)
+
+
+def omega_at(wiring: Wiring, speed_m_per_s: float) -> float:
+    """The command that means a speed, of at most `FASTEST` [rad/s]."""
+    slope, still = pace(wiring)
+    return min(still + speed_m_per_s / max(slope, 1e-3), FASTEST)
 
 
 def laws_table(kept: pd.DataFrame) -> str:

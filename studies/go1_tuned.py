@@ -4,14 +4,15 @@
     python studies/go1_tuned.py --law load --seed 1
     python studies/go1_tuned.py --law AR-b              # the walker's weights, and balance
     python studies/go1_tuned.py --law clock-s --pace walk
+    python studies/go1_tuned.py --law load-p --pace speed
 
 CMA-ES from the walker's ellipse without balance. A candidate's score is the share of its lanes that
 do not fall, less 0.3 |v / v* - 1| and 0.05 CoT, over pushes, blocks and any phases at three
-commands, from starts and pushes of its generation. `docs/_static/go1_feet` keeps the mean of the
+commands, from starts of its generation. `docs/_static/go1_feet` keeps the mean of the
 distribution, `LAW-tuned-SEED.json`, and the scores of every generation, `.csv`. A tuning goes on
 where it was stopped. The wanted speed v* is that of a candidate's stride, which may shrink; with
-`--pace walk` it is PPO's for all, and with `run` twice that, for laws that already walk. Such laws
-are `LAW-walk-SEED.json` and `LAW-run-SEED.json`.
+`--pace walk` it is PPO's for all, and with `run` twice that, for laws that already walk; with
+`speed` speeds are the commands, 0.3 to 2.5 m/s. Such laws are `LAW-walk-SEED.json` and so on.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ import numpy as np
 import tyro
 
 from go1_feet import FOLDER, ROOT, SETTINGS, WIRING, Condition, by_law, judged
-from go1_laws import ELLIPSE, open_loop, wanted_m_per_s
+from go1_laws import ELLIPSE, omega_at, open_loop, wanted_m_per_s
 from go1_policy import WANTED_M
 from kept import write_rows
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.console import exit_status
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import Wiring, load_wiring
-from tegotae.parts.terms import SteppingFoot
+from tegotae.parts.terms import BalancedFoot, TunedFoot
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
@@ -50,11 +51,15 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
-Kind = Literal["clock", "clock-t", "load", "AR-b", "clock-s", "load-s"]
+Kind = Literal["clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p"]
 
-Pace = Literal["tuned", "walk", "run"]
-WANTED: dict[Pace, float | None] = {"tuned": None, "walk": WANTED_M, "run": 2.0 * WANTED_M}
-"""Wanted speed over ω [m]; of a candidate's own stride if None."""
+Pace = Literal["tuned", "walk", "run", "speed"]
+WANTED = {"walk": WANTED_M, "run": 2.0 * WANTED_M}
+"""Wanted speed over ω [m]; that of `tuned` is of a candidate's own stride."""
+SPEEDS = (0.3, 1.3, 2.5)
+"""The commands of the pace `speed` [m/s]."""
+PACED = {"stride_m": 0.7, "still_rad_per_s": 1.97}
+"""Of the foot that it begins with: it steps on the spot at 12 rad/s, and goes 2.5 m/s at 33."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,8 @@ class Tuned:
 
     law: Kind = "clock"
     """`clock`; `clock-t`, its ellipse alone; `load` with a place, an offset and σ; `AR-b`, the
-    walker's learned one. The others balance, and with `-s` step aside."""
+    walker's learned one. The others balance; with `-s` they step aside, and with `-p` the stride
+    is of the frequency."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -79,7 +85,7 @@ class Tuned:
         if self.pace == "run":
             walk = resolve(str(FOLDER / f"{self.law}-walk-{self.seed}.json")).controller()
             wiring = dataclasses.replace(wiring, weights=np.ravel(walk.weights))
-        name, wanted_m = f"{kind}-{self.seed}", WANTED[self.pace]
+        name = f"{kind}-{self.seed}"
         begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
         search, parameters = algorithm.strategy(len(begun)), algorithm.parameters(len(begun))
         state = algorithm.start(jax.random.key(self.seed), jnp.asarray(begun, "float32"))
@@ -92,7 +98,7 @@ class Tuned:
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
             start = 10_000 * (1 + self.seed) + generation
-            scores = scored(wiring, np.asarray(candidates, float), start, wanted_m)
+            scores = scored(wiring, np.asarray(candidates, float), start, self.pace)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
             mean = np.asarray(search.get_mean(state), float)
             rows.append({"generation": generation, "mean": scores.mean(), "best": scores.max()})
@@ -106,43 +112,42 @@ class Tuned:
 def start_of(law: Kind) -> Wiring:
     """A law before its tuning: the walker's ellipse at a stride of 0.25 l0 without balance."""
     clock, wiring = open_loop(0.25), load_wiring(WIRING)
-    name, aside = law.removesuffix("-s"), law.endswith("-s")
-    if name.startswith("clock"):
-        controller, feedback = clock.controller, np.zeros(0)
-    elif name == "load":
-        controller = design("load-b@quadruped-c").controller()
-        feedback = np.zeros(controller.n_weights - len(ELLIPSE))
-    else:
+    begun = PACED if law.endswith("-p") else {"stride_m": 0.25}
+    if law == "AR-b":
         learned = resolve("zoo:AR-rF+range@quadruped-c").controller()
-        controller = dataclasses.replace(learned.controller, actuation=clock.controller.actuation)
+        controller = dataclasses.replace(learned.controller, actuation=BalancedFoot())
         feedback = np.ravel(learned.weights)
-    if aside:
-        controller = dataclasses.replace(controller, actuation=SteppingFoot())
-    weights = np.concatenate([feedback, clock.weights, np.zeros(2 * aside)])
-    if law == "clock-t":
-        controller = design("clock-t@quadruped-c").controller()
-        weights = weights[: controller.n_weights]
+    else:
+        controller = design(f"{law if '-' in law else f'{law}-b'}@quadruped-c").controller()
+        feedback = np.zeros(controller.n_weights - controller.actuation.n_weights)
+    numbers = {**dict(zip(TunedFoot.WEIGHTS, ELLIPSE, strict=False)), **begun}
+    foot = [numbers.get(path[-1], 0.0) for path in controller.actuation.weight_names]
+    weights = np.concatenate([feedback, foot])
     own = wiring.reading(controller)
     return dataclasses.replace(
         wiring.holding(clock), controller=controller, limbs=own.limbs, weights=weights
     )
 
 
-def scored(
-    wiring: Wiring, candidates: np.ndarray, start: int, wanted_m: float | None
-) -> np.ndarray:
+def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np.ndarray:
     """Of every candidate, [candidates]."""
-    weights = np.repeat(candidates, len(OMEGAS), axis=0)
-    omegas = np.tile(OMEGAS, len(candidates))
+    commands = SPEEDS if pace == "speed" else OMEGAS
+    weights = np.repeat(candidates, len(commands), axis=0)
     own = [dataclasses.replace(wiring, weights=x) for x in weights]
-    wanted = list(map(wanted_m_per_s, own, omegas)) if wanted_m is None else wanted_m * omegas
+    omegas = wanted = np.tile(commands, len(candidates))
+    if pace == "speed":
+        omegas = np.array(list(map(omega_at, own, wanted)))
+    elif pace == "tuned":
+        wanted = list(map(wanted_m_per_s, own, omegas))
+    else:
+        wanted = WANTED[pace] * omegas
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
     for condition in MET:
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
         off = np.minimum(np.abs(np.nan_to_num(found.speed_m_per_s) / wanted - 1.0), 1.0)
         cost = np.minimum(np.nan_to_num(found.cost_of_transport, nan=8.0), 8.0)
         total += ~found.fell - 0.3 * off - 0.05 * cost
-    return total.reshape(-1, len(OMEGAS)).mean(axis=1) / len(MET)
+    return total.reshape(-1, len(commands)).mean(axis=1) / len(MET)
 
 
 def keep(wiring: Wiring, weights: np.ndarray, name: str, seed: int) -> None:
