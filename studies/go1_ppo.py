@@ -2,6 +2,7 @@
 
     python studies/go1_ppo.py --senses loads            # an hour of one core
     python studies/go1_ppo.py --senses imu --seed 1
+    python studies/go1_ppo.py --senses imu --speeds
 
 A network of Stable-Baselines3 moves the feet, x, y and z, from the ellipse that the laws' tunings
 begin with, every 10 ms. It reads a clock at the command and its senses: `contacts`, which feet
@@ -9,8 +10,9 @@ bear, the booleans that CPG-RL's policies see; `loads`; `imu`, those and roll, p
 their rates; `all`, those and every joint's angle and velocity, and the trunk's. Conditions,
 commands, time and reward are those of `go1_tuned.py`: each step pays the share of an episode that
 it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all.
-`docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz`, and what its episodes were worth,
-`.csv`. A training goes on where it was stopped.
+With `--speeds` speeds are the commands, and the stride of the ellipse is theirs.
+`docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz` or `ppo-SENSES-speed-SEED.npz`, and
+what its episodes were worth, `.csv`. A training goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -27,8 +29,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
 from go1_feet import FOLDER, ROOT, Course
-from go1_policy import REACH_M, WANTED_M, Inputs, Senses, places_of
-from go1_tuned import MET, OMEGAS, SECONDS
+from go1_policy import PACED, REACH_M, STEADY, Inputs, Senses, places_of
+from go1_tuned import MET, OMEGAS, SECONDS, SPEEDS
 from kept import write_rows
 from tegotae._support.files import output_folder
 from tegotae.cli.console import exit_status
@@ -49,14 +51,17 @@ class Feet(VecEnv):
     Args:
         senses: what is read.
         key: of the starts.
+        speeds: whether speeds are commanded.
     """
 
-    def __init__(self, senses: Senses, key: tuple[int, ...]) -> None:
+    def __init__(self, senses: Senses, key: tuple[int, ...], speeds: bool) -> None:
         self.courses = [Course(condition, LANES, SECONDS) for condition in MET]
         self.inputs = Inputs(self.courses[0], senses)
         self._speed = self.courses[0].names.index("root_speed")
         self._work = self.courses[0].names.index("work")
-        self._omega = np.resize(OMEGAS, LANES)
+        self._pace = PACED if speeds else STEADY
+        commands = PACED.omega_at(np.array(SPEEDS)) if speeds else OMEGAS
+        self._omega = np.resize(commands, LANES)
         self._drawn, n = np.random.default_rng(key), LANES * len(MET)
         self.paid: list[float] = []
         """What each episode that is over was worth."""
@@ -92,11 +97,12 @@ class Feet(VecEnv):
         stands, seen = np.zeros(self.num_envs, bool), []
         for k, course in enumerate(self.courses):
             own = slice(k * LANES, (k + 1) * LANES)
-            places = places_of(self._actions[own], self._phase[own])
+            stride_m = self._pace.stride_at(self._omega)
+            places = places_of(self._actions[own], self._phase[own], stride_m)
             stands[own] = course.step(places, np.ones(LANES, bool))
             seen.append(np.nan_to_num(course.seen[:, [self._speed, self._work]]))
         speed, work = np.concatenate(seen).T
-        wanted, weight_n = WANTED_M * omega, self.courses[0].weight_n
+        wanted, weight_n = self._pace.wanted_m_per_s(omega), self.courses[0].weight_n
         self._fast += (speed - self._fast) * step_s / MEMORY_S
         off = np.minimum(np.abs(self._fast / wanted - 1.0), 1.0)
         cost = np.minimum((work - self._worked) / (weight_n * wanted * step_s), 8.0)
@@ -145,19 +151,21 @@ class Trained:
     """Of the network and its starts."""
     steps: int = STEPS
     """Of simulation."""
+    speeds: bool = False
+    """Whether speeds are the commands, 0.3 to 2.5 m/s."""
 
     def run(self) -> None:
         """Train, and write the actor."""
         torch.set_num_threads(1)
-        name = f"ppo-{self.senses}-{self.seed}"
+        name = f"ppo-{self.senses}{'-speed' * self.speeds}-{self.seed}"
         stopped = output_folder(ROOT / "runs" / "go1_ppo") / f"{name}.zip"
         table = FOLDER / f"{name}.csv"
         if stopped.exists():
             done = PPO.load(stopped, device="cpu").num_timesteps
-            env = Feet(self.senses, (self.seed, done))
+            env = Feet(self.senses, (self.seed, done), self.speeds)
             model = PPO.load(stopped, env=env, device="cpu")
         else:
-            done, env = 0, Feet(self.senses, (self.seed, 0))
+            done, env = 0, Feet(self.senses, (self.seed, 0), self.speeds)
             model = PPO("MlpPolicy", env, seed=self.seed, device="cpu", **TUNED)
         while model.num_timesteps < self.steps:
             env.paid.clear()

@@ -29,8 +29,8 @@ import numpy as np
 import tyro
 
 from go1_feet import FOLDER, ROOT, SETTINGS, WIRING, Condition, by_law, judged
-from go1_laws import ELLIPSE, omega_at, open_loop, wanted_m_per_s
-from go1_policy import WANTED_M
+from go1_laws import BALANCE, ELLIPSE, open_loop, pace_of
+from go1_policy import BEGUN, WANTED_M
 from kept import write_rows
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.console import exit_status
@@ -51,15 +51,17 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
-Kind = Literal["clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p"]
+Kind = Literal[
+    "clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p", "clock-alone"
+]
 
 Pace = Literal["tuned", "walk", "run", "speed"]
 WANTED = {"walk": WANTED_M, "run": 2.0 * WANTED_M}
 """Wanted speed over ω [m]; that of `tuned` is of a candidate's own stride."""
+SLOWEST, FASTEST = 5.0, 50.0
+"""No law is commanded to step slower or faster [rad/s]."""
 SPEEDS = (0.3, 1.3, 2.5)
 """The commands of the pace `speed` [m/s]."""
-PACED = {"stride_m": 0.7, "still_rad_per_s": 1.97}
-"""Of the foot that it begins with: it steps on the spot at 12 rad/s, and goes 2.5 m/s at 33."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class Tuned:
     law: Kind = "clock"
     """`clock`; `clock-t`, its ellipse alone; `load` with a place, an offset and σ; `AR-b`, the
     walker's learned one. The others balance; with `-s` they step aside, and with `-p` the stride
-    is of the frequency."""
+    is of the frequency, as that of `clock-alone`, which does not balance."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -87,6 +89,9 @@ class Tuned:
             wiring = dataclasses.replace(wiring, weights=np.ravel(walk.weights))
         name = f"{kind}-{self.seed}"
         begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
+        assert wiring.controller is not None
+        names = [path[-1] for path in wiring.controller.weight_names]
+        free = ~np.isin(names, BALANCE) | (self.law != "clock-alone")
         search, parameters = algorithm.strategy(len(begun)), algorithm.parameters(len(begun))
         state = algorithm.start(jax.random.key(self.seed), jnp.asarray(begun, "float32"))
         rows: list[dict[str, Any]] = []
@@ -98,9 +103,10 @@ class Tuned:
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
             start = 10_000 * (1 + self.seed) + generation
-            scores = scored(wiring, np.asarray(candidates, float), start, self.pace)
+            tried = np.where(free, np.asarray(candidates, float), begun)
+            scores = scored(wiring, tried, start, self.pace)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
-            mean = np.asarray(search.get_mean(state), float)
+            mean = np.where(free, np.asarray(search.get_mean(state), float), begun)
             rows.append({"generation": generation, "mean": scores.mean(), "best": scores.max()})
             print(f"{name}: {generation}, {scores.mean():.3f}, {scores.max():.3f}", flush=True)
             leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
@@ -112,13 +118,15 @@ class Tuned:
 def start_of(law: Kind) -> Wiring:
     """A law before its tuning: the walker's ellipse at a stride of 0.25 l0 without balance."""
     clock, wiring = open_loop(0.25), load_wiring(WIRING)
-    begun = PACED if law.endswith("-p") else {"stride_m": 0.25}
+    begun = {"stride_m": 0.25}
     if law == "AR-b":
         learned = resolve("zoo:AR-rF+range@quadruped-c").controller()
         controller = dataclasses.replace(learned.controller, actuation=BalancedFoot())
         feedback = np.ravel(learned.weights)
     else:
-        controller = design(f"{law if '-' in law else f'{law}-b'}@quadruped-c").controller()
+        name = {"clock": "clock-b", "load": "load-b", "clock-alone": "clock-p"}.get(law, law)
+        controller = design(f"{name}@quadruped-c").controller()
+        begun = BEGUN if name.endswith("-p") else begun
         feedback = np.zeros(controller.n_weights - controller.actuation.n_weights)
     numbers = {**dict(zip(TunedFoot.WEIGHTS, ELLIPSE, strict=False)), **begun}
     foot = [numbers.get(path[-1], 0.0) for path in controller.actuation.weight_names]
@@ -136,9 +144,12 @@ def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np
     own = [dataclasses.replace(wiring, weights=x) for x in weights]
     omegas = wanted = np.tile(commands, len(candidates))
     if pace == "speed":
-        omegas = np.array(list(map(omega_at, own, wanted)))
+        paces = map(pace_of, own)
+        omegas = np.array([p.omega_at(v) for p, v in zip(paces, wanted, strict=True)])
+        omegas = np.clip(omegas, SLOWEST, FASTEST)
     elif pace == "tuned":
-        wanted = list(map(wanted_m_per_s, own, omegas))
+        paces = map(pace_of, own)
+        wanted = np.array([p.wanted_m_per_s(x) for p, x in zip(paces, omegas, strict=True)])
     else:
         wanted = WANTED[pace] * omegas
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
