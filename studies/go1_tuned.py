@@ -12,7 +12,8 @@ commands, from starts of its generation. `docs/_static/go1_feet` keeps the mean 
 distribution, `LAW-tuned-SEED.json`, and the scores of every generation, `.csv`. A tuning goes on
 where it was stopped. The wanted speed v* is that of a candidate's stride, which may shrink; with
 `--pace walk` it is PPO's for all, and with `run` twice that, for laws that already walk; with
-`speed` speeds are the commands, 0.3 to 2.5 m/s. Such laws are `LAW-walk-SEED.json` and so on.
+`speed` speeds are the commands, 0.3 to 2.5 m/s; with `thrift`, too, and CoT counts four times. Such
+laws are `LAW-walk-SEED.json` and so on.
 """
 
 from __future__ import annotations
@@ -55,13 +56,13 @@ Kind = Literal[
     "clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p", "clock-alone"
 ]
 
-Pace = Literal["tuned", "walk", "run", "speed"]
+Pace = Literal["tuned", "walk", "run", "speed", "thrift"]
 WANTED = {"walk": WANTED_M, "run": 2.0 * WANTED_M}
 """Wanted speed over ω [m]; that of `tuned` is of a candidate's own stride."""
 SLOWEST, FASTEST = 5.0, 50.0
 """No law is commanded to step slower or faster [rad/s]."""
 SPEEDS = (0.3, 1.3, 2.5)
-"""The commands of the pace `speed` [m/s]."""
+"""The commands of the paces `speed` and `thrift` [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -139,11 +140,12 @@ def start_of(law: Kind) -> Wiring:
 
 def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np.ndarray:
     """Of every candidate, [candidates]."""
-    commands = SPEEDS if pace == "speed" else OMEGAS
+    at_speeds = pace in ("speed", "thrift")
+    commands, price = SPEEDS if at_speeds else OMEGAS, 0.2 if pace == "thrift" else 0.05
     weights = np.repeat(candidates, len(commands), axis=0)
     own = [dataclasses.replace(wiring, weights=x) for x in weights]
     omegas = wanted = np.tile(commands, len(candidates))
-    if pace == "speed":
+    if at_speeds:
         paces = map(pace_of, own)
         omegas = np.array([p.omega_at(v) for p, v in zip(paces, wanted, strict=True)])
         omegas = np.clip(omegas, SLOWEST, FASTEST)
@@ -157,7 +159,7 @@ def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
         off = np.minimum(np.abs(np.nan_to_num(found.speed_m_per_s) / wanted - 1.0), 1.0)
         cost = np.minimum(np.nan_to_num(found.cost_of_transport, nan=8.0), 8.0)
-        total += ~found.fell - 0.3 * off - 0.05 * cost
+        total += ~found.fell - 0.3 * off - price * cost
     return total.reshape(-1, len(commands)).mean(axis=1) / len(MET)
 
 
