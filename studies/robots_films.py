@@ -22,6 +22,7 @@ import tyro
 from PIL import Image, ImageDraw
 
 from go1_feet import FOLDER, ROOT, Condition, Course, by_law
+from go1_laws import pace_of
 from tegotae._support.files import output_folder
 from tegotae.cli import main
 from tegotae.cli.console import exit_status
@@ -42,16 +43,17 @@ ROBOTS = {
     "boom_leg": ("", 40.0),
 }
 """Names of the legs, and the command [rad/s]."""
-SPEEDS = {f"{omega:g} rad/s": (omega, Condition(), 2.0) for omega in (10.0, 20.0, 28.0)}
+PACED, TUNED = "clock-p-speed-0.json", "clock-tuned-0.json"
+SPEEDS = {f"{speed:g} m/s": (PACED, speed, Condition(), 2.0) for speed in (0.3, 1.2, 2.5)}
 DISTURBED = {
-    "push of 1 m/s at 5 s": (16.0, Condition(push_m_per_s=1.0), 4.5),
-    "blocks of 4 cm": (16.0, Condition(blocks_m=0.04), 4.0),
+    "push of 1 m/s at 5 s": (PACED, 1.2, Condition(push_m_per_s=1.0), 4.5),
+    "blocks of 4 cm": (PACED, 1.2, Condition(blocks_m=0.04), 4.0),
 }
 LOST = {
-    "the left fore leg is lost at 2 s": (21.0, Condition(lost="FL"), 1.5),
-    "the right hind leg is lost at 2 s": (21.0, Condition(lost="RR"), 1.5),
+    "the left fore leg is lost at 2 s": (TUNED, 0.92, Condition(lost="FL"), 1.5),
+    "the right hind leg is lost at 2 s": (TUNED, 0.92, Condition(lost="RR"), 1.5),
 }
-"""Command [rad/s], condition, and when the film begins [s]."""
+"""A law, the commanded speed [m/s], condition, and when the film begins [s]."""
 OF_GO1 = {"speeds": SPEEDS, "disturbed": DISTURBED, "lost": LOST}
 
 
@@ -89,13 +91,16 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
         yield from film(episode)[round(2.0 * FRAMES_PER_S) :: EVERY]
 
 
-def of_go1(omega: float, condition: Condition, begin_s: float) -> Iterator[np.ndarray]:
-    """Go1 under the eight numbers that were tuned under disturbances."""
-    saved = resolve(str(FOLDER / "clock-tuned-0.json")).controller()
+def of_go1(
+    name: str, speed_m_per_s: float, condition: Condition, begin_s: float
+) -> Iterator[np.ndarray]:
+    """Go1 under a law of `docs/_static/go1_feet`."""
+    saved = resolve(str(FOLDER / name)).controller()
     wiring = dataclasses.replace(EnvExperiment.of(saved).wiring, weights=saved.weights)
+    omega = pace_of(wiring).omega_at(np.array([speed_m_per_s]))
     course, alive = Course(condition, 1, begin_s + SECONDS), np.ones(1, bool)
     course.reset(np.array([START]), alive)
-    law = by_law(wiring, np.ravel(saved.weights)[None])(course, np.array([omega]), False)
+    law = by_law(wiring, np.ravel(saved.weights)[None])(course, omega, False)
     states, each = [], round(EVERY / FRAMES_PER_S / course.step_s)
     for step in range(round((begin_s + SECONDS) / course.step_s)):
         course.step(law.act(course.felt(law.read)), alive)
