@@ -193,6 +193,10 @@ class Table:
     column: str
     unit: str
 
+    def omegas(self, run: Run, commands: np.ndarray) -> np.ndarray:
+        """The frequencies [rad/s] of commands."""
+        return commands if self.column == "omega" else run.pace.omega_at(commands)
+
 
 TABLES = {
     "laws": Table("rows", LAWS, OMEGAS, "omega", "ω [rad/s]"),
@@ -240,9 +244,7 @@ def measured(table: Table, name: str, condition: str) -> list[dict[str, Any]]:
     commands, starts = (np.array(column) for column in zip(*cells, strict=True))
     rows = []
     for k, run in enumerate(table.laws[name].runs()):
-        driver, omegas = run.driver_of(len(cells)), commands
-        if table.column != "omega":
-            omegas = run.pace.omega_at(commands)
+        driver, omegas = run.driver_of(len(cells)), table.omegas(run, commands)
         found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
         rows += [
             {
