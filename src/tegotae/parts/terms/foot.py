@@ -83,8 +83,8 @@ class TunedFoot(Actuation):
     start: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """The numbers of the ellipse to start from, whatever the key."""
-        return jnp.array([getattr(self.start, name) for name in TunedFoot.WEIGHTS])
+        """The numbers of the ellipse to start from, and zeros for all else, whatever the key."""
+        return jnp.array([getattr(self.start, name, 0.0) for name in self.WEIGHTS])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
@@ -120,10 +120,6 @@ class BalancedFoot(TunedFoot):
 
     READS = (*TunedFoot.READS, "side_roll", "side_roll_rate", "end_pitch", "side_yaw")
     WEIGHTS = (*TunedFoot.WEIGHTS, "roll_m", "roll_rate_ms", "pitch_m", "yaw")
-
-    def initial(self, key: jax.Array) -> jax.Array:
-        """The ellipse to start from, and no balance, whatever the key."""
-        return jnp.concatenate([super().initial(key), jnp.zeros(4)])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
@@ -161,10 +157,6 @@ class SteppingFoot(BalancedFoot):
     READS = (*BalancedFoot.READS, "roll", "roll_rate")
     WEIGHTS = (*BalancedFoot.WEIGHTS, "aside_m", "aside_rate_ms")
 
-    def initial(self, key: jax.Array) -> jax.Array:
-        """The ellipse to start from, and no balance, whatever the key."""
-        return jnp.concatenate([super().initial(key), jnp.zeros(2)])
-
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward, up and to the left [m], [3, limbs, lanes]."""
         aside = weights[8] * signals["roll"] + weights[9] * signals["roll_rate"]
@@ -194,10 +186,6 @@ class PacedFoot(BalancedFoot):
     """
 
     WEIGHTS = (*BalancedFoot.WEIGHTS, "still_rad_per_s")
-
-    def initial(self, key: jax.Array) -> jax.Array:
-        """The ellipse to start from at every frequency, whatever the key."""
-        return jnp.concatenate([super().initial(key), jnp.zeros(1)])
 
     def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes], at a frequency [rad/s]."""
