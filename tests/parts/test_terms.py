@@ -256,7 +256,7 @@ def test_a_paced_foot_goes_round_the_ellipse_of_its_frequency():
     values = {name: jnp.zeros(3) for name in foot.reads}
     angle = jnp.array([0.3, 2.0, 4.0])
     values |= {"sin_phase": jnp.sin(angle), "cos_phase": jnp.cos(angle)}
-    signals, omega = Signals(values, {}), jnp.array([1.5, 3.0, 6.0])
+    signals, omega = Signals(values, {}), jnp.array([0.0, 3.0, 6.0])
     paced = foot.paced(weights, foot(weights, signals), omega)
     for lane, stride in enumerate((0.0, 0.2, 0.3)):
         own = EllipticFoot(stride_m=stride, lift_m=0.1, press_m=0.05, shift_rad=0.2)

@@ -21,11 +21,15 @@ from tegotae.parts.oscillators import (
 from tegotae.parts.parameters import traceable
 from tegotae.parts.terms import (
     ConstantGain,
+    EllipticFoot,
     LearnedActuation,
+    LearnedFoot,
     Network,
+    PacedFoot,
     Reflex,
     Sector,
     SectorAndReflex,
+    SteppingFoot,
     Term,
     VanillaAction,
     VanillaReaction,
@@ -40,6 +44,10 @@ from tegotae.parts.terms import (
         ConstantGain(),
         Network(("phase", "spring_force", "velocity"), hidden=3),
         Sector(),
+        EllipticFoot(),
+        LearnedFoot(("phase",), 3),
+        PacedFoot(),
+        SteppingFoot(),
         Reflex(),
         SectorAndReflex(),
         LearnedActuation(("phase", "feedback"), hidden=3),
@@ -192,10 +200,27 @@ SECTORS = {
 }
 
 
+FEET = {
+    "FlatPlace": (
+        {"__call__": lambda self, w, s: EllipticFoot.__call__(self, w, s)[0]},
+        r"\.__call__ has shape \(6,\); its first axis must be that of its commands, foot_x, foot_z",
+    ),
+    "PacedFlat": (
+        {"paced": lambda self, w, command, omega: command[0]},
+        r"\.paced has shape \(6,\); its first axis must be that of its commands, foot_x, foot_z",
+    ),
+    "PacedTogether": (
+        {"paced": lambda self, w, command, omega: command * omega.mean()},
+        r"\.paced .* lane",
+    ),
+}
+
+
 @pytest.mark.parametrize(
     ("term", "message"),
     [
         *breaches(Sound, TERMS),
+        *breaches(EllipticFoot, FEET),
         *breaches(Holds, HOLDING),
         *breaches(Sector, SECTORS),
         (broken("ReadsInSecret", Sound, **told(lambda s: s["velocity"])), UNDECLARED),

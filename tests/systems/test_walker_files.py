@@ -46,15 +46,19 @@ def test_a_design_upon_it_has_the_name_of_the_file_without_its_folder(walker_fil
     assert found.name == "AR-rF-w3@six"
     assert found.experiment().system.body == system("hexapod").body
     assert resolve(f"AR@{walker_file}").experiment().name == "AR-rF@six"
+    with pytest.raises(TegotaeError, match=f"first: tegotae train AR@{walker_file} --out"):
+        resolve(f"AR@{walker_file}").controller()
 
 
 def test_its_senses_can_be_late_and_noisy(walker_file):
     walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\nnoise = 0.05\n")
     late = Sensors(body=system("hexapod").body, delay_s=0.1, noise=0.05)
     assert system(str(walker_file)).body == late
+    walker_file.write_text(HEXAPOD + "\n[senses]\n")
+    assert system(str(walker_file)).body == Sensors(body=late.body)
 
 
-def test_late_senses_of_a_file_are_those_of_the_options(walker_file, capsys):
+def test_late_senses_of_a_file_are_those_of_the_options(walker_file):
     usual = system(str(walker_file))
     numbers = {"duration": 20.0, "phases": (0.0, 0.1, 0.3, 0.4, 0.6, 0.9)}
     asked = simulate(str(walker_file), **numbers, delay=0.1, noise=0.05).frame()
@@ -90,6 +94,9 @@ def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
         ("[body]", "[body]\nfriction = 'low'", "its friction is 'low'; it must be a number"),
         ("0.85, 0.85, 0.0", "0.85, 0.0", "hips_x_m places 5 legs and hips_y_m 6"),
         ("[body]", "[body]\nstiffness_z_n_per_m = 0.1", "stiffness_z_n_per_m is 0.1: 6 legs give"),
+        ("[body]", "[senses]\nbody = 1\n[body]", "body"),
+        ("[body]", "[senses]\ndelay_s = -0.1\n[body]", "delay_s is -0.1; it must be at least 0"),
+        ("[body]", "[senses]\ndelay_s = 9\n[body]", "delay_s is 9, which is 1125 control ticks"),
         ("[body]", "[body", "it is no TOML"),
     ],
 )

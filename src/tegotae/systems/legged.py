@@ -278,7 +278,7 @@ class _WalkerDocument(msgspec.Struct, forbid_unknown_fields=True):
     omega: float
     foot: dict[str, Json]
     body: dict[str, Json] = {}
-    senses: dict[str, Json] = {}
+    senses: dict[str, Json] | None = None
     ticks: float = 1.0
 
 
@@ -300,8 +300,8 @@ def walker_of(document: object) -> Legged:
     known = documents.fitted(document, _WalkerDocument)
     require_finite("sigma", known.sigma)
     body: dict[str, Json] = {**known.body, "kind": "Walker"}
-    if known.senses:
-        body = {**known.senses, "kind": "Sensors", "body": body}
+    if known.senses is not None:
+        body = {"body": body, **known.senses, "kind": "Sensors"}
     return walking(
         known.about,
         restore(body, Body, "body"),

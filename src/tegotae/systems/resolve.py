@@ -97,7 +97,8 @@ class Resolved:
             return self.controllers
         for experiment in self.experiments[:1]:
             called = experiment.name
-            trained = self.name if is_reference(self.name) else called
+            files = is_reference(self.name) or is_walker_file(self.name)
+            trained = self.name if files else called
             ready = f"{zoo.PREFIX}{called}"
             way = f"take {ready}, or train it" if ready in zoo.names() else "first"
             raise TegotaeError(

@@ -55,7 +55,13 @@ class Actuation(Term):
         return None
 
     def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
-        """What it commands at a frequency ω [rad/s]; as it is, where nothing depends on it."""
+        """What it commands at a frequency; the command as it is, where nothing depends on it.
+
+        Args:
+            weights: its own, [(limbs,) lanes] each.
+            command: its value, a force [N] or places [m], [(commands,) (limbs,) lanes].
+            omega: ω [rad/s], [(limbs,) lanes].
+        """
         return command
 
     @abstractmethod

@@ -167,9 +167,10 @@ class SteppingFoot(BalancedFoot):
 class PacedFoot(BalancedFoot):
     """A `BalancedFoot` whose stride grows with the frequency, and is none at ω₀:
 
-        B(ω) = B (1 - ω₀ / ω).
+        B(ω) = B (1 - ω₀ / ω),    0 for ω ≤ ω₀.
 
-    So it steps on the spot at ω₀, and 2 B (ω - ω₀) / π, its mean speed while it bears, is a line.
+    So it steps on the spot up to ω₀. Above, 2 B (ω - ω₀) / π, its mean speed while it bears, is a
+    line.
 
     Args:
         start: the ellipse to start from; the gains and ω₀ start at zero.
@@ -189,7 +190,9 @@ class PacedFoot(BalancedFoot):
 
     def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes], at a frequency [rad/s]."""
-        return jnp.stack([command[0] * (1.0 - weights[8] / omega), command[1]])
+        still = weights[8]
+        share = jnp.where(omega > jnp.maximum(still, 0.0), 1.0 - still / omega, 0.0)
+        return jnp.stack([command[0] * share, command[1]])
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ wrong and how to put it right. A part that passes can go into a `Controller` or 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +16,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts._shapes import PerCommand, PerLane, PerLimb, StateTree, Weights
 from tegotae.parts.bodies import Body
+from tegotae.parts.channels import FORCE
 from tegotae.parts.controller import Controller
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.oscillators import Oscillator
@@ -38,7 +40,8 @@ def check_term(term: Term) -> None:
 
     Checked are: a frozen, hashable dataclass; `reads`, `n_weights` and `initial`; a value of the
     shape and type of the lanes, in float32 and float64, that depends on no other lane and on no
-    signal that is missing from `reads`. Of an actuation also `full_force`.
+    signal that is missing from `reads`; of a place of the foot, of each of its commands. Of an
+    actuation also `paced` and `full_force`.
 
     Raises:
         TegotaeError: for the first breach, with what would be right.
@@ -106,13 +109,34 @@ def _check_value(trial: PartTrial, term: Term) -> None:
     scales = {s: jnp.asarray(1.5, trial.dtype) for s in values if not s.endswith("_phase")}
     weights = [trial.lanes(-1.0, 1.0, 100 + i) for i in range(term.n_weights)]
 
-    def call(weights: Weights, values: dict[str, jax.Array]) -> PerCommand:
-        result = term(tuple(weights), _DeclaredSignals(values, scales))
-        returns = f".__call__ returns a {type(result).__name__}"
+    commands = term.COMMANDS if isinstance(term, Actuation) else FORCE
+
+    def checked(what: str, result: PerCommand) -> PerCommand | list[jax.Array]:
+        returns = f"{what} returns a {type(result).__name__}"
         trial.require(is_of(result, jax.Array), f"{returns}; it must return one array")
-        return result
+        if len(commands) == 1:
+            return result
+        trial.require(
+            result.shape[:1] == (len(commands),),
+            f"{what} has shape {result.shape}; its first axis must be that of its commands, "
+            f"{', '.join(commands)}",
+        )
+        return list(result)
+
+    def call(weights: Weights, values: dict[str, jax.Array]) -> PerCommand | list[jax.Array]:
+        return checked(".__call__", term(tuple(weights), _DeclaredSignals(values, scales)))
 
     trial.value(".__call__", call, weights, values)
+    if not isinstance(term, Actuation):
+        return
+    command = term(tuple(weights), Signals(values, scales))
+
+    def paced(weights: Weights, omega: jax.Array, *rows: jax.Array) -> Any:
+        whole = rows[0] if len(commands) == 1 else jnp.stack(rows)
+        return checked(".paced", term.paced(tuple(weights), whole, omega))
+
+    rows = [command] if len(commands) == 1 else list(command)
+    trial.value(".paced", paced, weights, trial.lanes(4.0, 8.0, 9), *rows)
 
 
 def _check_full_force(trial: PartTrial, term: Actuation) -> None:
