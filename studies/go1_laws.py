@@ -340,6 +340,8 @@ def figure(table: Table, kept: pd.DataFrame) -> Figure:
         title=table.unit,
         loc="upper right",
         ncols=len(table.commands),
+        columnspacing=0.8,
+        handletextpad=0.1,
     )
     return drawn
 
