@@ -102,6 +102,16 @@ def test_that_no_candidate_came_through_its_episode_is_said(tiny_training, tmp_p
     assert said.startswith("1 of 2 learned nothing: no candidate survived")
 
 
+def test_a_training_that_never_gained_says_what_to_try(tiny_training, tmp_path):
+    (good, *_) = tiny.controllers(tiny_training)
+    kept = json.loads(good.read_text())
+    for best, length, says in ((0, 100, True), (1, 100, False), (0, 10, False)):
+        kept["training"] |= {"best_generation": best, "generations": length}
+        (path := tmp_path / good.name).write_text(json.dumps(kept))
+        notes = TrainedControllers("ART", tmp_path, (path,), "generation").notes
+        assert [note.startswith("1 of 1 never got better") for note in notes] == [True] * says
+
+
 def test_all_runs_of_a_training_are_evaluated_together(tiny_training):
     trained = TrainedControllers(
         "ART", tiny_training, tuple(tiny.controllers(tiny_training)), "generation"

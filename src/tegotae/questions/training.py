@@ -290,6 +290,12 @@ class TrainedControllers(AnswerBase):
                 f"{lost} of {len(fitness)} learned nothing: no candidate survived its episode, "
                 "so the fitness has no other meaning."
             )
+        unit = self.unit
+        if stuck := sum(run[f"best_{unit}"] == 0 and run[f"{unit}s"] > 20 for run in self.runs):
+            notes.append(
+                f"{stuck} of {len(fitness)} never got better than they began: their steps may be too "
+                "large. A law of a few numbers learns with --algorithm cma-es --std 0.08."
+            )
         return [*notes, *self.remarks]
 
     def document(self) -> JsonObject:
