@@ -293,8 +293,8 @@ class TrainedControllers(AnswerBase):
         unit = self.unit
         if stuck := sum(run[f"best_{unit}"] == 0 and run[f"{unit}s"] > 20 for run in self.runs):
             notes.append(
-                f"{stuck} of {len(fitness)} never got better than they began; steps may be too large. "
-                "A law of a few numbers learns with --algorithm cma-es --std 0.08."
+                f"{stuck} of {len(fitness)} never got better than they began; their steps may be "
+                "too large. A law of a few numbers learns with --algorithm cma-es --std 0.08."
             )
         return [*notes, *self.remarks]
 
