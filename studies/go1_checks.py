@@ -81,7 +81,8 @@ def checked(name: str, check: str) -> list[dict[str, Any]]:
             rows += [
                 {"check": check, "law": name, "condition": title, "run": k, "omega": omegas[i],
                  "start": seeds[i], "fell": int(found.fell[i]),
-                 "speed_m_per_s": found.speed_m_per_s[i]}
+                 "speed_m_per_s": found.speed_m_per_s[i],
+                 "turns_rad_per_s": found.turns_rad_per_s[i]}
                 for i in range(len(cells))
             ]  # fmt: skip
     return rows
