@@ -269,6 +269,8 @@ class Judgement:
     cost_of_transport: np.ndarray
     turns_rad_per_s: np.ndarray
     """Mean rate of the heading."""
+    heading_rad: np.ndarray
+    """At the end, from that at the start."""
     spread: np.ndarray
     """Mean resultant of the phases' lags to the first leg over the last half, 1 if they lock."""
 
@@ -308,4 +310,5 @@ def judged(
     cost = np.where(alive & (went > 0.0), work / (course.weight_n * np.maximum(went, 1e-9)), np.nan)
     speed = np.where(alive, went / (seconds - SETTLE_S), np.nan)
     turns = np.where(alive, kept[first:, 2].mean(axis=0), np.nan)
-    return Judgement(~alive, speed, cost, turns, np.abs(lag.mean(axis=0)).mean(axis=0))
+    heading = np.where(alive, kept[:, 2].sum(axis=0) * course.step_s, np.nan)
+    return Judgement(~alive, speed, cost, turns, heading, np.abs(lag.mean(axis=0)).mean(axis=0))
