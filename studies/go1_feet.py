@@ -43,6 +43,12 @@ SETTINGS = ModelSettings(
 SECONDS, SETTLE_S = 30.0, 2.0
 LOW_M, TILTED = 0.135, math.cos(1.0)
 PUSH_S, LOST_S = 0.1, 2.0
+FIELD_M = ((-3.0, -3.0), (60.0, 3.0))
+"""Two corners of the field of blocks."""
+FREE_M = 0.6
+"""Within this distance of the start there is none."""
+BLOCKS, HALF_M = 1500, (0.1, 0.1)
+"""How many, and half of their lengths and widths."""
 FOLDED_M = (0.0, 0.0, 0.12)
 """Where the foot of a lost leg is held, from its place at rest."""
 
@@ -93,45 +99,35 @@ CONDITIONS = {
 }
 
 
-class Blocks(ModelSettings):
-    """The same with blocks on the ground, lowered out of the way where there are none."""
+@dataclass(frozen=True, kw_only=True)
+class Ground(ModelSettings):
+    """The model on blocks that a layout draws, at its own time step or half of it."""
+
+    blocks_m: float = 0.0
+    layout: int = 0
+    finer: bool = False
 
     def spec(self) -> MjSpec:
         """The `MjSpec`."""
         import mujoco
 
-        spec, draw = super().spec(), np.random.default_rng(37)
-        for x, y in zip(draw.uniform(-3.0, 60.0, 1500), draw.uniform(-3.0, 3.0, 1500), strict=True):
-            if math.hypot(x, y) > 0.6:
-                box = mujoco.mjtGeom.mjGEOM_BOX
-                spec.worldbody.add_geom(type=box, size=[0.1, 0.1, 0.5], pos=[x, y, -0.5])
-        return spec
-
-
-class Finer(ModelSettings):
-    """The same at half the time step."""
-
-    def spec(self) -> MjSpec:
-        """The `MjSpec`."""
         spec = super().spec()
-        spec.option.timestep *= 0.5
+        spec.option.timestep *= 0.5 if self.finer else 1.0
+        if self.blocks_m:
+            places = np.random.default_rng([37, self.layout]).uniform(*FIELD_M, (2 * BLOCKS, 2))
+            free = places[np.hypot(*places.T) > FREE_M]
+            for x, y in free[:BLOCKS]:
+                half, box = [*HALF_M, 0.5 * self.blocks_m], mujoco.mjtGeom.mjGEOM_BOX
+                spec.worldbody.add_geom(type=box, size=half, pos=[x, y, half[2]])
         return spec
 
 
-class FinerBlocks(Finer, Blocks):
-    """Blocks at half the time step."""
-
-
-def model_of(condition: Condition) -> tuple[ModelSettings, MjModel]:
+def model_of(condition: Condition, layout: int = 0) -> tuple[ModelSettings, MjModel]:
     """The settings, and the model under a condition."""
-    kinds = (ModelSettings, Blocks), (Finer, FinerBlocks)
-    kind = kinds[condition.finer][condition.blocks_m > 0.0]
     own = {field.name: getattr(SETTINGS, field.name) for field in dataclasses.fields(SETTINGS)}
-    settings = kind(**own)
+    settings = Ground(**own, blocks_m=condition.blocks_m, layout=layout, finer=condition.finer)
     model = sensing(settings).model
     scale_model(model, condition.mass, condition.friction)
-    if condition.blocks_m:
-        model.geom_pos[model.geom_pos[:, 2] == -0.5, 2] += condition.blocks_m
     g = float(np.linalg.norm(model.opt.gravity))
     model.opt.gravity[:] = g * np.array(
         [-math.sin(condition.slope_rad), 0.0, -math.cos(condition.slope_rad)]
@@ -144,15 +140,19 @@ class Course:
 
     Args:
         condition: of all.
-        lanes: how many.
+        layouts: of the blocks, if there are any, [lanes].
         seconds: the longest episode [s].
     """
 
-    def __init__(self, condition: Condition, lanes: int, seconds: float) -> None:
-        settings, self.model = model_of(condition)
+    def __init__(self, condition: Condition, layouts: Sequence[int], seconds: float) -> None:
+        lanes = len(layouts)
+        drawn = dict.fromkeys(layouts if condition.blocks_m else [0])
+        made = {layout: model_of(condition, layout) for layout in drawn}
+        settings, self.model = next(iter(made.values()))
         settings = dataclasses.replace(settings, duration_s=seconds)
         self.env, self._condition = ModelEnv(settings), condition
-        self._lanes = ModelLanes(settings, lanes, models=[self.model] * lanes)
+        models = [made[layout][1] if condition.blocks_m else self.model for layout in layouts]
+        self._lanes = ModelLanes(settings, lanes, models=models)
         self.names, self.step_s = list(self.env.observation_names), self.env.dt
         self.mass_kg = float(self.model.body_mass.sum())
         self.weight_n = self.mass_kg * float(np.linalg.norm(self.model.opt.gravity))
@@ -287,11 +287,11 @@ def judged(
     Args:
         driver_of: makes what drives all lanes.
         omega: [rad/s], [lanes].
-        starts: seeds, [lanes].
+        starts: seeds, of blocks too, [lanes].
         condition: of all.
         seconds: how long [s].
     """
-    n, course = len(omega), Course(condition, len(omega), seconds)
+    n, course = len(omega), Course(condition, starts, seconds)
     course.reset(np.asarray(starts), np.ones(n, bool))
     driver = driver_of(course, omega, condition.random_phases)
     entries = [course.names.index(name) for name in ("root_speed", "work", "root_yaw_rate")]

@@ -15,7 +15,7 @@ import dataclasses
 import math
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -26,7 +26,7 @@ import tyro
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from go1_feet import CONDITIONS, FOLDER, WIRING, DriverOf, by_law, judged
+from go1_feet import CONDITIONS, FOLDER, WIRING, Condition, DriverOf, by_law, judged
 from go1_policy import BEGUN, PACED, STEADY, Pace, Senses, by_actor
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
@@ -49,6 +49,10 @@ SPEEDS = (0.3, 0.6, 1.2, 1.8, 2.5)
 """Commanded speeds [m/s]."""
 STARTS = (1001, 1002, 1003, 1004)
 """Seeds of starts that no training met."""
+CALIBRATION = (3001, 3002)
+"""Those of the starts from which speeds are calibrated."""
+OTHERS = "8 other starts"
+"""The check of `go1_checks.py` by which a run is chosen."""
 
 
 @dataclass(frozen=True)
@@ -193,6 +197,11 @@ class Table:
     column: str
     unit: str
 
+    def runs(self, law: str) -> Iterator[Run]:
+        """Those of a law; where speeds are the commands, each with its own calibration."""
+        runs = iter(self.laws[law].runs())
+        return runs if self.column == "omega" else map(calibrated, runs)
+
     def omegas(self, run: Run, commands: np.ndarray) -> np.ndarray:
         """The frequencies [rad/s] of commands."""
         return commands if self.column == "omega" else run.pace.omega_at(commands)
@@ -225,25 +234,26 @@ class Go1Laws:
             )
             runs = kept[kept.law == name].groupby("condition").run.nunique()
             done = set(runs[runs == len(table.laws[name].runs())].index)
-            for condition in CONDITIONS:
-                if condition not in done:
-                    begun = time.monotonic()
-                    rows = measured(table, name, condition)
-                    write_rows(file, rows, digits=4, by=("law", "condition"))
-                    took = time.monotonic() - begun
-                    print(f"{name}, {condition}: {len(rows)} lanes, {took:.0f} s", flush=True)
+            missing = [condition for condition in CONDITIONS if condition not in done]
+            ready = list(table.runs(name)) if missing else []
+            for condition in missing:
+                begun = time.monotonic()
+                rows = measured(table, name, ready, condition)
+                write_rows(file, rows, digits=4, by=("law", "condition"))
+                took = time.monotonic() - begun
+                print(f"{name}, {condition}: {len(rows)} lanes, {took:.0f} s", flush=True)
         kept = pd.read_csv(file)
         write_text(FOLDER / f"{self.table}.md", laws_table(table, kept))
         save_figure(figure(table, kept), FOLDER / f"{self.table}.png")
         print(laws_table(table, kept))
 
 
-def measured(table: Table, name: str, condition: str) -> list[dict[str, Any]]:
+def measured(table: Table, name: str, runs: Sequence[Run], condition: str) -> list[dict[str, Any]]:
     """Every run of a law from every start at every command: a row each."""
     cells = [(command, start) for command in table.commands for start in STARTS]
     commands, starts = (np.array(column) for column in zip(*cells, strict=True))
     rows = []
-    for k, run in enumerate(table.laws[name].runs()):
+    for k, run in enumerate(runs):
         driver, omegas = run.driver_of(len(cells)), table.omegas(run, commands)
         found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
         rows += [
@@ -257,11 +267,35 @@ def measured(table: Table, name: str, condition: str) -> list[dict[str, Any]]:
                 "speed_m_per_s": found.speed_m_per_s[i],
                 "wanted_m_per_s": run.pace.wanted_m_per_s(omegas[i]),
                 "cost_of_transport": found.cost_of_transport[i],
+                "heading_rad": found.heading_rad[i],
                 "locked": found.spread[i],
             }
             for i in range(len(cells))
         ]
     return rows
+
+
+def calibrated(run: Run) -> Run:
+    """Its commands by a line through its speeds on even ground, of least errors over the speeds."""
+    omega = np.repeat(run.pace.omega_at(np.array(SPEEDS)), len(CALIBRATION))
+    starts = list(CALIBRATION) * len(SPEEDS)
+    speed = judged(run.driver_of(len(omega)), omega, starts, Condition()).speed_m_per_s
+    sound = speed > 0.0
+    if len(np.unique(omega[sound])) < 2:
+        return run
+    over = np.column_stack([omega, -np.ones_like(omega)])[sound] / speed[sound, None]
+    slope, still = np.linalg.lstsq(over, np.ones(len(over)), rcond=None)[0]
+    pace = dataclasses.replace(run.pace, slope_m=slope, still_rad_per_s=still / slope)
+    return dataclasses.replace(run, pace=pace)
+
+
+def chosen(name: str) -> int | None:
+    """Of several runs that were checked, the one that falls least from other starts, and costs
+    least among these."""
+    checks = pd.read_csv(FOLDER / "checks.csv")
+    own = checks[(checks.law == name) & (checks.check == OTHERS)].groupby("run")
+    ranked = own[["fell", "cost_of_transport"]].mean().sort_values(["fell", "cost_of_transport"])
+    return None if len(ranked) < 2 else int(ranked.index[0])
 
 
 def wired(run: SavedController) -> Wiring:
@@ -292,26 +326,30 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
     lines = [[*head, "over wanted", "CoT"]]
     for name, law in table.laws.items():
         rows = kept[kept.law == name]
-        if not len(rows):
-            continue
-        usual, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
-        own = rows[rows.condition == "as it is"]
-        fell = wilson(int(usual.fell.sum()), len(usual))
-        by_command = own.groupby(table.column).speed_m_per_s.mean()
-        ratio = (own.speed_m_per_s / own.wanted_m_per_s).mean()
-        lines.append(
-            [
-                f"{name} ({rows.run.nunique()})",
-                law.senses,
-                str(law.numbers),
-                f"{usual.fell.mean():.1%} [{fell[0]:.1%}, {fell[1]:.1%}]",
-                f"{free.fell.mean():.0%}",
-                " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
-                "–" if np.isnan(ratio) else f"{ratio:.2f}",
-                "–" if own.fell.all() else f"{own.cost_of_transport.mean():.2f}",
-            ]
-        )
+        if len(rows):
+            lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows)])
+        best = chosen(name) if table.column != "omega" else None
+        if len(rows) and best is not None:
+            lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best])])
     return markdown(lines)
+
+
+def line_of(table: Table, law: Law, rows: pd.DataFrame) -> list[str]:
+    """What the table says of rows of a law."""
+    usual, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
+    own = rows[rows.condition == "as it is"]
+    fell = wilson(int(usual.fell.sum()), len(usual))
+    by_command = own.groupby(table.column).speed_m_per_s.mean()
+    ratio = (own.speed_m_per_s / own.wanted_m_per_s).mean()
+    return [
+        law.senses,
+        str(law.numbers),
+        f"{usual.fell.mean():.1%} [{fell[0]:.1%}, {fell[1]:.1%}]",
+        f"{free.fell.mean():.0%}",
+        " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
+        "–" if np.isnan(ratio) else f"{ratio:.2f}",
+        "–" if own.fell.all() else f"{own.cost_of_transport.mean():.2f}",
+    ]
 
 
 @styled()

@@ -10,7 +10,8 @@ bear, the booleans that CPG-RL's policies see; `loads`; `imu`, those and roll, p
 their rates; `all`, those and every joint's angle and velocity, and the trunk's. Conditions,
 commands, time and reward are those of `go1_tuned.py`: each step pays the share of an episode that
 it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all.
-With `--speeds` speeds are the commands, and the stride of the ellipse is theirs.
+With `--speeds` speeds are the commands, the stride of the ellipse is theirs, 0.05 is 0.1, and 0.3
+|ψ| of the heading, up to 1 rad, is lost.
 `docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz` or `ppo-SENSES-speed-SEED.npz`, and
 what its episodes were worth, `.csv`. A training goes on where it was stopped.
 """
@@ -30,7 +31,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from go1_feet import FOLDER, ROOT, Course
 from go1_policy import PACED, REACH_M, STEADY, Inputs, Senses, places_of
-from go1_tuned import MET, OMEGAS, SECONDS, SPEEDS
+from go1_tuned import MET, OMEGAS, PRICES, SECONDS, SPEEDS
 from kept import write_rows
 from tegotae._support.files import output_folder
 from tegotae.cli.console import exit_status
@@ -55,18 +56,19 @@ class Feet(VecEnv):
     """
 
     def __init__(self, senses: Senses, key: tuple[int, ...], speeds: bool) -> None:
-        self.courses = [Course(condition, LANES, SECONDS) for condition in MET]
+        self.courses = [Course(condition, range(LANES), SECONDS) for condition in MET]
         self.inputs = Inputs(self.courses[0], senses)
         self._speed = self.courses[0].names.index("root_speed")
         self._work = self.courses[0].names.index("work")
-        self._pace = PACED if speeds else STEADY
+        self._yaw_rate = self.courses[0].names.index("root_yaw_rate")
+        self._pace, self._prices = PACED if speeds else STEADY, PRICES[speeds]
         commands = PACED.omega_at(np.array(SPEEDS)) if speeds else OMEGAS
         self._omega = np.resize(commands, LANES)
         self._drawn, n = np.random.default_rng(key), LANES * len(MET)
         self.paid: list[float] = []
         """What each episode that is over was worth."""
         self._done, self._sum, self._fast = np.zeros(n, int), np.zeros(n), np.zeros(n)
-        self._phase, self._worked = np.zeros(n), np.zeros(n)
+        self._phase, self._worked, self._heading = np.zeros(n), np.zeros(n), np.zeros(n)
         bounds = Box(-np.inf, np.inf, (self.inputs.width,)), Box(-1.0, 1.0, (len(REACH_M),))
         super().__init__(n, *bounds)
 
@@ -81,7 +83,7 @@ class Feet(VecEnv):
         course.reset(self._drawn.integers(2**31, size=LANES), over)
         begun = np.where(over, course.phases[0], self._phase[own])
         self._phase[own] = begun
-        for kept in (self._done, self._sum, self._fast):
+        for kept in (self._done, self._sum, self._fast, self._heading):
             kept[own][over] = 0
         self._worked[own][over] = course.seen[over, self._work]
 
@@ -100,13 +102,16 @@ class Feet(VecEnv):
             stride_m = self._pace.stride_at(self._omega)
             places = places_of(self._actions[own], self._phase[own], stride_m)
             stands[own] = course.step(places, np.ones(LANES, bool))
-            seen.append(np.nan_to_num(course.seen[:, [self._speed, self._work]]))
-        speed, work = np.concatenate(seen).T
+            entries = [self._speed, self._work, self._yaw_rate]
+            seen.append(np.nan_to_num(course.seen[:, entries]))
+        speed, work, turns = np.concatenate(seen).T
         wanted, weight_n = self._pace.wanted_m_per_s(omega), self.courses[0].weight_n
         self._fast += (speed - self._fast) * step_s / MEMORY_S
+        self._heading += turns * step_s
         off = np.minimum(np.abs(self._fast / wanted - 1.0), 1.0)
         cost = np.minimum((work - self._worked) / (weight_n * wanted * step_s), 8.0)
-        paid = np.where(stands, 1.0 - 0.3 * off - 0.05 * cost, 0.0) * step_s / SECONDS
+        lost = self._prices[0] * cost + self._prices[1] * np.minimum(np.abs(self._heading), 1.0)
+        paid = np.where(stands, 1.0 - 0.3 * off - lost, 0.0) * step_s / SECONDS
         self._worked, self._phase = work, self._phase + omega * step_s
         self._sum, self._done = self._sum + paid, self._done + 1
         cut = stands & (self._done * step_s >= SECONDS - 1e-9)

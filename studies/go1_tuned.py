@@ -5,7 +5,6 @@
     python studies/go1_tuned.py --law AR-b              # the walker's weights, and balance
     python studies/go1_tuned.py --law clock-s --pace walk
     python studies/go1_tuned.py --law load-p --pace speed
-    python studies/go1_tuned.py --law load-p --pace course
 
 CMA-ES from the walker's ellipse without balance. A candidate's score is the share of its lanes that
 do not fall, less 0.3 |v / v* - 1| and 0.05 CoT, over pushes, blocks and any phases at three
@@ -13,9 +12,8 @@ commands, from starts of its generation. `docs/_static/go1_feet` keeps the mean 
 distribution, `LAW-tuned-SEED.json`, and the scores of every generation, `.csv`. A tuning goes on
 where it was stopped. The wanted speed v* is that of a candidate's stride, which may shrink; with
 `--pace walk` it is PPO's for all, and with `run` twice that, for laws that already walk; with
-`speed` speeds are the commands, 0.3 to 2.5 m/s; with `thrift`, too, and CoT counts four times;
-`course` goes on from `speed` in smaller steps, CoT counts twice, and 0.3 rad^-1 of the heading's
-error at the end. Such laws are `LAW-walk-SEED.json` and so on.
+`speed` speeds are the commands, 0.3 to 2.5 m/s, CoT counts twice, and a score is less 0.3 |ψ|, of
+the heading at the end, up to 1 rad. Such laws are `LAW-walk-SEED.json` and so on.
 """
 
 from __future__ import annotations
@@ -58,15 +56,15 @@ Kind = Literal[
     "clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p", "clock-alone"
 ]
 
-Pace = Literal["tuned", "walk", "run", "speed", "thrift", "course"]
+Pace = Literal["tuned", "walk", "run", "speed"]
 WANTED = {"walk": WANTED_M, "run": 2.0 * WANTED_M}
 """Wanted speed over ω [m]; that of `tuned` is of a candidate's own stride."""
-BEFORE = {"run": "walk", "course": "speed"}
-"""The paces that go on from the law of another."""
 SLOWEST, FASTEST = 5.0, 50.0
 """No law is commanded to step slower or faster [rad/s]."""
 SPEEDS = (0.3, 1.3, 2.5)
-"""The commands of the paces `speed`, `thrift` and `course` [m/s]."""
+"""The commands of the pace `speed` [m/s]."""
+PRICES = {False: (0.05, 0.0), True: (0.1, 0.3)}
+"""What CoT costs, and what a heading that is 1 rad off; False at frequencies, True at speeds."""
 
 
 @dataclass(frozen=True)
@@ -89,13 +87,11 @@ class Tuned:
     def run(self) -> None:
         """Tune, and write the law."""
         kind, wiring = f"{self.law}-{self.pace}", start_of(self.law)
-        if before := BEFORE.get(self.pace):
-            law = resolve(str(FOLDER / f"{self.law}-{before}-{self.seed}.json")).controller()
-            wiring = dataclasses.replace(wiring, weights=np.ravel(law.weights))
+        if self.pace == "run":
+            walk = resolve(str(FOLDER / f"{self.law}-walk-{self.seed}.json")).controller()
+            wiring = dataclasses.replace(wiring, weights=np.ravel(walk.weights))
         name = f"{kind}-{self.seed}"
-        begun = np.asarray(wiring.weights)
-        std = 0.04 if self.pace == "course" else 0.08
-        algorithm = CMAES(population=self.population, std=std)
+        begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
         assert wiring.controller is not None
         names = [path[-1] for path in wiring.controller.weight_names]
         free = ~np.isin(names, BALANCE) | (self.law != "clock-alone")
@@ -109,7 +105,7 @@ class Tuned:
         for generation in range(len(rows), self.generations):
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
-            start = 10_000 * (1 + self.seed) + generation + (5_000 if self.pace == "course" else 0)
+            start = 10_000 * (1 + self.seed) + generation
             tried = np.where(free, np.asarray(candidates, float), begun)
             scores = scored(wiring, tried, start, self.pace)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
@@ -146,9 +142,8 @@ def start_of(law: Kind) -> Wiring:
 
 def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np.ndarray:
     """Of every candidate, [candidates]."""
-    at_speeds = pace in ("speed", "thrift", "course")
-    commands = SPEEDS if at_speeds else OMEGAS
-    price = {"thrift": 0.2, "course": 0.1}.get(pace, 0.05)
+    at_speeds = pace == "speed"
+    commands, (price, off_course) = SPEEDS if at_speeds else OMEGAS, PRICES[at_speeds]
     weights = np.repeat(candidates, len(commands), axis=0)
     own = [dataclasses.replace(wiring, weights=x) for x in weights]
     omegas = wanted = np.tile(commands, len(candidates))
@@ -166,9 +161,8 @@ def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
         off = np.minimum(np.abs(np.nan_to_num(found.speed_m_per_s) / wanted - 1.0), 1.0)
         cost = np.minimum(np.nan_to_num(found.cost_of_transport, nan=8.0), 8.0)
-        total += ~found.fell - 0.3 * off - price * cost
-        if pace == "course":
-            total -= 0.3 * np.minimum(np.abs(np.nan_to_num(found.heading_rad, nan=1.0)), 1.0)
+        astray = np.minimum(np.abs(np.nan_to_num(found.heading_rad, nan=1.0)), 1.0)
+        total += ~found.fell - 0.3 * off - price * cost - off_course * astray
     return total.reshape(-1, len(commands)).mean(axis=1) / len(MET)
 
 

@@ -98,7 +98,7 @@ def of_go1(
     saved = resolve(str(FOLDER / name)).controller()
     wiring = dataclasses.replace(EnvExperiment.of(saved).wiring, weights=saved.weights)
     omega = pace_of(wiring).omega_at(np.array([speed_m_per_s]))
-    course, alive = Course(condition, 1, begin_s + SECONDS), np.ones(1, bool)
+    course, alive = Course(condition, [START], begin_s + SECONDS), np.ones(1, bool)
     course.reset(np.array([START]), alive)
     law = by_law(wiring, np.ravel(saved.weights)[None])(course, omega, False)
     states, each = [], round(EVERY / FRAMES_PER_S / course.step_s)
