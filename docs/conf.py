@@ -49,7 +49,7 @@ autodoc_typehints_format = "short"
 # they name other packages, and this one's classes by the private modules that define them.
 nitpicky = True
 nitpick_ignore_regex = [
-    (r"py:.*", r"(?!tegotae\.|reproduction\.).*"),
+    (r"py:.*", r"(?!tegotae\.|lanewise\.|reproduction\.).*"),
     (r"py:class", r"tegotae(\.\w+){3,}"),
     (r"py:class", r"tegotae\.(parameters|documents|registry)\.[PT]"),
 ]

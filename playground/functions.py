@@ -8,10 +8,10 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
+from lanewise.nodes import Node, given, keeping_calls
 from playground.layout import LayoutEntry, texts
 from playground.loops import LoopReader
 from playground.program import Program
-from tegotae.lowering.nodes import Node, given, keeping_calls
 from tegotae.parts._shapes import ArrayTree
 
 ASKED = ("phase", "spring", "velocity")

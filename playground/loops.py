@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lanewise.graph import Arrays, in_shapes
+from lanewise.nodes import Node, Parameters, Traced, given, scalars
 from tegotae.export.c.reader import Call, CReader, Procedure
 from tegotae.export.c.statements import Library, Statements
 from tegotae.export.c.text import c_name
-from tegotae.lowering.graph import Arrays, in_shapes
-from tegotae.lowering.nodes import Node, Parameters, Traced, given, scalars
 
 
 @dataclass(eq=False)

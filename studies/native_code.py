@@ -19,8 +19,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.legs import FOOT, OMEGA, WALKER_TICK_S
+from lanewise.episode import Kernel, TracedEpisode, compile_episode
 from tegotae import Scenario, Timing, build
-from tegotae.lowering.episode import Kernel, TracedEpisode, compile_episode
 from tegotae.parts.bodies import Bar, Body, Hopper, Plate, Walker
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector

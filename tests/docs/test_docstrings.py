@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import lanewise
 import playground
 import reproduction
 import tegotae
@@ -25,8 +26,8 @@ from tegotae.training.algorithms import Algorithm
 
 
 def _modules() -> Iterator[str]:
-    """The modules of the package, and of the programs beside it."""
-    for package in (tegotae, reproduction, playground):
+    """The modules of the package, of its compiler, and of the programs beside it."""
+    for package in (tegotae, lanewise, reproduction, playground):
         for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             if not info.name.endswith("__main__"):
                 yield info.name

@@ -11,7 +11,7 @@ import pytest
 from places import ROOT
 from vocabulary import NAMES
 
-PROGRAMS = ("src/tegotae", "reproduction", "playground", "benchmarks", "studies/tuning")
+PROGRAMS = ("src", "reproduction", "playground", "benchmarks", "studies/tuning")
 FILES = sorted(file for folder in PROGRAMS for file in (ROOT / folder).rglob("*.py"))
 
 

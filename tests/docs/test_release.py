@@ -99,7 +99,7 @@ def test_both_distributions_have_the_whole_package(built):
         prefix = f"tegotae-{__version__}/src/"
         sources = {n.removeprefix(prefix) for n in archive.getnames() if n.startswith(prefix)}
     with zipfile.ZipFile(wheel) as archive:
-        packed = {name for name in archive.namelist() if name.startswith("tegotae/")}
+        packed = {name for name in archive.namelist() if name.startswith(("tegotae/", "lanewise/"))}
     listed = subprocess.run(
         ["git", "ls-files", "src"], cwd=ROOT, capture_output=True, text=True, check=True
     )

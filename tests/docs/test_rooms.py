@@ -16,7 +16,6 @@ from places import ROOT
 PACKAGE = ROOT / "src" / "tegotae"
 ROOMS = (
     "_support",
-    "lowering",
     "parts",
     "simulation",
     "measures",
@@ -121,3 +120,8 @@ def test_the_page_on_architecture_names_every_shape():
 def test_the_page_of_names_has_what_the_package_names():
     page = (ROOT / "docs" / "api" / "names.md").read_text(encoding="utf-8")
     assert sorted(re.findall(r"`(\w+) <tegotae", page)) == sorted(tegotae.__all__)
+
+
+def test_the_compiler_below_the_package_imports_nothing_of_it():
+    files = (ROOT / "src" / "lanewise").glob("*.py")
+    assert [file.name for file in files if "tegotae" in file.read_text(encoding="utf-8")] == []

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import llvmlite.binding as llvm
 import numpy as np
 
-from tegotae.lowering.episode import TracedEpisode, compile_episode
+from lanewise.episode import TracedEpisode, compile_episode
 
 
 def available_targets() -> list[str]:

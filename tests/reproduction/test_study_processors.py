@@ -14,7 +14,7 @@ from lowered import available_targets
 SMOKE_WITH_VECTORS = """
 import sys
 from pathlib import Path
-from tegotae.lowering import machine
+from lanewise import machine
 
 chosen = machine.target_of(sys.argv[1])
 machine._host = lambda name: chosen

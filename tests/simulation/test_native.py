@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 import tiny
+from lanewise.episode import compile_episode
 from tegotae import Engine, Hopper, Scenario, Timing, build, register
 from tegotae._support.engines import EngineWarning
-from tegotae.lowering.episode import compile_episode
 from tegotae.parts.bodies import Actuators, Bar, Blows, Body, Sensors, Walker
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.couplings import LearnedCoupling, Neighbours
@@ -269,12 +269,12 @@ def kernels(monkeypatch):
     """Kernels that are compiled from now on, as weak references; the engine keeps two."""
     compiled = []
 
-    def compile_one(*given: Any) -> Any:
-        kernel = compile_episode(*given)
+    def compile_one(*given: Any, **options: Any) -> Any:
+        kernel = compile_episode(*given, **options)
         compiled.append(weakref.ref(kernel))
         return kernel
 
-    monkeypatch.setattr("tegotae.lowering.episode.compile_episode", compile_one)
+    monkeypatch.setattr("lanewise.episode.compile_episode", compile_one)
     for name in ("_kernel", "_summarised"):
         made = getattr(native, name).__wrapped__
         monkeypatch.setattr(native, name, functools.lru_cache(2)(made))

@@ -9,10 +9,10 @@ import warnings
 import numpy as np
 import pytest
 
+from lanewise.machine import Code, target_of
 from tegotae._support import compiled
 from tegotae.cli import main
 from tegotae.cli.console import DEBUG, warn_in_one_line
-from tegotae.lowering.machine import Code, target_of
 
 MODULE = "define void @put(ptr %x) {\n  store i32 7, ptr %x\n  ret void\n}\n"
 
@@ -30,19 +30,19 @@ def put(code: Code) -> int:
 
 
 def test_code_is_compiled_once(place, monkeypatch):
-    assert put(Code.compiled(MODULE, target_of("host"))) == 7
-    monkeypatch.setattr("tegotae.lowering.machine.object_file", None)
-    assert put(Code.compiled(MODULE, target_of("host"))) == 7
+    assert put(Code.compiled(MODULE, target_of("host"), store=compiled)) == 7
+    monkeypatch.setattr("lanewise.machine.object_file", None)
+    assert put(Code.compiled(MODULE, target_of("host"), store=compiled)) == 7
 
 
 def test_damaged_code_is_compiled_again(place):
-    Code.compiled(MODULE, target_of("host"))
+    Code.compiled(MODULE, target_of("host"), store=compiled)
     (file,) = place.glob("*.o")
     whole = bytearray(file.read_bytes())
     whole[-1] ^= 1
     file.write_bytes(whole)
     assert compiled.kept(file.stem) is None
-    assert put(Code.compiled(MODULE, target_of("host"))) == 7
+    assert put(Code.compiled(MODULE, target_of("host"), store=compiled)) == 7
     assert compiled.kept(file.stem) is not None
 
 

@@ -161,7 +161,7 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(tiny_training, t
 WITH_VECTORS = """
 import sys
 from pathlib import Path
-from tegotae.lowering import machine
+from lanewise import machine
 
 chosen = machine.target_of(sys.argv[1])
 machine._host = lambda name: chosen

@@ -13,10 +13,11 @@ import jax.numpy as jnp
 import msgspec
 import numpy as np
 
+from lanewise.function import compile_function
+from lanewise.nodes import CannotLower
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_N
 from tegotae.export.live.controller import NativeController
-from tegotae.lowering.function import compile_function
 from tegotae.parts._shapes import Number, PerLimb, StateTree
 from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.channels import FORCE
@@ -236,8 +237,8 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
         max_force_n: the force at full push [N], where the file does not know it.
 
     Raises:
-        TegotaeError: for a largest force that is missing, known already or out of range.
-        CannotLower: for an operation that has no native code.
+        TegotaeError: for a largest force that is missing, known already or out of range; for an
+            operation that has no native code.
     """
     robot = RobotController(saved, max_force_n=max_force_n)
     controller = robot.controller
@@ -282,7 +283,10 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
         "omega": number,
         "elapsed_s": number,
     }
-    kernel = compile_function(tick, state, inputs)
+    try:
+        kernel = compile_function(tick, state, inputs)
+    except CannotLower as error:
+        raise TegotaeError(str(error)) from None
     names = [name for name, _, _ in kernel.layout[0]]
     numbers = [np.asarray(x).tolist() for x in jax.tree.leaves(state)]
     by_phase = type(controller.oscillator) is PhaseOscillator

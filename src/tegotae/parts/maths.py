@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-from tegotae.lowering.nodes import stays_a_call
+from lanewise.nodes import stays_a_call
 
 TWO_PI = 6.283185307179586
 

@@ -11,9 +11,10 @@ import jax
 import numpy as np
 from jax.typing import DTypeLike
 
+from lanewise.nodes import CannotLower
+from tegotae._support import compiled
 from tegotae._support.engines import EngineWarning, available_cores
 from tegotae._support.transforms import compiled_for
-from tegotae.lowering.nodes import CannotLower
 from tegotae.parts.bodies import Body
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, Shared
 from tegotae.simulation.recorder import Trajectory
@@ -21,7 +22,7 @@ from tegotae.simulation.timing import Timing, filled
 from tegotae.simulation.world import Scenario
 
 if TYPE_CHECKING:
-    from tegotae.lowering.episode import Kernel
+    from lanewise.episode import Kernel
 
 LANES_SUMMARISED = 64
 """Lanes of a block that is summarised at a time: always so many, the last block filled up, so that
@@ -145,14 +146,14 @@ def _lanes(tree: Any, count: int, *before: int) -> Any:
 @lru_cache(_PROGRAMS)
 def _kernel(program: EpisodeProgram, given: _Like) -> Kernel | CannotLower:
     """A program's code, or why there is none."""
-    from tegotae.lowering.episode import TracedEpisode, compile_episode  # llvmlite may be missing
+    from lanewise.episode import TracedEpisode, compile_episode  # llvmlite may be missing
 
     episode = TracedEpisode(program.start, program.tick, program.frame)
     lanes, shared = given.tree
     dtype = lanes.weights.dtype.name
     with jax.enable_x64(dtype == "float64"):
         try:
-            return compile_episode(episode, lanes, shared, dtype)
+            return compile_episode(episode, lanes, shared, dtype, store=compiled)
         except CannotLower as error:
             warnings.warn(
                 f"{error}; XLA runs the rollouts of this controller, more slowly",

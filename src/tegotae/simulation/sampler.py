@@ -10,16 +10,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lanewise.nodes import CannotLower
+from tegotae._support import compiled
 from tegotae._support.engines import NATIVE, selected
 from tegotae._support.transforms import jit_with_static
-from tegotae.lowering.nodes import CannotLower
 from tegotae.parts._shapes import StateTree
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import sample
 
 if TYPE_CHECKING:
-    from tegotae.lowering.function import FunctionKernel
-    from tegotae.lowering.machine import NativeStep
+    from lanewise.function import FunctionKernel
+    from lanewise.machine import NativeStep
 
 Sampled = tuple[StateTree, np.ndarray, np.ndarray, np.ndarray]
 """Oscillators, command, feedback and phase, as `sample` returns them."""
@@ -41,7 +42,7 @@ def sampler(
     if selected() == NATIVE:
         kernel = _kernel(controller, lanes, tuple(sensed), tuple(scaled))
         if kernel is not None:
-            return _stepping(kernel.step(), controller, lanes)
+            return _stepping(kernel.step(compiled), controller, lanes)
     return cast(Callable[..., Sampled], partial(_by_xla, controller))
 
 
@@ -50,7 +51,7 @@ def _kernel(
     controller: Controller, lanes: int, sensed: tuple[str, ...], scaled: tuple[str, ...]
 ) -> FunctionKernel | None:
     """The code; None for an operation that has none."""
-    from tegotae.lowering.function import compile_function  # llvmlite may be missing
+    from lanewise.function import compile_function  # llvmlite may be missing
 
     number = jax.ShapeDtypeStruct((), "float32")
     of_limbs = jax.ShapeDtypeStruct((*controller.limb_shape, 1), "float32")

@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae._support import compiled
 from tegotae._support.engines import NATIVE, selected
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjModel
@@ -19,7 +20,7 @@ from tegotae.envs.scaling import chain_of, place_of, started
 from tegotae.parts._shapes import AnyArray
 
 if TYPE_CHECKING:
-    from tegotae.lowering.function import FunctionKernel
+    from lanewise.function import FunctionKernel
 
 AXES = ("x", "y", "z")
 """Forward, to the left and up, of the trunk."""
@@ -254,7 +255,7 @@ def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) 
     if selected() != NATIVE:
         return jax.jit(partial(function, chains))
     shapes = tuple((name, x.shape[:-1]) for name, x in like.items())
-    native = _compiled(function, pickle.dumps(chains), shapes).step()
+    native = _compiled(function, pickle.dumps(chains), shapes).step(compiled)
 
     def called(inputs: Mapping[str, np.ndarray]) -> np.ndarray:
         lanes, results = next(iter(inputs.values())).shape[-1], []
@@ -274,7 +275,7 @@ def _compiled(
     function: _OfLegs, chains: bytes, shapes: tuple[tuple[str, tuple[int, ...]], ...]
 ) -> FunctionKernel:
     """The same compiled: once for all models with legs of the same geometry."""
-    from tegotae.lowering.function import compile_function  # llvmlite may be missing
+    from lanewise.function import compile_function  # llvmlite may be missing
 
     def step(state: Any, inputs: Any) -> Any:
         return state, {"result": function(pickle.loads(chains), inputs)}

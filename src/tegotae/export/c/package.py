@@ -96,7 +96,7 @@ def texts(export: Export, layout: ExportLayout = LAYOUTS["flat"]) -> dict[str, s
     """All files of an export by their paths in its folder.
 
     Raises:
-        CannotLower: for a controller with an operation that has no C, by its name.
+        TegotaeError: for a controller with an operation that has no C, by its name.
     """
     prefix = export.prefix
     code = {f"{prefix}.c": source(export), f"{prefix}.h": header(export)}  # refuses, and is quick

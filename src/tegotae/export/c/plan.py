@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from lanewise.nodes import CannotLower
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.export.c.legs import leg_facts, leg_pieces
 from tegotae.export.c.text import floating, is_c_name, plain
@@ -123,10 +124,13 @@ class Export(RobotController):
         """The functions that a tick is made of.
 
         Raises:
-            CannotLower: for an operation that has no C, by its name.
+            TegotaeError: for an operation that has no C, by its name.
         """
         legs = [] if self.legs is None else leg_pieces(self.legs)
-        return {**self.tick.pieces(), **{piece.name: piece for piece in legs}}
+        try:
+            return {**self.tick.pieces(), **{piece.name: piece for piece in legs}}
+        except CannotLower as error:
+            raise TegotaeError(str(error)) from None
 
     @property
     def state_names(self) -> tuple[str, ...]:

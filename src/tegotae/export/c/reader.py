@@ -10,9 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from tegotae.export.c.text import c_name, commented
-from tegotae.lowering.graph import Arrays, Reader, called, in_shapes
-from tegotae.lowering.nodes import (
+from lanewise.graph import Arrays, Reader, called, in_shapes
+from lanewise.nodes import (
     Detail,
     Node,
     Parameters,
@@ -22,7 +21,8 @@ from tegotae.lowering.nodes import (
     place_of,
     scalars,
 )
-from tegotae.lowering.operations import OPERATIONS, folded, of_finite
+from lanewise.operations import OPERATIONS, folded, of_finite
+from tegotae.export.c.text import c_name, commented
 
 _SMALLEST_PROCEDURE = 4
 """Operations from which a function of the package is worth one in C."""

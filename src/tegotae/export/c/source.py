@@ -33,7 +33,7 @@ def source(export: Export) -> str:
     """The text of PREFIX.c.
 
     Raises:
-        CannotLower: for an operation that has no C, by its name.
+        TegotaeError: for an operation that has no C, by its name.
     """
     library, functions = _written(export, export.pieces)
     oscillator = export.controller.oscillator

@@ -8,12 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
+from lanewise.nodes import Node, place_of, reachable
+from lanewise.operations import ATOM, OPERATIONS, PRODUCT, UNARY, WHOLE, Operation
 from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError
 from tegotae.export.c.reader import Call, Procedure
 from tegotae.export.c.text import c_name, comment_of, floating, number, template, wrapped
-from tegotae.lowering.nodes import Node, place_of, reachable
-from tegotae.lowering.operations import ATOM, OPERATIONS, PRODUCT, UNARY, WHOLE, Operation
 from tegotae.parts.weight_names import WeightName, nested
 
 _LONGEST = 220

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from lanewise.operations import ATOM, UNARY
 from tegotae._support.spelling import IN_ASCII
-from tegotae.lowering.operations import ATOM, UNARY
 from tegotae.parts._shapes import Number
 
 WIDTH = 96

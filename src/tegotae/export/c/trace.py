@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
+from lanewise.nodes import Node, array_of, given, keeping_calls, scalars
 from tegotae._support.errors import TegotaeError, other_code
 from tegotae.export.c.reader import CReader
 from tegotae.export.c.text import commented
 from tegotae.export.robot import RobotController
-from tegotae.lowering.nodes import Node, array_of, given, keeping_calls, scalars
 from tegotae.parts._shapes import ArrayTree, StateTree, Weights
 from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator

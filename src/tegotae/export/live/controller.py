@@ -14,10 +14,11 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lanewise.machine import NativeStep, load_step, sealed, unsealed
+from lanewise.nodes import LanewiseError
 from tegotae._support.errors import TegotaeError, is_of, require_finite
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import MOST_RAD_PER_S, MOST_STEP_S
-from tegotae.lowering.machine import NativeStep, load_step, sealed, unsealed
 
 _FORMAT, _VERSION = b"tegotae native controller ", b"3\n"
 _MOST = float(np.finfo(np.float32).max)
@@ -54,7 +55,10 @@ class NativeController:
         Raises:
             TegotaeError: for code that was altered, or is of another kind of processor.
         """
-        return load_step(self.code)
+        try:
+            return load_step(self.code)
+        except LanewiseError as error:
+            raise TegotaeError(str(error)) from None
 
 
 def write_native(native: NativeController, path: Path) -> None:
@@ -85,7 +89,7 @@ def read_native(path: Path | str) -> NativeController:
         )
     try:
         about = unsealed(content.removeprefix(_FORMAT + _VERSION))
-    except TegotaeError as error:
+    except LanewiseError as error:
         raise TegotaeError(f"{path}: {error}") from None
     return msgspec.msgpack.decode(about, type=NativeController)
 

@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from lanewise.episode import TracedEpisode, compile_episode
+from lanewise.machine import Code, object_file, target_of
 from lowered import available_targets, evaluated, of_everything, same_bits, samples
-from tegotae.lowering.episode import TracedEpisode, compile_episode
-from tegotae.lowering.machine import Code, object_file, target_of
 
 DTYPES = ("float32", "float64")
 
@@ -119,7 +119,7 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
     missing = [tool for tool in tools if shutil.which(tool) is None]
     if missing:
         pytest.skip(f"needs {' and '.join(missing)}, of Debian's gcc-aarch64-linux-gnu, qemu-user")
-    from tegotae.lowering.module import EpisodeModule
+    from lanewise.module import EpisodeModule
 
     kernel, lanes, shared = episode_kernel("host", dtype)
     expected = rolled_out(kernel, lanes, shared)

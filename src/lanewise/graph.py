@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae.lowering.nodes import (
+from lanewise.nodes import (
     DTYPES,
     KINDS,
     CannotLower,

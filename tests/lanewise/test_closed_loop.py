@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from lanewise.episode import TracedEpisode, compile_episode
 from lowered import same_bits
 from tegotae import Scenario, build
-from tegotae.lowering.episode import TracedEpisode, compile_episode
 from tegotae.parts.bodies import Bar, Hopper, Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.simulation.integrators import Hold, PredictorCorrector

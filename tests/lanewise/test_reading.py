@@ -10,12 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from lanewise.episode import compile_episode
+from lanewise.function import compile_function
+from lanewise.machine import load_step
+from lanewise.nodes import CannotLower, LanewiseError
 from lowered import evaluated, program
-from tegotae import TegotaeError
-from tegotae.lowering.episode import compile_episode
-from tegotae.lowering.function import compile_function
-from tegotae.lowering.machine import load_step
-from tegotae.lowering.nodes import CannotLower
 
 X = np.linspace(-2.0, 2.0, 21).astype("float32")
 
@@ -35,7 +34,7 @@ def test_what_cannot_be_native_code_is_named_in_one_line_with_its_place(function
         compile_episode(program(function), (X,), {}, "float32")
     assert str(raised.value) == f"'{name}' (test_reading.py, line {line}) has no native code"
     assert raised.value.operation == name
-    assert isinstance(raised.value, TegotaeError)
+    assert isinstance(raised.value, LanewiseError)
 
 
 def moves(x):
@@ -125,7 +124,7 @@ def read(step):
 
 PLAIN = """
 import sys
-from tegotae.lowering.machine import load_step
+from lanewise.machine import load_step
 step = load_step(open(sys.argv[1], "rb").read())
 step.reset(phase=0.5)
 step.inputs["felt"][...] = (0.3, -0.7)
@@ -149,7 +148,7 @@ def test_code_steps_in_a_process_without_jax_to_the_bit(tmp_path):
 
 def test_code_for_another_processor_or_altered_is_refused_before_it_is_loaded():
     kernel = compile_function(controller, BEGUN, {"felt": FELT})
-    with pytest.raises(TegotaeError, match="another processor"):
+    with pytest.raises(LanewiseError, match="another processor"):
         load_step(kernel.to_bytes("aarch64"))
     whole = kernel.to_bytes()
     load_step(whole)
@@ -158,5 +157,5 @@ def test_code_for_another_processor_or_altered_is_refused_before_it_is_loaded():
         altered = bytes([whole[place] ^ 0x10])
         damaged += [whole[:place], whole[:place] + altered + whole[place + 1 :]]
     for code in damaged:
-        with pytest.raises(TegotaeError, match="truncated or altered"):
+        with pytest.raises(LanewiseError, match="truncated or altered"):
             load_step(code)

@@ -15,8 +15,6 @@ from typing import Any, ParamSpec, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError
-
 Traced: TypeAlias = Any
 """A jaxpr or a piece of one: JAX declares neither shapes nor types of what stands in it."""
 Parameters: TypeAlias = Mapping[str, Any]
@@ -38,9 +36,9 @@ def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
 
     Everywhere else it is the plain function: nothing of it shows in a compiled program.
     """
-    from tegotae._support.transforms import jit  # nodes need no JAX, nor does compiled code
+    import jax  # nodes need no JAX, nor does compiled code
 
-    apart = jit(function)
+    apart = jax.jit(function)
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -134,7 +132,11 @@ def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
     return assigned
 
 
-class CannotLower(TegotaeError):  # noqa: N818 - it says what cannot be done
+class LanewiseError(ValueError):
+    """What was asked for cannot be compiled, or loaded: one line for people."""
+
+
+class CannotLower(LanewiseError):  # noqa: N818 - it says what cannot be done
     """An operation that has no native code, or no C: which, and where it was written.
 
     Args:

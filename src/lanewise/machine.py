@@ -7,13 +7,12 @@ import functools
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import msgspec
 import numpy as np
 
-from tegotae._support import compiled
-from tegotae._support.errors import TegotaeError, unknown
+from lanewise.nodes import LanewiseError
 
 _OPTIMISATION = 2
 _FLOAT_BITS = {"float32": 32, "float64": 64}
@@ -51,7 +50,7 @@ def target_of(target: str | Target) -> Target:
     "scalar" is this machine without vectors; "portable" any of the last ten years that is like it.
 
     Raises:
-        TegotaeError: for another name.
+        LanewiseError: for another name.
 
     Example:
         >>> target_of("avx2").lanes_of_vector("float32")
@@ -62,7 +61,8 @@ def target_of(target: str | Target) -> Target:
     if target in _OWN:
         return _host(target)
     if target not in _TARGETS:
-        raise unknown("target", target, (*_OWN, *_TARGETS))
+        names = ", ".join((*_OWN, *_TARGETS))
+        raise LanewiseError(f"there is no target {target!r}; there are {names}")
     return _TARGETS[target]
 
 
@@ -83,6 +83,18 @@ def _host(name: str) -> Target:
     )
 
 
+class Store(Protocol):
+    """Where machine code is kept between processes."""
+
+    def kept(self, key: str) -> bytes | None:
+        """The code under a key; None if there is none, or none that is whole."""
+        ...
+
+    def keep(self, key: str, content: bytes) -> None:
+        """Keep code under a key, if that is possible."""
+        ...
+
+
 class Code:
     """Machine code in memory; it lives as long as this object.
 
@@ -100,21 +112,28 @@ class Code:
         self._engine.finalize_object()
 
     @classmethod
-    def compiled(cls, text: str, target: Target, optimisation: int = _OPTIMISATION) -> Code:
+    def compiled(
+        cls,
+        text: str,
+        target: Target,
+        optimisation: int = _OPTIMISATION,
+        store: Store | None = None,
+    ) -> Code:
         """A module in LLVM's language, compiled, or as it was kept when it was.
 
         Args:
             text: the module.
             target: the processor.
             optimisation: how hard the compiler tries, from 0 to 3; results are the same.
+            store: where code is kept; nowhere if None.
         """
-        llvm = _llvm()
-        version = f"{llvm.llvm_version_info} {optimisation}"
-        key = compiled.key_of(text, repr(target), version)
-        code = compiled.kept(key)
+        parts = text, repr(target), f"{_llvm().llvm_version_info} {optimisation}"
+        key = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+        code = store.kept(key) if store else None
         if code is None:
             code = object_file(text, target, optimisation)
-            compiled.keep(key, code)
+            if store:
+                store.keep(key, code)
         return cls.loaded(code)
 
     @classmethod
@@ -122,13 +141,13 @@ class Code:
         """An object file, unaltered: the loader trusts it.
 
         Raises:
-            TegotaeError: for code of another kind of processor.
+            LanewiseError: for code of another kind of processor.
         """
         llvm = _llvm()
         machine = llvm.Target.from_default_triple().create_target_machine(reloc="pic")
         own = machine.emit_object(llvm.parse_assembly(""))
         if _format(object_file) != _format(own):
-            raise TegotaeError(
+            raise LanewiseError(
                 "the code is for another processor or system than "
                 f"{llvm.get_process_triple()}; compile it for this one"
             )
@@ -202,11 +221,11 @@ def unsealed(whole: bytes) -> bytes:
     """What was sealed.
 
     Raises:
-        TegotaeError: where a byte differs, is missing or was added.
+        LanewiseError: where a byte differs, is missing or was added.
     """
     checksum, content = whole[:_CHECKSUM_BYTES], whole[_CHECKSUM_BYTES:]
     if hashlib.sha256(content).digest() != checksum:
-        raise TegotaeError("the machine code is truncated or altered; compile it again")
+        raise LanewiseError("the machine code is truncated or altered; compile it again")
     return content
 
 
@@ -232,7 +251,7 @@ def load_step(content: bytes) -> NativeStep:
     """A step from what `FunctionKernel.to_bytes` gave.
 
     Raises:
-        TegotaeError: for bytes that were truncated or altered, or code of another kind of
+        LanewiseError: for bytes that were truncated or altered, or code of another kind of
             processor.
     """
     layout, code = msgspec.msgpack.decode(unsealed(content), type=tuple[StepLayout, bytes])

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from tegotae.lowering.nodes import FLOATS, Fork, Loop, Node, reachable
-from tegotae.lowering.operations import OPERATIONS
-from tegotae.lowering.placement import Region, Regions
-from tegotae.lowering.writer import FunctionWriter
+from lanewise.nodes import FLOATS, Fork, Loop, Node, reachable
+from lanewise.operations import OPERATIONS
+from lanewise.placement import Region, Regions
+from lanewise.writer import FunctionWriter
 
 _SMALLEST_SIDE = 8
 """Operations from which the side of a branch is worth a jump."""

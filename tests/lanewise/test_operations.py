@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from lanewise.functions import _FUNCTIONS
+from lanewise.operations import OPERATIONS
 from lowered import evaluated, samples
-from tegotae.lowering.functions import _FUNCTIONS
-from tegotae.lowering.operations import OPERATIONS
 
 DTYPES = ("float32", "float64")
 BASIC = {

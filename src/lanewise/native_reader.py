@@ -8,9 +8,9 @@ import math
 import jax
 import numpy as np
 
-from tegotae.lowering.functions import function
-from tegotae.lowering.graph import Arrays, Reader, called, elementwise, in_shapes, scan_sizes
-from tegotae.lowering.nodes import (
+from lanewise.functions import function
+from lanewise.graph import Arrays, Reader, called, elementwise, in_shapes, scan_sizes
+from lanewise.nodes import (
     DTYPES,
     FLOATS,
     KINDS,
@@ -27,7 +27,7 @@ from tegotae.lowering.nodes import (
     is_of_jax,
     scalars,
 )
-from tegotae.lowering.operations import OPERATIONS, folded
+from lanewise.operations import OPERATIONS, folded
 
 
 class NativeReader(Reader):

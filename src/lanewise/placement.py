@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from tegotae.lowering.nodes import LANE, UNIFORM, Fork, Loop, Node, reachable
+from lanewise.nodes import LANE, UNIFORM, Fork, Loop, Node, reachable
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae.lowering.nodes import DTYPES, FLOATS, Detail, Node, Parameters, literal
-from tegotae.lowering.writer import FunctionWriter
+from lanewise.nodes import DTYPES, FLOATS, Detail, Node, Parameters, literal
+from lanewise.writer import FunctionWriter
 
 ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, BITS, CHOICE = 9, 8, 7, 6, 5, 4, 3, 1
 """How tightly C binds, from names and calls to `?:`."""
@@ -33,7 +33,7 @@ class Operation:
         fold: the same in NumPy, for what is known beforehand; None where that is not worth it.
         needs: a helper of C that the text calls.
         detail: what of the operation's parameters the texts depend on.
-        llvm: writes the LLVM; None for what is made of others (`tegotae.lowering.functions`).
+        llvm: writes the LLVM; None for what is made of others (`lanewise.functions`).
     """
 
     text: str | None

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tegotae.lowering.nodes import FLOATS, Detail
+from lanewise.nodes import FLOATS, Detail
 
 TYPES = {
     "float": "float",

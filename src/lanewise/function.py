@@ -9,21 +9,22 @@ from dataclasses import dataclass, field
 import jax
 import msgspec
 
-from tegotae.lowering.emit import Emitter
-from tegotae.lowering.machine import (
+from lanewise.emit import Emitter
+from lanewise.machine import (
     Code,
     Fields,
     NativeStep,
     StepLayout,
+    Store,
     Target,
     memory_type,
     object_file,
     sealed,
     target_of,
 )
-from tegotae.lowering.native_reader import NativeReader, given_arrays
-from tegotae.lowering.nodes import Node, Tree, scalars
-from tegotae.lowering.writer import FunctionWriter, module_text
+from lanewise.native_reader import NativeReader, given_arrays
+from lanewise.nodes import Node, Tree, scalars
+from lanewise.writer import FunctionWriter, module_text
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,10 @@ class FunctionKernel:
     target: str = "scalar"
     """The processor of this machine that it is for, with or without vectors."""
 
-    def step(self) -> NativeStep:
-        """The function, ready to be called in this process."""
-        return NativeStep(Code.compiled(self.text, target_of(self.target)), self.layout)
+    def step(self, store: Store | None = None) -> NativeStep:
+        """The function, ready to be called in this process, with its code from a store."""
+        code = Code.compiled(self.text, target_of(self.target), store=store)
+        return NativeStep(code, self.layout)
 
     def to_bytes(self, target: str | Target = "portable") -> bytes:
         """Layout and code for a processor, with a checksum: what `load_step` takes, without JAX."""

@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from tegotae.lowering.emit import Emitter
-from tegotae.lowering.machine import Target
-from tegotae.lowering.nodes import DTYPES, LANE, UNIFORM, Node
-from tegotae.lowering.placement import Stages
-from tegotae.lowering.writer import FunctionWriter, module_text
+from lanewise.emit import Emitter
+from lanewise.machine import Target
+from lanewise.nodes import DTYPES, LANE, UNIFORM, Node
+from lanewise.placement import Stages
+from lanewise.writer import FunctionWriter, module_text
 
 Address = tuple[str, int, bool]
 _ALIGNMENT = 64

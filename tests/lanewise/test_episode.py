@@ -6,8 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError
-from tegotae.lowering.episode import TracedEpisode, compile_episode
+from lanewise.episode import TracedEpisode, compile_episode
 
 FRAMES, TICKS = 5, 4
 
@@ -84,9 +83,9 @@ def test_what_a_collector_raises_reaches_the_caller():
     kernel = compile_episode(PROGRAM, of_lanes, shared, "float32")
 
     def collect(first, n, channels):
-        raise TegotaeError("no more room")
+        raise RuntimeError("no more room")
 
-    with pytest.raises(TegotaeError, match="no more room"):
+    with pytest.raises(RuntimeError, match="no more room"):
         kernel.run(
             of_lanes, shared, frames=FRAMES, ticks_per_frame=TICKS, threads=2, collect=collect
         )

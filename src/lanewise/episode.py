@@ -12,12 +12,11 @@ from dataclasses import dataclass, field
 import jax
 import numpy as np
 
-from tegotae._support.engines import available_cores
-from tegotae.lowering.machine import Code, Target, target_of
-from tegotae.lowering.module import EpisodeModule, RecordedArrays, Rows, aligned
-from tegotae.lowering.native_reader import NativeReader, given_arrays
-from tegotae.lowering.nodes import LANE, TICK, UNIFORM, Node, Tree, scalars
-from tegotae.lowering.placement import Stages
+from lanewise.machine import Code, Store, Target, target_of
+from lanewise.module import EpisodeModule, RecordedArrays, Rows, aligned
+from lanewise.native_reader import NativeReader, given_arrays
+from lanewise.nodes import LANE, TICK, UNIFORM, Node, Tree, scalars
+from lanewise.placement import Stages
 
 _BUFFER_BYTES = 4 * 2**20
 """Frames that a thread records before they are collected, unless a block alone has more."""
@@ -58,6 +57,7 @@ def compile_episode(
     *,
     target: str | Target = "host",
     vectors: int = 2,
+    store: Store | None = None,
 ) -> Kernel:
     """The kernel of a program, traced, read and compiled.
 
@@ -69,6 +69,7 @@ def compile_episode(
         dtype: "float32" or "float64".
         target: "host", "avx2", "avx512", "aarch64", "scalar", or a `Target`.
         vectors: vectors of lanes that a block has. Results do not depend on it.
+        store: where machine code is kept; nowhere if None.
 
     Raises:
         CannotLower: for an operation that has no native code, by its name and place.
@@ -80,7 +81,9 @@ def compile_episode(
         stages, channels = _read(episode, lanes, shared)
     recorded = _recorded(stages.channels, jax.tree.leaves(channels))
     module = EpisodeModule(stages, _kinds(lanes), recorded, chosen, dtype, vectors)
-    return Kernel(channels, module, _kinds(shared), Code.compiled(module.text(), chosen))
+    return Kernel(
+        channels, module, _kinds(shared), Code.compiled(module.text(), chosen, store=store)
+    )
 
 
 def _shape(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
@@ -152,7 +155,7 @@ class Kernel:
         *,
         frames: int,
         ticks_per_frame: int,
-        threads: int | None = None,
+        threads: int = 1,
         collect: Collect,
     ) -> None:
         """Roll out every lane; a last block is filled up with the last lane.
@@ -162,7 +165,7 @@ class Kernel:
             shared: arrays [...] that all lanes share.
             frames: how many frames.
             ticks_per_frame: control ticks of each.
-            threads: how many work at once; as many as there are cores by default.
+            threads: how many work at once.
             collect: is called once a group of blocks, from any of the threads, with what `Collect`
                 says; the channels are only valid meanwhile. What it raises, `run` raises.
         """
@@ -170,7 +173,7 @@ class Kernel:
         count = leaves[0].shape[-1]
         rows = [leaf.reshape(-1, count) for leaf in leaves]
         blocks = -(-count // self.module.block)
-        threads = max(1, min(threads or available_cores(), blocks))
+        threads = max(1, min(threads, blocks))
         group = self._blocks_of_group(blocks, threads, frames)
         run = _Run(self, rows, self._uniform(shared), frames, ticks_per_frame, group, collect)
         firsts, lock = iter(range(0, blocks, group)), threading.Lock()

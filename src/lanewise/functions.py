@@ -2,7 +2,7 @@
 
 Each is written once, in JAX, for float32 and float64, and becomes part of a graph where a trace
 calls the function. Series are Taylor's, as long as the number's digits need; reductions are those
-of Cody and Waite. Results are within a few units in the last place (`tests/lowering`); sine and
+of Cody and Waite. Results are within a few units in the last place (`tests/lanewise`); sine and
 cosine lose digits beyond 10⁶ (float32) and 10⁹ (float64).
 
 Reference: W. J. Cody, W. Waite, Software Manual for the Elementary Functions, 1980.
@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from tegotae.lowering.nodes import Traced
+from lanewise.nodes import Traced
 
 
 class _Format(NamedTuple):
