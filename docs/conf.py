@@ -49,7 +49,7 @@ autodoc_typehints_format = "short"
 # they name other packages, and this one's classes by the private modules that define them.
 nitpicky = True
 nitpick_ignore_regex = [
-    (r"py:.*", r"(?!tegotae\.|lanewise\.|reproduction\.).*"),
+    (r"py:.*", r"(?!tegotae\.|tegotae_robots\.|lanewise\.|reproduction\.).*"),
     (r"py:class", r"tegotae(\.\w+){3,}"),
     (r"py:class", r"tegotae\.(parameters|documents|registry)\.[PT]"),
 ]
@@ -82,7 +82,7 @@ def add_questions(app, docname, source):
         return directive[0] + "".join(f"\n.. autofunction:: {home}.{name}\n" for name in names)
 
     if docname.startswith("api/"):
-        module = r"\.\. automodule:: (tegotae\.questions\.\w+)\n(?:   .*\n)*"
+        module = r"\.\. automodule:: (tegotae(?:_robots)?\.questions\.\w+)\n(?:   .*\n)*"
         source[0] = re.sub(module, with_questions, source[0])
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import tegotae as tg
-from tegotae.export.live import drive_hardware, new_recording
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
+from tegotae_robots.live import drive_hardware, new_recording
 
 HARDWARE = Path(__file__).parent / "hardware"
 sys.path.insert(0, str(HARDWARE))

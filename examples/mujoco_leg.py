@@ -10,13 +10,13 @@ from tegotae import find
 from tegotae.envs import save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.settings import ModelSettings, models
-from tegotae.envs.mujoco.suggesting import suggest_wiring
 from tegotae.figures.rollout import episode_figure
 from tegotae.figures.style import save_figure
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Return
 from tegotae.training.environments.replay import replay
 from tegotae.training.scoring import sweep_vanilla
+from tegotae_robots.models.suggesting import suggest_wiring
 
 Path("my_leg.xml").write_text(models()["leg"])
 

@@ -13,9 +13,9 @@ from tegotae import load
 from tegotae.envs import TegotaeWrapper, Wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.mujoco.suggesting import suggest_wiring
 from tegotae.figures.style import new_figure, save_figure, styled
 from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.models.suggesting import suggest_wiring
 
 name, steps, *file = [*sys.argv[1:], *["ppo", "1200"][len(sys.argv) - 1 :]]
 if file:

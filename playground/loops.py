@@ -8,9 +8,9 @@ import numpy as np
 
 from lanewise.graph import Arrays, in_shapes
 from lanewise.nodes import Node, Parameters, Traced, given, scalars
-from tegotae.export.c.reader import Call, CReader, Procedure
-from tegotae.export.c.statements import Library, Statements
-from tegotae.export.c.text import c_name
+from tegotae_robots.c.reader import Call, CReader, Procedure
+from tegotae_robots.c.statements import Library, Statements
+from tegotae_robots.c.text import c_name
 
 
 @dataclass(eq=False)

@@ -6,13 +6,13 @@ from playground.functions import EngineFunction, functions
 from playground.layout import LayoutEntry
 from playground.loops import LoopLibrary
 from playground.program import Program
-from tegotae.export.c.statements import (
+from tegotae_robots.c.statements import (
     Library,
     Statements,
     comment_of,
     wrapped,
 )
-from tegotae.export.c.text import plain
+from tegotae_robots.c.text import plain
 
 _OWN = (
     "l",

@@ -23,10 +23,10 @@ import pandas as pd
 
 import tegotae as tg
 from kept import write_rows, write_text
-from tegotae.analysis.benchmark.go1 import Go1Subject
-from tegotae.questions.benchmark import KEPT
 from tegotae.systems.controller_file import SavedController
 from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.benchmark.go1 import Go1Subject
+from tegotae_robots.questions.benchmark import KEPT
 
 ROOT = Path(__file__).parents[1]
 ENTRIES, OUT = Path("benchmarks/entries"), ROOT / "docs" / "_static" / "benchmark"

@@ -35,11 +35,11 @@ from robots import (  # noqa: E402
 )
 from tegotae._support.progress import reporting  # noqa: E402
 from tegotae.cli.console import exit_status  # noqa: E402
-from tegotae.export.c import Export  # noqa: E402
 from tegotae.parts.bodies import Hopper  # noqa: E402
 from tegotae.simulation.rollout import Timing  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
 from tegotae.systems.resolve import legged_system as system  # noqa: E402
+from tegotae_robots.c import Export  # noqa: E402
 
 _SETTLED_S = 12.0
 _WALKERS = ("quadruped-a", "quadruped-c", "hexapod")

@@ -17,14 +17,14 @@ from kept import write_rows
 from reproduction.zoo import ZooEntry, write
 from tegotae._support.documents import JsonObject
 from tegotae.envs.wrapper import Pilot
-from tegotae.export.c import Export
-from tegotae.export.c.plan import usual_tick_s
 from tegotae.figures.animation import film
 from tegotae.questions.pictures import animate
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import replay
+from tegotae_robots.c import Export
+from tegotae_robots.c.plan import usual_tick_s
 
 ZOO = ROOT / "src" / "tegotae" / "systems" / "zoo" / "data" / "go1.npz"
 SHOWN_OMEGA, SHOWN_S = 16.0, 4.0

@@ -24,8 +24,8 @@ import pandas as pd
 from studies.hidden_leg import GRAVITY_M_PER_S2, HiddenLeg
 from studies.kept import write_rows
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.identification import FITTED, identify, log_of
 from tegotae.measures.recordings import QUANTITIES, read_columns, recording
+from tegotae_robots.identification import FITTED, identify, log_of
 
 ROOT = Path(__file__).parents[1]
 

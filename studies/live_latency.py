@@ -18,7 +18,7 @@ import matplotlib
 import numpy as np
 
 from tegotae import export_native
-from tegotae.export.live import LiveController, LoopReport, drive_hardware
+from tegotae_robots.live import LiveController, LoopReport, drive_hardware
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

@@ -7,7 +7,7 @@ import rclpy
 from rclpy.node import Node
 from std_msgs.msg import Float32MultiArray
 
-from tegotae.export.live import LiveController
+from tegotae_robots.live import LiveController
 
 
 class TegotaeNode(Node):

@@ -11,13 +11,12 @@ from importlib.util import find_spec
 from typing import Any
 
 _HOMES = {
-    "_support.errors": ("TegotaeError",),
-    "measures.evaluation": ("Protocol",),
-    "measures.objectives.fitness": ("Fitness",),
-    "parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
-    "parts.controller": ("Controller", "Tegotae"),
-    "questions.benchmark": ("benchmark_run",),
-    "questions.drawing": (
+    "tegotae._support.errors": ("TegotaeError",),
+    "tegotae.measures.evaluation": ("Protocol",),
+    "tegotae.measures.objectives.fitness": ("Fitness",),
+    "tegotae.parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
+    "tegotae.parts.controller": ("Controller", "Tegotae"),
+    "tegotae.questions.drawing": (
         "figure_basin",
         "figure_learning_curves",
         "figure_phase_locking",
@@ -26,33 +25,40 @@ _HOMES = {
         "figure_portrait",
         "figure_surface",
     ),
-    "questions.explaining": ("explain",),
-    "questions.exporting": ("export_c", "export_cost", "export_native"),
-    "questions.gaits": (
+    "tegotae.questions.explaining": ("explain",),
+    "tegotae.questions.gaits": (
         "gait_front",
         "gait_lesion",
         "gait_map",
         "gait_stability",
         "gait_sweep",
     ),
-    "questions.generalising": ("generalise",),
-    "questions.listing": ("models",),
-    "questions.identifying": ("identify",),
-    "questions.measuring": ("measure",),
-    "questions.template": ("template",),
-    "questions.training": ("train",),
-    "questions.verbs": ("compare", "evaluate", "simulate"),
-    "questions.transfer": ("wiring_transfer",),
-    "questions.wiring": ("wiring_baseline", "wiring_suggest"),
-    "simulation.checks": ("check_body", "check_controller", "check_oscillator", "check_term"),
-    "simulation.rollout": ("Engine", "Timing", "Trajectory"),
-    "simulation.world": ("Scenario", "Step"),
-    "systems.controller_file": ("ControllerSet", "SavedController", "load", "save"),
-    "systems.experiment": ("Experiment",),
-    "systems.legged": ("Legged",),
-    "systems.models": ("Model", "all_models", "build", "find"),
-    "systems.registry": ("register",),
-    "systems.system": ("Release", "System"),
+    "tegotae.questions.generalising": ("generalise",),
+    "tegotae.questions.listing": ("models",),
+    "tegotae.questions.measuring": ("measure",),
+    "tegotae.questions.training": ("train",),
+    "tegotae.questions.verbs": ("compare", "evaluate", "simulate"),
+    "tegotae.questions.wiring": ("wiring_baseline",),
+    "tegotae.simulation.checks": (
+        "check_body",
+        "check_controller",
+        "check_oscillator",
+        "check_term",
+    ),
+    "tegotae.simulation.rollout": ("Engine", "Timing", "Trajectory"),
+    "tegotae.simulation.world": ("Scenario", "Step"),
+    "tegotae.systems.controller_file": ("ControllerSet", "SavedController", "load", "save"),
+    "tegotae.systems.experiment": ("Experiment",),
+    "tegotae.systems.legged": ("Legged",),
+    "tegotae.systems.models": ("Model", "all_models", "build", "find"),
+    "tegotae.systems.registry": ("register",),
+    "tegotae.systems.system": ("Release", "System"),
+    "tegotae_robots.questions.benchmark": ("benchmark_run",),
+    "tegotae_robots.questions.exporting": ("export_c", "export_cost", "export_native"),
+    "tegotae_robots.questions.identifying": ("identify",),
+    "tegotae_robots.questions.suggesting_wirings": ("wiring_suggest",),
+    "tegotae_robots.questions.template": ("template",),
+    "tegotae_robots.questions.transfer": ("wiring_transfer",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -62,7 +68,7 @@ __all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll] - it r
 def __getattr__(name: str) -> Any:
     """A public name, a module or the version, when it is first used (PEP 562)."""
     if name in _HOME_OF:
-        found = getattr(import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+        found = getattr(import_module(_HOME_OF[name]), name)
     elif name == "__version__":
         found = _version()
     elif not name.startswith("_") and find_spec(f"{__name__}.{name}") is not None:

@@ -13,7 +13,6 @@ from tegotae.parts.controller import (
     Controller as Controller,
     Tegotae as Tegotae,
 )
-from tegotae.questions.benchmark import benchmark_run as benchmark_run
 from tegotae.questions.drawing import (
     figure_basin as figure_basin,
     figure_learning_curves as figure_learning_curves,
@@ -24,11 +23,6 @@ from tegotae.questions.drawing import (
     figure_surface as figure_surface,
 )
 from tegotae.questions.explaining import explain as explain
-from tegotae.questions.exporting import (
-    export_c as export_c,
-    export_cost as export_cost,
-    export_native as export_native,
-)
 from tegotae.questions.gaits import (
     gait_front as gait_front,
     gait_lesion as gait_lesion,
@@ -37,21 +31,15 @@ from tegotae.questions.gaits import (
     gait_sweep as gait_sweep,
 )
 from tegotae.questions.generalising import generalise as generalise
-from tegotae.questions.identifying import identify as identify
 from tegotae.questions.listing import models as models
 from tegotae.questions.measuring import measure as measure
-from tegotae.questions.template import template as template
 from tegotae.questions.training import train as train
-from tegotae.questions.transfer import wiring_transfer as wiring_transfer
 from tegotae.questions.verbs import (
     compare as compare,
     evaluate as evaluate,
     simulate as simulate,
 )
-from tegotae.questions.wiring import (
-    wiring_baseline as wiring_baseline,
-    wiring_suggest as wiring_suggest,
-)
+from tegotae.questions.wiring import wiring_baseline as wiring_baseline
 from tegotae.simulation.checks import (
     check_body as check_body,
     check_controller as check_controller,
@@ -86,5 +74,15 @@ from tegotae.systems.system import (
     Release as Release,
     System as System,
 )
+from tegotae_robots.questions.benchmark import benchmark_run as benchmark_run
+from tegotae_robots.questions.exporting import (
+    export_c as export_c,
+    export_cost as export_cost,
+    export_native as export_native,
+)
+from tegotae_robots.questions.identifying import identify as identify
+from tegotae_robots.questions.suggesting_wirings import wiring_suggest as wiring_suggest
+from tegotae_robots.questions.template import template as template
+from tegotae_robots.questions.transfer import wiring_transfer as wiring_transfer
 
 __version__: str

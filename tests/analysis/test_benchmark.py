@@ -13,13 +13,13 @@ import pytest
 from brief_subjects import BriefHopper, BriefQuadruped
 from places import ROOT
 from tegotae import benchmark_run, load
-from tegotae.analysis.benchmark.bodies import HopperSubject, QuadrupedSubject
-from tegotae.analysis.benchmark.subject import TRACKS, of_walk, summary
-from tegotae.export.entries import read_entry
 from tegotae.measures.objectives.fitness import HopOutcome
-from tegotae.questions.benchmark import KEPT, BenchmarkOptions
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import whole_trajectory
+from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
+from tegotae_robots.benchmark.entries import read_entry
+from tegotae_robots.benchmark.subject import TRACKS, of_walk, summary
+from tegotae_robots.questions.benchmark import KEPT, BenchmarkOptions
 
 KIND = {"hopper": BriefHopper, "quadruped": BriefQuadruped}
 

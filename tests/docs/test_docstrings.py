@@ -16,6 +16,7 @@ import lanewise
 import playground
 import reproduction
 import tegotae
+import tegotae_robots
 from api import public
 from tegotae.measures.hopping import catalogue
 from tegotae.parts.couplings import Coupling
@@ -26,8 +27,8 @@ from tegotae.training.algorithms import Algorithm
 
 
 def _modules() -> Iterator[str]:
-    """The modules of the package, of its compiler, and of the programs beside it."""
-    for package in (tegotae, lanewise, reproduction, playground):
+    """The modules of the package, of its compiler and robots, and of the programs beside it."""
+    for package in (tegotae, tegotae_robots, lanewise, reproduction, playground):
         for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             if not info.name.endswith("__main__"):
                 yield info.name

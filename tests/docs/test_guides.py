@@ -18,7 +18,7 @@ from tegotae.cli.asking import Question, options_by_subject
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command
 
-SOURCE = DOCS.parent / "src" / "tegotae"
+SOURCE = DOCS.parent / "src"
 
 
 def steps(page: Path) -> list[tuple[str, str]]:

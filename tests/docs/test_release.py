@@ -50,7 +50,7 @@ def load(entries):
         load(entry.commands) if isinstance(entry, CommandGroup) else entry.load()
 
 load(COMMANDS)
-import tegotae.export.c, tegotae.export.live, tegotae.questions.pictures, tegotae.training.run
+import tegotae_robots.c, tegotae_robots.live, tegotae.questions.pictures, tegotae.training.run
 """
 
 
@@ -99,7 +99,11 @@ def test_both_distributions_have_the_whole_package(built):
         prefix = f"tegotae-{__version__}/src/"
         sources = {n.removeprefix(prefix) for n in archive.getnames() if n.startswith(prefix)}
     with zipfile.ZipFile(wheel) as archive:
-        packed = {name for name in archive.namelist() if name.startswith(("tegotae/", "lanewise/"))}
+        packed = {
+            name
+            for name in archive.namelist()
+            if name.startswith(("tegotae/", "tegotae_robots/", "lanewise/"))
+        }
     listed = subprocess.run(
         ["git", "ls-files", "src"], cwd=ROOT, capture_output=True, text=True, check=True
     )

@@ -23,7 +23,6 @@ ROOMS = (
     "envs",
     "training",
     "analysis",
-    "export",
     "figures",
     "questions",
     "cli",
@@ -125,3 +124,9 @@ def test_the_page_of_names_has_what_the_package_names():
 def test_the_compiler_below_the_package_imports_nothing_of_it():
     files = (ROOT / "src" / "lanewise").glob("*.py")
     assert [file.name for file in files if "tegotae" in file.read_text(encoding="utf-8")] == []
+
+
+def test_the_package_imports_nothing_of_the_one_above_it():
+    imports_it = re.compile(r"^\s*(?:import|from) tegotae_robots", re.MULTILINE)
+    asks = [name for name, x in FILES.items() if imports_it.search(x.read_text("utf-8"))]
+    assert asks == []

@@ -11,8 +11,8 @@ ROOMS = {
     for folder in (ROOT / "src" / "tegotae").iterdir()
     if any(folder.glob("*/*.py")) or any(folder.glob("*.py"))
 }
-BESIDE = {"lanewise", "reproduction", "studies", "playground", "benchmarks"}
-"""The compiler below the package, and folders of programs beside it."""
+BESIDE = {"lanewise", "robots", "reproduction", "studies", "playground", "benchmarks"}
+"""The compiler below the package, robots above it, and folders of programs beside it."""
 OTHERS = {"docs", "helpers", "kept", "users"}
 """Pages, what tests share, what must not change, and parts of a user."""
 FILES = sorted(TESTS.rglob("test_*.py"))

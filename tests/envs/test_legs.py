@@ -25,16 +25,16 @@ from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.mujoco.suggesting_legs import reach, suggest_legs, workspace
 from tegotae.envs.scaling import place_of, started
 from tegotae.envs.wires import look_up
 from tegotae.envs.wrapper import Pilot
-from tegotae.export.robot import RobotController
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.models.suggesting_legs import reach, suggest_legs, workspace
+from tegotae_robots.robot import RobotController
 
 MODELS = [(seed, 2 + seed % 4, 1 + seed % 4, seed % 3 == 0) for seed in range(10)]
 

@@ -18,9 +18,9 @@ from sprung import CENTRE, DAMPING, FOOT, FRICTION, HIPS, INERTIA, STIFFNESS, sp
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
-from tegotae.envs.mujoco.step_response import StepResponse
-from tegotae.envs.mujoco.template import fit_template
 from tegotae.systems.legged import system, walker_of
+from tegotae_robots.models.step_response import StepResponse
+from tegotae_robots.models.template import fit_template
 
 ROBOT = sprung_robot()
 ROLL = r'<joint name="roll3".*?/>'

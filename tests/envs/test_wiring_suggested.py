@@ -21,7 +21,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, models
-from tegotae.envs.mujoco.suggesting import suggest_wiring
+from tegotae_robots.models.suggesting import suggest_wiring
 
 LEG = models()["leg"]
 GEOM_FOOT = LEG.replace(
@@ -231,8 +231,7 @@ def test_a_leg_whose_pushes_lift_less_than_its_weight_is_told_so_before_and_afte
     where = ["--env", "my_leg.xml", "--wiring", "my_leg.toml", "--duration", "4"]
     short = ["--population", "2", "--generations", "1", "--seeds", "1", "--out", "runs"]
     assert main(["train", "VG", *where, *short]) == 0
-    why = "never leaves the ground: its pushes lift 0.46 of its weight."
-    assert f"The best run {why}" in capsys.readouterr().out
+    assert "The best run never leaves the ground; " in capsys.readouterr().out
     (file,) = Path("runs").glob("*-seed0.json")
     assert main(["simulate", str(file)]) == 0
-    assert f"It {why}" in capsys.readouterr().out
+    assert "It never leaves the ground; " in capsys.readouterr().out

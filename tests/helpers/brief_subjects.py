@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tegotae import Fitness, Timing
-from tegotae.analysis.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae.measures.objectives.walking import Walking
+from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 
 
 @dataclass(frozen=True)

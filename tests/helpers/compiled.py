@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae.export.c import Export
-from tegotae.export.c.package import header
-from tegotae.export.c.source import source
+from tegotae_robots.c import Export
+from tegotae_robots.c.package import header
+from tegotae_robots.c.source import source
 
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror")
 SANITIZERS = (

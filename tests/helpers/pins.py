@@ -55,13 +55,13 @@ from tegotae.analysis.gaits.map import Axis, map_gaits
 from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import tried
-from tegotae.export.c import Export
-from tegotae.export.c.package import header
-from tegotae.export.c.source import source
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.resolve import legged_system as system
+from tegotae_robots.c import Export
+from tegotae_robots.c.package import header
+from tegotae_robots.c.source import source
 
 KEPT = TESTS / "kept" / "pins.json"
 LIBRARIES = ("evosax", "jax", "jaxlib", "llvmlite", "numpy")

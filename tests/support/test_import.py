@@ -112,7 +112,7 @@ def test_every_public_name_is_where_type_checkers_see_it():
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    assert seen == {name: f"tegotae.{home}" for name, home in tegotae._HOME_OF.items()}
+    assert seen == tegotae._HOME_OF
     assert sorted(seen) == tegotae.__all__
     assert {*tegotae.__all__, "__version__"} <= set(dir(tegotae))
 

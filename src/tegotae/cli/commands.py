@@ -25,7 +25,8 @@ _GROUPS: Mapping[str, str] = {
 
 def _command(name: str, module: str, *examples: str) -> Command:
     """The command of a question, which is called alike: `figure_surface` for figure surface."""
-    place = f"tegotae.questions.{module}:{name.replace(' ', '_').replace('-', '_')}"
+    home = module if "." in module else f"tegotae.questions.{module}"
+    place = f"{home}:{name.replace(' ', '_').replace('-', '_')}"
     return Command(place, *(f"tegotae {name} {words}".rstrip() for words in examples))
 
 

@@ -43,7 +43,7 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
     key = compiled.key_of(_package(), prog, *words, "", str(width), str(_on_screen()), *looks)
     text = compiled.kept(key)
     if text is not None:
-        sys.stdout.write(text.decode())
+        print(text.decode(), end="", flush=True)
         if words[0] != "completion":
             raise SystemExit(0)
         return 0
@@ -66,9 +66,10 @@ def _on_screen() -> bool:
 
 
 def _package() -> str:
-    """All files of the package, and when they were last changed."""
-    folder = Path(tegotae.__file__).parent
-    files = sorted([*folder.rglob("*.py"), *folder.rglob("*.toml")])
+    """All files of the package and of its robots, and when they were last changed."""
+    own = Path(tegotae.__file__).parent
+    folders = own, own.with_name("tegotae_robots")
+    files = sorted(file for kind in ("*.py", "*.toml") for x in folders for file in x.rglob(kind))
     return " ".join(f"{path} {path.stat().st_mtime_ns}" for path in files)
 
 

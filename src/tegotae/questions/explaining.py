@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+import tegotae
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.files import write_atomically
@@ -51,7 +52,6 @@ from tegotae.parts.bodies import Hopper, Walker
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.maths import TWO_PI
 from tegotae.questions.answer import UNDEFINED, AnswerBase
-from tegotae.questions.exporting import export_c
 from tegotae.questions.hopping import HoppingTask
 from tegotae.questions.question import Tasks, question
 from tegotae.questions.task import Subject, Task
@@ -517,7 +517,7 @@ class Explanation(AnswerBase):
             written.append(folder / f"{form.name}.json")
             save(form.saved, written[-1])
             if self._hops:
-                written += export_c(form.saved).save(folder / f"{form.name}-c")
+                written += tegotae.export_c(form.saved).save(folder / f"{form.name}-c")
         path = folder / "page.md"
         write_atomically(path, self.page().replace(".png)", f".{format})"))
         return [path, *written]

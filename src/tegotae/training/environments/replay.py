@@ -57,20 +57,14 @@ class Replay:
 
         A body of several feet is to hop if its fitness is of hopping.
         """
-        wiring, spec = self.experiment.wiring, self.experiment.spec
+        wiring = self.experiment.wiring
         to_hop = isinstance(self.experiment.objective, Hopping) or len(wiring.contact_bodies) == 1
         if self.flies or not to_hop:
             return ""
-        said = "never leaves the ground"
-        if spec.is_model:
-            from tegotae.envs.mujoco.suggesting import lifted
-
-            lift = lifted(spec.for_wiring(wiring).model_settings, wiring, self.experiment.wires)
-            if lift < 1.0:
-                return f"{said}: its pushes lift {lift:.2g} of its weight"
-            if math.isfinite(lift):
-                said += f", though its pushes lift {lift:.2g} times its weight"
-        return f"{said}; tegotae wiring baseline shows at which gain and frequency it hops"
+        return (
+            "never leaves the ground; tegotae wiring baseline shows at which gain and frequency it "
+            "hops"
+        )
 
     def measured(self) -> Measured | None:
         """The gait as that of a recording; None where height, rest length or hops are not known.

@@ -1,6 +1,0 @@
-"""Controllers as C: the controller's own tick, traced and written out for a microcontroller."""
-
-from tegotae.export.c.package import LAYOUTS, texts
-from tegotae.export.c.plan import Export
-
-__all__ = ["LAYOUTS", "Export", "texts"]

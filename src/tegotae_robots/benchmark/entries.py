@@ -1,0 +1,239 @@
+"""An entry of the benchmark, of whatever kind, as a function that begins episodes."""
+
+from __future__ import annotations
+
+import copy
+import ctypes
+import dataclasses
+import math
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError
+from tegotae._support.errors import TegotaeError
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.resolve import resolve
+from tegotae.systems.tuned import is_front_name
+from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.zoo import is_zoo_name
+from tegotae.training.collection import controller_of
+from tegotae_robots.benchmark.subject import Entry, Policy, Subject, of_limbs
+from tegotae_robots.c.plan import member
+from tegotae_robots.live.controller import LiveController
+from tegotae_robots.robot import compiled
+
+if TYPE_CHECKING:
+    from tegotae_robots.benchmark.go1 import Go1Subject
+
+
+def read_entry(place: Any, subject: Subject, track: str) -> Entry:
+    """An entry on the senses of a track.
+
+    Args:
+        place: a name or a file of a controller; `FILE.py:OBJECT` or `MODULE:OBJECT`, of a function
+            from observation to action or a class of such functions with a state; a network, .onnx,
+            or .zip of Stable-Baselines3; a C file of `tegotae export c`; or an object.
+        subject: what it drives.
+        track: what it senses.
+
+    Raises:
+        TegotaeError: for none of these, one that senses more than the track has, or one that
+            commands something else.
+        MissingExtraError: without the package that reads its file.
+    """
+    text = str(place) if isinstance(place, str | Path) else ""
+    suffix = Path(text).suffix.lower()
+    if suffix == ".c":
+        return _of_c(Path(text), subject, track)
+    if suffix in (".onnx", ".zip"):
+        return _of_network(Path(text), subject, track)
+    is_object = is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
+    policy: Any = named(text, object, "entry") if is_object else place
+    if callable(policy):
+        begin: Any = policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
+        return begin
+    saved = controller_of(resolve(place))
+    return (_of_controller if saved.task is None else _of_wiring)(saved, subject, track)
+
+
+def _at(names: Sequence[str], known: Sequence[str], what: str) -> np.ndarray:
+    """Where names are among those that are known."""
+    for name in names:
+        if name not in known:
+            raise TegotaeError(f"the entry {what} {name}; here are {', '.join(known)}")
+    return np.array([known.index(name) for name in names], int)
+
+
+def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entry:
+    """A controller of the package's own bodies, as native code."""
+    native = compiled(saved)
+    sensed = _at(of_limbs(native.senses, native.limbs), subject.senses[track], "senses")
+    _at(subject.commands, of_limbs(native.commands, native.limbs), "does not command")
+    live, shape = LiveController(native), (len(native.senses), native.limbs)
+
+    def begin() -> Policy:
+        fresh = copy.copy(live)
+        fresh.reset()
+
+        def policy(observed: np.ndarray) -> np.ndarray:
+            felt = dict(zip(native.senses, observed[sensed].reshape(shape), strict=True))
+            return fresh.step(felt, dt_s=subject.step_s).ravel()
+
+        return policy
+
+    return begin
+
+
+def _go1(subject: Subject, name: str | None) -> Go1Subject:
+    """The robot that a controller on limbs drives."""
+    from tegotae_robots.benchmark.go1 import Go1Subject
+
+    if not isinstance(subject, Go1Subject):
+        raise TegotaeError(f"{name} was trained in another simulator; its subject is go1")
+    return subject
+
+
+def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
+    """A controller that was trained on an environment, by its wiring."""
+    from tegotae.envs.mujoco.sensing import sensing
+    from tegotae.envs.wrapper import Pilot
+    from tegotae.training.environments.experiment import EnvExperiment
+
+    robot, own = _go1(subject, saved.name), EnvExperiment.of(saved)
+    legs = own.spec.is_model and own.spec.model_settings.legs
+    wiring = dataclasses.replace(own.wiring, step_s=robot.step_s)
+    trained = dataclasses.replace(own, spec=robot.spec(legs), wiring=wiring)
+    commanded = sensing(trained.spec.model_settings)
+    observed = trained.wires.observed
+    felt = {observed[i] for places, _ in trained.wires.sensed.values() for i in places}
+    _at(sorted(felt), subject.senses[track], "senses")
+    columns = _at(subject.senses[track], observed, "senses")
+    weights = np.asarray(saved.weights, np.float32)[:, None]
+
+    def begin() -> Policy:
+        pilot, whole = Pilot(trained.wires, trained.wiring, weights), np.zeros((1, len(observed)))
+
+        def policy(seen: np.ndarray) -> np.ndarray:
+            whole[0, columns] = seen
+            return commanded.controls(pilot.act(whole))[0]
+
+        return policy
+
+    return begin
+
+
+def _of_network(path: Path, subject: Subject, track: str) -> Entry:
+    """A network, which has no state."""
+    from tegotae.envs.policies import network
+
+    answer, entries = network(path)
+    known = subject.senses[track]
+    if entries not in (None, len(known)):
+        raise TegotaeError(
+            f"{path} observes {entries} numbers; on the track {track} there are {len(known)}: "
+            f"{', '.join(known)}"
+        )
+    return lambda: lambda seen: np.asarray(answer(seen[None]))[0]
+
+
+_FACTS = ("tick_s", "limbs", "wired", "legs", "inputs", "outputs", "state", "constants", "prefix")
+"""What a manifest has of its program."""
+
+
+def _of_c(path: Path, subject: Subject, track: str) -> Entry:
+    """A program of `tegotae export c`, compiled by cc; oscillators begin at the phases of its
+    wiring, or spread over the turn."""
+    try:
+        about: Any = documents.read(path.with_suffix(".json"))
+    except (FileNotFoundError, DamagedDocumentError):
+        about = None
+    if not isinstance(about, dict) or about.get("format") != "tegotae export":
+        raise TegotaeError(f"{path} has no {path.stem}.json of tegotae export c beside it")
+    if lacking := [name for name in _FACTS if name not in about]:
+        raise TegotaeError(f"{path.stem}.json lacks {', '.join(lacking)}; export {path} anew")
+    if abs(about["tick_s"] / subject.step_s - 1.0) > 1e-3:
+        raise TegotaeError(
+            f"{path} is for a loop of {about['tick_s']:g} s; export it for that of the subject, "
+            f"--tick {subject.step_s:g}"
+        )
+    limbs, wired = about["limbs"], about["wired"]
+    inputs, outputs = ([x["name"] for x in about[way]] for way in ("inputs", "outputs"))
+    commanded = [name for name in outputs if name not in ("feedback_rad_per_s", "phase_rad")]
+    known, controls = subject.commands, lambda action: action
+    rest, push, most = 0.0, 1.0, 1.0
+    if wired:
+        places = [{member(name): entry for name, entry in x["senses"].items()} for x in wired]
+        felt = [x[name] for name in inputs for x in places]
+        driven = [np.atleast_1d(x["drives"])[k] for k in range(len(commanded)) for x in wired]
+        if about["legs"]:
+            from tegotae.envs.mujoco.sensing import sensing
+
+            legged = sensing(_go1(subject, path.stem).spec(legs=True).model_settings)
+            known, controls = legged.actions, lambda action: legged.controls(action[None])[0]
+        else:
+            rest, push = (np.array([x[end] for x in wired]) for end in ("rest", "push"))
+            most = about["constants"]["max_force_n"]
+    else:
+        of_c = {_in_c(name): name for name in (*subject.senses["all"], *subject.commands)}
+        felt = [of_c.get(name, name) for name in of_limbs(inputs, limbs)]
+        driven = [of_c.get(name, name) for name in of_limbs(commanded, limbs)]
+        _at(subject.commands, driven, "does not command")
+    sign = np.array([-1.0 if name.startswith("-") else 1.0 for name in felt])
+    sensed = _at([name.removeprefix("-") for name in felt], subject.senses[track], "senses")
+    drives = _at(driven, known, "commands")
+    phases = [x["phase_rad"] for x in wired] or [2.0 * math.pi * i / limbs for i in range(limbs)]
+    start = ctypes.c_float(phases[0]) if limbs == 1 else (ctypes.c_float * limbs)(*phases)
+    library, prefix = _compiled(path, about["prefix"]), about["prefix"]
+    initialise, step = library[f"{prefix}_init"], library[f"{prefix}_step"]
+    size = ctypes.c_ulong.in_dll(library, "entry_state_bytes").value
+
+    def begin() -> Policy:
+        state = ctypes.create_string_buffer(size)
+        given, made = (np.zeros((len(x) + 1) * limbs + 1, np.float32) for x in (inputs, outputs))
+        pointers = state, *(x.ctypes.data_as(ctypes.c_void_p) for x in (given, made))
+        action = np.zeros(len(known))
+        initialise(state, *([start] if about["state"] else []))
+
+        def policy(seen: np.ndarray) -> np.ndarray:
+            given[: len(sensed)] = sign * seen[sensed]
+            step(*pointers)
+            action[drives] = rest + (push - rest) * made[: len(drives)] / most
+            return controls(action)
+
+        return policy
+
+    return begin
+
+
+def _in_c(name: str) -> str:
+    """The name of an entry as C has it.
+
+    Example:
+        >>> _in_c("spring_force[2]")
+        'spring_force_n[2]'
+    """
+    plain, bracket, limb = name.partition("[")
+    return f"{member(plain)}{bracket}{limb}"
+
+
+def _compiled(path: Path, prefix: str) -> ctypes.CDLL:
+    """The program in this process, with the size of its state."""
+    text = f'#include "{path.resolve()}"\n'
+    text += f"const unsigned long entry_state_bytes = sizeof({prefix}_state);\n"
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "entry.so"
+        words = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "-x", "c", "-", "-lm", "-o"]
+        try:
+            done = subprocess.run([*words, target], input=text, capture_output=True, text=True)
+        except FileNotFoundError:
+            raise TegotaeError(f"{path} needs a C compiler, and there is no cc") from None
+        if done.returncode:
+            first = next(iter(done.stderr.splitlines()), "")
+            raise TegotaeError(f"cc cannot compile {path}: {first}")
+        return ctypes.CDLL(str(target))

@@ -1,0 +1,199 @@
+"""What exported controllers cost on microcontrollers: size, and instructions in emulation."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import jax
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import find
+from tegotae.systems.resolve import resolve
+from tegotae_robots.c.golden import golden, initialiser, put
+from tegotae_robots.c.package import header
+from tegotae_robots.c.plan import Export, facts, usual_tick_s
+from tegotae_robots.c.source import source
+from tegotae_robots.c.text import filled_c, template
+
+CLOCK_HZ = 64e6
+"""The clock for which the share is reported."""
+TICKS = 200
+"""Ticks of the golden run that are counted."""
+COMPILER, EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
+PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm"
+"""The Debian packages of the tools."""
+_NS_PER_SYSTICK = 40
+"""The emulated boards count at 25 MHz, and an instruction takes 1 ns there by `-icount shift=0`."""
+_PATIENCE_S = 120.0
+
+
+@dataclass(frozen=True)
+class Core:
+    """A kind of microcontroller, and the emulated board that stands for it."""
+
+    name: str
+    flags: tuple[str, ...]
+    board: str
+
+
+CORES = (
+    # The instructions of an M0+ are a part of an M3's: the same program executes as many.
+    Core("Cortex-M0+", ("-mcpu=cortex-m0plus", "-mthumb", "-mfloat-abi=soft"), "mps2-an385"),
+    Core(
+        "Cortex-M4F",
+        ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"),
+        "mps2-an386",
+    ),
+    Core(
+        "Cortex-M7",
+        ("-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-sp-d16"),
+        "mps2-an500",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a controller costs on a core."""
+
+    model: str
+    weights: int
+    core: str
+    flash_bytes: int
+    """What it adds to a program: code, weights, and what it calls of the C library."""
+    ram_bytes: int
+    """State, inputs and outputs."""
+    stack_bytes: int
+    """The deepest that its stack was seen."""
+    instructions: float
+    """Executed per tick, on average over a closed-loop run."""
+
+    def share(self, clock_hz: float, rate_hz: float = 1000.0) -> float:
+        """Share of a clock that ticks at a rate take, at one instruction a cycle."""
+        return self.instructions * rate_hz / clock_hz
+
+
+def require_tools() -> None:
+    """Raise `TegotaeError` if the compiler or the emulator is missing."""
+    for tool in (COMPILER, EMULATOR):
+        if shutil.which(tool) is None:
+            raise TegotaeError(f"{tool} is not installed; apt-get install {PACKAGES}")
+
+
+def systems(models: Sequence[str]) -> list[Export]:
+    """Exports of controllers: of files, and of models of the paper with random weights.
+
+    Raises:
+        TegotaeError: for an unknown model, or a file that is no controller.
+    """
+    return [_of_file(name) if Path(name).is_file() else _drawn(name) for name in models]
+
+
+def _of_file(name: str) -> Export:
+    saved = resolve(name).controller()
+    return Export(saved, tick_s=usual_tick_s(saved))
+
+
+def _drawn(name: str) -> Export:
+    model = find(name)
+    controller = model.controller()
+    weights = np.asarray(controller.initial(jax.random.key(0)))
+    return Export(SavedController.of(controller, weights, model.omega_t, name=model.name))
+
+
+def costs(export: Export) -> Iterator[Cost]:
+    """Compile a controller for each core, and count what its ticks take.
+
+    Raises:
+        TegotaeError: if the tools are missing, or fail.
+    """
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        _write(export, folder)
+        for core in CORES:
+            yield _cost(export, core, folder)
+
+
+def _cost(export: Export, core: Core, folder: Path) -> Cost:
+    """The cost on a core of what was written to a folder."""
+    sizes = [_flash(_compiled(folder, core, with_step)) for with_step in (True, False)]
+    ran = _run(
+        f"{EMULATOR} -M {core.board} -nographic -icount shift=0 -semihosting -monitor none "
+        "-serial none -kernel with_step.elf",
+        folder,
+    )
+    try:
+        ticks, with_step, without, ram, stack = map(int, ran.split())
+    except ValueError:
+        raise TegotaeError(f"{EMULATOR} gave {ran[:200]!r} instead of five numbers") from None
+    return Cost(
+        export.saved.name or "controller",
+        export.saved.controller.n_weights,
+        core.name,
+        sizes[0] - sizes[1],
+        ram,
+        stack,
+        _NS_PER_SYSTICK * (with_step - without) / ticks,
+    )
+
+
+def _write(export: Export, folder: Path) -> None:
+    """The controller, ticks of its golden run, and the program that counts them."""
+    prefix = export.prefix
+    (folder / f"{prefix}.c").write_text(source(export))
+    (folder / f"{prefix}.h").write_text(header(export))
+    vectors, limbs = golden(export), export.limbs
+    columns = (len(export.state_names) + len(export.senses)) * limbs
+    chosen = vectors.rows[:: max(1, len(vectors.rows) // TICKS)][:TICKS, :columns]
+    phases = ", 0.0f" if limbs == 1 else f", (const float[{limbs}]){{0.0f}}"
+    known = {
+        **facts(export),
+        "ticks": len(chosen),
+        "phases": phases if export.state_names else "",
+        "columns_count": columns,
+        "rows": initialiser(chosen),
+        "put": put(export, "state->", "in->"),
+    }
+    (folder / "vectors.h").write_text(filled_c("vectors.h", known))
+    for name in ("firmware.c", "firmware.ld"):
+        (folder / name).write_text(template(name), encoding="utf-8")
+
+
+def _compiled(folder: Path, core: Core, with_step: bool) -> Path:
+    (controller,) = [path.name for path in folder.glob("*.c") if path.name != "firmware.c"]
+    target = "with_step.elf" if with_step else "without.elf"
+    _run(
+        f"{COMPILER} {' '.join(core.flags)} -std=c99 -O2 -ffunction-sections -fdata-sections "
+        f"-DWITH_STEP={int(with_step)} -nostartfiles --specs=nosys.specs -Wl,--gc-sections "
+        f"-T firmware.ld firmware.c {controller} -lm -o {target}",
+        folder,
+    )
+    return folder / target
+
+
+def _flash(program: Path) -> int:
+    """Bytes of code and constants in a program."""
+    line = _run(f"arm-none-eabi-size {program.name}", program.parent).splitlines()[1]
+    text, data = map(int, line.split()[:2])
+    return text + data
+
+
+def _run(line: str, folder: Path) -> str:
+    command = line.split()
+    try:
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=_PATIENCE_S
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise TegotaeError(f"{command[0]} did not run: {error}") from None
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip().splitlines() or ["no reason given"]
+        raise TegotaeError(f"{command[0]} failed: {said[0][:300]}")
+    return done.stdout + done.stderr if command[0] == EMULATOR else done.stdout

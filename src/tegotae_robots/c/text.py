@@ -1,0 +1,179 @@
+"""Texts of an export: templates that are filled, names, numbers and comments of C."""
+
+from __future__ import annotations
+
+import functools
+import keyword
+import re
+import textwrap
+import unicodedata
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from lanewise.operations import ATOM, UNARY
+from tegotae._support.spelling import IN_ASCII
+from tegotae.parts._shapes import Number
+
+WIDTH = 96
+_PART = re.compile(
+    r"^% (no )?(\w+)\n(.*?)^% end \2\n|@(\w+)(?:\?([^@|]*)(?:\|([^@]*))?)?@",
+    re.MULTILINE | re.DOTALL,
+)
+_LONG_COMMENT = re.compile(r"^/\*\* (.*?) \*/$", re.MULTILINE | re.DOTALL)
+
+
+@functools.cache
+def template(name: str) -> str:
+    """The text of a template."""
+    folder = resources.files("tegotae_robots.c") / "templates"
+    return (folder / name).read_text(encoding="utf-8")
+
+
+def filled(text: str, facts: Mapping[str, Any]) -> str:
+    """A template with its facts.
+
+    `@name@` is the fact of that name. Lines from `% name` to `% end name` are there if the fact is
+    true; of a list once an entry, with the entry's own facts; of a function what it makes of them.
+    `% no name` begins lines that are there if it is not. Within a line, `@name?yes|no@` is one of
+    two texts.
+
+    Example:
+        >>> filled("@a@\\n% legs\\n@b@ of @a@\\n% end legs\\n", {"a": 2, "legs": [{"b": 1}]})
+        '2\\n1 of 2\\n'
+    """
+
+    def part(match: re.Match[str]) -> str:
+        no, section, inside, name, if_true, if_not = match.groups()
+        if name and if_true is not None:
+            return if_true if facts[name] else if_not or ""
+        if name:
+            return str(facts[name])
+        value: Any = facts[section]
+        if no:
+            return "" if value else filled(inside, facts)
+        if callable(value):
+            return str(value(filled(inside, facts)))
+        if isinstance(value, list):
+            return "".join(filled(inside, {**facts, **entry}) for entry in value)
+        return filled(inside, facts) if value else ""
+
+    return _PART.sub(part, text)
+
+
+def filled_c(name: str, facts: Mapping[str, Any]) -> str:
+    """A file of C from its template; comments that begin with `/**` are wrapped."""
+    text = filled(template(name), facts)
+    text = _LONG_COMMENT.sub(lambda match: comment_of(match[1]).rstrip(), text)
+    return re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
+
+
+def comment_of(text: str) -> str:
+    """A comment in C, wrapped."""
+    if not text:
+        return ""
+    lines = textwrap.wrap(" ".join(text.split()), WIDTH - 6)
+    return "/* " + "\n   ".join(lines) + " */\n"
+
+
+def wrapped(line: str, indent: str = "    ") -> str:
+    """A statement on as many lines as it needs."""
+    return "\n".join(
+        textwrap.wrap(
+            line,
+            WIDTH,
+            initial_indent=indent,
+            subsequent_indent=indent + "    ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    )
+
+
+def number(value: Number, kind: str = "float") -> tuple[str, int]:
+    """A constant in C, and how tightly it binds.
+
+    Example:
+        >>> number(0.1), number(-2, "int32_t"), number(True, "bool")
+        (('0.1f', 9), ('-2', 8), ('true', 9))
+    """
+    if kind == "bool":
+        return ("true" if value else "false"), ATOM
+    if kind == "int32_t":
+        whole = int(value)
+        if whole == -(2**31):
+            return "INT32_MIN", ATOM
+        return str(whole), ATOM if whole >= 0 else UNARY
+    single = np.float32(value)
+    if np.isnan(single):
+        return "NAN", ATOM
+    if np.isinf(single):
+        return ("INFINITY", ATOM) if single > 0 else ("-INFINITY", UNARY)
+    text = str(single)
+    if "e" not in text and "." not in text:
+        text += ".0"
+    return f"{text}f", ATOM if single >= 0 and not text.startswith("-") else UNARY
+
+
+def floating(value: Number) -> str:
+    """A number of type float in C."""
+    return number(value)[0]
+
+
+_WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int
+long register restrict return short signed sizeof static struct switch typedef union unsigned void
+volatile while bool true false int32_t uint32_t main w s o y0 y1 j0 j1 jn gamma exp log sin cos tan
+pow round floor ceil index time signal remainder drem scale
+"""
+_RESERVED = frozenset(_WORDS.split())
+"""Words that no variable may be called: of C, of its library, of the code around."""
+
+
+def is_c_name(text: str) -> bool:
+    """Whether it may begin names in C: a letter, and then letters, digits and underscores.
+
+    Example:
+        >>> is_c_name("left_leg"), is_c_name("2nd"), is_c_name("float")
+        (True, False, False)
+    """
+    return re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", text) is not None and text not in _RESERVED
+
+
+def c_name(text: str, taken: set[str]) -> str:
+    """A name in C near to a text, that is not taken yet; it is from then on.
+
+    Example:
+        >>> c_name("swap", {"swap"}), c_name("float", set())
+        ('swap_2', 'float_value')
+    """
+    name = re.sub(r"\W+", "_", plain(text)).strip("_") or "value"
+    if name[0].isdigit() or name in _RESERVED or keyword.iskeyword(name):
+        name = f"{name}_value" if not name[0].isdigit() else f"x{name}"
+    unique, n = name, 2
+    while unique in taken:
+        unique, n = f"{name}_{n}", n + 1
+    taken.add(unique)
+    return unique
+
+
+def plain(text: str) -> str:
+    """A text in ASCII, for comments.
+
+    Example:
+        >>> plain("f = σ cos φ ≤ 2")
+        'f = sigma cos phi <= 2'
+    """
+    text = unicodedata.normalize("NFC", text)
+    for letter, word in sorted(IN_ASCII.items(), key=lambda pair: -len(pair[0])):
+        text = text.replace(unicodedata.normalize("NFC", letter), word)
+    return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+
+
+def commented(doc: str) -> str:
+    """The first paragraph of a docstring, with the next if it announces one, for a comment."""
+    first, *rest = doc.strip().split("\n\n")
+    whole = f"{first} {rest[0]}" if first.endswith(":") and rest else first
+    return plain(" ".join(whole.split())).replace("*/", "* /").replace("/*", "/ *")

@@ -1,0 +1,206 @@
+"""A first wiring of a MuJoCo model's legs, whose feet are commanded to places."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from tegotae.envs.mujoco.legs import AXES, LegKinematics
+from tegotae.envs.mujoco.sensing import sensing
+from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.scaling import gravity_m_per_s2, started
+from tegotae.envs.wiring import Limb, Wiring
+from tegotae.parts.terms.foot import EllipticFoot
+from tegotae.parts.units import Units
+from tegotae.systems.legged import system as legged_by_name
+from tegotae_robots.models.suggesting import (
+    Suggestion,
+    drop_remarks,
+    dropped,
+    lowest_feet,
+    phases_of,
+    rounded,
+)
+
+_SAMPLES = 16.0
+"""Control periods in √(l0 / g)."""
+_DROP = 0.1
+"""Height of the drop test over the model's start [l0]."""
+_GRID = 81
+"""Places along an axis that are tried for reach."""
+_MISSES = 0.005
+"""A place is out of reach if the foot stays further from it than this [l0]."""
+_RATES = ("roll_rate", "pitch_rate", "side_roll_rate", "feedback")
+_WALKER = "quadruped-c"
+"""The walker whose law a wiring begins with."""
+
+
+def suggest_legs(settings: ModelSettings) -> Suggestion:
+    """A wiring whose limbs are legs: an oscillator each, that commands a foot forward and up, and
+    aside if its law does.
+
+    Its units are Froude's, l0, √(l0 / g) and the weight, with l0 from a foot to the first joint of
+    its leg: a law of a walker with l0 = m = g = 1 goes on it as it is. Each leg feels the force on
+    its foot as the servos' torques tell it.
+
+    Args:
+        settings: of the model, with `legs`; its control period does not count.
+
+    Raises:
+        TegotaeError: for a model without feet, legs with servos, or ground, or whose trunk cannot
+            fall.
+
+    Example:
+        >>> settings = ModelSettings(model="robot.xml", legs=True)  # doctest: +SKIP
+        >>> suggest_legs(settings).wiring.limbs[0].drives  # doctest: +SKIP
+        ('FL_foot_x', 'FL_foot_z', 'FL_foot_y')
+    """
+    named = bool(settings.feet)
+    if not named:
+        settings = replace(settings, feet=lowest_feet(sensing(replace(settings, legs=False)).model))
+    sensed = sensing(settings)
+    model, legs = sensed.model, sensed.legs
+    assert legs is not None
+    feet, gravity = sensed.feet, gravity_m_per_s2(model)
+    length = legs.height_m
+    second, weight = math.sqrt(length / gravity), gravity * float(model.body_mass.sum())
+    walker = legged_by_name(_WALKER)
+    omega = float(walker.omega or 0.0) / second
+    still = np.zeros((1, len(sensed.actions)))
+    rest_m, standing = dropped(sensed, still, _DROP * length + settings.release_m)
+    phases = phases_of(model, started(model), feet)
+    timestep = float(model.opt.timestep)
+    step_s = timestep * max(1, round(second / _SAMPLES / timestep))
+    limbs = tuple(
+        Limb(
+            senses=_senses(legs, i),
+            drives=tuple(f"{foot}_{axis}" for axis in "xzy"),
+            phase_rad=phases[i],
+        )
+        for i, foot in enumerate(feet)
+    )
+    wiring = Wiring(
+        limbs=limbs,
+        controller=walker.controller,
+        omega=rounded(omega),
+        units=Units(length_m=rounded(length), time_s=rounded(second), force_n=rounded(weight)),
+        scales={
+            "spring_force": rounded(weight),
+            "speed": rounded(length / second),
+            **dict.fromkeys(_RATES, rounded(1.0 / second)),
+        },
+        step_s=step_s,
+        contact_bodies=feet,
+        height="root_height",
+        work="work",
+        rest_length_m=rounded(rest_m, 4),
+    )
+    reasons = {
+        "omega": f"{walker.omega:g} √(g / l0), as the package's {_WALKER}",
+        "step_s": f"{_SAMPLES:g} control periods in √(l0 / g), in whole time steps of the model",
+        "contact_bodies": "as given" if named else "lowest bodies that end a chain",
+        "height": "height of the first body",
+        "work": "absolute work of the actuators, measured by the environment",
+        "rest_length_m": "height at touchdown in a drop test, feet at their places",
+        "units.length_m": "l0, from the feet to the first joints of their legs",
+        "units.time_s": "√(l0 / g)",
+        "units.force_n": "the weight",
+        "scales.spring_force": "the weight, as every leg's oscillator has it in the walkers",
+        "scales.speed": "√(g l0)",
+        **{f"scales.{name}": "√(g / l0)" for name in _RATES},
+    }
+    for i, phase in enumerate(phases):
+        reasons[f"limbs[{i}].drives"] = _said(reach(legs, i))
+        reasons[f"limbs[{i}].spring_force"] = "-J⁻ᵀ τ of the leg's servos, as robots have it"
+        reasons[f"limbs[{i}].side_roll"] = "up on the leg's side"
+        reasons[f"limbs[{i}].end_pitch"] = "up at the leg's end of the trunk"
+        reasons[f"limbs[{i}].side_yaw"] = "turned to the leg's side"
+        if phase:
+            reasons[f"limbs[{i}].phase_rad"] = "half a turn from its neighbours"
+    remarks = [
+        *_out_of_reach(legs, walker.controller.actuation, length),
+        *drop_remarks(standing, "stiffer servos, --settings servo_nm_per_rad"),
+    ]
+    return Suggestion(wiring, reasons, tuple(remarks), on_rail=False, legs=legs)
+
+
+def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
+    """What a leg feels: its load, and the trunk as a whole and as its own corner has it."""
+    ahead, left, _ = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
+    side, end = "-" if left < 0.0 else "", "-" if ahead > 0.0 else ""
+    whole = ("roll", "pitch", "roll_rate", "pitch_rate", "speed")
+    return {
+        "spring_force": f"{legs.feet[leg]}_estimated_force",
+        **{name: f"root_{name}" for name in whole},
+        "side_roll": f"{side}root_roll",
+        "side_roll_rate": f"{side}root_roll_rate",
+        "end_pitch": f"{end}root_pitch",
+        "side_yaw": f"{side}root_yaw",
+    }
+
+
+def reach(legs: LegKinematics, leg: int) -> np.ndarray:
+    """How far a foot reaches from its place in the model's start along each axis, back and forth.
+
+    Returns:
+        Shape [axes, 2], [m]; 0 where it cannot go that way.
+    """
+    along = np.linspace(-legs.length_m, legs.length_m, 2 * _GRID + 1)
+    found = np.zeros((len(AXES), 2))
+    for axis in range(len(AXES)):
+        places = np.zeros((len(along), len(legs.feet), len(AXES)))
+        places[:, leg, axis] = along
+        gaps = np.flatnonzero(missed_m(legs, places)[:, leg] > _MISSES * legs.height_m)
+        middle = _GRID
+        low = gaps[gaps < middle].max(initial=-1) + 1
+        high = gaps[gaps > middle].min(initial=len(along)) - 1
+        found[axis] = along[low], along[high]
+    return found
+
+
+def workspace(legs: LegKinematics, plane: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Which places the feet reach in a plane through those in the model's start.
+
+    Args:
+        legs: of the model.
+        plane: its two axes, such as (0, 2).
+
+    Returns:
+        Places along an axis [m], [places]; and whether a foot reaches a pair of them, of the first
+        and of the second axis, [places, places, legs].
+    """
+    along = np.linspace(-legs.length_m, legs.length_m, _GRID)
+    places = np.zeros((len(along), len(along), len(legs.feet), len(AXES)))
+    places[..., plane[0]], places[..., plane[1]] = along[:, None, None], along[None, :, None]
+    missed = missed_m(legs, places.reshape(-1, len(legs.feet), len(AXES)))
+    return along, missed.reshape(places.shape[:3]) <= _MISSES * legs.height_m
+
+
+def missed_m(legs: LegKinematics, places: np.ndarray) -> np.ndarray:
+    """How far feet stay from places [m], [lanes, legs], of places [m], [lanes, legs, 3]."""
+    return np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2)
+
+
+def _said(reach_m: np.ndarray) -> str:
+    parts = (
+        f"{axis} {low:+.2f} to {high:+.2f}" for axis, (low, high) in zip(AXES, reach_m, strict=True)
+    )
+    return "the foot reaches " + ", ".join(parts) + " m"
+
+
+def _out_of_reach(legs: LegKinematics, ellipse: object, length_m: float) -> list[str]:
+    """What is to be said of feet that do not reach all of the walker's ellipse."""
+    assert isinstance(ellipse, EllipticFoot)
+    phase = np.linspace(0.0, 2.0 * np.pi, 64)
+    x, z = np.asarray(ellipse.place(np.sin(phase), np.cos(phase))) * length_m
+    places = np.zeros((len(phase), len(legs.feet), len(AXES)))
+    places[..., 0], places[..., 2] = x[:, None], z[:, None]
+    missed = missed_m(legs, places).max(axis=0)
+    return [
+        f"{foot} misses the walker's ellipse by up to {gap:.2g} m; begin with more bent legs (a "
+        "keyframe), or a smaller ellipse"
+        for foot, gap in zip(legs.feet, missed, strict=True)
+        if gap > _MISSES * length_m
+    ]

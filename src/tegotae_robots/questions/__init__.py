@@ -1,0 +1,1 @@
+"""Questions about robots, their options and their answers, for Python and the shell alike."""

@@ -1,0 +1,156 @@
+"""From a log to a body: the numbers of a one-legged hopper, fitted to its recording."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.files import write_atomically
+from tegotae._support.progress import note
+from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
+from tegotae.parts.bodies import Hopper, Sensors
+from tegotae.questions.question import Names, question
+from tegotae.systems.body_file import body_text
+from tegotae_robots.identification import FITTED, Identified, identify as fitted_to, log_of
+from tegotae_robots.questions.model_file import ModelFile
+
+_MEANINGS = dict(
+    zip(
+        FITTED,
+        ("mass", "stiffness", "damping", "rest length", "largest force", "sensor delay"),
+        strict=True,
+    )
+)
+_SIMULATED_TICK_S = 0.001
+_NEEDED = {"height": "height_m", "spring_force": "spring_force_n", "command": "command_share"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdentificationOptions:
+    """What is known of the log, and where the body is written.
+
+    Column names end in their units: time_s (or ms, us, ns), height_m (cm, mm) over level ground,
+    spring_force_n (kN, mN, MN), and command_share (or percent), the command of the actuator as a
+    share of its largest force.
+    """
+
+    columns: tuple[str, ...] = ()
+    """Columns with other names: QUANTITY=COLUMN[UNIT], such as command=pwm[percent]. The quantities
+    are time, height, spring_force and command."""
+    rate: float | None = None
+    """Sampling rate [Hz], if there is no column of times."""
+    resample: float | None = None
+    """Rate for resampling by linear interpolation [Hz], if times are not uniform."""
+    gravity_m_per_s2: float = Hopper.gravity_m_per_s2
+    """Gravity g [m/s²], which is not fitted."""
+    out: Path
+    """The file of the body (.toml), which must not be there yet."""
+
+    @classmethod
+    def options_of(cls, file: str) -> IdentificationOptions:
+        """A file that is named as the log."""
+        return cls(out=Path(f"{Path(file).stem}.toml"))
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class IdentifiedBody(ModelFile):
+    """A body, .toml, that `--body` takes. `raw` is the fit, a
+    `tegotae_robots.identification.Identified`."""
+
+    body: Sensors
+    """The hopper behind its late sensors."""
+
+    def _write(self, file: Path) -> None:
+        if file.suffix != ".toml":
+            raise TegotaeError(f"{file} is no name of a body; it must end in .toml")
+        fit: Identified = self.raw
+        reasons = {
+            name: f"{unit}, 95 %: {fit.low[name]:.4g} to {fit.high[name]:.4g}"
+            for name, unit in FITTED.items()
+        }
+        write_atomically(file, body_text(self.body, reasons))
+
+
+def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
+    """The hopper of a fit; what noise leaves below zero is zero."""
+    numbers = {name: float(f"{max(x, 0.0):.6g}") for name, x in fit.values.items()}
+    delay_s = numbers.pop("delay_s")
+    ticks = max(Sensors().most_ticks, math.ceil(delay_s / _SIMULATED_TICK_S) + 1)
+    hopper = Hopper(gravity_m_per_s2=gravity_m_per_s2, **numbers)
+    return Sensors(body=hopper, delay_s=delay_s, most_ticks=ticks)
+
+
+@question(
+    subjects=Names,
+    kinds={"option": lambda: IdentificationOptions.options_of("log.csv")},
+)
+def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
+    """Fit mass, stiffness, damping, rest length, delay and force limit of a hopper to its log.
+
+    The last fifth of the hops is not fitted and checks the prediction. The body is a name for
+    --body from then on.
+
+    Example:
+        >>> identify("log.csv").save("log.toml")  # doctest: +SKIP
+    """
+    if options.out.suffix != ".toml":
+        raise TegotaeError(f"{options.out} is no name of a body; it must end in .toml")
+    require_finite("gravity", options.gravity_m_per_s2, above=0.0, most=1e9)
+    table = read_columns(Path(file))
+    samples = recording(table, options.columns, rate_hz=options.rate, kept=("time", *_NEEDED))
+    for line in left_alone(table, options.columns):
+        note(f"tegotae: {line}")
+    for quantity, name in _NEEDED.items():
+        if name not in samples:
+            raise TegotaeError(
+                f"no column is the {quantity} ({name}) among {', '.join(map(repr, table))}; name "
+                f"it: --columns {quantity}=COLUMN[UNIT]"
+            )
+    samples = pd.DataFrame(samples[["time_s", *_NEEDED.values()]])
+    samples = samples if options.resample is None else resampled(samples, options.resample)
+    fit = fitted_to(log_of(samples), options.gravity_m_per_s2)
+    body = _body_of(fit, options.gravity_m_per_s2)
+    numbers = pd.DataFrame(
+        [(_MEANINGS[n], fit.values[n], fit.low[n], fit.high[n], FITTED[n]) for n in FITTED],
+        columns=["number", "value", "low", "high", "unit"],
+    )
+    shown = pd.DataFrame(
+        {
+            "number": numbers.number,
+            "value": [
+                f"{x:.4g} {unit}" for x, unit in zip(numbers.value, numbers.unit, strict=True)
+            ],
+            "95 % interval": [
+                f"{a:.4g} to {b:.4g}"
+                for a, b in zip(fit.low.values(), fit.high.values(), strict=True)
+            ],
+        }
+    )
+    checked = fit.prediction.set_index("hops ahead").map(lambda x: f"{x:.2f}")
+    omega = float(f"{fit.values['stiffness_n_per_m'] / fit.values['mass_kg']:.6g}") ** 0.5
+    height = 1.2 * fit.values["rest_length_m"]
+    return IdentifiedBody(
+        raw=fit,
+        body=body,
+        outcome=f"fitted to {fit.hops[0]} hops; {fit.hops[1]} others check the prediction",
+        table=numbers,
+        shown=[shown.set_index("number"), checked],
+        remarks=[
+            f"Noise of the height {fit.noise[0]:.3g} m, of the load {fit.noise[1]:.3g} N. A "
+            "prediction is as good as the noise allows where its error is 1.",
+            "Next, at a frequency ω near that of stance:",
+            f"tegotae train ART-rF-tphif-w{omega:.0f} --body {options.out} --height {height:.3g}",
+        ],
+        data={
+            "values": fit.values,
+            "low": fit.low,
+            "high": fit.high,
+            "noise_height_m": fit.noise[0],
+            "noise_load_n": fit.noise[1],
+            "prediction": fit.prediction.to_dict("records"),
+        },
+    )

@@ -1,0 +1,45 @@
+"""What follows from a robot, as a file that is not written over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tegotae._support.errors import TegotaeError
+from tegotae.questions.answer import TableAnswer
+from tegotae.questions.wiring import ModelOptions, stem_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFileOptions(ModelOptions):
+    """What is known of the model, and where what follows from it is written."""
+
+    out: Path
+    """The file (.toml; a wiring's may be .json), which must not be there yet."""
+
+    @classmethod
+    def options_of(cls, env: str) -> ModelFileOptions:
+        """A file that is named as the model."""
+        return cls(out=Path(f"{stem_of(env)}.toml"))
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class ModelFile(TableAnswer):
+    """What follows from a model, every entry with its reason; in memory until it is saved."""
+
+    ENDING = ".toml"
+
+    def save(self, folder: Path | str, format: str = "toml") -> list[Path]:
+        """Write the file of that name; none that is there is written over.
+
+        Raises:
+            TegotaeError: for another ending, or if it is there or cannot be written.
+        """
+        file = Path(folder)
+        if file.exists():
+            raise TegotaeError(f"{file} exists already; name another file with --out")
+        self._write(file)
+        return [file]
+
+    def _write(self, file: Path) -> None:
+        raise NotImplementedError

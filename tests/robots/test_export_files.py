@@ -1,0 +1,344 @@
+"""An export on disk: complete, checked by its own program, or refused before it is written."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import tegotae as tg
+from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
+from tegotae import Hopper, TegotaeError, Timing, build, cli, find
+from tegotae.parts.bodies import Bar
+from tegotae.parts.terms import Signals, Term
+from tegotae.systems import controller_file
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.designs import design
+from tegotae_robots.c import Export, texts
+from tegotae_robots.c.cost import COMPILER, EMULATOR
+from tegotae_robots.c.source import source
+
+needs_cpp = pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+CODE = {"leg.json", "README.md"}
+SKETCH = "examples/control_loop/control_loop.ino"
+FILES = {
+    "flat": CODE | {"leg.h", "leg.c", "test_leg.c", "golden.csv", "CMakeLists.txt"},
+    "platformio": CODE
+    | {"include/leg.h", "src/leg.c", "test/test_leg.c", "test/golden.csv", "library.json", SKETCH},
+    "arduino": CODE
+    | {"src/leg.h", "src/leg.c", "extras/test_leg.c", "extras/golden.csv", SKETCH}
+    | {"library.properties"},
+}
+
+
+def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
+    """A controller with random weights."""
+    model = find(name)
+    controller = model.controller(30)
+    weights = np.asarray(controller.initial(jax.random.key(1)))
+    return SavedController.of(controller, weights, model.omega_t, name=name, **entries)
+
+
+def trained(tick_s: float, name: str = "ART-rF-tphif-w8") -> SavedController:
+    """A controller that was trained at this control period."""
+    timing = Timing(duration_s=24.0, tick_s=tick_s)
+    experiment = find(name).experiment(budget=30, timing=timing)
+    return dataclasses.replace(saved(name), system=experiment.system, experiment=experiment)
+
+
+def with_action(term: Term) -> SavedController:
+    """The vanilla controller with another action."""
+    controller = build("V-reflex-w8")
+    law = dataclasses.replace(controller.tegotae, action=term)
+    return SavedController.of(
+        dataclasses.replace(controller, tegotae=law), np.array([2.0]), 8.0, Hopper()
+    )
+
+
+def said_by(*command, **where) -> subprocess.CompletedProcess:
+    return subprocess.run(list(map(str, command)), capture_output=True, text=True, **where)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The folder of an export made by the command, and its controller."""
+    folder = tmp_path_factory.mktemp("export")
+    path, out = folder / "controller.json", folder / "out"
+    one = trained(0.002)
+    controller_file.save(one, path)
+    arguments = ["export", "c", str(path), "--out", str(out), "--prefix", "leg"]
+    assert cli.main(arguments) == 0
+    return out, one
+
+
+def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flight(written):
+    out, one = written
+    manifest = json.loads((out / "leg.json").read_text())
+    (force,) = manifest["inputs"]
+    assert (force["name"], force["unit"]) == ("spring_force_n", "N")
+    assert force["scale"] == pytest.approx(0.981)
+    assert manifest["outputs"][0] == {"name": "force_n", "range": [0.0, 4.0]}
+    assert (manifest["tick_s"], manifest["trained_tick_s"]) == (0.001, 0.002)
+    assert "air" in manifest["flight"]
+    assert set(manifest["files"]) == FILES["flat"] == {path.name for path in out.iterdir()}
+    neuron = manifest["weights"]["reaction"]["neuron"][0]
+    first = one.controller.layout["reaction"].start
+    assert neuron["spring_force"] == pytest.approx(float(one.weights[first]))
+
+
+def test_the_source_has_all_weights_by_name_no_double_no_memory_and_no_library_but_maths(written):
+    out, one = written
+    text = (out / "leg.c").read_text()
+    for name in (".spring_force = ", ".sin_phase = ", ".bias = ", ".sigma = "):
+        assert name in text
+    for weight in np.asarray(one.weights, np.float32):
+        assert f"{weight!s}f" in text
+    included = {line for line in text.splitlines() if line.startswith("#include")}
+    assert included == {'#include "leg.h"', "#include <float.h>", "#include <math.h>"}
+    for word in ("double", "malloc", "printf", "goto", "@"):
+        assert word not in text
+    static = [line for line in text.splitlines() if line.startswith("static") and "(" not in line]
+    assert all(line.startswith("static const") for line in static)
+
+
+@needs_gcc
+def test_the_golden_vectors_pass_under_sanitizers_and_find_another_controller(written, tmp_path):
+    out, one = written
+    program = tmp_path / "test_leg"
+    command = ["gcc", *FLAGS, *SANITIZERS, "-O1", "leg.c", "test_leg.c", "-lm", "-o", program]
+    subprocess.run(command, cwd=out, check=True)
+    done = said_by(program)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1000 golden vectors" in done.stdout
+    assert "bounded" in done.stdout
+    for name in ("leg.h", "test_leg.c"):
+        shutil.copy(out / name, tmp_path)
+    other = dataclasses.replace(one, weights=np.asarray(one.weights) * 1.001)
+    (tmp_path / "leg.c").write_text(source(Export(other, prefix="leg")))
+    command = ["gcc", "-std=c99", "leg.c", "test_leg.c", "-lm", "-o", "test_leg"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    assert said_by(program).returncode == 1
+
+
+@needs_cpp
+def test_a_program_in_cpp_calls_it(written, tmp_path):
+    out, _ = written
+    sketch = tmp_path / "sketch.cpp"
+    sketch.write_text(
+        '#include "leg.h"\nint main() { leg_state s; leg_inputs in = {}; leg_outputs out;\n'
+        "leg_init(&s, 1.0f); leg_step(&s, &in, &out); return out.fault ? 1 : 0; }\n"
+    )
+    subprocess.run(["gcc", "-c", out / "leg.c", "-o", tmp_path / "leg.o"], check=True)
+    program = tmp_path / "sketch"
+    flags = ("-Wall", "-Wextra", "-Werror", f"-I{out}")
+    command = ["g++", *flags, sketch, tmp_path / "leg.o", "-lm", "-o", program]
+    subprocess.run(command, check=True)
+    assert subprocess.run([program]).returncode == 0
+
+
+@needs_gcc
+@pytest.mark.parametrize("limbs", [1, 2])
+def test_a_start_keeps_any_finite_phase_and_counts_any_other_as_a_fault(tmp_path, limbs):
+    one = saved("V-reflex-w8")
+    body = Hopper() if limbs == 1 else Bar()
+    one = one.replaced(controller=dataclasses.replace(one.controller, limbs=limbs), body=body)
+    leg = Compiled(Export(one), tmp_path)
+    for phase in np.float32([0.0, 1.0, -1.0, 6.2831853, 100.0, -12345.678, 1e6, -3e37, 3.4e38]):
+        leg.init(phase if limbs == 1 else [phase] * limbs)
+        phases = leg.oscillators[:, 0]
+        assert ((phases >= 0.0) & (phases < 2.0 * np.pi)).all()
+        if abs(phase) < 1e7:
+            apart = np.angle(np.exp(1j * (phases.astype(float) - float(phase))))
+            np.testing.assert_allclose(apart, 0.0, atol=1e-6)
+        assert leg.faults == 0
+    for phase in (np.nan, np.inf, -np.inf):
+        leg.init(phase if limbs == 1 else [0.5] * (limbs - 1) + [phase])
+        assert leg.oscillators[-1, 0] == 0.0
+        assert leg.faults == 1
+
+
+@needs_gcc
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not installed")
+def test_cmake_builds_the_library_and_runs_the_check(written, tmp_path):
+    out, _ = written
+    for command in (
+        ["cmake", "-S", out, "-B", tmp_path],
+        ["cmake", "--build", tmp_path],
+        ["ctest", "--test-dir", tmp_path],
+    ):
+        subprocess.run(command, check=True, capture_output=True)
+
+
+ARDUINO = "#pragma once\n#include <stdint.h>\nuint32_t micros();\n"
+BOARD = """\
+#include <stdio.h>
+#include <Arduino.h>
+static uint32_t now_us = 4294960000u;  // soon begins at zero again
+uint32_t micros() { return now_us += 100; }
+extern "C" int steps;
+void setup();
+void loop();
+int main() { setup(); for (int i = 0; i < 1000; ++i) loop(); printf("%d", steps); return 0; }
+"""
+
+
+@needs_cpp
+@pytest.mark.parametrize("layout", ["platformio", "arduino"])
+@pytest.mark.parametrize("controller", ["V-sector-w4", "quadruped-c"])
+def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
+    tmp_path, layout, controller
+):
+    out = tmp_path / "leg"
+    arguments = ["export", "c", controller, "--out", str(out), "--prefix", "leg"]
+    assert cli.main([*arguments, "--layout", layout]) == 0
+    files = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    assert set(json.loads((out / "leg.json").read_text())["files"]) == files == FILES[layout]
+    # A board that counts the steps.
+    (tmp_path / "Arduino.h").write_text(ARDUINO)
+    (tmp_path / "board.cpp").write_text(BOARD)
+    code = next(out.rglob("leg.c")).read_text()
+    counted = "int steps = 0;\n" + re.sub(
+        r"(\nvoid leg_step\([^)]*\)\s*\{)", r"\1\n    ++steps;", code
+    )
+    assert counted.count("++steps") == 1
+    (tmp_path / "counted.c").write_text(counted)
+    include = [f"-I{tmp_path}", f"-I{next(out.rglob('leg.h')).parent}"]
+    for command in (
+        ["gcc", *include, "-c", "counted.c"],
+        ["g++", *include, "-Wall", "-Wextra", "-Werror", "-x", "c++", "-c", out / SKETCH],
+        ["g++", *include, "-c", "board.cpp"],
+        ["g++", "counted.o", "control_loop.o", "board.o", "-lm", "-o", "board"],
+    ):
+        subprocess.run(command, cwd=tmp_path, check=True)
+    done = said_by(tmp_path / "board", check=True)
+    assert int(done.stdout) == 101  # from 0 to 0.1 s, every 1 ms
+
+
+@needs_gcc
+def test_the_check_that_a_library_names_runs(tmp_path):
+    answer = tg.export_c("V-sector-w4", layout="platformio")
+    answer.save(tmp_path)
+    command = answer.title.splitlines()[1]
+    assert command in (tmp_path / "README.md").read_text()
+    done = said_by("sh", "-c", command, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    description = json.loads((tmp_path / "library.json").read_text())
+    assert (description["name"], description["headers"]) == ("tegotae", "tegotae.h")
+
+
+def test_a_tick_that_was_not_trained_is_warned_of():
+    answer = tg.export_c(trained(0.001, "V-reflex-w8"), tick=0.002)
+    assert "warning: the controller was trained at a tick of 0.001 s" in answer.notes[0]
+    assert "tegotae simulate FILE --hold --tick 0.002" in answer.notes[0]
+    assert tg.export_c(trained(0.001, "V-reflex-w8")).notes == []
+
+
+@dataclass(frozen=True)
+class Looping(Term):
+    """An action that computes in a loop of unknown length."""
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        return ("cos_phase",)
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        return jax.lax.while_loop(
+            lambda x: (x < -0.5).all(), lambda x: 0.5 * x, signals["cos_phase"]
+        )
+
+
+@dataclass(frozen=True)
+class Sorting(Term):
+    """An action that sorts."""
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        return jnp.sort(signals["cos_phase"])
+
+
+@dataclass(frozen=True)
+class Elementary(Term):
+    """An action of all sorts of elementary functions."""
+
+    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
+        x, y = signals["cos_phase"], signals["spring_force"]
+        several = jnp.stack([jnp.exp(-(x**2)), jnp.tanh(y), jnp.arctan2(x, 1.0 + y), jnp.abs(x)])
+        return jnp.where(x > 0.0, several.sum(axis=0), jnp.sqrt(several.max(axis=0)))
+
+
+def test_elementary_functions_stand_in_c_by_their_names():
+    text = source(Export(with_action(Elementary())))
+    for function in ("expf(", "tanhf(", "atan2f(", "fabsf(", "sqrtf("):
+        assert function in text
+
+
+def over_all_limbs() -> SavedController:
+    own = design("W-F@quadruped-c").experiment()
+    weights = np.zeros(own.controller.n_weights)
+    return SavedController.of(own.controller, weights, own.omega, own.body)
+
+
+@pytest.mark.parametrize(
+    ("controller", "options", "why"),
+    [
+        (lambda: with_action(Looping()), {}, r"^'while' \(test_export_files.*has no C: write it"),
+        (lambda: with_action(Sorting()), {}, r"^'sort' \(test_export_files.*has no C"),
+        (over_all_limbs, {}, "^a WholeBodyFoot cannot be exported: it is one network"),
+        *((saved, {"prefix": x}, "no name in C") for x in ("2legs", "left leg", "float", "", "l;")),
+        (saved, {"prefix": "x" * 40}, "which is no name in C"),
+        (saved, {"tick_s": 0.0}, "tick is 0; it must be at least 1e-05"),
+        (saved, {"tick_s": float("nan")}, "must be finite"),
+        (saved, {"tick_s": 5.0}, "must be at most 1"),
+        (saved, {"tick_s": 0.9}, "is too long"),
+        (saved, {"max_force_n": 2.0}, "has its largest force already"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused_in_a_line(controller, options, why):
+    with pytest.raises(TegotaeError, match=why):
+        texts(Export(controller(), **options))
+
+
+def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_line(
+    tmp_path, one_line_error
+):
+    path, taken = tmp_path / "controller.json", tmp_path / "taken"
+    taken.write_text("")
+
+    def said(out: str) -> str:
+        return one_line_error("export", "c", str(path), "--out", str(tmp_path / out))
+
+    assert "no controller file" in said("out")
+    path.write_text("{}")
+    assert "is not a controller file" in said("out")
+    controller_file.save(saved("V-reflex-w8"), path)
+    assert "it is a file" in said("taken")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(TegotaeError, match=f"^{COMPILER} is not installed; apt-get install"):
+        tg.export_cost("V-reflex-w8")
+
+
+@pytest.mark.skipif(
+    None in (shutil.which(COMPILER), shutil.which(EMULATOR)),
+    reason="the Arm compiler or QEMU is not installed",
+)
+def test_the_cost_of_a_controller_is_counted_on_every_core():
+    small, middle, large = tg.export_cost("V-reflex-w8").raw
+    # Without a unit for floats every operation is a call.
+    assert small.instructions > 5 * middle.instructions > 5 * 50
+    assert 50 < large.instructions < 1000
+    assert all(300 < cost.flash_bytes < 5000 for cost in (small, middle, large))
+    assert middle.ram_bytes == 12 + 4 + 16  # state, inputs and outputs
+    assert 0 < middle.stack_bytes < 500
+    assert middle.share(64e6) == middle.instructions * 1e3 / 64e6

@@ -1,0 +1,147 @@
+"""Exported laws on a robot's legs: the inverse kinematics in C are those of the package."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+
+import numpy as np
+import pytest
+
+from compiled import FLAGS, needs_gcc
+from places import ROOT
+from sprung import sprung_robot
+from tegotae.cli import main
+from tegotae.envs.env_spec import EnvSpec
+from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.systems.controller_file import SavedController, save
+from tegotae.systems.designs import design
+from tegotae.systems.resolve import resolve
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.c import Export
+from tegotae_robots.models.suggesting_legs import suggest_legs
+
+ROBOTS = {
+    "servo_quadruped": [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")],
+    "hexapod": [f"{leg}_foot" for leg in ("LF", "LM", "LH", "RF", "RM", "RH")],
+    "sprung": [f"foot{i}" for i in range(4)],
+    "boom_leg": ["foot"],
+}
+pytestmark = needs_gcc
+
+
+SLOW = {"servo_quadruped", "hexapod"}
+"""Robots whose wiring takes long to suggest."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(x, marks=[pytest.mark.thorough] if x in SLOW else []) for x in ROBOTS],
+)
+def exported(request, tmp_path_factory):
+    """A walker's law on a robot, its C in a folder, and the C as a library."""
+    folder, feet = tmp_path_factory.mktemp(request.param), ROBOTS[request.param]
+    model = ROOT / "examples" / "robots" / f"{request.param}.xml"
+    if request.param == "sprung":
+        model = folder / "sprung.xml"
+        model.write_text(sprung_robot())
+    where = ["--feet", *feet, "--settings", "legs=true"]
+    wiring, law = str(folder / "legs.toml"), str(folder / "law.json")
+    robot = ["--env", str(model), "--wiring", wiring, *where]
+    assert not main(["wiring", "suggest", str(model), *where, "--out", wiring])
+    assert not main(["wiring", "transfer", "quadruped-c", *robot, "--out", law])
+    assert not main(["export", "c", law, "--out", str(folder / "c")])
+    command = ["gcc", *FLAGS, "-O2", "-shared", "-fPIC", "tegotae.c", "-lm", "-o", "tegotae.so"]
+    subprocess.run(command, check=True, cwd=folder / "c")
+    export = Export(resolve(law).controller(), tick_s=0.01)
+    return export, folder / "c", ctypes.CDLL(str(folder / "c" / "tegotae.so"))
+
+
+def pointer(array: np.ndarray):
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def places_within(export, share: float) -> np.ndarray:
+    """Places of feet that turning or sliding joints by a share of their range leads to."""
+    legs, draw = export.legs, np.random.default_rng(1)
+    room = np.minimum(np.minimum(legs.chains.high, -legs.chains.low), 0.5)
+    moved = share * room * draw.uniform(-1.0, 1.0, (64, *room.shape))
+    unit = np.where(legs.chains.slides, legs.length_m, 1.0)
+    return legs.places_of(legs.start + unit * moved)
+
+
+def test_joints_in_c_put_the_feet_where_the_law_has_them(exported):
+    export, _, library = exported
+    legs, places = export.legs, places_within(export, 0.5)
+    places[..., 1] = 0.0  # the law commands ahead and up alone
+    wanted = legs.joints_at(places)
+    for place, golden in zip(places, wanted, strict=True):
+        out = np.zeros((5, export.limbs), np.float32)
+        out[:2] = place[:, [0, 2]].T
+        joints = np.zeros(golden.shape, np.float32)
+        library.tegotae_joints(pointer(out), pointer(joints))
+        assert joints == pytest.approx(golden, abs=1e-6)
+
+
+def test_a_place_out_of_reach_gives_joints_within_their_limits(exported):
+    export, _, library = exported
+    legs = export.legs
+    unit = np.where(legs.chains.slides, legs.length_m, 1.0)
+    for far_m in (3.4e38, -3.4e38, 10.0):
+        out = np.full((5, export.limbs), far_m, np.float32)
+        joints = np.zeros(legs.joints.shape, np.float32)
+        library.tegotae_joints(pointer(out), pointer(joints))
+        assert np.isfinite(joints).all()
+        assert (joints >= legs.start + unit * legs.chains.low - 1e-5).all()
+        assert (joints <= legs.start + unit * legs.chains.high + 1e-5).all()
+
+
+def test_loads_in_c_are_those_of_the_torques(exported):
+    export, _, library = exported
+    legs, draw = export.legs, np.random.default_rng(2)
+    joints = np.ascontiguousarray(legs.joints_at(places_within(export, 0.5)), np.float32)
+    torques = draw.uniform(-2.0, 2.0, joints.shape).astype(np.float32)
+    golden = np.maximum(legs.forces_n(joints, torques)[..., 2], 0.0)
+    for angles, pulls, loads in zip(joints, torques, golden, strict=True):
+        felt = np.zeros(export.limbs, np.float32)
+        library.tegotae_loads(pointer(angles), pointer(pulls), pointer(felt))
+        assert felt == pytest.approx(loads, rel=1e-4, abs=1e-4 * np.abs(golden).max())
+
+
+def test_the_check_of_an_export_finds_a_leg_that_is_another(exported, tmp_path):
+    _, folder, _ = exported
+    source = (folder / "tegotae.c").read_text()
+    length = source.split("LENGTH_M = ")[1].split(";")[0]
+    for name, text in (("same", source), ("other", source.replace(f"= {length}", "= 0.5f"))):
+        (tmp_path / f"{name}.c").write_text(text)
+        words = [*FLAGS, "-O1", f"-I{folder}", f"{name}.c", folder / "test_tegotae.c", "-lm"]
+        subprocess.run(["gcc", *words, "-o", name], check=True, cwd=tmp_path)
+        ran = subprocess.run([tmp_path / name], capture_output=True, text=True)
+        assert ran.returncode == (name == "other"), ran.stdout
+
+
+@pytest.mark.parametrize(("name", "aside"), [("clock-s", True), ("clock-p", False)])
+def test_a_law_goes_to_c_that_steps_aside_or_whose_stride_grows(tmp_path, name, aside):
+    settings = {"feet": ROBOTS["sprung"], "legs": True}
+    model = tmp_path / "sprung.xml"
+    model.write_text(sprung_robot())
+    wiring = suggest_legs(ModelSettings(model=str(model), **settings)).wiring
+    law, spec = (
+        design(f"{name}@quadruped-c"),
+        EnvSpec(env=str(model), settings=tuple(settings.items())),
+    )
+    experiment = EnvExperiment.of_model(law, spec, wiring)
+    weights = np.random.default_rng(0).uniform(0.01, 0.3, experiment.controller.n_weights)
+    saved = SavedController(experiment.system, weights, "law", task=experiment.task)
+    save(saved, tmp_path / "law.json")
+    assert not main(["export", "c", str(tmp_path / "law.json"), "--out", str(tmp_path / "c")])
+    words = ["gcc", *FLAGS, "-O1", "tegotae.c", "test_tegotae.c", "-lm", "-o", "check"]
+    subprocess.run(words, check=True, cwd=tmp_path / "c")
+    checked = subprocess.run(["./check"], cwd=tmp_path / "c", capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stdout
+    assert ("foot_y_m" in (tmp_path / "c" / "tegotae.h").read_text()) == aside
+
+
+def test_a_body_without_hips_that_turn_refuses_a_law_that_steps_aside(capsys):
+    assert main(["simulate", "clock-s@quadruped-c"]) == 2
+    assert "foot_y, and a Walker takes foot_x and foot_z" in capsys.readouterr().err

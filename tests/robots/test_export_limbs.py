@@ -1,0 +1,94 @@
+"""Controllers that were trained on an environment as C: the same limbs, in the same closed loop."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+
+import numpy as np
+import pytest
+
+import tegotae as tg
+from compiled import FLAGS, Compiled, needs_gcc
+from tegotae import find
+from tegotae.envs import Limb, Wiring
+from tegotae.envs.env_spec import EnvSpec
+from tegotae.envs.wrapper import Pilot
+from tegotae.systems.controller_file import SavedController
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.c import Export
+from tegotae_robots.c.plan import usual_tick_s
+
+pytest.importorskip("mujoco")
+LEGS = Wiring(
+    limbs=[
+        Limb(senses={"spring_force": "leg_spring"}, drives="leg", rest=0.1, push=0.9),
+        Limb(senses={"spring_force": "-knee"}, drives="knee", rest=2.0, push=-1.0, phase_rad=3.0),
+    ],
+    scales={"spring_force": 0.981, "feedback": 3.132},
+    max_force=2.0,
+    sector_rad=(3.0, 2.0),
+)
+
+
+def trained(model: str, wiring: Wiring = LEGS, **settings) -> tuple[EnvExperiment, SavedController]:
+    """A model with random weights, as a training on the MuJoCo hopper saves it."""
+    spec = EnvSpec(env="hopper", settings=tuple(settings.items()))
+    own = EnvExperiment.of_model(find(model), spec, wiring, omega=8.0, budget=24)
+    weights = 2.0 * np.random.default_rng(3).standard_normal(own.controller.n_weights)
+    return own, SavedController(own.system, weights, model, task=own.task)
+
+
+@needs_gcc
+@pytest.mark.parametrize("model", ["AR-rF-sector-w8", "ART-rF-tphif-w8"])
+def test_a_mujoco_body_moves_under_the_c_as_under_the_limbs_that_were_trained(model, tmp_path):
+    one = dataclasses.replace(
+        LEGS,
+        limbs=[Limb(senses={"spring_force": "leg_spring"}, drives="leg", rest=0.0, push=4.0)],
+    )
+    own, saved = trained(model, one, control_s=0.01)
+    program = Compiled(Export(saved, usual_tick_s(saved)), tmp_path)
+    env = own.spec.make()
+    pilot = Pilot(own.wires, own.wiring, saved.weights[:, None])
+    felt = own.wires.observed.index("leg_spring")
+
+    def of_package(seen):
+        return pilot.act(seen[None])[0]
+
+    def of_c(seen):
+        force = program.step([max(seen[felt], 0.0)])[0, 0]
+        return np.array([program.number("action", force)])
+
+    def heights(act):
+        seen, _ = env.reset(seed=0)
+        pilot.reset()
+        program.init(0.0)
+        found = []
+        for _ in range(150):
+            seen = env.step(act(seen))[0]
+            found.append(seen[0])
+        return np.array(found)
+
+    package = heights(of_package)
+    assert np.ptp(package) > 0.1, "it does not move"
+    assert np.abs(heights(of_c) - package).max() < 1e-5
+
+
+@needs_gcc
+def test_what_limbs_do_on_an_environment_passes_the_programs_own_check(tmp_path):
+    _, saved = trained("AR-rF-sector-w8")
+    tg.export_c(saved, tick=0.02, prefix="legs").save(tmp_path)
+    command = ["gcc", *FLAGS, "-O1", "legs.c", "test_legs.c", "-lm", "-o", "check"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    done = subprocess.run([tmp_path / "check"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    header = (tmp_path / "legs.h").read_text()
+    assert "#define LEGS_PHASE_RAD {0.0f, 3.0f}" in header
+    assert "limb 1: spring_force is -knee, drives knee" in " ".join(header.split())
+
+
+def test_an_export_is_at_the_control_period_of_the_training():
+    _, saved = trained("ART-rF-tphif-w8", control_s=0.02)
+    answer = tg.export_c(saved)
+    assert answer.notes == []
+    assert "#define TEGOTAE_TICK_S 0.02f" in answer.files["tegotae.h"]
