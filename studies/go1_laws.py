@@ -230,7 +230,9 @@ class Go1Laws:
         file, laws = FOLDER / f"{table.rows}.csv", self.laws or tuple(table.laws)
         for name in () if self.report_only else laws:
             kept = (
-                pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["law", "condition"])
+                pd.read_csv(file)
+                if file.exists()
+                else pd.DataFrame(columns=["law", "condition", "run"])
             )
             runs = kept[kept.law == name].groupby("condition").run.nunique()
             done = set(runs[runs == len(table.laws[name].runs())].index)
