@@ -274,7 +274,8 @@ def test_a_wheel_has_some_of_the_trained_controllers(tmp_path):
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     wheel = settings["tool"]["hatch"]["build"]["targets"]["wheel"]
     beside = [f"src/tegotae/systems/zoo/data/{name}.npz" for name in ("calibrated", "paper")]
-    assert wheel == {"packages": ["src/tegotae"], "exclude": beside}
+    packages = [f"src/{name}" for name in ("tegotae", "tegotae_robots", "lanewise")]
+    assert wheel == {"packages": packages, "exclude": beside}
     for place in [*FOLDER.glob("*.npz")]:
         assert place.stat().st_size < 2e6
         words = ["git", "check-ignore", "--quiet", str(place)]
