@@ -22,7 +22,7 @@ import tyro
 from PIL import Image, ImageDraw
 
 from go1_feet import FOLDER, ROOT, Condition, Course, by_law
-from go1_laws import pace_of
+from go1_laws import calibrated, run_of
 from tegotae._support.files import output_folder
 from tegotae.cli import main
 from tegotae.cli.console import exit_status
@@ -43,7 +43,7 @@ ROBOTS = {
     "boom_leg": ("", 40.0),
 }
 """Names of the legs, and the command [rad/s]."""
-PACED, TUNED = "clock-p-speed-1.json", "clock-tuned-0.json"
+PACED, TUNED = "clock-p-speed-9.json", "clock-tuned-0.json"
 SPEEDS = {f"{speed:g} m/s": (PACED, speed, Condition(), 2.0) for speed in (0.3, 1.2, 2.5)}
 DISTURBED = {
     "push of 1 m/s at 5 s": (PACED, 1.2, Condition(push_m_per_s=1.0), 4.5),
@@ -97,7 +97,7 @@ def of_go1(
     """Go1 under a law of `docs/_static/go1_feet`."""
     saved = resolve(str(FOLDER / name)).controller()
     wiring = dataclasses.replace(EnvExperiment.of(saved).wiring, weights=saved.weights)
-    omega = pace_of(wiring).omega_at(np.array([speed_m_per_s]))
+    omega = calibrated(run_of(saved)).pace.omega_at(np.array([speed_m_per_s]))
     course, alive = Course(condition, [START], begin_s + SECONDS), np.ones(1, bool)
     course.reset(np.array([START]), alive)
     law = by_law(wiring, np.ravel(saved.weights)[None])(course, omega, False)
