@@ -50,7 +50,7 @@ autodoc_typehints_format = "short"
 nitpicky = True
 nitpick_ignore_regex = [
     (r"py:.*", r"(?!tegotae\.|tegotae_robots\.|lanewise\.|reproduction\.).*"),
-    (r"py:class", r"tegotae(\.\w+){3,}"),
+    (r"py:class", r"(tegotae\.\w+|tegotae_robots|lanewise)(\.\w+){2,}"),
     (r"py:class", r"tegotae\.(parameters|documents|registry)\.[PT]"),
 ]
 
