@@ -10,6 +10,7 @@ import sys
 
 import pytest
 
+from tegotae._support import compiled
 from tegotae.cli import main
 from tegotae.cli.console import PLAIN, make_safe, one_line, print_rows, shown
 
@@ -75,6 +76,19 @@ def test_debug_stands_anywhere_and_shows_where_an_error_arose(capsys, monkeypatc
     assert "Traceback" not in capsys.readouterr().err
     assert main(["models", "--debug", "T"]) == 70
     assert "Traceback" in capsys.readouterr().err
+
+
+def test_help_ends_as_it_did_before_when_it_was_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv(compiled.VARIABLE, str(tmp_path))
+    for words in (["completion", "--help"], ["--help"]) * 2:
+        with pytest.raises(SystemExit) as end:
+            main(words)
+        assert not end.value.code
+    reader, writer = os.pipe()
+    os.close(reader)
+    with open(writer, "w") as out:
+        monkeypatch.setattr(sys, "stdout", out)
+        assert main(["--help"]) == 141
 
 
 @pytest.mark.parametrize("words", [["models", "T-*"], ["--help"], ["cite"]])

@@ -12,6 +12,7 @@ from typing import Any
 
 import tegotae
 from tegotae._support import compiled
+from tegotae.cli.console import exit_status
 
 _LOOKS = ("NO_COLOR", "FORCE_COLOR", "TERM", "COLORTERM", "TTY_COMPATIBLE")
 
@@ -43,10 +44,10 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
     key = compiled.key_of(_package(), prog, *words, "", str(width), str(_on_screen()), *looks)
     text = compiled.kept(key)
     if text is not None:
-        print(text.decode(), end="", flush=True)
-        if words[0] != "completion":
+        status = exit_status(lambda: print(text.decode(), end=""))
+        if not status and {"--help", "-h"} & set(words):
             raise SystemExit(0)
-        return 0
+        return status
     copy = _Copy(sys.stdout)
     status: Any = 1
     try:
