@@ -65,8 +65,6 @@ class IdentifiedBody(ModelFile):
     """The hopper behind its late sensors."""
 
     def _write(self, file: Path) -> None:
-        if file.suffix != ".toml":
-            raise TegotaeError(f"{file} is no name of a body; it must end in .toml")
         fit: Identified = self.raw
         reasons = {
             name: f"{unit}, 95 %: {fit.low[name]:.4g} to {fit.high[name]:.4g}"
@@ -97,8 +95,7 @@ def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
     Example:
         >>> identify("log.csv").save("log.toml")  # doctest: +SKIP
     """
-    if options.out.suffix != ".toml":
-        raise TegotaeError(f"{options.out} is no name of a body; it must end in .toml")
+    IdentifiedBody.check_name(options.out)
     require_finite("gravity", options.gravity_m_per_s2, above=0.0, most=1e9)
     table = read_columns(Path(file))
     samples = recording(table, options.columns, rate_hz=options.rate, kept=("time", *_NEEDED))

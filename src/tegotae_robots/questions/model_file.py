@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from tegotae._support.errors import TegotaeError
 from tegotae.questions.answer import TableAnswer
@@ -28,6 +29,7 @@ class ModelFile(TableAnswer):
     """What follows from a model, every entry with its reason; in memory until it is saved."""
 
     ENDING = ".toml"
+    OTHER_ENDINGS: ClassVar[tuple[str, ...]] = ()
 
     def save(self, folder: Path | str, format: str = "toml") -> list[Path]:
         """Write the file of that name; none that is there is written over.
@@ -38,8 +40,16 @@ class ModelFile(TableAnswer):
         file = Path(folder)
         if file.exists():
             raise TegotaeError(f"{file} exists already; name another file with --out")
+        self.check_name(file)
         self._write(file)
         return [file]
+
+    @classmethod
+    def check_name(cls, file: Path) -> None:
+        """Raises TegotaeError for an ending that the file cannot have."""
+        endings = (cls.ENDING, *cls.OTHER_ENDINGS)
+        if file.suffix not in endings:
+            raise TegotaeError(f"{file} must end in {' or '.join(endings)}")
 
     def _write(self, file: Path) -> None:
         raise NotImplementedError

@@ -26,6 +26,8 @@ class SuggestedWiring(ModelFile):
     """A first wiring, .toml or .json. `raw` is a `tegotae_robots.models.suggesting.Suggestion`, and
     the document that of the wiring."""
 
+    OTHER_ENDINGS = (".json",)
+
     def figures(self) -> dict[str, Figure]:
         """The workspace of feet that are commanded to places; none of joints."""
         from tegotae_robots.models.workspace import workspace_figure
@@ -83,6 +85,7 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
             f"{env} is no MuJoCo model (FILE.xml); for another environment write the wiring by "
             "hand, and check it with tegotae.envs.check_wiring"
         )
+    SuggestedWiring.check_name(options.out)
     settings = options.spec(env).model_settings
     suggestion = suggest_legs(settings) if settings.legs else suggest_wiring(settings)
     where = [env, "--wiring", str(options.out)]

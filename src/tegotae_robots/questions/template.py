@@ -33,8 +33,6 @@ class FittedTemplate(ModelFile):
     `tegotae_robots.models.template.Template`, and the document that of the walker."""
 
     def _write(self, file: Path) -> None:
-        if file.suffix != ".toml":
-            raise TegotaeError(f"{file} is no name of a template; it must end in .toml")
         write_atomically(file, self.raw.text)
 
 
@@ -89,6 +87,7 @@ def template(env: str, options: ModelFileOptions) -> FittedTemplate:
 
     if not is_mujoco_model(env):
         raise TegotaeError(f"{env} is no MuJoCo model, FILE.xml, which a template is of")
+    FittedTemplate.check_name(options.out)
     found = fit_template(options.spec(env).model_settings, stem_of(env))
     numbers, check = _numbers(found), _check(found)
     shown = numbers.assign(template=numbers.template.map(_said), robot=numbers.robot.map(_said))

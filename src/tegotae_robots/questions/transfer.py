@@ -94,6 +94,7 @@ def wiring_transfer(law: str, options: TransferOptions) -> TransferredController
 
     if not options.env:
         raise TegotaeError("no environment is given; name one, --env MODEL.xml")
+    TransferredController.check_name(options.out)
     require_all(extras_of(options.env))
     saved = resolve(law).controller()
     spec, wiring = options.wired(options.env)
