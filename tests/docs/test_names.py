@@ -9,6 +9,7 @@ from collections import defaultdict
 import pytest
 
 from places import ROOT
+from tegotae.parts.oscillators import PLANAR
 from vocabulary import NAMES
 
 PROGRAMS = ("src", "reproduction", "playground", "benchmarks", "studies/tuning")
@@ -57,3 +58,17 @@ def test_a_name_is_the_fields_term(word, definitions):
     assert definitions["term"]  # a word that the package has
     found = [f"{place}: {NAMES[word]}" for place in definitions.get(word, [])]
     assert found == []
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        "src/tegotae/questions/experiments.py",
+        "reproduction/readings/named.py",
+        "reproduction/commands/gain_map.py",
+        "docs/oscillators.md",
+    ],
+)
+def test_option_texts_and_their_page_name_every_oscillator(file):
+    text = (ROOT / file).read_text(encoding="utf-8")
+    assert [name for name in PLANAR if name not in text] == []

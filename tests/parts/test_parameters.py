@@ -10,7 +10,7 @@ import pytest
 from tegotae import TegotaeError
 from tegotae.parts.bodies import Actuators, Bar, Blows, Hopper, Plate, Sensors, Walker
 from tegotae.parts.couplings import Neighbours
-from tegotae.parts.oscillators import AdaptiveHopf, Matsuoka, VanDerPol
+from tegotae.parts.oscillators import PLANAR, AdaptiveHopf, Matsuoka, VanDerPol
 from tegotae.parts.terms import (
     EllipticFoot,
     LearnedActuation,
@@ -24,7 +24,7 @@ from tegotae.parts.terrains import Rough, Slope, Steps, Sum
 
 PARTS = (
     *(Hopper(), Bar(), Plate(), Walker(), Actuators(), Sensors(), Blows()),
-    *(AdaptiveHopf(), Matsuoka(), VanDerPol()),
+    *PLANAR.values(),
     *(SectorAndReflex(), EllipticFoot(), LearnedFoot(("phase",), 2), Network(("phase",), 2)),
     *(WholeBodyFoot(("spring_force",), (), 2, 2), LearnedActuation(("phase",), 2), TunedFoot()),
     *(Slope(), Steps(), Rough(), Sum(), Neighbours(((0, 1),), 1.0)),

@@ -20,11 +20,9 @@ from tegotae.parts.bodies import Bar, Walker
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.couplings import LearnedCoupling, Neighbours
 from tegotae.parts.oscillators import (
-    AdaptiveHopf,
+    PLANAR,
     Clamped,
-    Hopf,
     Learned,
-    Matsuoka,
     PhaseOscillator,
     PhaseState,
     VanDerPol,
@@ -196,7 +194,7 @@ OTHERS = {
     "an oscillator with weights": Controller(Sector(), LearnedPace(), VANILLA),
     **{
         f"the oscillator {type(each).__name__}": Controller(Reflex(), each, VANILLA)
-        for each in (Hopf(), AdaptiveHopf(), VanDerPol(), Matsuoka(), Learned(VanDerPol()))
+        for each in (*PLANAR.values(), Learned(VanDerPol()))
     },
     "a frozen oscillator": Controller(SectorAndReflex(), Clamped(PhaseOscillator()), VANILLA),
     "an oscillator with a floor": Controller(Sector(), PhaseOscillator(2.0), VANILLA),

@@ -111,8 +111,8 @@ class Learned(OscillatorWrapper):
     def __post_init__(self) -> None:
         if not isinstance(self.inner, Planar):
             raise TegotaeError(
-                f"a {type(self.inner).__name__} has no numbers to train; Learned takes a Hopf, "
-                "an AdaptiveHopf, a VanDerPol, a Matsuoka, or another Planar oscillator"
+                f"a {type(self.inner).__name__} has no numbers to train; Learned takes a Planar "
+                "oscillator, such as Hopf()"
             )
         for name, bounds in self._planar.RANGES.items():
             value = getattr(self.inner, name)
