@@ -24,6 +24,7 @@ from tegotae._support.documents import later
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import registry as metrics
 from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.parameters import Part, not_negative
 from tegotae.parts.terms import Network, Term
 from tegotae.systems import controller_file, registry
 from tegotae.systems.descriptions import describe, restore
@@ -348,6 +349,17 @@ def test_a_field_that_came_later_renames_no_document_at_its_default():
     assert restore({"height_m": 0.005}, Tolerance, "tolerance") == Tolerance()
     steep = Tolerance(slope=0.1)
     assert restore(describe(steep), Tolerance, "tolerance") == steep
+
+
+def test_a_field_that_came_later_may_say_what_it_may_be():
+    @dataclass(frozen=True)
+    class Drag(Part):
+        ns2_per_m2: float = later(not_negative(0.0))
+
+    assert describe(Drag()) == {}
+    assert describe(Drag(0.5)) == {"ns2_per_m2": 0.5}
+    with pytest.raises(TegotaeError, match="ns2_per_m2 is -1; it must be at least 0"):
+        Drag(-1.0)
 
 
 def test_what_is_no_part_cannot_be_registered():

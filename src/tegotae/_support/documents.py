@@ -156,7 +156,8 @@ def later(default: T) -> T:
     """The default of a field that a dataclass got after it was first used.
 
     Documents leave the field out where it has its default. So a new field of a body or of a fitness
-    gives no record another name, and files from before stay what they are.
+    gives no record another name, and files from before stay what they are. The default may say what
+    the field may be, as `positive(0.1)` does.
 
     Example:
         >>> @dataclasses.dataclass(frozen=True)
@@ -166,7 +167,10 @@ def later(default: T) -> T:
         >>> described_fields(Spring()), described_fields(Spring(hardening=0.1))
         ({'stiffness': 5.0}, {'stiffness': 5.0, 'hardening': 0.1})
     """
-    return cast(T, dataclasses.field(default=default, metadata={_LATER: True}))
+    metadata = {_LATER: True}
+    if isinstance(default, dataclasses.Field):
+        default, metadata = default.default, {**default.metadata, **metadata}
+    return cast(T, dataclasses.field(default=default, metadata=metadata))
 
 
 def described_fields(value: Any) -> dict[str, Any]:

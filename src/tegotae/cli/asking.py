@@ -366,7 +366,7 @@ def _said(box: str, prog: str) -> str:
     if first.startswith("Missing from"):
         return f"{prog} needs {', '.join(named)}"
     if re.match(r"Unrecognized options: [^-]", first):
-        return f"{first}; names come before options"
+        return f"{first}; a name comes before the options, if the command takes one"
     if wrong := re.match(r"Error parsing (\S+): (.*)", first):
         given = " ".join(re.findall(r"'([^']*)'", wrong[2]))
         return f"{wrong[1]} is {given!r}; write {named[0]}"
