@@ -69,7 +69,7 @@ def checked(check: str) -> list[dict[str, Any]]:
             found = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
             rows += [
                 {"check": check, "law": LAW, "condition": title, "run": k, "omega": omegas[i],
-                 "start": seeds[i], "fell": int(found.fell[i]),
+                 "wanted_m_per_s": commands[i], "start": seeds[i], "fell": int(found.fell[i]),
                  "speed_m_per_s": found.speed_m_per_s[i],
                  "cost_of_transport": found.cost_of_transport[i],
                  "turns_rad_per_s": found.turns_rad_per_s[i]}

@@ -47,8 +47,9 @@ FIELD_M = ((-3.0, -3.0), (60.0, 3.0))
 """Two corners of the field of blocks."""
 FREE_M = 0.6
 """Within this distance of the start there is none."""
-BLOCKS, HALF_M = 1500, (0.1, 0.1)
-"""How many, and half of their lengths and widths."""
+BLOCKS, HALF_M = 1500, (0.1, 0.1, 0.25)
+"""How many, and half of their sizes. They reach deep into the ground: soft feet sink 2 cm into it,
+and out of a block that ends there the nearest way is down."""
 FOLDED_M = (0.0, 0.0, 0.12)
 """Where the foot of a lost leg is held, from its place at rest."""
 
@@ -117,8 +118,8 @@ class Ground(ModelSettings):
             places = np.random.default_rng([37, self.layout]).uniform(*FIELD_M, (2 * BLOCKS, 2))
             free = places[np.hypot(*places.T) > FREE_M]
             for x, y in free[:BLOCKS]:
-                half, box = [*HALF_M, 0.5 * self.blocks_m], mujoco.mjtGeom.mjGEOM_BOX
-                spec.worldbody.add_geom(type=box, size=half, pos=[x, y, half[2]])
+                where, box = [x, y, self.blocks_m - HALF_M[2]], mujoco.mjtGeom.mjGEOM_BOX
+                spec.worldbody.add_geom(type=box, size=HALF_M, pos=where)
         return spec
 
 

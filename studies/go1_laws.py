@@ -53,6 +53,8 @@ CALIBRATION = (3001, 3002)
 """Those of the starts from which speeds are calibrated."""
 OTHERS = "8 other starts"
 """The check of `go1_checks.py` by which a run is chosen."""
+SLOW = 0.5
+"""A law that goes at less than this share of the commanded speed stays behind."""
 
 
 @dataclass(frozen=True)
@@ -290,12 +292,19 @@ def calibrated(run: Run) -> Run:
     return dataclasses.replace(run, pace=pace)
 
 
+def behind(rows: pd.DataFrame) -> pd.Series:
+    """Which episodes do not fall, and go at less than half of the commanded speed."""
+    return (rows.fell == 0) & (rows.speed_m_per_s < SLOW * rows.wanted_m_per_s)
+
+
 def chosen(name: str) -> int | None:
-    """Of several runs that were checked, the one that falls least from other starts, and costs
-    least among these."""
+    """Of several runs that were checked, the one that falls or stays behind least from other
+    starts, and costs least among these."""
     checks = pd.read_csv(FOLDER / "checks.csv")
-    own = checks[(checks.law == name) & (checks.check == OTHERS)].groupby("run")
-    ranked = own[["fell", "cost_of_transport"]].mean().sort_values(["fell", "cost_of_transport"])
+    own = checks[(checks.law == name) & (checks.check == OTHERS)]
+    own = own.assign(fails=(own.fell == 1) | behind(own)).groupby("run")
+    ranked = own.agg({"fails": "mean", "cost_of_transport": "median"})
+    ranked = ranked.sort_values(["fails", "cost_of_transport"])
     return None if len(ranked) < 2 else int(ranked.index[0])
 
 
@@ -324,7 +333,7 @@ def pace_of(wiring: Wiring) -> Pace:
 def laws_table(table: Table, kept: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
     head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
-    lines = [[*head, "over wanted", "CoT"]]
+    lines = [[*head, "over wanted" if table.column == "omega" else "behind", "CoT"]]
     for name, law in table.laws.items():
         rows = kept[kept.law == name]
         if len(rows):
@@ -342,13 +351,16 @@ def line_of(table: Table, law: Law, rows: pd.DataFrame) -> list[str]:
     fell = wilson(int(usual.fell.sum()), len(usual))
     by_command = own.groupby(table.column).speed_m_per_s.mean()
     ratio = (own.speed_m_per_s / own.wanted_m_per_s).mean()
+    followed = "–" if np.isnan(ratio) else f"{ratio:.2f}"
+    if table.column != "omega":
+        followed = f"{behind(usual).mean():.1%}"
     return [
         law.senses,
         str(law.numbers),
         f"{usual.fell.mean():.1%} [{fell[0]:.1%}, {fell[1]:.1%}]",
         f"{free.fell.mean():.0%}",
         " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
-        "–" if np.isnan(ratio) else f"{ratio:.2f}",
+        followed,
         "–" if own.fell.all() else f"{own.cost_of_transport.mean():.2f}",
     ]
 
