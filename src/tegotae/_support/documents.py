@@ -167,10 +167,11 @@ def later(default: T) -> T:
         >>> described_fields(Spring()), described_fields(Spring(hardening=0.1))
         ({'stiffness': 5.0}, {'stiffness': 5.0, 'hardening': 0.1})
     """
-    metadata = {_LATER: True}
-    if isinstance(default, dataclasses.Field):
-        default, metadata = default.default, {**default.metadata, **metadata}
-    return cast(T, dataclasses.field(default=default, metadata=metadata))
+    usual: Any = default
+    known: Mapping[Any, Any] = {}
+    if isinstance(usual, dataclasses.Field):
+        usual, known = usual.default, usual.metadata
+    return cast(T, dataclasses.field(default=usual, metadata={**known, _LATER: True}))
 
 
 def described_fields(value: Any) -> dict[str, Any]:
