@@ -21,7 +21,8 @@ MISTYPED = {
     "gait sweep bar-light --levels 1": "for argument '--levels'. Expected 2 values",
     "gait sweep bar-light --levels 1 b": "--levels is '1 b'; write --levels FLOAT",
     "gait sweep": "names come first: tegotae gait sweep NAME",
-    "models --zoo ART": "ART; a name comes before the options, if the command takes one",
+    "models --zoo ART": "Unrecognized options: ART; a name comes before the options, if the "
+    "command takes one",
     "models --json true false": "false",
     "doctor x": "'x' is one word too many; no name is asked for",
     "train": "names come first: tegotae train NAME [OPTIONS]",

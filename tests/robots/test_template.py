@@ -167,6 +167,14 @@ def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, ca
     assert tomllib.loads(text)["body"]["stiffness_x_n_per_m"] == STIFFNESS[0]
 
 
+def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read():
+    for ask, named in ((tg.template, "a.json"), (tg.wiring_suggest, "a.txt")):
+        with pytest.raises(TegotaeError, match=rf"{named} must end in \.toml"):
+            ask("no-such-model.xml", out=named)
+    with pytest.raises(TegotaeError, match=r"a\.toml must end in \.json"):
+        tg.wiring_transfer("quadruped-c", env="no-such-model.xml", out="a.toml")
+
+
 def test_a_file_that_is_there_or_ends_otherwise_is_not_written(robot_file):
     answer = tg.template(str(robot_file))
     answer.save("robot.toml")

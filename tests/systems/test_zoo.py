@@ -271,13 +271,13 @@ def test_every_name_of_the_package_means_one_controller():
         np.testing.assert_array_equal(load(study).weights, saved.weights)
 
 
-@packaged
 def entries(archive: Path) -> list[tuple[str, bytes]]:
     """What an archive holds, to the byte; how its zip is headed differs between Pythons."""
     with zipfile.ZipFile(archive) as file:
         return [(name, file.read(name)) for name in file.namelist()]
 
 
+@packaged
 def test_a_wheel_has_some_of_the_trained_controllers(tmp_path):
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     wheel = settings["tool"]["hatch"]["build"]["targets"]["wheel"]

@@ -45,10 +45,10 @@ class ModelFile(TableAnswer):
         return [file]
 
     @classmethod
-    def check_name(cls, file: Path) -> None:
+    def check_name(cls, file: Path | str) -> None:
         """Raises TegotaeError for an ending that the file cannot have."""
         endings = (cls.ENDING, *cls.OTHER_ENDINGS)
-        if file.suffix not in endings:
+        if Path(file).suffix not in endings:
             raise TegotaeError(f"{file} must end in {' or '.join(endings)}")
 
     def _write(self, file: Path) -> None:
