@@ -174,6 +174,8 @@ PACED_LAWS = {
     "open-loop trot": Law("none", 0, saved(paced)),
     "clock alone, tuned": Law("none", 5, files("clock-alone-speed")),
     "clock and balance, tuned": Law("IMU", 9, files("clock-p-speed")),
+    "clock and balance, tuned further": Law("IMU", 9, files("clock-p-further")),
+    "clock and balance, wary of a tilt": Law("IMU", 10, files("wary-further")),
     "load, clock and balance, tuned": Law("load, IMU", 12, files("load-p-speed")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", speeds=True)),
     "PPO on all senses": Law("all", 7564, actors("all", speeds=True)),

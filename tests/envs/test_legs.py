@@ -28,7 +28,10 @@ from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import place_of, started
 from tegotae.envs.wires import look_up
 from tegotae.envs.wrapper import Pilot
+from tegotae.parts.scaled import in_si
+from tegotae.parts.terms import BalancedFoot, Signals, TiltReaction
 from tegotae.parts.units import Units
+from tegotae.simulation.integrators import decide, held, with_oscillator
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
@@ -264,6 +267,36 @@ def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_comma
     places = pilot.act(seen).reshape(4, 3)[:, [0, 2]].T
     assert np.asarray(now.command)[:, :, 0] == pytest.approx(places, abs=1e-5)
     assert np.asarray(now.feedback) == pytest.approx(pilot.feedback, rel=1e-4)
+    env.close()
+
+
+def test_a_law_that_a_tilt_alarmed_makes_shorter_steps_and_so_does_its_export():
+    """With 1 s of the law 0.25 s of the robot, whose alarm is to rise as fast in proportion."""
+    units = Units(length_m=0.5, time_s=0.25, force_n=40.0)
+    law = design("wary@quadruped-c").experiment().system
+    weights = np.array([1.0, 0.4, 0.1, 0.05, *[0.0] * 6])
+    suggested = dataclasses.replace(suggest_legs(SETTINGS).wiring, units=units)
+    wiring = suggested.holding(SavedController(law, weights, "wary"))
+    env = ModelEnv(SETTINGS)
+    wires, problems = look_up(env, wiring)
+    assert wires is not None, problems
+    pilot = Pilot(wires, wiring, weights[:, None])
+    tilted = np.zeros((1, len(env.observation_names)))
+    tilted[0, env.observation_names.index("root_pitch")] = 0.2
+    steps = [pilot.act(tilted).reshape(4, 3)[:, 0] for _ in range(40)]
+    scaled = in_si(wires.controller, units)
+    spread = scaled.spread(tuple(weights[:, None]))
+    phases = jnp.asarray([[limb.phase_rad] for limb in wiring.limbs], jnp.float32)
+    state = scaled.oscillator.start(phases)
+    sensed = {name: jnp.zeros((4, 1)) for name in TiltReaction.READS + BalancedFoot.READS}
+    sensed |= {"pitch": jnp.full((4, 1), 0.2)}
+    for own in steps:
+        signals = with_oscillator(scaled, Signals(sensed), state)
+        now = decide(scaled, spread, jnp.full((4, 1), wiring.omega), signals, state, 1.0)
+        assert np.asarray(now.command)[0, :, 0] == pytest.approx(own, abs=1e-4)
+        state = held(state, now.rate, wires.step_s)
+    calm = 0.4 * units.length_m
+    assert 0.1 < np.abs(steps[-1]).max() / calm < 0.5
     env.close()
 
 

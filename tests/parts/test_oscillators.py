@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from tegotae import TegotaeError
 from tegotae.parts.maths import TWO_PI, sin_cos, wrap_phase
-from tegotae.parts.oscillators import Clamped, PhaseOscillator, PhaseState
+from tegotae.parts.oscillators import Clamped, PhaseOscillator, PhaseState, WaryOscillator
 
 PHASES = np.linspace(-1e4, 1e4, 400_001)
 
@@ -41,6 +42,27 @@ def test_a_clamped_phase_stays_where_it_is_whatever_the_feedback():
     (rate,) = oscillator.rate(state, jnp.array([5.0, 5.0]), jnp.array([3.0, -9.0]))
     np.testing.assert_array_equal(rate, 0.0)
     np.testing.assert_allclose(oscillator.phase(state), [1.0, 2.0])
+
+
+def test_feedback_alarms_a_wary_oscillator_soon_and_it_calms_down_slowly():
+    wary, tick_s = WaryOscillator(rise_s=0.1, fall_s=2.0), 0.001
+    state, alarms = wary.start(jnp.zeros(1)), []
+    for tick in range(1500):
+        rate = wary.rate(state, jnp.full(1, 5.0), jnp.full(1, 3.0 if tick < 500 else 0.0))
+        state = jax.tree.map(lambda x, dx: x + tick_s * dx, state, rate)
+        alarms.append(float(wary.signals(state)["alarm"][0]))
+    assert alarms[99] == pytest.approx(3.0 * (1.0 - np.exp(-1.0)), rel=0.01)
+    assert alarms[1499] == pytest.approx(alarms[499] * np.exp(-0.5), rel=0.01)
+    assert float(wary.phase(state)[0]) == pytest.approx(1.5 * 5.0, rel=1e-4)
+
+
+def test_oscillators_with_rates_of_their_own_keep_them_in_other_units():
+    assert PhaseOscillator(slowest_rad_per_s=1.0).in_units(0.5).slowest_rad_per_s == 2.0
+    assert WaryOscillator(rise_s=0.2, fall_s=8.0).in_units(0.5) == WaryOscillator(
+        rise_s=0.1, fall_s=4.0
+    )
+    with pytest.raises(TegotaeError, match="a Clamped has rates of its own"):
+        Clamped(PhaseOscillator()).in_units(0.5)
 
 
 def test_start_and_settle_bring_the_phase_into_one_turn():

@@ -23,8 +23,10 @@ from tegotae.parts.terms import (
     SectorAndReflex,
     Signals,
     SteppingFoot,
+    TiltReaction,
     VanillaAction,
     VanillaReaction,
+    WaryFoot,
 )
 
 PHASE = np.array([0.3, 2.0, 5.0])
@@ -261,3 +263,20 @@ def test_a_paced_foot_goes_round_the_ellipse_of_its_frequency():
     for lane, stride in enumerate((0.0, 0.2, 0.3)):
         own = EllipticFoot(stride_m=stride, lift_m=0.1, press_m=0.05, shift_rad=0.2)
         np.testing.assert_allclose(paced[:, lane], own((), signals)[:, lane], atol=1e-6)
+
+
+def test_a_tilt_is_felt_the_same_to_all_sides_and_as_a_square():
+    values = dict.fromkeys(TiltReaction.READS, jnp.zeros(8))
+    values |= {name: values[name].at[k].set(0.1) for k, name in enumerate(TiltReaction.READS)}
+    values |= {name: values[name].at[4 + k].set(-0.2) for k, name in enumerate(TiltReaction.READS)}
+    felt = TiltReaction(tilt_rad=0.1)((), Signals(values))
+    np.testing.assert_allclose(felt, [1.0] * 4 + [4.0] * 4, rtol=1e-5)
+
+
+def test_a_wary_foot_steps_shorter_the_more_it_is_alarmed_and_as_high():
+    numbers = [jnp.full(3, x) for x in (0.4, 0.1, 0.05, 0.2, 0.0, 0.0, 0.0, 0.0, 1.5)]
+    values = {name: jnp.full(3, 0.5) for name in PacedFoot().reads}
+    calm = PacedFoot()(numbers, Signals(values))
+    ahead, up = WaryFoot()(numbers, Signals(values | {"alarm": jnp.array([-1.0, 0.0, 3.0])}))
+    np.testing.assert_allclose(ahead, calm[0] / jnp.array([1.0, 1.0, 4.0]))
+    np.testing.assert_array_equal(up, calm[1])

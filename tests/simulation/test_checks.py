@@ -17,6 +17,7 @@ from tegotae.parts.oscillators import (
     Oscillator,
     PhaseOscillator,
     PhaseState,
+    WaryOscillator,
 )
 from tegotae.parts.parameters import traceable
 from tegotae.parts.terms import (
@@ -31,8 +32,10 @@ from tegotae.parts.terms import (
     SectorAndReflex,
     SteppingFoot,
     Term,
+    TiltReaction,
     VanillaAction,
     VanillaReaction,
+    WaryFoot,
 )
 
 
@@ -47,6 +50,8 @@ from tegotae.parts.terms import (
         EllipticFoot(),
         LearnedFoot(("phase",), 3),
         PacedFoot(),
+        WaryFoot(),
+        TiltReaction(),
         SteppingFoot(),
         Reflex(),
         SectorAndReflex(),
@@ -60,7 +65,12 @@ def test_every_term_of_the_package_passes(term):
 
 @pytest.mark.parametrize(
     "oscillator",
-    [PhaseOscillator(), PhaseOscillator(slowest_rad_per_s=1.0), Clamped(PhaseOscillator())],
+    [
+        PhaseOscillator(),
+        PhaseOscillator(slowest_rad_per_s=1.0),
+        Clamped(PhaseOscillator()),
+        WaryOscillator(),
+    ],
     ids=repr,
 )
 def test_every_oscillator_of_the_package_passes(oscillator):

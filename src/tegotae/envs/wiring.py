@@ -23,6 +23,7 @@ from tegotae._support.files import write_atomically
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.scaling import body_scales, model_scales, units_of
 from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import Sector
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController, load
@@ -31,8 +32,6 @@ from tegotae.systems.models import build
 from tegotae.systems.resolve import resolve
 from tegotae.systems.user_objects import is_reference
 
-_OWN = {"sin_phase", "cos_phase", "feedback"}
-"""Signals that an environment need not provide."""
 _PACKAGED = Path(__file__).parent / "mujoco" / "wirings"
 
 
@@ -271,7 +270,8 @@ def read_by(controller: Controller) -> list[str]:
         >>> read_by(build("AR-rFv-reflex-w8"))
         ['spring_force', 'velocity']
     """
-    return sorted({name for term in controller.terms.values() for name in term.reads} - _OWN)
+    own = {"feedback", *(controller.oscillator or PhaseOscillator()).SIGNALS}
+    return sorted({name for term in controller.terms.values() for name in term.reads} - own)
 
 
 def load_wiring(path: Path | str) -> Wiring:

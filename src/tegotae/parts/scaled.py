@@ -11,7 +11,6 @@ import jax.numpy as jnp
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import PerCommand, Weights
 from tegotae.parts.controller import Controller
-from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.parameters import within
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
@@ -74,6 +73,7 @@ def in_si(controller: Controller, units: Units) -> Controller:
             its own.
 
     Example:
+        >>> from tegotae.parts.oscillators import PhaseOscillator
         >>> from tegotae.parts.terms import EllipticFoot
         >>> placed = in_si(Controller(EllipticFoot(), PhaseOscillator()), Units(length_m=0.3))
         >>> placed.actuation.factor
@@ -81,13 +81,8 @@ def in_si(controller: Controller, units: Units) -> Controller:
     """
     if controller.actuation.commands_force:
         raise TegotaeError("the wiring has units, and the controller commands no places of feet")
-    if controller.coupling is not None or not isinstance(
-        controller.oscillator, PhaseOscillator | None
-    ):
-        raise TegotaeError(
-            "the wiring has units, and the oscillators have rates of their own or are coupled; "
-            "export controllers with phase oscillators alone"
-        )
+    if controller.coupling is not None:
+        raise TegotaeError("the wiring has units, and the oscillators are coupled")
     law, per_s = controller.tegotae, 1.0 / units.time_s
     if law is not None:
         limit = law.limit_rad_per_s
@@ -99,4 +94,5 @@ def in_si(controller: Controller, units: Units) -> Controller:
             limit_rad_per_s=None if limit is None else limit * per_s,
         )
     foot = ScaledFoot(controller.actuation, units, units.length_m)
-    return dataclasses.replace(controller, actuation=foot, tegotae=law)
+    rhythm = controller.oscillator and controller.oscillator.in_units(units.time_s)
+    return dataclasses.replace(controller, actuation=foot, oscillator=rhythm, tegotae=law)

@@ -14,6 +14,7 @@ _DIMENSIONS = {
     "speed": (1, -1, 0),
     "height": (1, 0, 0),
     "feedback": (0, -1, 0),
+    "alarm": (0, -1, 0),
 }
 """Powers of length, time and force; of others, such as angles, none, and of their rates 1/time."""
 

@@ -15,6 +15,7 @@ from tegotae.measures.gaits.names import patterns_for
 from tegotae.parts.bodies import Body
 from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import WaryOscillator
 from tegotae.parts.terms import (
     BalancedFoot,
     ConstantGain,
@@ -25,8 +26,11 @@ from tegotae.parts.terms import (
     OffsetAction,
     PacedFoot,
     SteppingFoot,
+    TiltReaction,
     TunedFoot,
+    UnitAction,
     VanillaReaction,
+    WaryFoot,
     WholeBody,
     WholeBodyCorrectedFoot,
     WholeBodyFoot,
@@ -172,6 +176,8 @@ def family_named(name: str) -> Family:
       frequency, and with `-s` two of steps aside, which robots alone can take; so of `clock-t`,
       `clock-b`, `clock-p` and `clock-s`, which have no feedback, and begin in a trot, or for
       other legs in the first pattern of gaits by halves of a cycle;
+    - `wary`: `clock-p` with a gain more, by which a tilt alarms it: it makes shorter steps until
+      it is calm again;
     - `T-F` and the like: the paper's single network, one a leg, without oscillators;
     - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
       them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the
@@ -188,6 +194,9 @@ def family_named(name: str) -> Family:
     if name == "cos":
         about = "the cosine law φ̇ = ω - c N (cos φ + o)"
         return Family(name=name, about=about, make=_cosine_law)
+    if name == "wary":
+        about = "a clock with balance, whose steps are shorter after a tilt, ten numbers"
+        return Family(name=name, about=about, make=_wary)
     law, _, step = name.partition("-")
     if law in (*LAWS_OF_LEGS, *(["clock"] if step else [])) and step in ("", *_STEPS):
         feedback = LAWS[law].about.replace("cos φ", "cos(φ - p)")
@@ -242,6 +251,23 @@ def _cosine_law(legged: Legged, budget: int) -> Controller:
     shared_out("cos", {}, 2, budget)
     terms = Tegotae(OffsetAction(), VanillaReaction(), ConstantGain(start=usual_gain(legged)))
     return dataclasses.replace(own, tegotae=terms)
+
+
+def _wary(legged: Legged, budget: int) -> Controller:
+    """The system's controller with an alarm of a tilt, whatever its feedback was.
+
+    Raises:
+        TegotaeError: for an ellipse that the system does not have.
+    """
+    own = require_system(legged).controller
+    made = dataclasses.replace(
+        own,
+        actuation=WaryFoot(ellipse_of(legged)),
+        oscillator=WaryOscillator(),
+        tegotae=Tegotae(UnitAction(), TiltReaction(), ConstantGain()),
+    )
+    shared_out("wary", {}, made.n_weights, budget)
+    return made
 
 
 def _short_law(legged: Legged, budget: int, *, law: str, step: str) -> Controller:

@@ -13,6 +13,7 @@ from tegotae.parts.oscillators.planar import (
     Planar,
     VanDerPol as VanDerPol,
 )
+from tegotae.parts.oscillators.wary import WaryOscillator as WaryOscillator
 from tegotae.parts.oscillators.wrappers import Clamped as Clamped, Learned as Learned
 
 PHASE = "phase"

@@ -108,6 +108,17 @@ class Oscillator(Part, ABC):
         leaves = jax.tree.leaves(self.start(jnp.zeros(1)))
         return self.has_phase and len(leaves) == 1 + len(self.STATE)
 
+    def in_units(self, time_s: float) -> Oscillator:
+        """The same where 1 s of its own is `time_s` [s].
+
+        Raises:
+            TegotaeError: for one with rates of its own; a subclass that knows how scales them.
+        """
+        raise TegotaeError(
+            f"a {type(self).__name__} has rates of its own, which units do not scale; export "
+            "controllers with phase oscillators, or wary ones"
+        )
+
     def decay_per_s(self, omega: float) -> float:
         """How fast its fastest own motion decays [1/s], at most, at frequency ω [rad/s]."""
         return 0.0
@@ -166,6 +177,11 @@ class PhaseOscillator(Oscillator):
     def sin_cos(self, state: PhaseState) -> tuple[jax.Array, jax.Array]:
         """sin φ, cos φ."""
         return maths.sin_cos(state.phase)
+
+    def in_units(self, time_s: float) -> PhaseOscillator:
+        """The same where 1 s is `time_s`."""
+        slowest = self.slowest_rad_per_s
+        return PhaseOscillator(None if slowest is None else slowest / time_s)
 
     def settle(self, state: PhaseState) -> PhaseState:
         """φ modulo 2π: a growing phase would lose float32 digits."""

@@ -19,6 +19,7 @@ from tegotae.parts.terms.base import (
     ShiftedAction as ShiftedAction,
     Signals as Signals,
     Term as Term,
+    TiltReaction as TiltReaction,
     TwoHarmonicsAction as TwoHarmonicsAction,
     UnitAction as UnitAction,
     VanillaAction as VanillaAction,
@@ -32,6 +33,7 @@ from tegotae.parts.terms.foot import (
     PacedFoot as PacedFoot,
     SteppingFoot as SteppingFoot,
     TunedFoot as TunedFoot,
+    WaryFoot as WaryFoot,
 )
 from tegotae.parts.terms.network import Network as Network
 from tegotae.parts.terms.whole_body import (

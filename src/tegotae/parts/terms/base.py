@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from tegotae.parts._shapes import Number, PerCommand, PerLimb, Weights, WeightVector
 from tegotae.parts.maths import sin_cos
-from tegotae.parts.parameters import Part
+from tegotae.parts.parameters import Part, positive
 from tegotae.parts.weight_names import WeightName, numbered
 
 
@@ -284,6 +284,36 @@ class SaturatingReaction(Term):
         """1 - k N / (1 + s N)."""
         load = signals.dimensionless("spring_force")
         return 1.0 - weights[0] * load / (1.0 + jnp.maximum(weights[1], 0.0) * load)
+
+
+@dataclass(frozen=True)
+class TiltReaction(Term):
+    """`R = (ρ² + θ² + ρ̇² + θ̇²) / ρ₁²`, how far the torso tilts and how fast, at least 0.
+
+    Args:
+        tilt_rad: ρ₁, the tilt at which R = 1 [rad]; the rates are in the controller's time.
+
+    Raises:
+        TegotaeError: for a tilt that is not above zero.
+
+    Source: of this library.
+
+    Example:
+        >>> level = dict.fromkeys(TiltReaction.READS, jnp.array(0.0))
+        >>> tilted = Signals({**level, "pitch": jnp.array(-0.1)})
+        >>> round(TiltReaction()((), tilted).item(), 4)
+        1.0
+    """
+
+    READS = ("roll", "pitch", "roll_rate", "pitch_rate")
+
+    tilt_rad: float = positive(0.1)
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """R."""
+        roll, pitch, roll_rate, pitch_rate = (signals[name] for name in self.READS)
+        squares = roll * roll + pitch * pitch + roll_rate * roll_rate + pitch_rate * pitch_rate
+        return squares * (1.0 / self.tilt_rad**2)
 
 
 @dataclass(frozen=True)

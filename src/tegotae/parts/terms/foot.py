@@ -196,6 +196,34 @@ class PacedFoot(BalancedFoot):
 
 
 @dataclass(frozen=True)
+class WaryFoot(PacedFoot):
+    """A `PacedFoot` that makes shorter steps while its oscillator is alarmed, B / (1 + a).
+
+    Its frequency stays as commanded. The alarm a is that of a `WaryOscillator`, in the controller's
+    time.
+
+    Args:
+        start: the ellipse to start from; the gains and ω₀ start at zero.
+
+    Raises:
+        TegotaeError: for what is no ellipse.
+
+    Source: of this library.
+
+    Example:
+        >>> WaryFoot().n_weights, WaryFoot().reads[-1]
+        (9, 'alarm')
+    """
+
+    READS = (*PacedFoot.READS, "alarm")
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Forward and up [m], [2, limbs, lanes]."""
+        ahead, up = super().__call__(weights, signals)
+        return jnp.stack([ahead / (1.0 + jnp.maximum(signals["alarm"], 0.0)), up])
+
+
+@dataclass(frozen=True)
 class LearnedFoot(Actuation):
     """A learned place of the foot: a network for each of its two coordinates.
 

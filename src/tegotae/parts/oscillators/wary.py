@@ -1,0 +1,91 @@
+"""A phase oscillator that feedback alarms, and that stays wary for a while."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from tegotae.parts import maths
+from tegotae.parts._shapes import PerLimb, Weights
+from tegotae.parts.oscillators.base import Oscillator
+from tegotae.parts.parameters import positive
+
+
+class WaryState(NamedTuple):
+    """Phase φ [rad] and alarm a [rad/s]."""
+
+    phase: jax.Array
+    alarm: jax.Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaryOscillator(Oscillator):
+    """Feedback f does not turn it: it raises an alarm, soon, which fades slowly,
+
+        φ̇ = ω,    τ ȧ = f - a,    τ = τ↑ if f > a, else τ↓.
+
+    So a law remembers that it stumbled, and a `WaryFoot` makes shorter steps until it is over.
+
+    Args:
+        rise_s: τ↑ [s].
+        fall_s: τ↓ [s].
+
+    Raises:
+        TegotaeError: for a time that is not above zero.
+
+    Source: of this library; the alarm is an envelope with an attack and a release.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> wary = WaryOscillator(rise_s=0.5, fall_s=4.0)
+        >>> state = wary.start(jnp.zeros(2))._replace(alarm=jnp.ones(2))
+        >>> wary.rate(state, jnp.full(2, 5.0), jnp.array([2.0, 0.0])).alarm.tolist()
+        [2.0, -0.25]
+    """
+
+    SIGNALS = (*Oscillator.SIGNALS, "alarm")
+    STATE = ("alarm",)
+
+    rise_s: float = positive(0.25)
+    fall_s: float = positive(18.0)
+
+    def start(self, phase_rad: jax.Array, alarm: jax.Array | None = None) -> WaryState:
+        """State at phase φ [rad], and calm, if no alarm is given."""
+        calm = jnp.zeros_like(phase_rad)
+        return WaryState(maths.wrap_phase(phase_rad), calm if alarm is None else alarm)
+
+    def rate(
+        self, state: WaryState, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
+    ) -> WaryState:
+        """φ̇ = ω, and how the alarm changes."""
+        gap = feedback - state.alarm
+        time_s = jnp.where(gap > 0.0, self.rise_s, self.fall_s)
+        return WaryState(omega + jnp.zeros_like(gap), gap / time_s)
+
+    def phase(self, state: WaryState) -> jax.Array:
+        """φ [rad]."""
+        return state.phase
+
+    def sin_cos(self, state: WaryState) -> tuple[jax.Array, jax.Array]:
+        """sin φ, cos φ."""
+        return maths.sin_cos(state.phase)
+
+    def signals(self, state: WaryState) -> dict[str, jax.Array]:
+        """sin φ, cos φ and a."""
+        return {**super().signals(state), "alarm": state.alarm}
+
+    def settle(self, state: WaryState) -> WaryState:
+        """φ modulo 2π."""
+        return state._replace(phase=maths.wrap_phase(state.phase))
+
+    def decay_per_s(self, omega: float) -> float:
+        """That of the alarm where it is faster."""
+        return 1.0 / min(self.rise_s, self.fall_s)
+
+    def in_units(self, time_s: float) -> WaryOscillator:
+        """The same where 1 s is `time_s`."""
+        return dataclasses.replace(self, rise_s=self.rise_s * time_s, fall_s=self.fall_s * time_s)
