@@ -53,6 +53,8 @@ CALIBRATION = (3001, 3002)
 """Those of the starts from which speeds are calibrated."""
 OTHERS = "8 other starts"
 """The check of `go1_checks.py` by which a run is chosen."""
+CALM, WARY = "clock and balance, tuned", "the same, wary of a tilt"
+"""The same runs without an alarm, by which one is chosen, and with it."""
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
 
@@ -94,22 +96,24 @@ def saved(make: Callable[[], SavedController]) -> Callable[[], Sequence[Run]]:
     return lambda: [run_of(make())]
 
 
-def files(name: str) -> Callable[[], Sequence[Run]]:
+def tuned(name: str) -> list[SavedController]:
     """The runs of a law that was trained on the robot."""
-    return lambda: [
-        run_of(resolve(str(file)).controller()) for file in sorted(FOLDER.glob(f"{name}-*.json"))
-    ]
+    return [resolve(str(file)).controller() for file in sorted(FOLDER.glob(f"{name}-*.json"))]
+
+
+def files(name: str) -> Callable[[], Sequence[Run]]:
+    """These runs as they are."""
+    return lambda: [run_of(law) for law in tuned(name)]
 
 
 def unbalanced(name: str) -> Callable[[], Sequence[Run]]:
     """Three runs of such a law with the gains of its balance at 0."""
 
-    def run(file: Path) -> Run:
-        law = resolve(str(file)).controller()
+    def run(law: SavedController) -> Run:
         gain = np.isin([path[-1] for path in law.system.controller.weight_names], BALANCE)
         return run_of(dataclasses.replace(law, weights=np.where(gain, 0.0, np.ravel(law.weights))))
 
-    return lambda: [run(file) for file in sorted(FOLDER.glob(f"{name}-*.json"))[:3]]
+    return lambda: [run(law) for law in tuned(name)[:3]]
 
 
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
@@ -140,7 +144,7 @@ def actors(senses: Senses, speeds: bool = False) -> Callable[[], Sequence[Run]]:
 def run_of(controller: SavedController) -> Run:
     """A controller on the limbs of the robot."""
     wiring = wired(controller)
-    weights = np.ravel(controller.weights)[None]
+    weights = np.ravel(wiring.weights)[None]
     return Run(lambda lanes: by_law(wiring, np.repeat(weights, lanes, axis=0)), pace_of(wiring))
 
 
@@ -173,9 +177,8 @@ LAWS = {
 PACED_LAWS = {
     "open-loop trot": Law("none", 0, saved(paced)),
     "clock alone, tuned": Law("none", 5, files("clock-alone-speed")),
-    "clock and balance, tuned": Law("IMU", 9, files("clock-p-speed")),
-    "clock and balance, tuned further": Law("IMU", 9, files("clock-p-further")),
-    "clock and balance, wary of a tilt": Law("IMU", 10, files("wary-further")),
+    CALM: Law("IMU", 9, files("clock-p-speed")),
+    WARY: Law("IMU", 10, files("wary-speed")),
     "load, clock and balance, tuned": Law("load, IMU", 12, files("load-p-speed")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", speeds=True)),
     "PPO on all senses": Law("all", 7564, actors("all", speeds=True)),
@@ -340,7 +343,7 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
         rows = kept[kept.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows)])
-        best = chosen(name) if table.column != "omega" else None
+        best = chosen(CALM if name == WARY else name) if table.column != "omega" else None
         if len(rows) and best is not None:
             lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best])])
     return markdown(lines)

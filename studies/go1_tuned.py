@@ -53,18 +53,12 @@ MET = (
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
 Kind = Literal[
-    *("clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p"),
-    *("clock-alone", "wary"),
+    "clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p", "clock-alone"
 ]
 
-Pace = Literal["tuned", "walk", "run", "speed", "further"]
+Pace = Literal["tuned", "walk", "run", "speed"]
 WANTED = {"walk": WANTED_M, "run": 2.0 * WANTED_M}
 """Wanted speed over ω [m]; that of `tuned` is of a candidate's own stride."""
-FURTHER, ALARM, NEAR = 100, 0.1, 0.03
-"""What is tuned further meets starts from this one on; its alarm, if any, begins with this gain,
-and candidates are spread by this."""
-LONGER = 30.0 / SECONDS
-"""What standing counts there: as often as it falls in the time for which laws are judged."""
 SLOWEST, FASTEST = 5.0, 50.0
 """No law is commanded to step slower or faster [rad/s]."""
 SPEEDS = (0.3, 1.3, 2.5)
@@ -80,8 +74,7 @@ class Tuned:
     law: Kind = "clock"
     """`clock`; `clock-t`, its ellipse alone; `load` with a place, an offset and σ; `AR-b`, the
     walker's learned one. The others balance; with `-s` they step aside, and with `-p` the stride
-    is of the frequency, as that of `clock-alone`, which does not balance, and of `wary`, whose
-    steps are shorter after a tilt."""
+    is of the frequency, as that of `clock-alone`, which does not balance."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -97,16 +90,8 @@ class Tuned:
         if self.pace == "run":
             walk = resolve(str(FOLDER / f"{self.law}-walk-{self.seed}.json")).controller()
             wiring = dataclasses.replace(wiring, weights=np.ravel(walk.weights))
-        further = self.pace == "further"
-        if further:
-            tuned = resolve(str(FOLDER / f"clock-p-speed-{self.seed}.json")).controller()
-            alarm = [ALARM] * (self.law == "wary")
-            wiring = dataclasses.replace(
-                wiring, weights=np.array([*alarm, *np.ravel(tuned.weights)])
-            )
         name = f"{kind}-{self.seed}"
-        std = NEAR if further else 0.08
-        begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=std)
+        begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
         assert wiring.controller is not None
         names = [path[-1] for path in wiring.controller.weight_names]
         free = ~np.isin(names, BALANCE) | (self.law != "clock-alone")
@@ -120,7 +105,7 @@ class Tuned:
         for generation in range(len(rows), self.generations):
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
-            start = 10_000 * (1 + self.seed) + generation + FURTHER * further
+            start = 10_000 * (1 + self.seed) + generation
             tried = np.where(free, np.asarray(candidates, float), begun)
             scores = scored(wiring, tried, start, self.pace)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
@@ -144,7 +129,7 @@ def start_of(law: Kind) -> Wiring:
     else:
         name = {"clock": "clock-b", "load": "load-b", "clock-alone": "clock-p"}.get(law, law)
         controller = design(f"{name}@quadruped-c").controller()
-        begun = BEGUN if name.endswith(("-p", "wary")) else begun
+        begun = BEGUN if name.endswith("-p") else begun
         feedback = np.zeros(controller.n_weights - controller.actuation.n_weights)
     numbers = {**dict(zip(TunedFoot.WEIGHTS, ELLIPSE, strict=False)), **begun}
     foot = [numbers.get(path[-1], 0.0) for path in controller.actuation.weight_names]
@@ -157,7 +142,7 @@ def start_of(law: Kind) -> Wiring:
 
 def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np.ndarray:
     """Of every candidate, [candidates]."""
-    at_speeds = pace in ("speed", "further")
+    at_speeds = pace == "speed"
     commands, (price, off_course) = SPEEDS if at_speeds else OMEGAS, PRICES[at_speeds]
     weights = np.repeat(candidates, len(commands), axis=0)
     own = [dataclasses.replace(wiring, weights=x) for x in weights]
@@ -171,14 +156,13 @@ def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np
         wanted = np.array([p.wanted_m_per_s(x) for p, x in zip(paces, omegas, strict=True)])
     else:
         wanted = WANTED[pace] * omegas
-    stands = LONGER if pace == "further" else 1.0
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
     for condition in MET:
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
         off = np.minimum(np.abs(np.nan_to_num(found.speed_m_per_s) / wanted - 1.0), 1.0)
         cost = np.minimum(np.nan_to_num(found.cost_of_transport, nan=8.0), 8.0)
         astray = np.minimum(np.abs(np.nan_to_num(found.heading_rad, nan=1.0)), 1.0)
-        total += stands * ~found.fell - 0.3 * off - price * cost - off_course * astray
+        total += ~found.fell - 0.3 * off - price * cost - off_course * astray
     return total.reshape(-1, len(commands)).mean(axis=1) / len(MET)
 
 

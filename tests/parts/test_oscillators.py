@@ -45,22 +45,24 @@ def test_a_clamped_phase_stays_where_it_is_whatever_the_feedback():
 
 
 def test_feedback_alarms_a_wary_oscillator_soon_and_it_calms_down_slowly():
-    wary, tick_s = WaryOscillator(rise_s=0.1, fall_s=2.0), 0.001
-    state, alarms = wary.start(jnp.zeros(1)), []
+    """Twice as much at twice the square of the frequency."""
+    wary = WaryOscillator(fast_rad_per_s=5.0, rise_s=0.1, fall_s=2.0)
+    omega, tick_s = 5.0 * jnp.sqrt(jnp.array([1.0, 2.0])), 0.001
+    state, alarms = wary.start(jnp.zeros(2)), []
     for tick in range(1500):
-        rate = wary.rate(state, jnp.full(1, 5.0), jnp.full(1, 3.0 if tick < 500 else 0.0))
+        rate = wary.rate(state, omega, jnp.full(2, 3.0 if tick < 500 else 0.0))
         state = jax.tree.map(lambda x, dx: x + tick_s * dx, state, rate)
-        alarms.append(float(wary.signals(state)["alarm"][0]))
-    assert alarms[99] == pytest.approx(3.0 * (1.0 - np.exp(-1.0)), rel=0.01)
-    assert alarms[1499] == pytest.approx(alarms[499] * np.exp(-0.5), rel=0.01)
-    assert float(wary.phase(state)[0]) == pytest.approx(1.5 * 5.0, rel=1e-4)
+        alarms.append(np.array(wary.signals(state)["alarm"]))
+    np.testing.assert_allclose(alarms[99], 3.0 * (1.0 - np.exp(-1.0)) * np.array([1, 2]), rtol=0.01)
+    np.testing.assert_allclose(alarms[1499], alarms[499] * np.exp(-0.5), rtol=0.01)
+    np.testing.assert_allclose(wary.phase(state), 1.5 * omega, rtol=1e-4)
 
 
 def test_oscillators_with_rates_of_their_own_keep_them_in_other_units():
     assert PhaseOscillator(slowest_rad_per_s=1.0).in_units(0.5).slowest_rad_per_s == 2.0
-    assert WaryOscillator(rise_s=0.2, fall_s=8.0).in_units(0.5) == WaryOscillator(
-        rise_s=0.1, fall_s=4.0
-    )
+    wary = WaryOscillator(fast_rad_per_s=4.0, rise_s=0.2, fall_s=8.0)
+    own = WaryOscillator(fast_rad_per_s=8.0, rise_s=0.1, fall_s=4.0)
+    assert wary.in_units(0.5) == own
     with pytest.raises(TegotaeError, match="a Clamped has rates of its own"):
         Clamped(PhaseOscillator()).in_units(0.5)
 

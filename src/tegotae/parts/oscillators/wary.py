@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,18 +23,20 @@ class WaryState(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class WaryOscillator(Oscillator):
-    """Feedback f does not turn it: it raises an alarm, soon, which fades slowly,
+    """Feedback f does not turn it: it raises an alarm, soon, which fades slowly, and is the higher
+    the faster it steps,
 
-        φ̇ = ω,    τ ȧ = f - a,    τ = τ↑ if f > a, else τ↓.
+        φ̇ = ω,    τ ȧ = b - a,    b = f (ω / ω₁)²,    τ = τ↑ if b > a, else τ↓.
 
     So a law remembers that it stumbled, and a `WaryFoot` makes shorter steps until it is over.
 
     Args:
+        fast_rad_per_s: ω₁ [rad/s].
         rise_s: τ↑ [s].
         fall_s: τ↓ [s].
 
     Raises:
-        TegotaeError: for a time that is not above zero.
+        TegotaeError: for a frequency or a time that is not above zero.
 
     Source: of this library; the alarm is an envelope with an attack and a release.
 
@@ -43,13 +44,14 @@ class WaryOscillator(Oscillator):
         >>> import jax.numpy as jnp
         >>> wary = WaryOscillator(rise_s=0.5, fall_s=4.0)
         >>> state = wary.start(jnp.zeros(2))._replace(alarm=jnp.ones(2))
-        >>> wary.rate(state, jnp.full(2, 5.0), jnp.array([2.0, 0.0])).alarm.tolist()
+        >>> wary.rate(state, jnp.full(2, wary.fast_rad_per_s), jnp.array([2.0, 0.0])).alarm.tolist()
         [2.0, -0.25]
     """
 
     SIGNALS = (*Oscillator.SIGNALS, "alarm")
     STATE = ("alarm",)
 
+    fast_rad_per_s: float = positive(5.0)
     rise_s: float = positive(0.25)
     fall_s: float = positive(18.0)
 
@@ -62,7 +64,8 @@ class WaryOscillator(Oscillator):
         self, state: WaryState, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> WaryState:
         """φ̇ = ω, and how the alarm changes."""
-        gap = feedback - state.alarm
+        pace = omega * (1.0 / self.fast_rad_per_s)
+        gap = feedback * pace * pace - state.alarm
         time_s = jnp.where(gap > 0.0, self.rise_s, self.fall_s)
         return WaryState(omega + jnp.zeros_like(gap), gap / time_s)
 
@@ -88,4 +91,7 @@ class WaryOscillator(Oscillator):
 
     def in_units(self, time_s: float) -> WaryOscillator:
         """The same where 1 s is `time_s`."""
-        return dataclasses.replace(self, rise_s=self.rise_s * time_s, fall_s=self.fall_s * time_s)
+        fast, rise, fall = self.fast_rad_per_s, self.rise_s, self.fall_s
+        return WaryOscillator(
+            fast_rad_per_s=fast / time_s, rise_s=rise * time_s, fall_s=fall * time_s
+        )
