@@ -306,6 +306,7 @@ def test_the_document_says_what_was_run_and_what_came_about(folder, light):
     assert outcome["lock_time_s"] == pytest.approx(light.outcomes["lock_time_s"][0])
 
 
+@pytest.mark.thorough
 def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsys):
     film = tmp_path / "walk.gif"
     words = ["simulate", "bar-light", "--out", str(tmp_path), "--duration", "20"]

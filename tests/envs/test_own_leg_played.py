@@ -121,6 +121,7 @@ def test_compare_refuses_sets_of_different_worlds(swept, one_line_error):
     assert "V-sector-w4 hops on one leg, and V-sector-w8 runs in another simulator" in said
 
 
+@pytest.mark.thorough
 def test_generalise_tries_what_was_learned_on_a_model_under_disturbances(swept, tmp_path, capsys):
     words = ["generalise", str(swept), "--out", str(tmp_path)]
     tried = ["mass=1.2/3", "push-ahead=0.3", "delay=0.008", "noise=0.1", "friction=0.5", "step"]

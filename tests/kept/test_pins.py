@@ -25,6 +25,7 @@ def said() -> dict[str, str]:
     return dict(line.split(": ", 1) for line in outcome.stdout.splitlines())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("pin", json.loads(KEPT.read_text())["pins"])
 def test_results_are_the_same_bits_as_before(said, pin):
     if "not compared" in said[pin]:

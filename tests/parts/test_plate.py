@@ -71,6 +71,7 @@ def test_the_plate_keeps_the_contract_of_a_body():
 # Where the legs do not feel each other
 
 
+@pytest.mark.thorough
 def test_at_ratios_of_one_each_leg_of_a_limp_plate_is_a_hopper():
     plate = Plate(twist_inertia_ratio=1.0)
     path = run(plate)
@@ -258,6 +259,7 @@ def test_legs_that_do_not_listen_keep_their_lags():
 # Lanes with bodies of their own
 
 
+@pytest.mark.thorough
 def test_every_lane_may_have_a_body_of_its_own():
     across = np.array([[0.3, 0.4], [-0.3, -0.4], [0.3, 0.4], [-0.3, -0.4]])
     own = {

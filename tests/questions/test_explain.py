@@ -74,6 +74,7 @@ def test_one_network_without_feedback_says_so():
     assert any("no command to follow" in note for note in page.notes)
 
 
+@pytest.mark.thorough
 def test_legs_are_judged_by_their_cost_of_transport_and_speed():
     page = tg.explain("quadruped-c", duration=60.0, releases=2, retune=0)
     whole = page.evaluated["whole"]
@@ -215,6 +216,7 @@ def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
     assert (form.numbers, form.of_feet) == (4, legs.controller.actuation.n_weights)
 
 
+@pytest.mark.thorough
 def test_feet_without_feedback_have_no_short_form():
     page = tg.explain("zoo:legs:W+phi-F+range@quadruped-c", duration=30.0, releases=2, retune=1)
     assert not page.forms

@@ -192,6 +192,7 @@ def test_a_study_without_whole_records_is_refused_before_any_work(tmp_path, one_
     assert not out.exists()
 
 
+@pytest.mark.thorough
 def test_another_window_is_another_cell(tmp_path):
     (record,) = _records_of_smoke(tmp_path)
     cells = [EvaluatedRuns(record), EvaluatedRuns(record, undisturbed_s=12.0)]
@@ -234,6 +235,7 @@ def test_the_shortest_form_is_the_first_that_keeps_enough():
     assert shortest(runs, 0.95).tolist() == ["latch", NONE]
 
 
+@pytest.mark.thorough
 def test_an_atlas_replaces_a_vanilla_law_by_the_short_law_that_it_is(tmp_path, monkeypatch):
     forms = {name: LAWS[name] for name in ("clock", "load")}
     monkeypatch.setattr(atlas, "forms_of_a_leg", lambda: forms)

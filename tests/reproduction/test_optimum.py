@@ -252,6 +252,7 @@ def _evaluate(proof, x, v):
     return np.einsum("an,bn,abn->n", weights(s), weights(t), patch)
 
 
+@pytest.mark.thorough
 def test_no_controller_is_above_the_bound():
     """Random learned controllers and V over gains and frequencies: all that settle."""
     random = np.random.default_rng(1)

@@ -80,6 +80,7 @@ def test_the_interval_is_over_starts_not_over_conditions():
     assert between_starts["low"] < 2.0 < between_starts["high"]
 
 
+@pytest.mark.thorough
 def test_who_folds_all_legs_falls_and_who_keeps_them_stands():
     subject = BriefQuadruped()
     folded = subject.scores(lambda: lambda seen: np.repeat([0.0, 1.0], 4), "load")

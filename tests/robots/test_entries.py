@@ -79,6 +79,7 @@ def test_an_onnx_file_scores_as_the_network_in_it(of_names):
     np.testing.assert_allclose(found, of_names["network"], rtol=1e-3)
 
 
+@pytest.mark.thorough
 @needs_gcc
 def test_a_c_program_of_four_legs_scores_as_the_controller_that_it_was_exported_from():
     """At the phases at which C begins, spread over the turn."""

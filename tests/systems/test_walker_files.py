@@ -58,6 +58,7 @@ def test_its_senses_can_be_late_and_noisy(walker_file):
     assert system(str(walker_file)).body == Sensors(body=late.body)
 
 
+@pytest.mark.thorough
 def test_late_senses_of_a_file_are_those_of_the_options(walker_file):
     usual = system(str(walker_file))
     numbers = {"duration": 20.0, "phases": (0.0, 0.1, 0.3, 0.4, 0.6, 0.9)}
@@ -68,6 +69,7 @@ def test_late_senses_of_a_file_are_those_of_the_options(walker_file):
     assert none.settings.body == usual.body
 
 
+@pytest.mark.thorough
 def test_a_training_varies_late_senses(walker_file, tmp_path):
     walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\n")
     amount = {"generations": 1, "population": 2, "seeds": 1, "duration": 32.0}
