@@ -26,28 +26,29 @@ from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
 
-LAWS = {CALM: 10, WARY: 3}
-"""And how many of their runs begin from other starts."""
+LAWS = (CALM, WARY)
 TABLE = TABLES["speeds"]
 HARD = ("as it is", "push 1 m/s", "5° down", "blocks 4 cm")
 CHECKS = {
-    OTHERS: (tuple(range(2001, 2009)), SECONDS, False),
-    "60 s": (STARTS, 60.0, False),
-    "half the time step": (STARTS, SECONDS, True),
+    OTHERS: (10, tuple(range(2001, 2009)), SECONDS, False),
+    "60 s": (3, STARTS, 60.0, False),
+    "half the time step": (3, STARTS, SECONDS, True),
 }
-"""Starts, time [s], and whether the time step is halved."""
+"""How many runs, starts, time [s], and whether the time step is halved."""
 
 
 @dataclass(frozen=True)
 class Checks:
     """All checks."""
 
-    laws: tuple[str, ...] = tuple(LAWS)
+    laws: tuple[str, ...] = LAWS
     """Which laws; none makes the table of the rows that are there."""
 
     def run(self) -> None:
         """Judge, and write."""
         for law, check in product(self.laws, CHECKS):
+            if (law, check) == (WARY, OTHERS):
+                continue
             rows = checked(law, check)
             write_rows(FOLDER / "checks.csv", rows, digits=4, by=("check", "law"))
             print(f"{law}, {check}: {np.mean([row['fell'] for row in rows]):.1%}", flush=True)
@@ -56,15 +57,15 @@ class Checks:
         kept = [before.assign(check="as judged"), pd.read_csv(FOLDER / "checks.csv")]
         falls = pd.concat(kept).groupby(["law", "check"]).fell.mean()
         head = ["law", "as judged", *CHECKS]
-        lines = [[law, *(f"{falls[law, check]:.1%}" for check in head[1:])] for law in LAWS]
+        known = {cell: f"{share:.1%}" for cell, share in falls.items()}
+        lines = [[law, *(known.get((law, check), "–") for check in head[1:])] for law in LAWS]
         write_text(FOLDER / "checks.md", markdown([head, *lines]))
         print(markdown([head, *lines]))
 
 
 def checked(law: str, check: str) -> list[dict[str, Any]]:
     """A row an episode."""
-    starts, seconds, finer = CHECKS[check]
-    runs = LAWS[law] if check == OTHERS else 3
+    runs, starts, seconds, finer = CHECKS[check]
     cells = [(command, start) for command in TABLE.commands for start in starts]
     commands, seeds = (np.array(column) for column in zip(*cells, strict=True))
     rows = []

@@ -43,7 +43,7 @@ ROBOTS = {
     "boom_leg": ("", 40.0),
 }
 """Names of the legs, and the command [rad/s]."""
-PACED, TUNED = "clock-p-speed-8.json", "clock-tuned-0.json"
+PACED, TUNED = "wary-speed-8.json", "clock-tuned-0.json"
 SPEEDS = {f"{speed:g} m/s": (PACED, speed, Condition(), 2.0) for speed in (0.3, 1.2, 2.5)}
 DISTURBED = {
     "push of 1 m/s at 5 s": (PACED, 1.2, Condition(push_m_per_s=1.0), 4.5),
