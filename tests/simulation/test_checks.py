@@ -304,6 +304,10 @@ OSCILLATORS = {
         {"SIGNALS": ("sin_phase", "cos_phase", "amplitude")},
         r"\.signals gives .*; SIGNALS names amplitude",
     ),
+    "KeepsNoAlarm": (
+        {"STATE": ("alarm",)},
+        r"\.STATE names alarm, which its state lacks.*named tuples",
+    ),
     "MiscountsItsWeights": (
         {"n_weights": property(lambda self: 2), "initial": lambda self, key: jnp.zeros(3)},
         r"\.initial returns shape \(3,\); it must be \(2,\)",

@@ -13,7 +13,7 @@ from tegotae import Experiment, Hopper, System, Timing
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.maths import sin_cos, wrap_phase
+from tegotae.parts.maths import wrap_phase
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.parameters import traceable
 from tegotae.parts.terms import (
@@ -68,9 +68,6 @@ class DriftingPhase(Oscillator):
 
     def phase(self, state: Any) -> jax.Array:
         return state.phase
-
-    def sin_cos(self, state: Any) -> tuple[jax.Array, jax.Array]:
-        return sin_cos(state.phase)
 
     def settle(self, state: Any) -> DriftingState:
         return state._replace(phase=wrap_phase(state.phase))

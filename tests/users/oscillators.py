@@ -48,9 +48,6 @@ class LearnedAmplitude(Oscillator):
     def phase(self, state):
         return state.phase
 
-    def sin_cos(self, state):
-        return sin_cos(state.phase)
-
     def signals(self, state):
         return {**super().signals(state), "amplitude": state.amplitude}
 

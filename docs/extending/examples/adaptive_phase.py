@@ -10,7 +10,7 @@ from tegotae import Experiment, System
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts import require_finite
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.maths import sin_cos, wrap_phase
+from tegotae.parts.maths import wrap_phase
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms import (
     ConstantGain,
@@ -52,10 +52,6 @@ class AdaptivePhase(Oscillator):
     def phase(self, state) -> jax.Array:
         """φ, not wrapped."""
         return state[0]
-
-    def sin_cos(self, state) -> tuple[jax.Array, jax.Array]:
-        """sin φ, cos φ."""
-        return sin_cos(state[0])
 
     def settle(self, state) -> AdaptiveState:
         """The state as it is kept between ticks: φ in [0, 2π)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -12,7 +13,7 @@ import jax.numpy as jnp
 from tegotae._support.errors import TegotaeError
 from tegotae.parts import maths
 from tegotae.parts._shapes import PerLimb, StateTree, Weights, WeightVector
-from tegotae.parts.channels import Channel
+from tegotae.parts.channels import Channel, Latest, RecordedFrame, State, Tick
 from tegotae.parts.parameters import Part
 from tegotae.parts.weight_names import WeightName, numbered
 
@@ -25,7 +26,7 @@ class Oscillator(Part, ABC):
 
     Its state is a pytree of arrays (a NamedTuple, say), passed in and out; every method is
     elementwise. A phase is the usual thing to have, and not a must: an oscillator without one
-    leaves `phase` and `sin_cos` alone, and names and gives its own `signals`.
+    leaves `phase` alone, and names and gives its own `signals`.
 
     Source: paper equation 5, whose φ̇ is the `rate` of the usual one, `PhaseOscillator`.
     """
@@ -33,14 +34,21 @@ class Oscillator(Part, ABC):
     SIGNALS: tuple[str, ...] = ("sin_phase", "cos_phase")
     """Names of what `signals` returns: what terms and couplings may read of it."""
     STATE: tuple[str, ...] = ()
-    """What of its state is beside the phase: names that `start` takes, and that `channels` records,
-    each by its own name and, at an apex, as `apex_` and its name. An oscillator that names all of
-    its state here can be started anywhere on its limit cycle."""
+    """What of its state is beside the phase: entries of state and rate, which `start` takes, and
+    which `channels` records, each by its own name and, at an apex, as `apex_` and its name. An
+    oscillator that names all of its state here can be started anywhere on its limit cycle."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What a rollout records of this oscillator beside its phase."""
-        return ()
+        """What else than the phase the state has, at the frames and at the apexes."""
+        names = self.STATE
+        return (
+            *(State(n, f"State of the oscillator: {n}.", partial(_now, n)) for n in names),
+            *(
+                Latest(f"apex_{n}", f"{n} of the oscillator at an apex.", _is_apex, partial(_at, n))
+                for n in names
+            ),
+        )
 
     @property
     def n_weights(self) -> int:
@@ -86,7 +94,7 @@ class Oscillator(Part, ABC):
 
     def sin_cos(self, state: StateTree) -> tuple[PerLimb, PerLimb]:
         """Sine and cosine of the phase."""
-        raise TegotaeError(f"{type(self).__name__} has no phase")
+        return maths.sin_cos(self.phase(state))
 
     def signals(self, state: StateTree) -> dict[str, PerLimb]:
         """What terms and couplings may read, by the names of `SIGNALS`."""
@@ -174,15 +182,27 @@ class PhaseOscillator(Oscillator):
         """φ [rad]."""
         return state.phase
 
-    def sin_cos(self, state: PhaseState) -> tuple[jax.Array, jax.Array]:
-        """sin φ, cos φ."""
-        return maths.sin_cos(state.phase)
-
     def in_units(self, time_s: float) -> PhaseOscillator:
-        """The same where 1 s is `time_s`."""
+        """The same where 1 s is `time_s` [s]."""
         slowest = self.slowest_rad_per_s
         return PhaseOscillator(None if slowest is None else slowest / time_s)
 
     def settle(self, state: PhaseState) -> PhaseState:
         """φ modulo 2π: a growing phase would lose float32 digits."""
         return PhaseState(maths.wrap_phase(state.phase))
+
+
+def _now(name: str, frame: RecordedFrame) -> jax.Array:
+    return getattr(frame.lane.moment.oscillator, name)
+
+
+def _is_apex(tick: Tick) -> jax.Array:
+    return ~jnp.isnan(tick.contact.apex_share)
+
+
+def _at(name: str, tick: Tick) -> jax.Array:
+    """What it is at the apex: what it is at the tick's end, less what came since."""
+    at_end: PerLimb = getattr(tick.end.oscillator, name)
+    rate: PerLimb = getattr(tick.end.drive.rate, name)
+    since = (1.0 - jnp.broadcast_to(tick.contact.apex_share, at_end.shape)) * tick.tick_s
+    return at_end - since * rate

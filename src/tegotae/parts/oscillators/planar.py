@@ -7,7 +7,6 @@ from abc import abstractmethod
 from collections import namedtuple
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, ClassVar
 
 import jax
@@ -15,7 +14,6 @@ import jax.numpy as jnp
 
 from tegotae.parts import maths
 from tegotae.parts._shapes import PerLimb, StateTree, Weights
-from tegotae.parts.channels import Channel, Latest, RecordedFrame, State, Tick
 from tegotae.parts.oscillators.base import Oscillator
 from tegotae.parts.parameters import finite, not_negative, positive
 
@@ -107,10 +105,6 @@ class Planar(Oscillator):
         """φ [rad]."""
         return state[0]
 
-    def sin_cos(self, state: StateTree) -> tuple[jax.Array, jax.Array]:
-        """sin φ, cos φ."""
-        return maths.sin_cos(state[0])
-
     def signals(self, state: StateTree) -> dict[str, jax.Array]:
         """sin φ, cos φ and r."""
         return {**super().signals(state), "radius": state[1]}
@@ -121,34 +115,6 @@ class Planar(Oscillator):
         phase = jnp.where(through, state.phase + 0.5 * maths.TWO_PI, state.phase)
         radius = jnp.abs(state.radius)
         return state._replace(phase=maths.wrap_phase(phase), radius=radius)
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """What else than the phase the state has, at the frames and at the apexes."""
-        names = self.STATE
-        return (
-            *(State(n, f"State of the oscillator: {n}.", partial(_now, n)) for n in names),
-            *(
-                Latest(f"apex_{n}", f"{n} of the oscillator at an apex.", _is_apex, partial(_at, n))
-                for n in names
-            ),
-        )
-
-
-def _now(name: str, frame: RecordedFrame) -> jax.Array:
-    return getattr(frame.lane.moment.oscillator, name)
-
-
-def _is_apex(tick: Tick) -> jax.Array:
-    return ~jnp.isnan(tick.contact.apex_share)
-
-
-def _at(name: str, tick: Tick) -> jax.Array:
-    """What it is at the apex: what it is at the tick's end, less what came since."""
-    at_end: PerLimb = getattr(tick.end.oscillator, name)
-    rate: PerLimb = getattr(tick.end.drive.rate, name)
-    since = (1.0 - jnp.broadcast_to(tick.contact.apex_share, at_end.shape)) * tick.tick_s
-    return at_end - since * rate
 
 
 @dataclass(frozen=True, kw_only=True)

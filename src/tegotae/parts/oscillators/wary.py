@@ -18,7 +18,7 @@ class WaryState(NamedTuple):
     """Phase φ [rad] and alarm a [rad/s]."""
 
     phase: jax.Array
-    alarm: jax.Array
+    alarm_rad_per_s: jax.Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,29 +43,30 @@ class WaryOscillator(Oscillator):
     Example:
         >>> import jax.numpy as jnp
         >>> wary = WaryOscillator(rise_s=0.5, fall_s=4.0)
-        >>> state = wary.start(jnp.zeros(2))._replace(alarm=jnp.ones(2))
-        >>> wary.rate(state, jnp.full(2, wary.fast_rad_per_s), jnp.array([2.0, 0.0])).alarm.tolist()
+        >>> state = wary.start(jnp.zeros(2))._replace(alarm_rad_per_s=jnp.ones(2))
+        >>> wary.rate(state, jnp.full(2, wary.fast_rad_per_s), jnp.array([2.0, 0.0]))[1].tolist()
         [2.0, -0.25]
     """
 
     SIGNALS = (*Oscillator.SIGNALS, "alarm")
-    STATE = ("alarm",)
+    STATE = ("alarm_rad_per_s",)
 
     fast_rad_per_s: float = positive(5.0)
     rise_s: float = positive(0.25)
     fall_s: float = positive(18.0)
 
-    def start(self, phase_rad: jax.Array, alarm: jax.Array | None = None) -> WaryState:
-        """State at phase φ [rad], and calm, if no alarm is given."""
+    def start(self, phase_rad: jax.Array, alarm_rad_per_s: jax.Array | None = None) -> WaryState:
+        """State at phase φ [rad] and alarm [rad/s], calm if none is given, [(limbs,) lanes]."""
         calm = jnp.zeros_like(phase_rad)
-        return WaryState(maths.wrap_phase(phase_rad), calm if alarm is None else alarm)
+        alarm = calm if alarm_rad_per_s is None else alarm_rad_per_s
+        return WaryState(maths.wrap_phase(phase_rad), alarm)
 
     def rate(
         self, state: WaryState, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> WaryState:
-        """φ̇ = ω, and how the alarm changes."""
+        """φ̇ = ω [rad/s], and ȧ [rad/s²]."""
         pace = omega * (1.0 / self.fast_rad_per_s)
-        gap = feedback * pace * pace - state.alarm
+        gap = feedback * pace * pace - state.alarm_rad_per_s
         time_s = jnp.where(gap > 0.0, self.rise_s, self.fall_s)
         return WaryState(omega + jnp.zeros_like(gap), gap / time_s)
 
@@ -73,24 +74,20 @@ class WaryOscillator(Oscillator):
         """φ [rad]."""
         return state.phase
 
-    def sin_cos(self, state: WaryState) -> tuple[jax.Array, jax.Array]:
-        """sin φ, cos φ."""
-        return maths.sin_cos(state.phase)
-
     def signals(self, state: WaryState) -> dict[str, jax.Array]:
-        """sin φ, cos φ and a."""
-        return {**super().signals(state), "alarm": state.alarm}
+        """sin φ, cos φ and a [rad/s]."""
+        return {**super().signals(state), "alarm": state.alarm_rad_per_s}
 
     def settle(self, state: WaryState) -> WaryState:
         """φ modulo 2π."""
         return state._replace(phase=maths.wrap_phase(state.phase))
 
     def decay_per_s(self, omega: float) -> float:
-        """That of the alarm where it is faster."""
+        """That of the alarm where it is faster [1/s]."""
         return 1.0 / min(self.rise_s, self.fall_s)
 
     def in_units(self, time_s: float) -> WaryOscillator:
-        """The same where 1 s is `time_s`."""
+        """The same where 1 s is `time_s` [s]."""
         fast, rise, fall = self.fast_rad_per_s, self.rise_s, self.fall_s
         return WaryOscillator(
             fast_rad_per_s=fast / time_s, rise_s=rise * time_s, fall_s=fall * time_s

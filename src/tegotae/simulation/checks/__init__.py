@@ -214,6 +214,12 @@ def _check_methods(trial: PartTrial, oscillator: Oscillator, initial: jax.Array)
         f"{entries}: one derivative for each entry of the state",
     )
     trial.value(".rate", rate_of, state, omega, feedback)
+    for what, kept in (("its state", state), ("its .rate", rate)):
+        missing = ", ".join(name for name in oscillator.STATE if not hasattr(kept, name))
+        trial.require(
+            not missing or type(oscillator).channels is not Oscillator.channels,
+            f".STATE names {missing}, which {what} lacks; make state and rate named tuples",
+        )
     trial.same_form(".settle", trial.value(".settle", oscillator.settle, state), state)
     signals = trial.value(".signals", oscillator.signals, state)
     trial.same_names(".signals", signals, "SIGNALS", oscillator.SIGNALS)
