@@ -13,7 +13,8 @@ distribution, `LAW-tuned-SEED.json`, and the scores of every generation, `.csv`.
 where it was stopped. The wanted speed v* is that of a candidate's stride, which may shrink; with
 `--pace walk` it is PPO's for all, and with `run` twice that, for laws that already walk; with
 `speed` speeds are the commands, 0.3 to 2.5 m/s, CoT counts twice, and a score is less 0.3 |ψ|, of
-the heading at the end, up to 1 rad. Such laws are `LAW-walk-SEED.json` and so on.
+the heading at the end, up to 1 rad; with `further` a run of that goes on, and CoT counts four
+times. Such laws are `LAW-walk-SEED.json` and so on.
 """
 
 from __future__ import annotations
@@ -52,19 +53,35 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
+STD = 0.08
+"""Of the first candidates; half of it with the pace `further`."""
 Kind = Literal[
-    "clock", "clock-t", "load", "AR-b", "clock-s", "load-s", "clock-p", "load-p", "clock-alone"
+    "clock",
+    "clock-t",
+    "load",
+    "AR-b",
+    "clock-s",
+    "load-s",
+    "clock-p",
+    "load-p",
+    "clock-alone",
+    "wary",
 ]
-
-Pace = Literal["tuned", "walk", "run", "speed"]
+Pace = Literal["tuned", "walk", "run", "speed", "further"]
+BEFORE = {"run": "walk", "further": "speed"}
+"""Paces that go on from the run of another."""
+FROZEN = {"clock-alone": BALANCE, "wary": ("sigma",)}
+"""Numbers of a law that a tuning leaves as they are."""
 WANTED = {"walk": WANTED_M, "run": 2.0 * WANTED_M}
 """Wanted speed over ω [m]; that of `tuned` is of a candidate's own stride."""
 SLOWEST, FASTEST = 5.0, 50.0
 """No law is commanded to step slower or faster [rad/s]."""
 SPEEDS = (0.3, 1.3, 2.5)
 """The commands of the pace `speed` [m/s]."""
-PRICES = {False: (0.05, 0.0), True: (0.1, 0.3)}
-"""What CoT costs, and what a heading that is 1 rad off; False at frequencies, True at speeds."""
+PRICES = {"speed": (0.1, 0.3), "further": (0.2, 0.3)}
+"""What CoT costs, and what a heading that is 1 rad off, where speeds are the commands."""
+AT_FREQUENCIES = (0.05, 0.0)
+"""The same where frequencies are."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +91,8 @@ class Tuned:
     law: Kind = "clock"
     """`clock`; `clock-t`, its ellipse alone; `load` with a place, an offset and σ; `AR-b`, the
     walker's learned one. The others balance; with `-s` they step aside, and with `-p` the stride
-    is of the frequency, as that of `clock-alone`, which does not balance."""
+    is of the frequency, as that of `clock-alone`, which does not balance, and of `wary`, which is
+    alarmed by a tilt."""
     seed: int = 0
     """Of the search, and of its starts."""
     generations: int = 25
@@ -87,14 +105,19 @@ class Tuned:
     def run(self) -> None:
         """Tune, and write the law."""
         kind, wiring = f"{self.law}-{self.pace}", start_of(self.law)
-        if self.pace == "run":
-            walk = resolve(str(FOLDER / f"{self.law}-walk-{self.seed}.json")).controller()
-            wiring = dataclasses.replace(wiring, weights=np.ravel(walk.weights))
+        further = self.pace == "further"
+        if self.law == "wary" and not further:
+            raise ValueError(f"--pace {self.pace}: a wary law goes on from its run, --pace further")
+        if self.pace in BEFORE:
+            before = FOLDER / f"{self.law}-{BEFORE[self.pace]}-{self.seed}.json"
+            weights = np.ravel(resolve(str(before)).controller().weights)
+            wiring = dataclasses.replace(wiring, weights=weights)
         name = f"{kind}-{self.seed}"
-        begun, algorithm = np.asarray(wiring.weights), CMAES(population=self.population, std=0.08)
+        begun, std = np.asarray(wiring.weights), STD / 2 if further else STD
+        algorithm = CMAES(population=self.population, std=std)
         assert wiring.controller is not None
         names = [path[-1] for path in wiring.controller.weight_names]
-        free = ~np.isin(names, BALANCE) | (self.law != "clock-alone")
+        free = ~np.isin(names, FROZEN.get(self.law, ()))
         search, parameters = algorithm.strategy(len(begun)), algorithm.parameters(len(begun))
         state = algorithm.start(jax.random.key(self.seed), jnp.asarray(begun, "float32"))
         rows: list[dict[str, Any]] = []
@@ -105,7 +128,7 @@ class Tuned:
         for generation in range(len(rows), self.generations):
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
-            start = 10_000 * (1 + self.seed) + generation
+            start = 10_000 * (1 + self.seed) + 100 * further + generation
             tried = np.where(free, np.asarray(candidates, float), begun)
             scores = scored(wiring, tried, start, self.pace)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
@@ -142,8 +165,8 @@ def start_of(law: Kind) -> Wiring:
 
 def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np.ndarray:
     """Of every candidate, [candidates]."""
-    at_speeds = pace == "speed"
-    commands, (price, off_course) = SPEEDS if at_speeds else OMEGAS, PRICES[at_speeds]
+    at_speeds, (price, off_course) = pace in PRICES, PRICES.get(pace, AT_FREQUENCIES)
+    commands = SPEEDS if at_speeds else OMEGAS
     weights = np.repeat(candidates, len(commands), axis=0)
     own = [dataclasses.replace(wiring, weights=x) for x in weights]
     omegas = wanted = np.tile(commands, len(candidates))
