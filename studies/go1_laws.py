@@ -54,7 +54,8 @@ CALIBRATION = (3001, 3002)
 OTHERS = "8 other starts"
 """The check of `go1_checks.py` by which a run is chosen."""
 CALM, WARY = "clock and balance, tuned", "the same, wary of a tilt"
-"""The same runs without an alarm, by which one is chosen, and with it."""
+FURTHER = "the same, tuned further"
+"""The same runs without an alarm, by which one is chosen; with it; and tuned further with it."""
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
 
@@ -179,6 +180,8 @@ PACED_LAWS = {
     "clock alone, tuned": Law("none", 5, files("clock-alone-speed")),
     CALM: Law("IMU", 9, files("clock-p-speed")),
     WARY: Law("IMU", 10, files("wary-speed")),
+    FURTHER: Law("IMU", 10, files("wary-further")),
+    "clock and balance, tuned further": Law("IMU", 9, files("clock-p-further")),
     "load, clock and balance, tuned": Law("load, IMU", 12, files("load-p-speed")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", speeds=True)),
     "PPO on all senses": Law("all", 7564, actors("all", speeds=True)),
@@ -343,7 +346,9 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
         rows = kept[kept.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows)])
-        best = chosen(CALM if name == WARY else name) if table.column != "omega" else None
+        best = (
+            chosen(CALM if name in (WARY, FURTHER) else name) if table.column != "omega" else None
+        )
         if len(rows) and best is not None:
             lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best])])
     return markdown(lines)

@@ -31,7 +31,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from go1_feet import FOLDER, ROOT, Course
 from go1_policy import PACED, REACH_M, STEADY, Inputs, Senses, places_of
-from go1_tuned import MET, OMEGAS, PRICES, SECONDS, SPEEDS
+from go1_tuned import AT_FREQUENCIES, MET, OMEGAS, PRICES, SECONDS, SPEEDS
 from kept import write_rows
 from tegotae._support.files import output_folder
 from tegotae.cli.console import exit_status
@@ -61,7 +61,8 @@ class Feet(VecEnv):
         self._speed = self.courses[0].names.index("root_speed")
         self._work = self.courses[0].names.index("work")
         self._yaw_rate = self.courses[0].names.index("root_yaw_rate")
-        self._pace, self._prices = PACED if speeds else STEADY, PRICES[speeds]
+        self._pace = PACED if speeds else STEADY
+        self._prices = PRICES["speed"] if speeds else AT_FREQUENCIES
         commands = PACED.omega_at(np.array(SPEEDS)) if speeds else OMEGAS
         self._omega = np.resize(commands, LANES)
         self._drawn, n = np.random.default_rng(key), LANES * len(MET)
