@@ -86,13 +86,8 @@ def test_the_links_of_a_lab_lead_somewhere(path):
     assert f"labs/{path.name}" in (DOCS / "labs.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(x, id=x.stem, marks=[pytest.mark.thorough] if x.stem in NEEDS else [])
-        for x in LABS
-    ],
-)
+@pytest.mark.thorough
+@labs
 def test_a_lab_runs_elsewhere_and_shows_tables_and_figures(path, tmp_path, monkeypatch):
     if path.stem in NEEDS:
         pytest.importorskip(NEEDS[path.stem])

@@ -300,6 +300,7 @@ def test_a_law_that_a_tilt_alarmed_makes_shorter_steps_and_so_does_its_export():
     env.close()
 
 
+@pytest.mark.thorough
 def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("robot.xml").write_text(SPRUNG)

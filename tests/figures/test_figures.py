@@ -402,6 +402,7 @@ def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, cap
         assert all(len(row) == len(table[0]) for row in table)
 
 
+@pytest.mark.thorough
 def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
     saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
     controller_file.save(saved, tmp_path / "c.json")

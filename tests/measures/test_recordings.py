@@ -289,6 +289,7 @@ def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
         assert tables["spectrum"]["angular_frequency_rad_per_s"][peak] == pytest.approx(6, abs=0.1)
 
 
+@pytest.mark.thorough
 def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
     """`simulate --csv`, then `measure`: the numbers of the engine's own summary."""
     path, shown = tmp_path / "hop.csv", tmp_path / "hop.png"

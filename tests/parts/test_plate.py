@@ -109,6 +109,7 @@ def test_diagonal_legs_of_a_rigid_plate_feel_each_other_at_any_ratios():
     assert np.abs(light.height_m - alone.height_m).max(axis=0).min() > 0.05
 
 
+@pytest.mark.thorough
 def test_legs_that_are_all_alike_are_one_hopper_at_any_ratios():
     path, alone = run(LIMP, PHASES[0]), run(Hopper(), PHASES[0])
     np.testing.assert_allclose(path.height_m, alone.height_m, atol=1e-11)

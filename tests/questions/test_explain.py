@@ -253,6 +253,7 @@ def test_what_cutting_and_a_formula_of_the_load_cannot_say_is_named(vanilla, nam
     assert said in tg.explain(name, **SHORT).page()
 
 
+@pytest.mark.thorough
 def test_forms_are_retuned_and_the_shortest_are_written_for_a_robot(tmp_path, monkeypatch):
     library = {name: LAWS[name] for name in ("clock", "load")}
     monkeypatch.setattr(short_forms, "forms_of_a_leg", lambda: library)

@@ -202,6 +202,7 @@ def test_an_inner_swing_lets_the_mass_wait_at_its_top():
 # The upper bound
 
 
+@pytest.mark.thorough
 def test_the_bound_holds_and_is_near(at_four):
     bound = upper_bound(HOPPER, 4.0, best=at_four.cot_inverse)
     assert at_four.cot_inverse <= bound < 1.02 * at_four.cot_inverse

@@ -196,6 +196,7 @@ def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
             assert written == [str(value) for value in values]
 
 
+@pytest.mark.thorough
 def test_an_exported_table_gives_the_same_figures_as_the_study(smoke_study, tmp_path):
     budgets = ["--budgets", str(tmp_path / "budgets.csv")]
     table = export(smoke_study, tmp_path / "a.csv", *budgets)

@@ -112,6 +112,7 @@ def test_a_damaged_record_is_redone_with_the_same_numbers(smoke_study, tmp_path)
     study_runs.assert_same(folder, smoke_study)
 
 
+@pytest.mark.thorough
 def test_a_flipped_bit_anywhere_is_found_or_changes_nothing(smoke_study, tmp_path):
     (source,) = smoke_study.glob("records/T-*")
     content, whole = source.read_bytes(), dataclasses.asdict(read(source))

@@ -163,6 +163,7 @@ def test_the_search_improves_on_what_it_began_with(toy, tmp_path):
     assert abs(ranking(trials)[0].params["x"] - 1.0) < 0.5
 
 
+@pytest.mark.thorough
 def test_the_order_of_the_work_of_many_workers_does_not_mix_up_the_values():
     settings = [toy_tuning.Toy(x) for x in (0.0, 1.0, 3.0)]
     found = evaluate_settings(toy_tuning.space(), settings, TASK, workers=3)

@@ -168,6 +168,7 @@ def _protocol(parts):
     return parts.experiment.protocol
 
 
+@pytest.mark.thorough
 def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     pytest.importorskip("optuna")
     words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]

@@ -131,7 +131,9 @@ def test_a_file_of_one_run_can_be_saved_and_read_back(file, tmp_path):
     ("words", "written"),
     [
         ("simulate {name} --duration 1 --csv out.csv", "out.csv"),
-        ("figure surface {name} --resolution 8", "surface-ART-1.png"),
+        pytest.param(
+            "figure surface {name} --resolution 8", "surface-ART-1.png", marks=pytest.mark.thorough
+        ),
         ("export c {name} --out robot", "robot/tegotae.c"),
         ("export native {name} --out leg.native", "leg.native"),
     ],

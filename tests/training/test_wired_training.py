@@ -369,6 +369,7 @@ def test_an_episode_that_ends_at_once_is_marked():
         evaluator.evaluate(np.array([[[LAZY]]]), ALL)
 
 
+@pytest.mark.thorough
 def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
     weights = np.array([[LAZY], [BUSY], [LAZY]])
     for fail, said in (
