@@ -34,6 +34,7 @@ from go1_feet import FOLDER, ROOT, SETTINGS, WIRING, Condition, by_law, judged
 from go1_laws import BALANCE, ELLIPSE, open_loop, pace_of
 from go1_policy import BEGUN, WANTED_M
 from kept import write_rows
+from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli.console import exit_status
 from tegotae.envs.env_spec import EnvSpec
@@ -107,7 +108,7 @@ class Tuned:
         kind, wiring = f"{self.law}-{self.pace}", start_of(self.law)
         further = self.pace == "further"
         if self.law == "wary" and not further:
-            raise ValueError(f"--pace {self.pace}: a wary law goes on from its run, --pace further")
+            raise TegotaeError(f"--law wary goes on from its run, --pace further; not {self.pace}")
         if self.pace in BEFORE:
             before = FOLDER / f"{self.law}-{BEFORE[self.pace]}-{self.seed}.json"
             weights = np.ravel(resolve(str(before)).controller().weights)
