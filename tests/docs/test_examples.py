@@ -24,9 +24,17 @@ HERE = (
 """Those that need neither extra nor hardware, and run here."""
 ON_MUJOCO = {"mujoco_leg": (), "sb3": ("torch",)}
 """Those on a leg of one's own, with what else they need."""
+IN_GUIDES = ("own_metric", "own_term", "train_and_evaluate")
+"""Those whose calls a page makes that is run, too."""
 
 
-@pytest.mark.parametrize("name", [*HERE, *ON_MUJOCO])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.thorough) if name in IN_GUIDES else name
+        for name in (*HERE, *ON_MUJOCO)
+    ],
+)
 def test_an_example_runs_draws_its_picture_and_its_check_holds(name, tmp_path, monkeypatch):
     for module in ("mujoco", *ON_MUJOCO[name]) if name in ON_MUJOCO else ():
         pytest.importorskip(module)

@@ -121,6 +121,7 @@ def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
     assert effects_csv(found) == effects_csv(effects[name])
 
 
+@pytest.mark.thorough
 def test_verdicts_after_each_budget_are_those_of_the_kept_tables(table):
     after = {
         name: findings(runs, ways=[Count()])

@@ -171,7 +171,6 @@ def test_a_strong_coupling_brings_oscillators_to_its_lag():
 
 
 def test_the_bar_keeps_the_contract_of_a_body():
-    check_body(Bar(inertia_ratio=0.6))
     check_body(Bar(hips_m=(-0.6, -0.1, 0.2, 0.5), inertia_ratio=1.5))
 
 

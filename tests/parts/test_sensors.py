@@ -27,6 +27,7 @@ def run(body=LEG, engine=ENGINE, **scenario):
     return engine.run([2.0], Scenario(omega=8.0, **scenario), body)
 
 
+@pytest.mark.thorough
 def test_they_keep_the_contract_of_a_body():
     check_body(LEG)
 

@@ -32,7 +32,9 @@ def reference(parts: Parts) -> Walk:
 # The solver of the tests
 
 
-@pytest.mark.parametrize("parts", [SET_A, SET_C], ids="AC")
+@pytest.mark.parametrize(
+    "parts", [pytest.param(SET_A, marks=pytest.mark.thorough), SET_C], ids="AC"
+)
 def test_energy_is_work_less_what_damping_friction_and_release_took(parts):
     seen = reference(parts)
     assert np.ptp(seen.contact.sum(1)) >= 2
@@ -82,6 +84,7 @@ def test_a_slow_rhythm_is_held_by_its_own_load():
     np.testing.assert_allclose(seen.velocity[-1], 0.0, atol=1e-4)
 
 
+@pytest.mark.thorough
 def test_a_start_turned_about_the_vertical_gives_the_turned_walk():
     yaw = 0.7
     straight = reference(SET_C)
@@ -93,6 +96,7 @@ def test_a_start_turned_about_the_vertical_gives_the_turned_walk():
     np.testing.assert_allclose(turned.phase, straight.phase[::20], atol=2e-5)
 
 
+@pytest.mark.thorough
 def test_a_mirrored_start_gives_the_mirrored_walk():
     plain = reference(SET_C)
     mirrored = walk(SET_C, 2.1, let_go(SET_C), np.array(PHASES)[MIRRORED], plain.times[::20])

@@ -287,7 +287,7 @@ def kept_proofs() -> list[Certificate]:
     return proofs.read()
 
 
-@pytest.mark.parametrize("omega", [4.0, 8.0])
+@pytest.mark.parametrize("omega", [4.0, pytest.param(8.0, marks=pytest.mark.thorough)])
 def test_a_row_of_the_kept_table_is_proved_without_a_solver(omega, kept_proofs, monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
     (row,) = (row for row in proofs.rows() if row.omega == omega)

@@ -72,7 +72,7 @@ def test_a_worker_killed_during_the_run_changes_nothing(smoke_study, tmp_path):
 
 def test_a_cluster_of_this_machine_finds_the_same_from_a_plain_shell(smoke_study, tmp_path):
     """Its workers import the program's module before their environment is set."""
-    folder = study_runs.copy(smoke_study, tmp_path / "study", "V", "T")
+    folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
     words = ["run", "--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
     program = [sys.executable, "-m", "reproduction", *words]
     found = subprocess.run(program, capture_output=True, text=True)

@@ -51,7 +51,8 @@ def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_p
 
 
 def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
-    process = study_runs.start(tmp_path / "study", "--workers", "2")
+    folder = study_runs.copy(smoke_study, tmp_path / "study", "ART")
+    process = study_runs.start(folder, "--workers", "2", programs_of=smoke_study)
     both = study_runs.wait_for(
         lambda: found if len(found := study_runs.workers(process)) == 2 else None,
         "workers",
@@ -60,14 +61,14 @@ def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
     random.Random(1).choice(both).kill()
     _, err = study_runs.finish(process)
     assert "Traceback" not in err
-    study_runs.assert_same(tmp_path / "study", smoke_study)
+    study_runs.assert_same(folder, smoke_study)
 
 
 @pytest.mark.parametrize(
     "sign", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)]
 )
 def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
-    folder = study_runs.copy(smoke_study, tmp_path / "study", "V", "T")
+    folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
     process = study_runs.start(folder, programs_of=smoke_study)
     seen = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
     # Ctrl-C reaches every process of the terminal, a polite kill the one that is named.

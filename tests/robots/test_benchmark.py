@@ -128,6 +128,7 @@ def test_all_conditions_begin_from_the_same_starts_and_these_differ():
     assert not np.array_equal(undisturbed[0], undisturbed[1])
 
 
+@pytest.mark.thorough
 def test_the_same_entry_scores_the_same_again():
     subject = BriefHopper()
     entry = read_entry("zoo:V-sector-w4/0", subject, "load")

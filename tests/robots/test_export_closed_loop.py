@@ -130,6 +130,7 @@ def test_the_force_of_contact_in_place_of_the_springs_is_another_gait_and_the_co
     assert abs(mended - right) < 0.02
 
 
+@pytest.mark.thorough
 @needs_gcc
 def test_two_compiled_legs_under_a_bar_hop_as_the_simulated_ones_do(tmp_path):
     terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())

@@ -63,6 +63,7 @@ def test_a_walker_walks_as_it_did(loops):
     agree(loops.kept(), found, to=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.precise
 def test_a_training_on_mujoco_learns_what_it_did(loops):
     # Three generations, which amplify rounding: other processors part in the fourth digit.

@@ -204,7 +204,7 @@ def both(case: Case, dtype: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, 
         return own, case.run(dtype)
 
 
-@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("dtype", [pytest.param("float32", marks=pytest.mark.thorough), "float64"])
 @pytest.mark.parametrize(
     "name",
     [each if each in QUICK else pytest.param(each, marks=pytest.mark.thorough) for each in CASES],
