@@ -54,6 +54,8 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
+ALSO_MET = {"further": (Condition(blocks_m=0.02),)}
+"""By the candidates of a pace."""
 STD = 0.08
 """Of the first candidates; half of it with the pace `further`."""
 Kind = Literal[
@@ -181,13 +183,14 @@ def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np
     else:
         wanted = WANTED[pace] * omegas
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
-    for condition in MET:
+    met = (*MET, *ALSO_MET.get(pace, ()))
+    for condition in met:
         found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
         off = np.minimum(np.abs(np.nan_to_num(found.speed_m_per_s) / wanted - 1.0), 1.0)
         cost = np.minimum(np.nan_to_num(found.cost_of_transport, nan=8.0), 8.0)
         astray = np.minimum(np.abs(np.nan_to_num(found.heading_rad, nan=1.0)), 1.0)
         total += ~found.fell - 0.3 * off - price * cost - off_course * astray
-    return total.reshape(-1, len(commands)).mean(axis=1) / len(MET)
+    return total.reshape(-1, len(commands)).mean(axis=1) / len(met)
 
 
 def keep(wiring: Wiring, weights: np.ndarray, name: str, seed: int) -> None:

@@ -17,6 +17,7 @@ class Law:
         self.limbs, self.tick_s, self.wired = about["limbs"], about["tick_s"], about["wired"]
         self.joints = [name for leg in about["legs"] for name in leg["joints"]]
         self.feet = [leg["foot"] for leg in about["legs"]]
+        self.axes = sum(output["name"].startswith("foot_") for output in about["outputs"])
         words = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "tegotae.c", "-lm", "-o", "law.so"]
         subprocess.run(words, cwd=folder, check=True)
         self.c = ctypes.CDLL(str((folder / "law.so").resolve()))
@@ -44,7 +45,7 @@ class Law:
                 name = limb["senses"][signal]
                 self.inputs[k, i] = -felt[name[1:]] if name[0] == "-" else felt[name]
         self.c.tegotae_step(self.state, pointer(self.inputs), pointer(self.outputs))
-        places = self.outputs[: 2 * self.limbs]
+        places = self.outputs[: self.axes * self.limbs]
         np.clip(places, -reach_m, reach_m, out=places)
         self.c.tegotae_joints(pointer(self.outputs), pointer(self.legs))
         return self.legs.ravel().copy()

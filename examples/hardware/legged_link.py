@@ -38,3 +38,9 @@ class Link:
 def count_of(packet):
     """The count that a packet begins with; 0 of none."""
     return struct.unpack_from("<I", packet)[0] if packet else 0
+
+
+def received(port, form):
+    """A packet from a port; nothing in place of one of another size."""
+    packet = port.recv(form.size + 1)
+    return packet if len(packet) == form.size else b""

@@ -20,7 +20,10 @@ class Node:
     def answer(self, packet):
         """The command for a state; for an old one it is that of before."""
         count, *numbers = STATE.unpack(packet)
-        angles, torques, imu = np.split(np.array(numbers, np.float32), [JOINTS, 2 * JOINTS])
+        if not np.isfinite(numbers).all():
+            self.stopped = self.stopped or "a sense is no number"
+        sensed = np.nan_to_num(np.array(numbers, np.float32), posinf=0.0, neginf=0.0)
+        angles, torques, imu = np.split(sensed, [JOINTS, 2 * JOINTS])
         self.waited = 0 if count > self.heard else self.waited + 1
         self.heard, felt = max(count, self.heard), dict(zip(IMU, imu, strict=True))
         if self.waited > WATCHDOG:

@@ -35,7 +35,8 @@ class Robot:
         """One period under the newest command, if there is one; whether the servos are on."""
         count, on, *angles = COMMAND.unpack(packet) if packet else (0, 0)
         self.waited = 0 if count > self.heard else self.waited + 1
-        self.heard, on = count, on and self.waited <= WATCHDOG
+        self.heard = max(count, self.heard)
+        on = on and self.waited <= WATCHDOG and np.isfinite(angles).all()
         action = np.zeros(JOINTS)
         action[self.order] = angles if on else self.seen[self.entries[:JOINTS]]
         self.seen, _, fell, *_ = self.env.step(action)

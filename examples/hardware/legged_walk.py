@@ -2,8 +2,7 @@
 
 python legged_walk.py robot law.json --late 1 --jitter 2 --lost 0.05     # the robot
 python legged_walk.py robot --log walk.log        # the node, in another terminal
-python legged_walk.py robot --replay walk.log     # the same answers to the bit, or an error
-"""
+python legged_walk.py robot --replay walk.log     # the same answers to the bit, or an error"""
 
 import argparse
 import select
@@ -11,7 +10,7 @@ import socket
 import time
 from pathlib import Path
 
-from legged_link import COMMAND, JOINTS, PERIOD_S, STATE, Link, count_of
+from legged_link import COMMAND, JOINTS, PERIOD_S, STATE, Link, count_of, received
 from legged_node import Node, replayed
 from legged_robot import Robot
 
@@ -25,7 +24,7 @@ def serve(port, robot, seconds, bad):  # the robot: a state out, the newest comm
         due, came = due + PERIOD_S, [b""]
         while (left := due - time.monotonic()) > 0.0:
             if select.select([port], [], [], left)[0]:
-                came.append(port.recv(COMMAND.size))
+                came.append(received(port, COMMAND))
         late += time.monotonic() > due + PERIOD_S
         robot.step(back.passed(max(came, key=count_of)))
     print(f"{robot.sensed('root_forward'):.2f} m, fell: {robot.fell}; {late} periods began late")
@@ -35,9 +34,10 @@ def drive(port, node, log):  # the node: an answer to every state, until there i
     port.settimeout(1.0)
     port.send(COMMAND.pack(0, 0, *[0.0] * JOINTS))
     try:
-        while packet := port.recv(STATE.size):
-            port.send(command := node.answer(packet))
-            log.write(packet + command)
+        while True:
+            if packet := received(port, STATE):
+                port.send(command := node.answer(packet))
+                log.write(packet + command)
     except (TimeoutError, ConnectionRefusedError):
         print(f"{node.heard} states; stopped: {node.stopped or 'no'}")
 

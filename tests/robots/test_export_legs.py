@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import subprocess
 
 import numpy as np
@@ -120,10 +121,10 @@ def test_the_check_of_an_export_finds_a_leg_that_is_another(exported, tmp_path):
         assert ran.returncode == (name == "other"), ran.stdout
 
 
-@pytest.mark.parametrize(
-    ("name", "aside"), [("clock-s", True), ("clock-p", False), ("wary", False)]
-)
-def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary(tmp_path, name, aside):
+@pytest.mark.parametrize(("name", "axes"), [("clock-s", 3), ("clock-p", 2), ("wary", 2)])
+def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary(
+    tmp_path, name, axes, monkeypatch
+):
     settings = {"feet": ROBOTS["sprung"], "legs": True}
     model = tmp_path / "sprung.xml"
     model.write_text(sprung_robot())
@@ -141,7 +142,14 @@ def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary(tmp
     subprocess.run(words, check=True, cwd=tmp_path / "c")
     checked = subprocess.run(["./check"], cwd=tmp_path / "c", capture_output=True, text=True)
     assert checked.returncode == 0, checked.stdout
-    assert ("foot_y_m" in (tmp_path / "c" / "tegotae.h").read_text()) == (name == "clock-s")
+    assert ("foot_y_m" in (tmp_path / "c" / "tegotae.h").read_text()) == (axes == 3)
+    # The example of a node sends feet no further than their reach, to the side too.
+    monkeypatch.syspath_prepend(ROOT / "examples" / "hardware")
+    node = importlib.import_module("legged_law").Law(tmp_path / "c")
+    node.step(dict.fromkeys(importlib.import_module("legged_link").IMU, 0.9), 0.01)
+    places = np.abs(node.outputs.reshape(-1)[: axes * 4])
+    assert places.max() <= np.float32(0.01)
+    assert places[-4:].max() > 0.005
 
 
 def test_a_body_without_hips_that_turn_refuses_a_law_that_steps_aside(capsys):

@@ -111,6 +111,16 @@ def test_a_tilted_robot_is_damped_from_then_on(example, law):
     assert node.stopped == "tilted"
 
 
+@pytest.mark.parametrize("sense", ["angles", "root_roll"])
+def test_a_robot_whose_senses_are_no_numbers_is_damped_from_then_on(example, law, sense):
+    link, node = example("legged_link"), example("legged_node").Node(law[1])
+    for k, value in enumerate((np.nan, 0.0), start=1):
+        answer = link.COMMAND.unpack(node.answer(state_of(link, k, **{sense: value})))
+        assert answer[1] == 0
+        assert np.isfinite(answer).all()
+    assert node.stopped == "a sense is no number"
+
+
 def test_no_target_is_far_from_its_joint_so_that_torque_has_a_limit(example, law):
     link, node = example("legged_link"), example("legged_node")
     _, _, *targets = link.COMMAND.unpack(node.Node(law[1]).answer(state_of(link, 1, angles=3.0)))
@@ -135,3 +145,12 @@ def test_a_node_that_hears_nothing_new_and_a_robot_without_commands_are_damped(e
     assert deaf.stopped == "no new state"
     alone, command = example("legged_robot").Robot(*law), link.COMMAND.pack(1, 1, *[0.0] * 12)
     assert [alone.step(command) for _ in range(node.WATCHDOG + 3)][-3:] == [True, False, False]
+
+
+def test_old_commands_in_turn_and_angles_that_are_no_numbers_are_not_driven(example, law):
+    link, node = example("legged_link"), example("legged_node")
+    robot = example("legged_robot").Robot(*law)
+    old = [link.COMMAND.pack(count, 1, *[0.0] * 12) for count in (5, 4)]
+    on = [robot.step(old[k % 2]) for k in range(node.WATCHDOG + 3)]
+    assert on[-3:] == [True, False, False]
+    assert not robot.step(link.COMMAND.pack(6, 1, *[np.nan] * 12))
