@@ -391,6 +391,7 @@ def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():
     ("change", "feet", "message"),
     [
         ({}, (), "name the feet, --feet"),
+        ({}, ("foot0", "foot0"), "foot0 is named twice in feet"),
         ({}, ("trunk",), "no actuator moves a joint between the trunk and trunk"),
         ({"model": "quadruped"}, FEET, "the leg of foot0 has no length"),
         ({"model": "leg"}, ("foot",), "servo_nm_per_rad=K"),
@@ -400,6 +401,61 @@ def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():
 def test_what_cannot_be_commanded_to_places_is_said_in_one_line(change, feet, message):
     with pytest.raises(TegotaeError, match=message):
         sensing(dataclasses.replace(SETTINGS, **{"feet": feet, **change}))
+
+
+SERVOS = ROOT / "examples" / "robots" / "servo_quadruped.xml"
+OTHER_SERVOS = '<general name="FL_hip" joint="FL_hip" gainprm="{}" biastype="affine" biasprm="{}"/>'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('<position name="FL_hip"', '<velocity name="FL_hip"', "give it one <position> actuator"),
+        ('<position name="FL_hip"', '<intvelocity actrange="-1 1" name="FL_hip"', "give it one"),
+        ('<position name="FL_hip" joint="FL_hip"/>', OTHER_SERVOS.format(9, "0 -18"), r"k \(u - q"),
+        ('<position name="FL_hip" joint="FL_hip"/>', OTHER_SERVOS.format(9, "1 -9"), r"k \(u - q"),
+        ('<body name="trunk"', '<body name="ball"><freejoint/><geom size="0.1"/></body><body'
+         ' name="trunk"', "FL_foot does not hang on ball.*without=ball"),
+        ('timestep="0.001"', 'gravity="0 0 0"', "no weight to take scales from"),
+    ],
+)  # fmt: skip
+def test_a_robot_whose_feet_go_elsewhere_is_refused_in_one_line(old, new, message, tmp_path):
+    file = tmp_path / "robot.xml"
+    text = SERVOS.read_text(encoding="utf-8").replace(old, new, 1)
+    file.write_text(text[: text.index("<keyframe>")] + "</mujoco>" if "ball" in new else text)
+    feet = [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")]
+    with pytest.raises(TegotaeError, match=message):
+        suggest_legs(ModelSettings(model=str(file), feet=feet, legs=True))
+
+
+def test_a_servos_range_of_commands_limits_its_joint():
+    text = SERVOS.read_text(encoding="utf-8")
+    old, narrow = (
+        '<position name="FL_knee"',
+        '<position gear="2" ctrlrange="-3 -2.5" name="FL_knee"',
+    )
+    model = mujoco.MjModel.from_xml_string(text.replace(old, narrow))
+    legs = legs_of(model, ["FL_foot"])
+    ends = legs.start[0, 2] + np.array([legs.chains.low[0, 2], legs.chains.high[0, 2]])
+    np.testing.assert_allclose(ends, [-1.5, -1.25], atol=1e-6)
+
+
+def test_the_foot_of_a_shank_is_the_end_that_it_stands_on():
+    text = SERVOS.read_text(encoding="utf-8").replace('<geom class="foot"/>', "")
+    model = mujoco.MjModel.from_xml_string(text)
+    data = started(model)
+    knee, along = data.body("FL_shank").xpos, data.body("FL_shank").xmat.reshape(3, 3)[:, 2]
+    np.testing.assert_allclose(place_of(model, data, "FL_shank"), knee - 0.13 * along)
+
+
+@pytest.mark.parametrize(("turn", "said"), [("1 0 0 0", False), ("0.7071 0 0 0.7071", True)])
+def test_a_start_that_faces_aside_is_remarked_on(turn, said, tmp_path):
+    file = tmp_path / "robot.xml"
+    text = SERVOS.read_text(encoding="utf-8")
+    file.write_text(text.replace("0.202 1 0 0 0", f"0.202 {turn}"))
+    feet = [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")]
+    remarks = suggest_legs(ModelSettings(model=str(file), feet=feet, legs=True)).remarks
+    assert any("start faces 90° from x" in remark for remark in remarks) == said
 
 
 def test_units_are_above_zero():

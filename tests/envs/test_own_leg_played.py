@@ -167,6 +167,7 @@ def test_a_heavier_leg_presses_harder():
         ("simulate --height 2", "Unrecognized options: --height"),
         ("simulate --animate leg.avi", "use .gif or .mp4"),
         ("evaluate --drop 0.1", "Unrecognized options: --drop"),
+        ("evaluate --starts 0", "starts is 0; it must be a whole number of at least 1"),
         ("figure portrait", "runs in another simulator, and this figure is of one leg"),
     ],
 )

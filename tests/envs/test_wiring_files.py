@@ -79,6 +79,7 @@ TOML = 'format = "tegotae wiring"\n[[limbs]]\ndrives = "action[0]"\n'
         ("max_force = 4.0", "it has no entry 'limbs'"),
         ("limbs = [", "it is no TOML"),
         ("limbs = []\nspeed = 3", "speed"),
+        ("limbs = []\nomega = nan", "its omega is nan; it must be above 0"),
         ('limbs = []\nscales = {spring_force = "heavy"}', "must be a number"),
     ],
 )

@@ -19,7 +19,6 @@ from typing import Annotated, Any, Literal, NoReturn, get_type_hints
 import tyro
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import check_folder, output_file
 from tegotae.cli.console import print_rows, print_text
 from tegotae.cli.program import WIDTH, examples_text
 from tegotae.questions.answer import AnswerBase, RecordedRun, check_output
@@ -54,13 +53,13 @@ class AnswerOutput:
     def check(self, question: Question) -> None:
         """Raise `TegotaeError` before long work for what cannot be written."""
         check_output(self.csv, ".csv", ".parquet", ".json")
-        ending = question.answer.ENDING
-        for picture in filter(None, [self.plot, self.out if ending == ".png" else None]):
+        pictured = question.answer.ENDING == ".png"
+        for picture in filter(None, [self.plot, self.out if pictured else None]):
             from tegotae.figures.style import figure_file
 
             figure_file(picture)
         if self.out is not None:
-            (output_file if ending else check_folder)(self.out)
+            question.answer.check_file(self.out)
         if self.animate is not None:
             from tegotae.figures.animation import animation_file
 

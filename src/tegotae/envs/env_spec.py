@@ -69,7 +69,13 @@ class EnvSpec:
             return self
         given, named = dict(self.settings), dict[str, Json]()
         if wiring.contact_bodies:
-            named["feet"] = list(wiring.contact_bodies)
+            named["feet"] = feet = list(wiring.contact_bodies)
+            own = given.get("feet", feet)
+            if isinstance(own, list) and not all(foot in own for foot in feet):
+                raise TegotaeError(
+                    f"the wiring's feet are {', '.join(feet)}, and the environment's "
+                    f"{', '.join(map(str, own))}; leave --feet out"
+                )
         if wiring.step_s is not None:
             named["control_s"] = float(wiring.step_s)
             if given.get("control_s", named["control_s"]) != named["control_s"]:

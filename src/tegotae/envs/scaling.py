@@ -15,6 +15,9 @@ from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.units import Units
 
+_STANDS = math.sqrt(0.5)
+"""A geom whose axis is at least so far upright stands, 45°."""
+
 
 def model_scales(
     env: AnyEnv, *, feet: Sequence[str] | None = None, limbs: int = 1
@@ -54,10 +57,7 @@ def scales_of(
     model: MjModel, feet: Sequence[str] | None = None, *, limbs: int = 1
 ) -> dict[str, float]:
     """The same of a compiled MuJoCo model (`MjModel`)."""
-    gravity = gravity_m_per_s2(model)
-    weight = gravity * float(model.body_mass.sum())
-    if weight <= 0.0:
-        raise TegotaeError("the model has no weight to take scales from; give scales=")
+    gravity, weight = gravity_m_per_s2(model), weight_n(model)
     data = started(model)
     geoms = np.flatnonzero(model.geom_bodyid > 0).tolist()
     if feet is not None:
@@ -119,6 +119,18 @@ def gravity_m_per_s2(model: MjModel) -> float:
     return float(np.linalg.norm(model.opt.gravity))
 
 
+def weight_n(model: MjModel) -> float:
+    """Weight of all bodies [N].
+
+    Raises:
+        TegotaeError: without gravity or masses.
+    """
+    weight = gravity_m_per_s2(model) * float(model.body_mass.sum())
+    if weight <= 0.0:
+        raise TegotaeError("the model has no weight to take scales from: no gravity, or no masses")
+    return weight
+
+
 class Foot(NamedTuple):
     """A part of a MuJoCo model that touches the ground: a body, or a geom of one."""
 
@@ -159,9 +171,20 @@ def chain_of(model: MjModel, foot: str) -> set[int]:
 
 
 def place_of(model: MjModel, data: MjData, foot: str) -> np.ndarray:
-    """Where a foot touches: the middle of its lowest geom in the world [m], [x, y, z]."""
+    """Where a foot is: the middle of its lowest geom in the world [m], [x, y, z].
+
+    Of a capsule or a cylinder that stands more than it lies, such as a shank, it is the middle of
+    the lower end.
+    """
     body, geoms = foot_of(model, foot)
-    return data.geom_xpos[lowest(model, data, geoms)[1]] if geoms else data.xpos[body]
+    if not geoms:
+        return data.xpos[body]
+    geom, kinds = lowest(model, data, geoms)[1], require("mujoco", "mujoco").mjtGeom
+    along = data.geom_xmat[geom].reshape(3, 3)[:, 2]
+    long = int(model.geom_type[geom]) in (int(kinds.mjGEOM_CAPSULE), int(kinds.mjGEOM_CYLINDER))
+    stands = long and abs(along[2]) > _STANDS
+    end = np.sign(along[2]) * float(model.geom_size[geom, 1]) * along
+    return data.geom_xpos[geom] - end * stands
 
 
 def started(model: MjModel) -> MjData:

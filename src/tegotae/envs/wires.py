@@ -110,6 +110,12 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
         controller = controller_of(wiring)
     except TegotaeError as error:
         return None, [str(error)]
+    wanted = {entry for limb in limbs for entry in limb.entries}
+    if not wanted & {*driven} and all(entry[-2:] in ("_x", "_y", "_z") for entry in wanted):
+        return None, [
+            f"the wiring commands places of feet, such as {min(wanted)}, and the environment's "
+            "actions are of joints; add --settings legs=true"
+        ]
     step_s = getattr(env.unwrapped, "dt", None) if wiring.step_s is None else wiring.step_s
     problems = [*_of_names(wiring, observed, driven), *_of_numbers(wiring, step_s)]
     if problems or step_s is None:

@@ -369,6 +369,8 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
         raise DamagedDocumentError(
             f"its format is {document.format!r}; it must be {WIRING_FORMAT!r}"
         )
+    if document.omega is not None and not 0.0 < document.omega < math.inf:
+        raise DamagedDocumentError(f"its omega is {document.omega}; it must be above 0")
     fields: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value
         for name, value in msgspec.structs.asdict(document).items()

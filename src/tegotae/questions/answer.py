@@ -23,7 +23,7 @@ import pandas as pd
 from tegotae._support import tables
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_file, write_atomically
+from tegotae._support.files import check_folder, output_file, write_atomically
 from tegotae.measures.hopping import statistics
 from tegotae.measures.hopping.statistics import Interval
 
@@ -80,6 +80,11 @@ class AnswerBase:
 
     ENDING: ClassVar[str] = ""
     """Of the one file that `save` writes, if it is not a folder."""
+
+    @classmethod
+    def check_file(cls, file: Path) -> None:
+        """Raise `TegotaeError` before long work for a file or a folder that cannot be written."""
+        (output_file if cls.ENDING else check_folder)(file)
 
     @property
     def title(self) -> str:

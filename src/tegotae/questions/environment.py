@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.parts.bodies import Body
 from tegotae.questions.answer import Answer, RecordedRun, columns
@@ -153,6 +153,7 @@ class EnvironmentTask(Task):
 
     def evaluate(self, options: EnvironmentEvaluation) -> Answer:
         """Episodes of every run, frequency and start."""
+        require_count("starts", options.starts)
         experiment, rows = self.experiment, []
         changed = dict(experiment.spec.settings) | settings_of(options.settings)
         spec = EnvSpec(env=experiment.spec.env, settings=tuple(changed.items()))

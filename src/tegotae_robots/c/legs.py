@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae._support.errors import TegotaeError
 from tegotae_robots.c.reader import CReader
 from tegotae_robots.c.text import floating, wrapped
 from tegotae_robots.c.trace import Piece, traced
@@ -127,6 +128,13 @@ def _wired(export: Export) -> tuple[list[int], list[int]]:
     assert legs is not None
     assert task is not None
     at = [[divmod(legs.names.index(name), 3) for name in limb.drives] for limb in task.wiring.limbs]
+    for limb, drives in zip(task.wiring.limbs, at, strict=True):
+        alike = [axis for _, axis in drives] == [axis for _, axis in at[0]]
+        if not alike or len({leg for leg, _ in drives}) > 1:
+            raise TegotaeError(
+                f"a limb drives {', '.join(limb.drives)}; for C each must drive one foot, along "
+                "the axes of the first, in their order"
+            )
     return [drives[0][0] for drives in at], [axis for _, axis in at[0]]
 
 

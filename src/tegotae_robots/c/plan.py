@@ -206,6 +206,16 @@ _WHAT = {
 """What the senses of the package's bodies are."""
 
 
+_TILTS = frozenset({"root_roll", "root_pitch", "root_yaw"})
+"""Entries of a model's observation that are sines."""
+
+
+def _sensed(export: Export, signal: str) -> str:
+    """What a sense is; of an angle of a model's trunk its sine was trained with."""
+    sources = {limb.senses.get(signal, "").removeprefix("-") for limb in wired_limbs(export)}
+    return ("sine of the " if sources & _TILTS else "") + _WHAT.get(signal, plain(signal))
+
+
 def wired_limbs(export: Export) -> list[LimbDocument]:
     """The limbs of the wiring; none of a controller for a body of the package."""
     return [] if export.saved.task is None else export.saved.task.wiring.limbs
@@ -256,7 +266,7 @@ def facts(export: Export) -> dict[str, Any]:
         "limbs": export.limbs,
         "constants": [{"name": n, "value": value, "what": what} for n, value, what in named],
         "senses": [
-            {"name": n, "member": member(n), "unit": unit_of(n), "what": _WHAT.get(n, plain(n))}
+            {"name": n, "member": member(n), "unit": unit_of(n), "what": _sensed(export, n)}
             for n in export.senses
         ],
         "commands": [

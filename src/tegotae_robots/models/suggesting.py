@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.env import ModelBatch
-from tegotae.envs.mujoco.legs import LegKinematics
+from tegotae.envs.mujoco.legs import LegKinematics, drive_of
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import (
@@ -281,7 +281,7 @@ def _joint(
     legs = [k for k, chain in enumerate(chains) if int(model.jnt_bodyid[j]) in chain]
     if len(legs) != 1:
         return f"{'several feet hang' if legs else 'no foot hangs'} on its joint"
-    kind = _kind(model, i)
+    kind = drive_of(model, i)
     if kind is None:
         return "it is neither a motor nor a position servo"
     along, _, up = map(float, -_velocity(model, data, feet[legs[0]], j))
@@ -302,16 +302,6 @@ def _joint(
         low=float(low),
         high=float(most),
     )
-
-
-def _kind(model: MjModel, i: int) -> Literal["motor", "servo"] | None:
-    fixed = model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
-    if not fixed or model.actuator_gainprm[i, 0] == 0.0 or model.actuator_gear[i, 0] == 0.0:
-        return None
-    if model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE:
-        return "motor"
-    affine = model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_AFFINE
-    return "servo" if affine and model.actuator_biasprm[i, 1] < 0.0 else None
 
 
 def _velocity(model: MjModel, data: MjData, foot: str, joint: int) -> np.ndarray:

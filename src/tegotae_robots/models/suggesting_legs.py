@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from tegotae.envs._types import MjModel
 from tegotae.envs.mujoco.legs import AXES, LegKinematics
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.scaling import gravity_m_per_s2, started
+from tegotae.envs.scaling import gravity_m_per_s2, started, weight_n
 from tegotae.envs.wiring import Limb, Wiring
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.units import Units
@@ -32,6 +33,8 @@ _GRID = 81
 """Places along an axis that are tried for reach."""
 _MISSES = 0.005
 """A place is out of reach if the foot stays further from it than this [l0]."""
+_STRAIGHT_DEG = 3.0
+"""A start that faces no further than this from x does."""
 _RATES = ("roll_rate", "pitch_rate", "side_roll_rate", "feedback")
 _WALKER = "quadruped-c"
 """The walker whose law a wiring begins with."""
@@ -63,9 +66,9 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     sensed = sensing(settings)
     model, legs = sensed.model, sensed.legs
     assert legs is not None
-    feet, gravity = sensed.feet, gravity_m_per_s2(model)
+    feet, weight, gravity = sensed.feet, weight_n(model), gravity_m_per_s2(model)
     length = legs.height_m
-    second, weight = math.sqrt(length / gravity), gravity * float(model.body_mass.sum())
+    second = math.sqrt(length / gravity)
     walker = legged_by_name(_WALKER)
     omega = float(walker.omega or 0.0) / second
     still = np.zeros((1, len(sensed.actions)))
@@ -120,6 +123,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         if phase:
             reasons[f"limbs[{i}].phase_rad"] = "half a turn from its neighbours"
     remarks = [
+        *_faces_aside(model),
         *_out_of_reach(legs, walker.controller.actuation, length),
         *drop_remarks(standing, "stiffer servos, --settings servo_nm_per_rad"),
     ]
@@ -188,6 +192,18 @@ def _said(reach_m: np.ndarray) -> str:
         f"{axis} {low:+.2f} to {high:+.2f}" for axis, (low, high) in zip(AXES, reach_m, strict=True)
     )
     return "the foot reaches " + ", ".join(parts) + " m"
+
+
+def _faces_aside(model: MjModel) -> list[str]:
+    """What is to be said of a start whose trunk does not face along x."""
+    ahead, left, _ = started(model).xmat[1].reshape(3, 3)[:, 0]
+    yaw = math.degrees(math.atan2(left, ahead))
+    if abs(yaw) <= _STRAIGHT_DEG:
+        return []
+    return [
+        f"the model's start faces {yaw:.0f}° from x, along which the distance is counted and from "
+        "which root_yaw is; turn the start (a keyframe), or the law is paid for walking aside"
+    ]
 
 
 def _out_of_reach(legs: LegKinematics, ellipse: object, length_m: float) -> list[str]:

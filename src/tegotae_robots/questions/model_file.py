@@ -38,11 +38,16 @@ class ModelFile(TableAnswer):
             TegotaeError: for another ending, or if it is there or cannot be written.
         """
         file = Path(folder)
-        if file.exists():
-            raise TegotaeError(f"{file} exists already; name another file with --out")
-        self.check_name(file)
+        self.check_file(file)
         self._write(file)
         return [file]
+
+    @classmethod
+    def check_file(cls, file: Path) -> None:
+        super().check_file(file)
+        cls.check_name(file)
+        if file.exists():
+            raise TegotaeError(f"{file} exists already; name another file with --out")
 
     @classmethod
     def check_name(cls, file: Path | str) -> None:

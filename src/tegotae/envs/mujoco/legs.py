@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial, reduce
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +17,7 @@ from tegotae._support import compiled
 from tegotae._support.engines import NATIVE, selected
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjModel
-from tegotae.envs.scaling import chain_of, place_of, started
+from tegotae.envs.scaling import chain_of, foot_of, place_of, started
 from tegotae.parts._shapes import AnyArray
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z")
 """Forward, to the left and up, of the trunk."""
 STEPS = 8
-"""Of the solution: a place within reach is met to 10⁻⁵ of the leg's length."""
+"""Of the solution: near the start a place within reach is met to 10⁻⁵ of the leg's length."""
 _DAMPED = 1e-4
 """Least damping of a step."""
 _BLOCK = 32
@@ -56,7 +57,7 @@ class Chains(NamedTuple):
     foot: np.ndarray
     """The feet, [legs, 3]."""
     low: np.ndarray
-    """Limits of the joints, from the start on, [legs, joints]."""
+    """Limits of the joints and of their servos' commands, from the start on, [legs, joints]."""
     high: np.ndarray
 
 
@@ -182,8 +183,13 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
     slides = there & (model.jnt_type[joints] == slide)
     start = np.where(there, data.qpos[model.jnt_qposadr[joints]], 0.0)
     limited = there & model.jnt_limited[joints].astype(bool)
-    low = np.where(limited, model.jnt_range[joints, 0] - start, -np.inf)
-    high = np.where(limited, model.jnt_range[joints, 1] - start, np.inf)
+    drives = _padded(servos)
+    gears = np.where(there, model.actuator_gear[drives, 0], 1.0)
+    commanded = np.sort(model.actuator_ctrlrange[drives] / gears[..., None])
+    held = there & model.actuator_ctrllimited[drives].astype(bool)
+    ends = ((limited, model.jnt_range[joints]), (held, commanded))
+    low = np.max([np.where(are, at[..., 0] - start, -np.inf) for are, at in ends], axis=0)
+    high = np.min([np.where(are, at[..., 1] - start, np.inf) for are, at in ends], axis=0)
     lengths = list(map(_length, anchor, foot, owners))
     length = max(lengths)
     for name, own_m in zip(feet, lengths, strict=True):
@@ -199,8 +205,6 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
     for name, most in zip(feet, np.abs(columns).max((0, 1, 3)), strict=True):
         if most < _MOVES:
             raise TegotaeError(f"the joints of the leg of {name} do not move it; name another foot")
-    drives = _padded(servos)
-    gears = np.where(there, model.actuator_gear[drives, 0], 1.0)
     named = tuple(tuple(model.joint(joint).name for joint in own) for own in owners)
     return LegKinematics(tuple(feet), named, chains, length, start, joints, drives, gears)
 
@@ -213,6 +217,11 @@ def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
     alone = [joint for joint in driven if sum(body[joint] in chain for chain in chains) == 1]
     joints = [[joint for joint in alone if body[joint] in chain] for chain in chains]
     for foot, own in zip(feet, joints, strict=True):
+        if model.body_rootid[foot_of(model, foot).body] != 1:
+            raise TegotaeError(
+                f"{foot} does not hang on {model.body(1).name}, the first body, which is to be the "
+                f"trunk; leave that out, --settings without={model.body(1).name}"
+            )
         if not own:
             raise TegotaeError(
                 f"no actuator moves a joint between the trunk and {foot} alone, so that it cannot "
@@ -226,17 +235,36 @@ def _on_joints(model: MjModel) -> list[int]:
     return np.flatnonzero(on_joint).tolist()
 
 
+def drive_of(model: MjModel, actuator: int) -> Literal["motor", "servo"] | None:
+    """Whether an actuator gives its joint a force k u, or k (u - q) less damping; or neither."""
+    mujoco = require("mujoco", "mujoco")
+    gain, bias = float(model.actuator_gainprm[actuator, 0]), model.actuator_biasprm[actuator]
+    kinds = model.actuator_gaintype, model.actuator_biastype, model.actuator_dyntype
+    of_gain, of_bias, dynamics = (int(kind[actuator]) for kind in kinds)
+    integrates = dynamics == int(mujoco.mjtDyn.mjDYN_INTEGRATOR)
+    if of_gain != int(mujoco.mjtGain.mjGAIN_FIXED) or integrates:
+        return None
+    if gain == 0.0 or model.actuator_gear[actuator, 0] == 0.0:
+        return None
+    if of_bias == int(mujoco.mjtBias.mjBIAS_NONE):
+        return "motor"
+    at_command = gain > 0.0 and bias[0] == 0.0 and math.isclose(gain, -bias[1])
+    return "servo" if of_bias == int(mujoco.mjtBias.mjBIAS_AFFINE) and at_command else None
+
+
 def _servo(model: MjModel, joint: int) -> int:
     """The position servo of a joint."""
-    affine = int(require("mujoco", "mujoco").mjtBias.mjBIAS_AFFINE)
     own = [i for i in _on_joints(model) if model.actuator_trnid[i, 0] == joint]
-    held = (model.actuator_biastype[own] == affine) & (model.actuator_biasprm[own, 1] < 0.0)
-    if len(own) > 1 or not held.all():
-        raise TegotaeError(
-            f"joint {model.joint(joint).name} is not driven by a position servo alone, and angles "
-            "put a foot somewhere; make servos of the motors: --settings servo_nm_per_rad=K"
-        )
-    return own[0]
+    drives = [drive_of(model, i) for i in own]
+    if drives == ["servo"]:
+        return own[0]
+    right = "give it one <position> actuator"
+    if drives == ["motor"]:
+        right = "make servos of the motors: --settings servo_nm_per_rad=K"
+    raise TegotaeError(
+        f"joint {model.joint(joint).name} is not driven by a position servo alone, k (u - q), and "
+        f"angles put a foot somewhere; {right}"
+    )
 
 
 def _padded(rows: Sequence[Sequence[int]]) -> np.ndarray:

@@ -79,6 +79,8 @@ class ModelSettings(Part):
             names = getattr(self, name)
             if not isinstance(names, (list, tuple)) or not all(isinstance(n, str) for n in names):
                 raise TegotaeError(f"{name} is {names!r}; it must be a list of names of {what}")
+            if twice := [x for i, x in enumerate(names) if x in names[:i]]:
+                raise TegotaeError(f"{twice[0]} is named twice in {name}; name it once")
         if self.servo_damping_nms_per_rad and not self.servo_nm_per_rad:
             raise TegotaeError(
                 f"servo_damping_nms_per_rad is {self.servo_damping_nms_per_rad:g}, of servos that "
