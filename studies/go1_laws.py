@@ -181,7 +181,6 @@ PACED_LAWS = {
     CALM: Law("IMU", 9, files("clock-p-speed")),
     WARY: Law("IMU", 10, files("wary-speed")),
     FURTHER: Law("IMU", 10, files("wary-further")),
-    "clock and balance, tuned further": Law("IMU", 9, files("clock-p-further")),
     "load, clock and balance, tuned": Law("load, IMU", 12, files("load-p-speed")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", speeds=True)),
     "PPO on all senses": Law("all", 7564, actors("all", speeds=True)),
