@@ -1,26 +1,29 @@
 """PPO on Go1's feet, in the laws' own foot space and under the disturbances of their tuning.
 
-    python studies/go1_ppo.py --senses loads            # an hour of one core
+    python studies/go1_ppo.py --senses loads            # half an hour of one core
     python studies/go1_ppo.py --senses imu --seed 1
-    python studies/go1_ppo.py --senses imu --speeds
+    python studies/go1_ppo.py --senses imu --pace speed
+    python studies/go1_ppo.py --senses imu --pace further
 
 A network of Stable-Baselines3 moves the feet, x, y and z, from the ellipse that the laws' tunings
 begin with, every 10 ms. It reads a clock at the command and its senses: `contacts`, which feet
 bear, the booleans that CPG-RL's policies see; `loads`; `imu`, those and roll, pitch, heading and
 their rates; `all`, those and every joint's angle and velocity, and the trunk's. Conditions,
 commands, time and reward are those of `go1_tuned.py`: each step pays the share of an episode that
-it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all.
-With `--speeds` speeds are the commands, the stride of the ellipse is theirs, 0.05 is 0.1, and 0.3
-|ψ| of the heading, up to 1 rad, is lost.
+it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all. A law is mirrored and a
+network is not: half of its episodes are pushed to the right.
+With the pace `speed` speeds are the commands, the stride of the ellipse is theirs, 0.05 is 0.1, and
+0.3 |ψ| of the heading, up to 1 rad, is lost; with `further` that training goes on as the law's.
 `docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz` or `ppo-SENSES-speed-SEED.npz`, and
 what its episodes were worth, `.csv`. A training goes on where it was stopped.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -31,14 +34,16 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from go1_feet import FOLDER, ROOT, Course
 from go1_policy import PACED, REACH_M, STEADY, Inputs, Senses, places_of
-from go1_tuned import AT_FREQUENCIES, MET, OMEGAS, PRICES, SECONDS, SPEEDS
+from go1_tuned import ALSO_MET, AT_FREQUENCIES, BEFORE, MET, OMEGAS, PRICES, SECONDS, SPEEDS
 from kept import write_rows
+from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae.cli.console import exit_status
 
-LANES = 12
-"""Episodes side by side under each condition, four at each command."""
-STEPS = 2_160_000
+LANES = 6
+"""Episodes side by side under each condition and to each side, two at each command."""
+Pace = Literal["tuned", "speed", "further"]
+STEPS = {"tuned": 2_160_000, "speed": 2_160_000, "further": 3_888_000}
 """Of 10 ms, in all: the time that a law's tuning simulates."""
 MEMORY_S = 0.3
 """Over which the speed that is paid is averaged."""
@@ -47,25 +52,30 @@ TUNED: dict[str, Any] = {"n_steps": 128, "batch_size": 512, "policy_kwargs": {"l
 
 
 class Feet(VecEnv):
-    """Training's episodes, `LANES` under each of the conditions that a tuning meets.
+    """Training's episodes, `LANES` under each of the conditions that a tuning meets, to each side.
 
     Args:
         senses: what is read.
         key: of the starts.
-        speeds: whether speeds are commanded.
+        pace: which speed is wanted.
     """
 
-    def __init__(self, senses: Senses, key: tuple[int, ...], speeds: bool) -> None:
-        self.courses = [Course(condition, range(LANES), SECONDS) for condition in MET]
+    def __init__(self, senses: Senses, key: tuple[int, ...], pace: Pace) -> None:
+        met, speeds = (*MET, *ALSO_MET.get(pace, ())), pace in PRICES
+        right = [dataclasses.replace(own, push_m_per_s=-own.push_m_per_s) for own in met]
+        sides = (met, range(LANES)), (right, range(LANES, 2 * LANES))
+        self.courses = [
+            Course(condition, layouts, SECONDS) for side, layouts in sides for condition in side
+        ]
         self.inputs = Inputs(self.courses[0], senses)
         self._speed = self.courses[0].names.index("root_speed")
         self._work = self.courses[0].names.index("work")
         self._yaw_rate = self.courses[0].names.index("root_yaw_rate")
         self._pace = PACED if speeds else STEADY
-        self._prices = PRICES["speed"] if speeds else AT_FREQUENCIES
+        self._prices = PRICES.get(pace, AT_FREQUENCIES)
         commands = PACED.omega_at(np.array(SPEEDS)) if speeds else OMEGAS
         self._omega = np.resize(commands, LANES)
-        self._drawn, n = np.random.default_rng(key), LANES * len(MET)
+        self._drawn, n = np.random.default_rng(key), LANES * len(self.courses)
         self.paid: list[float] = []
         """What each episode that is over was worth."""
         self._done, self._sum, self._fast = np.zeros(n, int), np.zeros(n), np.zeros(n)
@@ -74,7 +84,7 @@ class Feet(VecEnv):
         super().__init__(n, *bounds)
 
     def reset(self) -> np.ndarray:
-        for k in range(len(MET)):
+        for k in range(len(self.courses)):
             self._begin(k, np.ones(LANES, bool))
         self.inputs.rest(self.courses[0].seen.mean(axis=0))
         return self._shown()
@@ -90,13 +100,13 @@ class Feet(VecEnv):
 
     def _shown(self) -> np.ndarray:
         felt = np.concatenate([course.felt(self.inputs.read) for course in self.courses])
-        return self.inputs(felt, self._phase, np.tile(self._omega, len(MET)))
+        return self.inputs(felt, self._phase, np.tile(self._omega, len(self.courses)))
 
     def step_async(self, actions: np.ndarray) -> None:
         self._actions = actions
 
     def step_wait(self):
-        step_s, omega = self.courses[0].step_s, np.tile(self._omega, len(MET))
+        step_s, omega = self.courses[0].step_s, np.tile(self._omega, len(self.courses))
         stands, seen = np.zeros(self.num_envs, bool), []
         for k, course in enumerate(self.courses):
             own = slice(k * LANES, (k + 1) * LANES)
@@ -125,7 +135,7 @@ class Feet(VecEnv):
                     "terminal_observation": shown[lane],
                     "TimeLimit.truncated": bool(cut[lane]),
                 }
-            for k in range(len(MET)):
+            for k in range(len(self.courses)):
                 self._begin(k, over[k * LANES : (k + 1) * LANES])
             shown = self._shown()
         return shown, (100.0 * paid).astype(np.float32), over, infos
@@ -155,25 +165,27 @@ class Trained:
     """What the network reads."""
     seed: int = 0
     """Of the network and its starts."""
-    steps: int = STEPS
-    """Of simulation."""
-    speeds: bool = False
-    """Whether speeds are the commands, 0.3 to 2.5 m/s."""
+    pace: Pace = "tuned"
+    """At commanded frequencies; speeds, 0.3 to 2.5 m/s; or these, as a law is tuned further."""
 
     def run(self) -> None:
         """Train, and write the actor."""
         torch.set_num_threads(1)
-        name = f"ppo-{self.senses}{'-speed' * self.speeds}-{self.seed}"
-        stopped = output_folder(ROOT / "runs" / "go1_ppo") / f"{name}.zip"
-        table = FOLDER / f"{name}.csv"
-        if stopped.exists():
-            done = PPO.load(stopped, device="cpu").num_timesteps
-            env = Feet(self.senses, (self.seed, done), self.speeds)
-            model = PPO.load(stopped, env=env, device="cpu")
+        name, steps = self.name_of(self.pace), STEPS[self.pace]
+        kept = output_folder(ROOT / "runs" / "go1_ppo")
+        stopped, table = kept / f"{name}.zip", FOLDER / f"{name}.csv"
+        begun = kept / f"{self.name_of(BEFORE.get(self.pace, self.pace))}.zip"
+        if begun != stopped and not begun.exists():
+            raise TegotaeError(f"--pace {self.pace} goes on from {begun}: --pace speed first")
+        begun = stopped if stopped.exists() else begun
+        if begun.exists():
+            done = PPO.load(begun, device="cpu").num_timesteps
+            env = Feet(self.senses, (self.seed, done), self.pace)
+            model = PPO.load(begun, env=env, device="cpu")
         else:
-            done, env = 0, Feet(self.senses, (self.seed, 0), self.speeds)
+            done, env = 0, Feet(self.senses, (self.seed, 0), self.pace)
             model = PPO("MlpPolicy", env, seed=self.seed, device="cpu", **TUNED)
-        while model.num_timesteps < self.steps:
+        while model.num_timesteps < steps:
             env.paid.clear()
             model.learn(20 * TUNED["n_steps"] * env.num_envs, reset_num_timesteps=done == 0)
             done = model.num_timesteps
@@ -182,8 +194,13 @@ class Trained:
                 table, [{"steps": done, "score": np.mean(env.paid)}], digits=4, by=("steps",)
             )
             np.savez_compressed(FOLDER / f"{name}.npz", **actor_of(model, env))
-            print(f"{name}: {done} of {self.steps} steps, {np.mean(env.paid):.3f}", flush=True)
+            print(f"{name}: {done} of {steps} steps, {np.mean(env.paid):.3f}", flush=True)
         env.close()
+
+    def name_of(self, pace: str) -> str:
+        """Of the files of a pace."""
+        at = "" if pace == "tuned" else f"-{pace}"
+        return f"ppo-{self.senses}{at}-{self.seed}"
 
 
 def actor_of(model: PPO, env: Feet) -> dict[str, np.ndarray]:

@@ -157,7 +157,9 @@ class TestAgreesWithTheEngine:
         expected = trajectory(force_controller(), 2.0, 1.5, **drop)
         assert_same_motion(infos, expected, atol=3e-6)
 
-    @pytest.mark.parametrize("actuation", ["sector", "reflex"])
+    @pytest.mark.parametrize(
+        "actuation", ["sector", pytest.param("reflex", marks=pytest.mark.thorough)]
+    )
     def test_with_the_vanilla_feedback_computed_by_the_agent(self, actuation):
         sigma, largest = 2.0, 40.0
         env = TegotaeHopperEnv(

@@ -193,7 +193,9 @@ int main() { setup(); for (int i = 0; i < 1000; ++i) loop(); printf("%d", steps)
 
 @needs_cpp
 @pytest.mark.parametrize("layout", ["platformio", "arduino"])
-@pytest.mark.parametrize("controller", ["V-sector-w4", "quadruped-c"])
+@pytest.mark.parametrize(
+    "controller", [pytest.param("V-sector-w4", marks=pytest.mark.thorough), "quadruped-c"]
+)
 def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
     tmp_path, layout, controller
 ):

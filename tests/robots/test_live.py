@@ -69,9 +69,14 @@ CASES = {
     "Matsuoka": lambda: with_oscillator(Matsuoka()),
     "quadruped": walker,
 }
+QUICK = ("ARGT", "T", "adaptive Hopf", "quadruped")
+"""Those that are repeated in every run of the tests."""
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.thorough) for name in CASES],
+)
 def test_every_tick_of_a_simulated_run_is_repeated(name):
     saved = CASES[name]()
     export = Export(saved)

@@ -64,7 +64,9 @@ def test_mass_and_inertia_are_those_of_trunk_and_feet_together(template):
     assert list(zip(body["hips_x_m"], body["hips_y_m"], strict=True)) == list(HIPS)
 
 
-@pytest.mark.parametrize(("length_m", "mass_kg"), [(0.25, 12.0), (3.0, 0.2)])
+@pytest.mark.parametrize(
+    ("length_m", "mass_kg"), [pytest.param(0.25, 12.0, marks=pytest.mark.thorough), (3.0, 0.2)]
+)
 def test_a_larger_or_heavier_robot_of_the_same_form_has_the_same_template(
     template, length_m, mass_kg
 ):

@@ -192,7 +192,7 @@ CASES: dict[str, Callable[[], Case]] = {
     "rough": lambda: on(ROUGH),
     "sum": lambda: on(Sum(first=Slope(along=0.05), second=ROUGH)),
 }
-QUICK = ("ART", "quadruped-c", "changes")
+QUICK = ("ART", "changes")
 """Those that are compared in every run of the tests: XLA takes seconds to compile one."""
 
 

@@ -45,7 +45,13 @@ def test_the_feedback_is_that_of_the_formula(law):
     assert float(found[0]) == pytest.approx(FEEDBACK[law](*feedback), rel=1e-5)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(
+    "law",
+    [
+        law if law in ("load", "tuned") else pytest.param(law, marks=pytest.mark.thorough)
+        for law in LAWS
+    ],
+)
 def test_they_keep_the_contracts_of_terms_and_controllers(law):
     controller = ShortLaw(law).controller()
     for term in controller.terms.values():

@@ -182,9 +182,9 @@ def test_initial_weights_of_every_model_fit_it():
     [
         "V-sector-w4",
         "VG-gFv-both-w8",
-        "R-rFv-reflex-w4",
-        "AGT-gF-tf-w4",
-        "AR-rF-sector-w8",
+        pytest.param("R-rFv-reflex-w4", marks=pytest.mark.thorough),
+        pytest.param("AGT-gF-tf-w4", marks=pytest.mark.thorough),
+        pytest.param("AR-rF-sector-w8", marks=pytest.mark.thorough),
         "ARGT-rFv-gFv-tphif-w8",
         "T-Fv",
     ],
