@@ -69,13 +69,13 @@ def checked(law: str, check: str) -> list[dict[str, Any]]:
     cells = [(command, start) for command in TABLE.commands for start in starts]
     commands, seeds = (np.array(column) for column in zip(*cells, strict=True))
     rows = []
-    for k, run in enumerate(islice(TABLE.runs(law), runs)):
+    for run in islice(TABLE.runs(law), runs):
         omegas = TABLE.omegas(run, commands)
         for title in HARD:
             condition = dataclasses.replace(CONDITIONS[title], finer=finer)
             found = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
             rows += [
-                {"check": check, "law": law, "condition": title, "run": k, "omega": omegas[i],
+                {"check": check, "law": law, "condition": title, "run": run.seed, "omega": omegas[i],
                  "wanted_m_per_s": commands[i], "start": seeds[i], "fell": int(found.fell[i]),
                  "speed_m_per_s": found.speed_m_per_s[i],
                  "cost_of_transport": found.cost_of_transport[i],

@@ -54,8 +54,9 @@ CALIBRATION = (3001, 3002)
 OTHERS = "8 other starts"
 """The check of `go1_checks.py` by which a run is chosen."""
 CALM, WARY = "clock and balance, tuned", "the same, wary of a tilt"
-FURTHER = "the same, tuned further"
-"""The same runs without an alarm, by which one is chosen; with it; and tuned further with it."""
+FURTHER, CALM_FURTHER = "the same, tuned further", "clock and balance, tuned further"
+"""The same runs without an alarm, by which one is chosen; with it; and tuned further with it and
+without."""
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
 
@@ -66,6 +67,8 @@ class Run:
 
     driver_of: Callable[[int], DriverOf]
     pace: Pace
+    seed: int = 0
+    """Of its training."""
 
 
 @dataclass(frozen=True)
@@ -97,24 +100,31 @@ def saved(make: Callable[[], SavedController]) -> Callable[[], Sequence[Run]]:
     return lambda: [run_of(make())]
 
 
-def tuned(name: str) -> list[SavedController]:
-    """The runs of a law that was trained on the robot."""
-    return [resolve(str(file)).controller() for file in sorted(FOLDER.glob(f"{name}-*.json"))]
+def tuned(name: str) -> dict[int, SavedController]:
+    """The runs of a law that was trained on the robot, by their seeds."""
+    found = sorted(FOLDER.glob(f"{name}-*.json"))
+    return {seed_of(file): resolve(str(file)).controller() for file in found}
+
+
+def seed_of(file: Path) -> int:
+    """Of a training, by the name of its file."""
+    return int(file.stem.rpartition("-")[2])
 
 
 def files(name: str) -> Callable[[], Sequence[Run]]:
     """These runs as they are."""
-    return lambda: [run_of(law) for law in tuned(name)]
+    return lambda: [run_of(law, seed) for seed, law in tuned(name).items()]
 
 
 def unbalanced(name: str) -> Callable[[], Sequence[Run]]:
     """Three runs of such a law with the gains of its balance at 0."""
 
-    def run(law: SavedController) -> Run:
+    def run(law: SavedController, seed: int) -> Run:
         gain = np.isin([path[-1] for path in law.system.controller.weight_names], BALANCE)
-        return run_of(dataclasses.replace(law, weights=np.where(gain, 0.0, np.ravel(law.weights))))
+        calm = dataclasses.replace(law, weights=np.where(gain, 0.0, np.ravel(law.weights)))
+        return run_of(calm, seed)
 
-    return lambda: [run(law) for law in tuned(name)[:3]]
+    return lambda: [run(law, seed) for seed, law in tuned(name).items() if seed < 3]
 
 
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
@@ -131,22 +141,25 @@ def paced() -> SavedController:
     return SavedController(system, np.array(ellipse), "paced")
 
 
-def actors(senses: Senses, speeds: bool = False) -> Callable[[], Sequence[Run]]:
-    """The runs of PPO with these senses."""
-    pace, named = (PACED, f"{senses}-speed") if speeds else (STEADY, senses)
+def actors(senses: Senses, named: str = "", pace: Pace = STEADY) -> Callable[[], Sequence[Run]]:
+    """The runs of PPO with these senses, of this ending."""
 
     def run(file: Path) -> Run:
         actor = dict(np.load(file))
-        return Run(lambda _: by_actor(actor, senses, pace), pace)
+        return Run(lambda _: by_actor(actor, senses, pace), pace, seed_of(file))
 
-    return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{named}-[0-9].npz"))]
+    return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{senses}{named}-[0-9].npz"))]
 
 
-def run_of(controller: SavedController) -> Run:
+def run_of(controller: SavedController, seed: int = 0) -> Run:
     """A controller on the limbs of the robot."""
     wiring = wired(controller)
     weights = np.ravel(wiring.weights)[None]
-    return Run(lambda lanes: by_law(wiring, np.repeat(weights, lanes, axis=0)), pace_of(wiring))
+
+    def driver_of(lanes: int) -> DriverOf:
+        return by_law(wiring, np.repeat(weights, lanes, axis=0))
+
+    return Run(driver_of, pace_of(wiring), seed)
 
 
 LAWS = {
@@ -181,9 +194,9 @@ PACED_LAWS = {
     CALM: Law("IMU", 9, files("clock-p-speed")),
     WARY: Law("IMU", 10, files("wary-speed")),
     FURTHER: Law("IMU", 10, files("wary-further")),
-    "load, clock and balance, tuned": Law("load, IMU", 12, files("load-p-speed")),
-    "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", speeds=True)),
-    "PPO on all senses": Law("all", 7564, actors("all", speeds=True)),
+    CALM_FURTHER: Law("IMU", 9, files("clock-p-further")),
+    "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
+    "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
 
 
@@ -263,14 +276,14 @@ def measured(table: Table, name: str, runs: Sequence[Run], condition: str) -> li
     cells = [(command, start) for command in table.commands for start in STARTS]
     commands, starts = (np.array(column) for column in zip(*cells, strict=True))
     rows = []
-    for k, run in enumerate(runs):
+    for run in runs:
         driver, omegas = run.driver_of(len(cells)), table.omegas(run, commands)
         found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
         rows += [
             {
                 "law": name,
                 "condition": condition,
-                "run": k,
+                "run": run.seed,
                 "omega": omegas[i],
                 "start": starts[i],
                 "fell": int(found.fell[i]),
@@ -304,15 +317,15 @@ def behind(rows: pd.DataFrame) -> pd.Series:
     return (rows.fell == 0) & (rows.speed_m_per_s < SLOW * rows.wanted_m_per_s)
 
 
-def chosen(name: str) -> int | None:
-    """Of several runs that were checked, the one that falls or stays behind least from other
-    starts, and costs least among these."""
+def chosen(name: str) -> int:
+    """Of a law's runs, the one that falls or stays behind least from other starts, and costs least
+    among these."""
     checks = pd.read_csv(FOLDER / "checks.csv")
     own = checks[(checks.law == name) & (checks.check == OTHERS)]
     own = own.assign(fails=(own.fell == 1) | behind(own)).groupby("run")
     ranked = own.agg({"fails": "mean", "cost_of_transport": "median"})
     ranked = ranked.sort_values(["fails", "cost_of_transport"])
-    return None if len(ranked) < 2 else int(ranked.index[0])
+    return int(ranked.index[0])
 
 
 def wired(run: SavedController) -> Wiring:
@@ -345,9 +358,7 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
         rows = kept[kept.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows)])
-        best = (
-            chosen(CALM if name in (WARY, FURTHER) else name) if table.column != "omega" else None
-        )
+        best = chosen(CALM) if name in (CALM, WARY, FURTHER, CALM_FURTHER) else None
         if len(rows) and best is not None:
             lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best])])
     return markdown(lines)

@@ -79,7 +79,7 @@ class Wary:
         kept = pd.read_csv(file).query("stride == 1")
         save_figure(figure(kept), FOLDER / "wary.png")
         fails = kept.assign(fails=(kept.fell == 1) | behind(kept)).groupby("alarm").fails.mean()
-        for k, run in enumerate(tuned("clock-p-speed")):
+        for k, run in tuned("clock-p-speed").items():
             wiring = alarmed(run, float(fails.idxmin()))
             keep(wiring, np.asarray(wiring.weights), "wary-speed", k)
 
@@ -87,12 +87,12 @@ class Wary:
 @lru_cache
 def paces(share: float) -> list[Pace]:
     """What commands mean to the runs without an alarm."""
-    return [calibrated(run_of(shorter(run, share))).pace for run in tuned("clock-p-speed")]
+    return [calibrated(run_of(shorter(run, share))).pace for run in tuned("clock-p-speed").values()]
 
 
 def measured(alarm: float, share: float, ground: str) -> list[dict[str, Any]]:
     """A row a run, command and start."""
-    own = [alarmed(shorter(run, share), alarm) for run in tuned("clock-p-speed")]
+    own = [alarmed(shorter(run, share), alarm) for run in tuned("clock-p-speed").values()]
     cells = list(product(range(len(own)), SPEEDS, STARTS))
     omega = np.array([paces(share)[k].omega_at(np.array(speed)) for k, speed, _ in cells])
     laws = by_law(own[0], np.array([own[k].weights for k, *_ in cells]))
