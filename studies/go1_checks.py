@@ -75,9 +75,9 @@ def checked(law: str, check: str) -> list[dict[str, Any]]:
             condition = dataclasses.replace(CONDITIONS[title], finer=finer)
             found = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
             rows += [
-                {"check": check, "law": law, "condition": title, "run": run.seed, "omega": omegas[i],
-                 "wanted_m_per_s": commands[i], "start": seeds[i], "fell": int(found.fell[i]),
-                 "speed_m_per_s": found.speed_m_per_s[i],
+                {"check": check, "law": law, "condition": title, "run": run.seed,
+                 "omega": omegas[i], "wanted_m_per_s": commands[i], "start": seeds[i],
+                 "fell": int(found.fell[i]), "speed_m_per_s": found.speed_m_per_s[i],
                  "cost_of_transport": found.cost_of_transport[i],
                  "turns_rad_per_s": found.turns_rad_per_s[i]}
                 for i in range(len(cells))
