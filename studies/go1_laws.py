@@ -27,7 +27,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from go1_feet import CONDITIONS, FOLDER, WIRING, Condition, DriverOf, by_law, judged
-from go1_policy import BEGUN, PACED, STEADY, Pace, Senses, by_actor
+from go1_policy import BEGUN, PACED, STEADY, Between, Pace, Senses, by_actor
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
@@ -66,9 +66,11 @@ class Run:
     """One run of a law: what drives so many lanes, and what its commands mean."""
 
     driver_of: Callable[[int], DriverOf]
-    pace: Pace
+    pace: Pace | Between
     seed: int = 0
     """Of its training."""
+    line: bool = True
+    """Whether its speed is one over its frequency; a network may go as it likes."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,7 @@ def actors(senses: Senses, named: str = "", pace: Pace = STEADY) -> Callable[[],
 
     def run(file: Path) -> Run:
         actor = dict(np.load(file))
-        return Run(lambda _: by_actor(actor, senses, pace), pace, seed_of(file))
+        return Run(lambda _: by_actor(actor, senses, pace), pace, seed_of(file), line=False)
 
     return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{senses}{named}-[0-9].npz"))]
 
@@ -279,6 +281,7 @@ def measured(table: Table, name: str, runs: Sequence[Run], condition: str) -> li
     for run in runs:
         driver, omegas = run.driver_of(len(cells)), table.omegas(run, commands)
         found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
+        wanted = run.pace.wanted_m_per_s(omegas) if table.column == "omega" else commands
         rows += [
             {
                 "law": name,
@@ -288,7 +291,7 @@ def measured(table: Table, name: str, runs: Sequence[Run], condition: str) -> li
                 "start": starts[i],
                 "fell": int(found.fell[i]),
                 "speed_m_per_s": found.speed_m_per_s[i],
-                "wanted_m_per_s": run.pace.wanted_m_per_s(omegas[i]),
+                "wanted_m_per_s": wanted[i],
                 "cost_of_transport": found.cost_of_transport[i],
                 "heading_rad": found.heading_rad[i],
                 "locked": found.spread[i],
@@ -299,13 +302,19 @@ def measured(table: Table, name: str, runs: Sequence[Run], condition: str) -> li
 
 
 def calibrated(run: Run) -> Run:
-    """Its commands by a line through its speeds on even ground, of least errors over the speeds."""
-    omega = np.repeat(run.pace.omega_at(np.array(SPEEDS)), len(CALIBRATION))
-    starts = list(CALIBRATION) * len(SPEEDS)
+    """Its commands by a line through its speeds on even ground, of least errors over the speeds; or
+    between its speeds."""
+    tried = np.array(SPEEDS) if run.line else np.linspace(SPEEDS[0], SPEEDS[-1], 9)
+    omega = np.repeat(run.pace.omega_at(tried), len(CALIBRATION))
+    starts = list(CALIBRATION) * len(tried)
     speed = judged(run.driver_of(len(omega)), omega, starts, Condition()).speed_m_per_s
     sound = speed > 0.0
     if len(np.unique(omega[sound])) < 2:
         return run
+    if not run.line:
+        means = pd.Series(speed[sound]).groupby(omega[sound]).mean().cummax()
+        means = means[~means.duplicated()]
+        return dataclasses.replace(run, pace=Between(means.index.to_numpy(), means.to_numpy()))
     over = np.column_stack([omega, -np.ones_like(omega)])[sound] / speed[sound, None]
     slope, still = np.linalg.lstsq(over, np.ones(len(over)), rcond=None)[0]
     pace = dataclasses.replace(run.pace, slope_m=slope, still_rad_per_s=still / slope)

@@ -52,6 +52,27 @@ class Pace:
         return self.still_rad_per_s + speed_m_per_s / self.slope_m
 
 
+@dataclass(frozen=True)
+class Between:
+    """What commands mean where speed is no line over them: measured speeds, and between them.
+
+    Args:
+        omega: commands [rad/s], ascending.
+        speed: mean speeds at them [m/s], ascending.
+    """
+
+    omega: np.ndarray
+    speed: np.ndarray
+
+    def wanted_m_per_s(self, omega: np.ndarray) -> np.ndarray:
+        """The speed that commands [rad/s] mean."""
+        return np.interp(omega, self.omega, self.speed)
+
+    def omega_at(self, speed_m_per_s: np.ndarray) -> np.ndarray:
+        """The commands [rad/s] that mean a speed."""
+        return np.interp(speed_m_per_s, self.speed, self.omega)
+
+
 BEGUN = {"stride_m": 0.7, "still_rad_per_s": 1.97}
 """Of the foot whose stride is of the frequency, as all tunings begin with it: it steps on the spot
 at 12 rad/s, and goes 2.5 m/s at 33."""
