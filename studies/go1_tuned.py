@@ -195,6 +195,13 @@ def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np
 
 def keep(wiring: Wiring, weights: np.ndarray, name: str, seed: int) -> None:
     """Write the law with its robot."""
+    save(on_robot(wiring, weights, name, {"seed": seed}), FOLDER / f"{name}-{seed}.json")
+
+
+def on_robot(
+    wiring: Wiring, weights: np.ndarray, name: str, training: dict[str, Any]
+) -> SavedController:
+    """The law with its robot, as its file has it."""
     settings = {
         field.name: getattr(SETTINGS, field.name)
         for field in dataclasses.fields(SETTINGS)
@@ -205,11 +212,8 @@ def keep(wiring: Wiring, weights: np.ndarray, name: str, seed: int) -> None:
         spec=EnvSpec(env=str(SETTINGS.model), settings=tuple(settings.items())),
         wiring=dataclasses.replace(wiring, weights=None),
     )
-    training = {"seed": seed}
-    saved = SavedController(
-        experiment.system, weights, name=name, task=experiment.task, training=training
-    )
-    save(saved, FOLDER / f"{name}-{seed}.json")
+    system, task = experiment.system, experiment.task
+    return SavedController(system, weights, name=name, task=task, training=training)
 
 
 if __name__ == "__main__":

@@ -116,12 +116,12 @@ def costs(export: Export) -> Iterator[Cost]:
     """
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        _write(export, folder)
+        write_program(export, folder)
         for core in CORES:
-            yield _cost(export, core, folder)
+            yield cost_on(export, core, folder)
 
 
-def _cost(export: Export, core: Core, folder: Path) -> Cost:
+def cost_on(export: Export, core: Core, folder: Path) -> Cost:
     """The cost on a core of what was written to a folder."""
     sizes = [_flash(_compiled(folder, core, with_step)) for with_step in (True, False)]
     ran = _run(
@@ -144,7 +144,7 @@ def _cost(export: Export, core: Core, folder: Path) -> Cost:
     )
 
 
-def _write(export: Export, folder: Path) -> None:
+def write_program(export: Export, folder: Path) -> None:
     """The controller, ticks of its golden run, and the program that counts them."""
     prefix = export.prefix
     (folder / f"{prefix}.c").write_text(source(export))
