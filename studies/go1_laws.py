@@ -57,6 +57,7 @@ CALM, WARY = "clock and balance, tuned", "the same, wary of a tilt"
 FURTHER, CALM_FURTHER = "the same, tuned further", "clock and balance, tuned further"
 """The same runs without an alarm, by which one is chosen; with it; and tuned further with it and
 without."""
+LATE = "tuned further, then wary of a tilt"
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
 
@@ -197,6 +198,7 @@ PACED_LAWS = {
     WARY: Law("IMU", 10, files("wary-speed")),
     FURTHER: Law("IMU", 10, files("wary-further")),
     CALM_FURTHER: Law("IMU", 9, files("clock-p-further")),
+    LATE: Law("IMU", 10, files("wary-late")),
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
@@ -367,7 +369,7 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
         rows = kept[kept.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows)])
-        best = chosen(CALM) if name in (CALM, WARY, FURTHER, CALM_FURTHER) else None
+        best = chosen(CALM) if name in (CALM, WARY, FURTHER, CALM_FURTHER, LATE) else None
         if len(rows) and best is not None:
             lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best])])
     return markdown(lines)

