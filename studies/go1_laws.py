@@ -58,6 +58,7 @@ FURTHER, CALM_FURTHER = "the same, tuned further", "clock and balance, tuned fur
 """The same runs without an alarm, by which one is chosen; with it; and tuned further with it and
 without."""
 LATE = "tuned further, then wary of a tilt"
+"""Those without, and the alarm added to them."""
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
 

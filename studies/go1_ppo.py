@@ -14,7 +14,7 @@ it lasts, less 0.3 |v / v* - 1| and 0.05 P / (m g v*), and a fall ends all. A la
 network is not: half of its episodes are pushed to the right.
 With the pace `speed` speeds are the commands, the stride of the ellipse is theirs, 0.05 is 0.1, and
 0.3 |ψ| of the heading, up to 1 rad, is lost; with `further` that training goes on as the law's.
-`docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz` or `ppo-SENSES-speed-SEED.npz`, and
+`docs/_static/go1_feet` keeps the actor, `ppo-SENSES-SEED.npz` or `ppo-SENSES-PACE-SEED.npz`, and
 what its episodes were worth, `.csv`. A training goes on where it was stopped.
 """
 
@@ -175,9 +175,9 @@ class Trained:
         kept = output_folder(ROOT / "runs" / "go1_ppo")
         stopped, table = kept / f"{name}.zip", FOLDER / f"{name}.csv"
         begun = kept / f"{self.name_of(BEFORE.get(self.pace, self.pace))}.zip"
+        begun = stopped if stopped.exists() else begun
         if begun != stopped and not begun.exists():
             raise TegotaeError(f"--pace {self.pace} goes on from {begun}: --pace speed first")
-        begun = stopped if stopped.exists() else begun
         if begun.exists():
             done = PPO.load(begun, device="cpu").num_timesteps
             env = Feet(self.senses, (self.seed, done), self.pace)

@@ -122,7 +122,11 @@ def costs(export: Export) -> Iterator[Cost]:
 
 
 def cost_on(export: Export, core: Core, folder: Path) -> Cost:
-    """The cost on a core of what was written to a folder."""
+    """The cost on a core of what `write_program` wrote to a folder.
+
+    Raises:
+        TegotaeError: if the tools are missing, or fail.
+    """
     sizes = [_flash(_compiled(folder, core, with_step)) for with_step in (True, False)]
     ran = _run(
         f"{EMULATOR} -M {core.board} -nographic -icount shift=0 -semihosting -monitor none "
