@@ -225,7 +225,7 @@ def direct(chains: Chains, wanted: Sequence[AnyArray]) -> tuple[list[Any], Any]:
     flat = 0.5 * (x * x + y * y - thigh - shank)
     there &= jnp.abs(flat) <= longest
     flat = jnp.clip(flat, -longest, longest)
-    up = jnp.sqrt(longest * longest - flat * flat) * jnp.where(sine < 0.0, -1.0, 1.0)
+    up = jnp.sqrt((longest - flat) * (longest + flat)) * jnp.where(sine < 0.0, -1.0, 1.0)
     p, q = a * (thigh + flat) - b * up, b * (thigh + flat) + a * up  # the foot before the hip turns
     for axis, *to in (
         (chains.axis[:, -2], y * p - x * q, x * p + y * q),
