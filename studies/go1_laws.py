@@ -59,6 +59,8 @@ FURTHER, CALM_FURTHER = "the same, tuned further", "clock and balance, tuned fur
 without."""
 LATE = "tuned further, then wary of a tilt"
 """Those without, and the alarm added to them."""
+SHARES = (0.7, 0.55)
+"""Of the frequency on the spot, of those that cost less."""
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
 
@@ -120,15 +122,29 @@ def files(name: str) -> Callable[[], Sequence[Run]]:
     return lambda: [run_of(law, seed) for seed, law in tuned(name).items()]
 
 
+def scaled(law: SavedController, factor: float, *names: str) -> SavedController:
+    """A law with these numbers multiplied."""
+    own = np.isin([path[-1] for path in law.system.controller.weight_names], names)
+    return dataclasses.replace(law, weights=np.where(own, factor, 1.0) * np.ravel(law.weights))
+
+
 def unbalanced(name: str) -> Callable[[], Sequence[Run]]:
     """Three runs of such a law with the gains of its balance at 0."""
+    return lambda: [run_of(scaled(law, 0.0, *BALANCE), seed) for seed, law in tuned(name).items()][
+        :3
+    ]
 
-    def run(law: SavedController, seed: int) -> Run:
-        gain = np.isin([path[-1] for path in law.system.controller.weight_names], BALANCE)
-        calm = dataclasses.replace(law, weights=np.where(gain, 0.0, np.ravel(law.weights)))
-        return run_of(calm, seed)
 
-    return lambda: [run(law, seed) for seed, law in tuned(name).items() if seed < 3]
+def slower(name: str, share: float) -> Callable[[], Sequence[Run]]:
+    """Its runs with a share of the frequency at which they step on the spot."""
+    return lambda: [
+        run_of(scaled(law, share, "still_rad_per_s"), seed) for seed, law in tuned(name).items()
+    ]
+
+
+def slower_by(share: float) -> str:
+    """What these are called."""
+    return f"the same, stepping {1 - share:.0%} slower"
 
 
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
@@ -200,6 +216,7 @@ PACED_LAWS = {
     FURTHER: Law("IMU", 10, files("wary-further")),
     CALM_FURTHER: Law("IMU", 9, files("clock-p-further")),
     LATE: Law("IMU", 10, files("wary-late")),
+    **{slower_by(share): Law("IMU", 10, slower("wary-late", share)) for share in SHARES},
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
     "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
@@ -273,6 +290,8 @@ class Go1Laws:
         kept = pd.read_csv(file)
         write_text(FOLDER / f"{self.table}.md", laws_table(table, kept))
         save_figure(figure(table, kept), FOLDER / f"{self.table}.png")
+        if self.table == "speeds":
+            save_figure(frontier(kept), FOLDER / "frontier.png")
         print(laws_table(table, kept))
 
 
@@ -366,11 +385,12 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
     head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
     lines = [[*head, "over wanted" if table.column == "omega" else "behind", "CoT"]]
+    of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, *map(slower_by, SHARES))
     for name, law in table.laws.items():
         rows = kept[kept.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows)])
-        best = chosen(CALM) if name in (CALM, WARY, FURTHER, CALM_FURTHER, LATE) else None
+        best = chosen(CALM) if name in of_chosen else None
         if len(rows) and best is not None:
             lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best])])
     return markdown(lines)
@@ -426,6 +446,32 @@ def figure(table: Table, kept: pd.DataFrame) -> Figure:
         columnspacing=0.8,
         handletextpad=0.1,
     )
+    return drawn
+
+
+@styled()
+def frontier(kept: pd.DataFrame) -> Figure:
+    """Falls over cost, a dot a run; those that step ever slower on a line."""
+    drawn = new_figure(0.7 * PAGE_IN, 0.45 * PAGE_IN)
+    axes = drawn.subplots()
+    usual = kept[kept.condition != "any phases"]
+    runs = usual.groupby(["law", "run"]).fell.mean().to_frame()
+    plain = kept[kept.condition == "as it is"]
+    runs["cost"] = plain.groupby(["law", "run"]).cost_of_transport.mean()
+    titles = {
+        "PPO on loads and an IMU": "PPO",
+        "clock alone, tuned": "clock alone",
+        CALM_FURTHER: "clock and balance",
+        FURTHER: "the same, wary in the tuning",
+    }
+    for law, title in titles.items():
+        axes.plot(runs.loc[law].cost, runs.loc[law].fell, "o", ms=4, label=title)
+    lines = runs.loc[[LATE, *map(slower_by, SHARES)]].reset_index()
+    for seed, own in lines.groupby("run"):
+        title = "wary after it, stepping ever slower" if seed == lines.run.min() else None
+        axes.plot(own.cost, own.fell, ".-", color="0.5", lw=0.8, label=title)
+    axes.set(xlabel="cost of transport", ylabel="share that falls in 30 s", ylim=(-0.005, None))
+    axes.legend()
     return drawn
 
 

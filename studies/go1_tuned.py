@@ -14,8 +14,7 @@ where it was stopped. The wanted speed v* is that of a candidate's stride, which
 `--pace walk` it is PPO's for all, and with `run` twice that, for laws that already walk; with
 `speed` speeds are the commands, 0.3 to 2.5 m/s, CoT counts twice, and a score is less 0.3 |ψ|, of
 the heading at the end, up to 1 rad; with `further` a run of that goes on, and CoT counts four
-times; with `frugal` one of that goes on, and CoT counts eight times. Such laws are
-`LAW-walk-SEED.json` and so on.
+times. Such laws are `LAW-walk-SEED.json` and so on.
 """
 
 from __future__ import annotations
@@ -55,11 +54,10 @@ MET = (
     Condition(random_phases=True, delay_s=0.02),
 )
 """What every candidate meets; a push is to the left in all, and the law is mirrored."""
-LOW_BLOCKS = (Condition(blocks_m=0.02),)
-ALSO_MET = {"further": LOW_BLOCKS, "frugal": LOW_BLOCKS}
+ALSO_MET = {"further": (Condition(blocks_m=0.02),)}
 """By the candidates of a pace."""
 STD = 0.08
-"""Of the first candidates; half of it where a run at commanded speeds goes on."""
+"""Of the first candidates; half of it with the pace `further`."""
 Kind = Literal[
     "clock",
     "clock-t",
@@ -72,8 +70,8 @@ Kind = Literal[
     "clock-alone",
     "wary",
 ]
-Pace = Literal["tuned", "walk", "run", "speed", "further", "frugal"]
-BEFORE = {"run": "walk", "further": "speed", "frugal": "further"}
+Pace = Literal["tuned", "walk", "run", "speed", "further"]
+BEFORE = {"run": "walk", "further": "speed"}
 """Paces that go on from the run of another."""
 FROZEN = {"clock-alone": BALANCE, "wary": ("sigma",)}
 """Numbers of a law that a tuning leaves as they are."""
@@ -83,9 +81,8 @@ SLOWEST, FASTEST = 5.0, 50.0
 """No law is commanded to step slower or faster [rad/s]."""
 SPEEDS = (0.3, 1.3, 2.5)
 """The commands of the pace `speed` [m/s]."""
-PRICES = {"speed": (0.1, 0.3), "further": (0.2, 0.3), "frugal": (0.4, 0.3)}
-"""What CoT costs, and what a heading that is 1 rad off, where speeds are the commands; in the order
-of the tunings."""
+PRICES = {"speed": (0.1, 0.3), "further": (0.2, 0.3)}
+"""What CoT costs, and what a heading that is 1 rad off, where speeds are the commands."""
 AT_FREQUENCIES = (0.05, 0.0)
 """The same where frequencies are."""
 
@@ -111,15 +108,15 @@ class Tuned:
     def run(self) -> None:
         """Tune, and write the law."""
         kind, wiring = f"{self.law}-{self.pace}", start_of(self.law)
-        after = [*PRICES].index(self.pace) if self.pace in PRICES else 0
-        if self.law == "wary" and not after:
+        further = self.pace == "further"
+        if self.law == "wary" and not further:
             raise TegotaeError(f"--law wary goes on from its run, --pace further; not {self.pace}")
         if self.pace in BEFORE:
             before = FOLDER / f"{self.law}-{BEFORE[self.pace]}-{self.seed}.json"
             weights = np.ravel(resolve(str(before)).controller().weights)
             wiring = dataclasses.replace(wiring, weights=weights)
         name = f"{kind}-{self.seed}"
-        begun, std = np.asarray(wiring.weights), STD / 2 if after else STD
+        begun, std = np.asarray(wiring.weights), STD / 2 if further else STD
         algorithm = CMAES(population=self.population, std=std)
         assert wiring.controller is not None
         names = [path[-1] for path in wiring.controller.weight_names]
@@ -134,7 +131,7 @@ class Tuned:
         for generation in range(len(rows), self.generations):
             keys = jax.random.split(jax.random.fold_in(jax.random.key(self.seed), generation))
             candidates, state = search.ask(keys[0], state, parameters)
-            start = 10_000 * (1 + self.seed) + 100 * after + generation
+            start = 10_000 * (1 + self.seed) + 100 * further + generation
             tried = np.where(free, np.asarray(candidates, float), begun)
             scores = scored(wiring, tried, start, self.pace)
             state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)

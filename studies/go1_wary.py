@@ -25,7 +25,7 @@ import tyro
 from matplotlib.figure import Figure
 
 from go1_feet import CONDITIONS, FOLDER, WIRING, by_law, judged
-from go1_laws import behind, calibrated, run_of, tuned, wired
+from go1_laws import behind, calibrated, run_of, scaled, tuned, wired
 from go1_policy import Pace
 from go1_tuned import keep
 from kept import write_rows
@@ -56,13 +56,6 @@ def alarmed(run: SavedController, alarm: float) -> Wiring:
     return dataclasses.replace(own, controller=law, limbs=limbs, weights=weights)
 
 
-def shorter(run: SavedController, share: float) -> SavedController:
-    """A run whose stride is multiplied by this, and which so steps faster at a speed."""
-    stride = np.array([path[-1] == "stride_m" for path in run.system.controller.weight_names])
-    weights = np.ravel(run.weights)
-    return dataclasses.replace(run, weights=np.where(stride, share * weights, weights))
-
-
 @dataclass(frozen=True)
 class Wary:
     """All gains."""
@@ -91,12 +84,17 @@ class Wary:
 @lru_cache
 def paces(share: float) -> list[Pace]:
     """What commands mean to the runs without an alarm."""
-    return [calibrated(run_of(shorter(run, share))).pace for run in tuned("clock-p-speed").values()]
+    return [
+        calibrated(run_of(scaled(run, share, "stride_m"))).pace
+        for run in tuned("clock-p-speed").values()
+    ]
 
 
 def measured(alarm: float, share: float, ground: str) -> list[dict[str, Any]]:
     """A row a run, command and start."""
-    own = [alarmed(shorter(run, share), alarm) for run in tuned("clock-p-speed").values()]
+    own = [
+        alarmed(scaled(run, share, "stride_m"), alarm) for run in tuned("clock-p-speed").values()
+    ]
     cells = list(product(range(len(own)), SPEEDS, STARTS))
     omega = np.array([paces(share)[k].omega_at(np.array(speed)) for k, speed, _ in cells])
     laws = by_law(own[0], np.array([own[k].weights for k, *_ in cells]))
