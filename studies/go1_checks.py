@@ -14,7 +14,6 @@ from __future__ import annotations
 import dataclasses
 import sys
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -77,7 +76,7 @@ def checked(law: str, check: str) -> list[dict[str, Any]]:
     cells = [(command, start) for command in TABLE.commands for start in starts]
     commands, seeds = (np.array(column) for column in zip(*cells, strict=True))
     rows = []
-    for run in islice(TABLE.runs(law), runs):
+    for run in map(TABLE.ready, TABLE.laws[law].runs()[:runs]):
         omegas = TABLE.omegas(run, commands)
         for title in HARD:
             condition = dataclasses.replace(CONDITIONS[title], finer=finer)

@@ -15,8 +15,9 @@ import dataclasses
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
@@ -49,6 +50,8 @@ SPEEDS = (0.3, 0.6, 1.2, 1.8, 2.5)
 """Commanded speeds [m/s]."""
 STARTS = (1001, 1002, 1003, 1004)
 """Seeds of starts that no training met."""
+KEYS = ("law", "condition", "run")
+"""Of rows that are measured together."""
 CALIBRATION = (3001, 3002)
 """Those of the starts from which speeds are calibrated."""
 OTHERS = "8 other starts"
@@ -240,10 +243,9 @@ class Table:
     column: str
     unit: str
 
-    def runs(self, law: str) -> Iterator[Run]:
-        """Those of a law; where speeds are the commands, each with its own calibration."""
-        runs = iter(self.laws[law].runs())
-        return runs if self.column == "omega" else map(calibrated, runs)
+    def ready(self, run: Run) -> Run:
+        """A run; where speeds are the commands, with its own calibration."""
+        return run if self.column == "omega" else calibrated(run)
 
     def omegas(self, run: Run, commands: np.ndarray) -> np.ndarray:
         """The frequencies [rad/s] of commands."""
@@ -272,21 +274,17 @@ class Go1Laws:
         table = TABLES[self.table]
         file, laws = FOLDER / f"{table.rows}.csv", self.laws or tuple(table.laws)
         for name in () if self.report_only else laws:
-            kept = (
-                pd.read_csv(file)
-                if file.exists()
-                else pd.DataFrame(columns=["law", "condition", "run"])
-            )
-            runs = kept[kept.law == name].groupby("condition").run.nunique()
-            done = set(runs[runs == len(table.laws[name].runs())].index)
-            missing = [condition for condition in CONDITIONS if condition not in done]
-            ready = list(table.runs(name)) if missing else []
-            for condition in missing:
+            known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
+            done = set(map(tuple, known[[*KEYS]].to_numpy()))
+            runs = {run.seed: run for run in table.laws[name].runs()}
+            missing = [cell for cell in product((name,), CONDITIONS, runs) if cell not in done]
+            ready = {seed: table.ready(runs[seed]) for seed in {cell[-1] for cell in missing}}
+            for _, condition, seed in missing:
                 begun = time.monotonic()
-                rows = measured(table, name, ready, condition)
-                write_rows(file, rows, digits=4, by=("law", "condition"))
+                rows = measured(table, name, ready[seed], condition)
+                write_rows(file, rows, digits=4, by=KEYS)
                 took = time.monotonic() - begun
-                print(f"{name}, {condition}: {len(rows)} lanes, {took:.0f} s", flush=True)
+                print(f"{name} {seed}, {condition}: {took:.0f} s", flush=True)
         kept = pd.read_csv(file)
         write_text(FOLDER / f"{self.table}.md", laws_table(table, kept))
         save_figure(figure(table, kept), FOLDER / f"{self.table}.png")
@@ -295,32 +293,29 @@ class Go1Laws:
         print(laws_table(table, kept))
 
 
-def measured(table: Table, name: str, runs: Sequence[Run], condition: str) -> list[dict[str, Any]]:
-    """Every run of a law from every start at every command: a row each."""
+def measured(table: Table, name: str, run: Run, condition: str) -> list[dict[str, Any]]:
+    """A run of a law from every start at every command: a row each."""
     cells = [(command, start) for command in table.commands for start in STARTS]
     commands, starts = (np.array(column) for column in zip(*cells, strict=True))
-    rows = []
-    for run in runs:
-        driver, omegas = run.driver_of(len(cells)), table.omegas(run, commands)
-        found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
-        wanted = run.pace.wanted_m_per_s(omegas) if table.column == "omega" else commands
-        rows += [
-            {
-                "law": name,
-                "condition": condition,
-                "run": run.seed,
-                "omega": omegas[i],
-                "start": starts[i],
-                "fell": int(found.fell[i]),
-                "speed_m_per_s": found.speed_m_per_s[i],
-                "wanted_m_per_s": wanted[i],
-                "cost_of_transport": found.cost_of_transport[i],
-                "heading_rad": found.heading_rad[i],
-                "locked": found.spread[i],
-            }
-            for i in range(len(cells))
-        ]
-    return rows
+    driver, omegas = run.driver_of(len(cells)), table.omegas(run, commands)
+    found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
+    wanted = run.pace.wanted_m_per_s(omegas) if table.column == "omega" else commands
+    return [
+        {
+            "law": name,
+            "condition": condition,
+            "run": run.seed,
+            "omega": omegas[i],
+            "start": starts[i],
+            "fell": int(found.fell[i]),
+            "speed_m_per_s": found.speed_m_per_s[i],
+            "wanted_m_per_s": wanted[i],
+            "cost_of_transport": found.cost_of_transport[i],
+            "heading_rad": found.heading_rad[i],
+            "locked": found.spread[i],
+        }
+        for i in range(len(cells))
+    ]
 
 
 def calibrated(run: Run) -> Run:
