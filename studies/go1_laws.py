@@ -62,6 +62,7 @@ FURTHER, CALM_FURTHER = "the same, tuned further", "clock and balance, tuned fur
 without."""
 LATE = "tuned further, then wary of a tilt"
 """Those without, and the alarm added to them."""
+PPO = "PPO on loads and an IMU"
 SHARES = (0.7, 0.55)
 """Of the frequency on the spot, of those that cost less."""
 SLOW = 0.5
@@ -206,7 +207,7 @@ LAWS = {
     "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
     "PPO on contacts": Law("contacts", 5452, actors("contacts")),
     "PPO on loads": Law("load", 5452, actors("loads")),
-    "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu")),
+    PPO: Law("load, IMU", 5836, actors("imu")),
     "PPO on all senses": Law("all", 7564, actors("all")),
 }
 
@@ -221,7 +222,7 @@ PACED_LAWS = {
     LATE: Law("IMU", 10, files("wary-late")),
     **{slower_by(share): Law("IMU", 10, slower("wary-late", share)) for share in SHARES},
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
-    "PPO on loads and an IMU": Law("load, IMU", 5836, actors("imu", "-further", PACED)),
+    PPO: Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
 
 
@@ -235,6 +236,7 @@ class Table:
         commands: [rad/s] or [m/s].
         column: of the rows, by which commands are told apart.
         unit: of the commands, as a figure has it.
+        titles: of the last two columns.
     """
 
     rows: str
@@ -242,6 +244,7 @@ class Table:
     commands: Sequence[float]
     column: str
     unit: str
+    titles: tuple[str, str]
 
     def ready(self, run: Run) -> Run:
         """A run; where speeds are the commands, with its own calibration."""
@@ -253,8 +256,15 @@ class Table:
 
 
 TABLES = {
-    "laws": Table("rows", LAWS, OMEGAS, "omega", "ω [rad/s]"),
-    "speeds": Table("speed_rows", PACED_LAWS, SPEEDS, "wanted_m_per_s", "commanded [m/s]"),
+    "laws": Table("rows", LAWS, OMEGAS, "omega", "ω [rad/s]", ("over wanted", "CoT")),
+    "speeds": Table(
+        "speed_rows",
+        PACED_LAWS,
+        SPEEDS,
+        "wanted_m_per_s",
+        "commanded [m/s]",
+        ("behind", "CoT, at PPO's speeds"),
+    ),
 }
 
 
@@ -290,6 +300,10 @@ class Go1Laws:
         save_figure(figure(table, kept), FOLDER / f"{self.table}.png")
         if self.table == "speeds":
             save_figure(frontier(kept), FOLDER / "frontier.png")
+            costs = cost_at(reached(kept[kept.law == PPO]), kept).rename("cost_of_transport")
+            write_rows(
+                FOLDER / "equal_speeds.csv", costs.reset_index().to_dict("records"), digits=4
+            )
         print(laws_table(table, kept))
 
 
@@ -376,31 +390,51 @@ def pace_of(wiring: Wiring) -> Pace:
     return Pace(stride_m, still, 2.0 * stride_m / math.pi)
 
 
+def reached(rows: pd.DataFrame) -> np.ndarray:
+    """The mean speeds [m/s] of a law as it is, by command."""
+    own = rows[rows.condition == "as it is"]
+    return own.groupby("wanted_m_per_s").speed_m_per_s.mean().to_numpy()
+
+
+def cost_at(speeds: np.ndarray, rows: pd.DataFrame) -> pd.Series:
+    """The mean cost of transport at these speeds [m/s] as it is, of every law and run.
+
+    It is linear between the speeds of two commands; what is slower than the fastest of these speeds
+    has the cost of its own fastest there.
+    """
+    own = rows[(rows.condition == "as it is") & (rows.fell == 0)]
+    means = own.groupby(["law", "run", "wanted_m_per_s"])[["speed_m_per_s", "cost_of_transport"]]
+    runs = means.mean().groupby(["law", "run"], sort=False)
+    return runs.apply(lambda x: np.interp(speeds, x.speed_m_per_s, x.cost_of_transport).mean())
+
+
 def laws_table(table: Table, kept: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
     head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
-    lines = [[*head, "over wanted" if table.column == "omega" else "behind", "CoT"]]
+    lines, speeds = [[*head, *table.titles]], reached(kept[kept.law == PPO])
     of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, *map(slower_by, SHARES))
     for name, law in table.laws.items():
         rows = kept[kept.law == name]
         if len(rows):
-            lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows)])
+            lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows, speeds)])
         best = chosen(CALM) if name in of_chosen else None
         if len(rows) and best is not None:
-            lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best])])
+            lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best], speeds)])
     return markdown(lines)
 
 
-def line_of(table: Table, law: Law, rows: pd.DataFrame) -> list[str]:
-    """What the table says of rows of a law."""
+def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> list[str]:
+    """What the table says of rows of a law; its cost at these speeds, too, if speeds are wanted."""
     usual, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
     own = rows[rows.condition == "as it is"]
     fell = wilson(int(usual.fell.sum()), len(usual))
     by_command = own.groupby(table.column).speed_m_per_s.mean()
     ratio = (own.speed_m_per_s / own.wanted_m_per_s).mean()
     followed = "–" if np.isnan(ratio) else f"{ratio:.2f}"
+    cost = "–" if own.fell.all() else f"{own.cost_of_transport.mean():.2f}"
     if table.column != "omega":
         followed = f"{behind(usual).mean():.1%}"
+        cost += f", {cost_at(speeds, own).mean():.2f}"
     return [
         law.senses,
         str(law.numbers),
@@ -408,7 +442,7 @@ def line_of(table: Table, law: Law, rows: pd.DataFrame) -> list[str]:
         f"{free.fell.mean():.0%}",
         " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
         followed,
-        "–" if own.fell.all() else f"{own.cost_of_transport.mean():.2f}",
+        cost,
     ]
 
 
@@ -451,10 +485,9 @@ def frontier(kept: pd.DataFrame) -> Figure:
     axes = drawn.subplots()
     usual = kept[kept.condition != "any phases"]
     runs = usual.groupby(["law", "run"]).fell.mean().to_frame()
-    plain = kept[kept.condition == "as it is"]
-    runs["cost"] = plain.groupby(["law", "run"]).cost_of_transport.mean()
+    runs["cost"] = cost_at(reached(kept[kept.law == PPO]), kept)
     titles = {
-        "PPO on loads and an IMU": "PPO",
+        PPO: "PPO",
         "clock alone, tuned": "clock alone",
         CALM_FURTHER: "clock and balance",
         FURTHER: "the same, wary in the tuning",
@@ -465,7 +498,11 @@ def frontier(kept: pd.DataFrame) -> Figure:
     for seed, own in lines.groupby("run"):
         title = "wary after it, stepping ever slower" if seed == lines.run.min() else None
         axes.plot(own.cost, own.fell, ".-", color="0.5", lw=0.8, label=title)
-    axes.set(xlabel="cost of transport", ylabel="share that falls in 30 s", ylim=(-0.005, None))
+    axes.set(
+        xlabel="cost of transport at PPO's speeds",
+        ylabel="share that falls in 30 s",
+        ylim=(-0.005, None),
+    )
     axes.legend()
     return drawn
 

@@ -81,13 +81,13 @@ class Form:
             legged = walking("template", body, self.plan.law.around, SIGMA, self.omega)
             x = self.plan.begin()
             return self.plan.law.legged(legged, self.plan.weights(x[:1])[0]), x
-        own = design(f"clock-b-w{self.omega:g}@{TEMPLATE}")
+        own = design(f"clock-b@{TEMPLATE}")
         legged = dataclasses.replace(
             own.system,
             system=dataclasses.replace(own.system.system, controller=own.controller()),
             weights=ELLIPSE,
         )
-        return legged, np.array([ELLIPSE] * 3)
+        return legged.with_numbers(omega=self.omega), np.array([ELLIPSE] * 3)
 
     def weights(self, x: np.ndarray) -> np.ndarray:
         """Weights of vectors of the search, [lanes, n_weights]."""

@@ -21,7 +21,7 @@ from sprung import sprung_robot
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.mujoco.chains import Chains, direct, has_closed_form, kinematics, solved
+from tegotae.envs.mujoco.chains import Chains, direct, has_closed_form, kinematics, nearer, solved
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.sensing import sensing
@@ -37,6 +37,7 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.models.suggesting import lowest_feet
 from tegotae_robots.models.suggesting_legs import reach, suggest_legs, workspace
 from tegotae_robots.robot import RobotController
 
@@ -160,17 +161,58 @@ def test_legs_that_bend_in_a_plane_have_a_closed_form(seed, joints):
 
 
 @pytest.mark.parametrize("joints", [2, 3])
-def test_a_closed_form_says_where_it_misses_a_place(joints):
+def test_a_closed_form_says_where_it_is_as_near_as_the_leg_reaches(joints):
     chains = planar(7, joints)
     shape = (len(chains.foot), 64)
     place = np.random.default_rng(0).uniform(-1.0, 1.0, (3, *shape)).astype("f")
     wanted = [chains.foot[:, i, None] + x for i, x in enumerate(place)]
+
+    def missed(found):
+        return np.linalg.norm(np.stack(kinematics(chains, found)[0]) - np.stack(wanted), axis=0)
+
     found, there = direct(chains, wanted)
-    missed = np.linalg.norm(np.stack(kinematics(chains, found)[0]) - np.stack(wanted), axis=0)
     assert (np.abs(np.stack(found)) <= 1.2 + 1e-6).all()
-    assert ((missed < 1e-4) == (np.asarray(there) == 1.0)).all()
-    after = np.stack(kinematics(chains, list(solved(chains, place)))[0]) - np.stack(wanted)
-    assert (np.linalg.norm(after, axis=0) <= missed + 1e-3).mean() > 0.9
+    there = np.asarray(there) == 1.0
+    stepped = [jnp.zeros(shape) for _ in range(joints)]
+    for _ in range(50):
+        stepped = nearer(chains, wanted, stepped)
+    assert (missed(found) <= missed(stepped) + 1e-4)[there].all()
+    assert there.any()
+    if joints == 3:
+        np.testing.assert_array_equal(missed(found) < 1e-4, there)
+    after = missed(list(solved(chains, place)))
+    assert (after[there] == missed(found)[there]).all()
+    assert np.mean(after - missed(found)) < 0.0
+
+
+@pytest.mark.parametrize("name", ["hexapod", "servo_quadruped", "boom_leg"])
+def test_a_foot_of_an_example_goes_wherever_its_joints_can_put_it(name):
+    model = mujoco.MjModel.from_xml_path(str(ROOT / "examples" / "robots" / f"{name}.xml"))
+    legs = legs_of(model, lowest_feet(model))
+    wanted = legs.places_of(drawn(legs, 1.0, lanes=100))
+    assert legs.places_of(legs.joints_at(wanted)) == pytest.approx(wanted, abs=1e-5 * legs.length_m)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [
+        pytest.param((-0.5, -0.2), (0.5, 2.0), id="knee"),
+        pytest.param((-0.5, -2.0), (0.5, 0.2), id="knee to the other side"),
+        pytest.param((-0.5, -0.2), (4.5, 0.2), id="hip beyond half a turn"),
+        pytest.param((-4.5, -0.2), (0.5, 0.2), id="hip beyond half a turn back"),
+    ],
+)
+def test_a_closed_form_takes_the_side_and_the_turn_that_limits_allow(low, high):
+    points = [[[0.0, 0.0, 0.0], [0.1, 0.0, -0.5]]]
+    turns = [[[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]]
+    numbers = turns, points, [[0.0, 0.0]], [[0.0, 0.0, -1.0]], [low], [high]
+    chains = Chains(*(np.asarray(x, np.float32) for x in numbers))
+    assert has_closed_form(chains)
+    joined = np.random.default_rng(0).uniform(low, high, (200, 1, 2)).T.astype("f")
+    wanted = kinematics(chains, list(joined))[0]
+    found, there = direct(chains, wanted)
+    assert (np.asarray(there) == 1.0).all()
+    assert np.stack(kinematics(chains, found)[0]) == pytest.approx(np.stack(wanted), abs=1e-5)
 
 
 def test_legs_without_a_plane_or_a_bend_have_no_closed_form():

@@ -97,6 +97,34 @@ def test_on_its_feet_the_energy_is_what_its_actuators_did():
     np.testing.assert_allclose(made, worked, atol=2e-5)
 
 
+def test_moving_a_leg_costs_what_its_mass_and_the_damping_of_its_joints_take():
+    # Feet that go to and fro far above the ground: in a cycle ½ m (Bω)² four times, and π d B² ω.
+    stride_m, omega = 0.2, 2.0
+    turn_s = 2.0 * math.pi / omega
+    sways = Engine(
+        controller=controller(EllipticFoot(stride_m=stride_m, lift_m=0.0, press_m=0.0)),
+        timing=Timing(duration_s=4.0 * turn_s, tick_s=turn_s / 512, frame_s=turn_s),
+    )
+
+    def spent(**price):
+        path = run(sways, dataclasses.replace(C, **price), sigma=[0.0], omega=omega, height_m=500.0)
+        legs = 4 * round(float(path.time_s[-1, 0] - path.time_s[1, 0]) / turn_s)
+        return (path.work_absolute_j[-1, 0] - path.work_absolute_j[1, 0]) / legs
+
+    assert spent() == pytest.approx(0.0)
+    assert spent(leg_mass_x_kg=0.3) == pytest.approx(2.0 * 0.3 * (stride_m * omega) ** 2, rel=1e-3)
+    damped = spent(joint_damping_x_ns_per_m=0.7)
+    assert damped == pytest.approx(math.pi * 0.7 * stride_m**2 * omega, rel=1e-3)
+    assert spent(leg_mass_z_kg=0.3, joint_damping_z_ns_per_m=0.7) == pytest.approx(0.0)
+
+
+def test_the_price_of_a_leg_moves_nothing():
+    price = {"leg_mass_x_kg": 0.1, "leg_mass_z_kg": 0.1, "joint_damping_x_ns_per_m": 0.3}
+    free, priced = run(), run(body=dataclasses.replace(C, **price))
+    np.testing.assert_array_equal(free.x_m, priced.x_m)
+    assert (priced.work_absolute_j[-1] > free.work_absolute_j[-1]).all()
+
+
 def test_in_flight_angular_momentum_is_kept():
     state = C.release(jnp.array([9.0]), jnp.array([0.0]), roll_rate_rad_per_s=1.0)
     state = state._replace(turn=jnp.array([[1.0], [0.7], [-0.4]]))

@@ -6,20 +6,24 @@ import ctypes
 import importlib
 import subprocess
 
+import mujoco
 import numpy as np
 import pytest
 
 from compiled import FLAGS, needs_gcc
+from jointed import jointed_robot
 from places import ROOT
 from sprung import sprung_robot
 from tegotae.cli import main
 from tegotae.envs.env_spec import EnvSpec
+from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.c import Export
+from tegotae_robots.c.legs import leg_pieces
 from tegotae_robots.models.suggesting_legs import suggest_legs
 
 ROBOTS = {
@@ -82,6 +86,13 @@ def test_joints_in_c_put_the_feet_where_the_law_has_them(exported):
         joints = np.zeros(golden.shape, np.float32)
         library.tegotae_joints(pointer(out), pointer(joints))
         assert joints == pytest.approx(golden, abs=1e-6)
+
+
+@pytest.mark.parametrize("joints", [1, 4])
+def test_legs_without_a_closed_form_go_to_c_whatever_their_number_of_joints(joints):
+    model = mujoco.MjModel.from_xml_string(jointed_robot(1, joints, 2))
+    pieces = leg_pieces(legs_of(model, ["foot0", "foot1"]))
+    assert [piece.name for piece in pieces] == ["nearer", "load"]
 
 
 def test_a_place_out_of_reach_gives_joints_within_their_limits(exported):

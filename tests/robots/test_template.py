@@ -64,6 +64,26 @@ def test_mass_and_inertia_are_those_of_trunk_and_feet_together(template):
     assert list(zip(body["hips_x_m"], body["hips_y_m"], strict=True)) == list(HIPS)
 
 
+def test_legs_of_known_mass_and_joints_have_their_price(template):
+    body = template.document["body"]
+    for axis, damping in (("x", DAMPING[0]), ("z", DAMPING[2])):
+        assert body[f"leg_mass_{axis}_kg"] == pytest.approx(FOOT, rel=0.03)
+        assert body[f"joint_damping_{axis}_ns_per_m"] == pytest.approx(damping, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["template", "quadruped"])
+def test_a_foot_in_the_air_costs_what_mujocos_inverse_dynamics_say(name, request):
+    ours, its = request.getfixturevalue(name).swings
+    assert ours == pytest.approx(its, rel=0.05)
+
+
+def test_a_foot_that_does_not_reach_its_ellipse_has_no_price_to_compare():
+    short = re.sub(
+        r'(name="slide\d" type="slide") ', r'\1 range="-0.01 0.01" limited="true" ', ROBOT
+    )
+    assert math.isnan(fitted(short).swings[1])
+
+
 @pytest.mark.parametrize(
     ("length_m", "mass_kg"), [pytest.param(0.25, 12.0, marks=pytest.mark.thorough), (3.0, 0.2)]
 )

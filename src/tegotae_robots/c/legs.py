@@ -64,17 +64,20 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
     about = "Joints one step nearer to where they put the foot: damped least squares."
     results = [f"joint_{k}" for k in range(n)]
     wanted = indexed("wanted", 3)
-    closed_form = traced(
-        reader,
-        "direct",
-        closed,
-        [*results, "there"],
-        "Joints in closed form, and 1 if they put the foot there.",
-        geometry=geometry,
-        wanted=wanted,
-    )
+
+    def in_closed_form() -> Piece:
+        return traced(
+            reader,
+            "direct",
+            closed,
+            [*results, "there"],
+            "Joints in closed form, and 1 if they need no further step.",
+            geometry=geometry,
+            wanted=wanted,
+        )
+
     return [
-        *([closed_form] if has_closed_form(legs.chains) else []),
+        *([in_closed_form()] if has_closed_form(legs.chains) else []),
         traced(
             reader, "nearer", step, results, about, geometry=geometry, wanted=wanted, moved=moved
         ),

@@ -26,11 +26,14 @@ from tegotae_robots.models.step_response import (
     stance_of_robot,
 )
 from tegotae_robots.models.suggesting import lowest_feet
+from tegotae_robots.models.swing import SwungEllipse, swing_of_robot, swing_of_walker
 
 mujoco = require("mujoco", "mujoco")
 
 _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _AXES = ("x", "y", "z")
+_PLANE = ((0, "x"), (2, "z"))
+"""In which a walker's feet are commanded."""
 _MOVES = 1e-6
 """A foot moves along an axis if its compliance there is above this share of its largest."""
 _ALIKE = 1.2
@@ -49,6 +52,8 @@ _USUAL = {
     "foot.shift_rad": (0.4, _OURS),
 }
 """Numbers that no model has, with their reasons."""
+_PATH = ("foot.stride_m", "foot.lift_m", "foot.press_m", "omega")
+"""Of a foot that is swung to compare its price."""
 _FAST = "of the usual control tick; the stance is too fast for that"
 _STILL = {"stride_m": 0.0, "lift_m": 0.0, "press_m": 0.0}
 """The ellipse of a foot that stays where it is."""
@@ -58,6 +63,8 @@ _REASONS = {
     "inertia": "all bodies at the start, about their centre of mass",
     "stiffness": "servos and springs through the leg's Jacobian; mean of the legs",
     "damping": "servos and joints, likewise",
+    "leg": "what moves with a foot, the torso held: in the cost of transport alone",
+    "joint": "damping of the joints, which the servos overcome; likewise",
     "friction": "contacts of the feet with the ground",
 }
 
@@ -96,6 +103,8 @@ class Template:
     """Step responses of the walker, over l0 and √(l0 / g)."""
     robot: RobotStance
     """Those of the robot."""
+    swings: tuple[float, float]
+    """Work of a leg over a cycle of its foot in the air, over m g l0: the walker's, the robot's."""
     remarks: tuple[str, ...]
     """Where the robot is no walker: a sentence each."""
 
@@ -117,12 +126,18 @@ class Template:
 
 
 class _Leg(NamedTuple):
+    body: int
+    """Of its foot."""
+    joints: list[int]
     sole_m: np.ndarray
     """Where it stands, [x, y, z]."""
     hip_m: float
     """Height of its hip over that."""
     stiffness_n_per_m: np.ndarray
     damping_ns_per_m: np.ndarray
+    mass_kg: np.ndarray
+    """What a drive moves when it moves the foot along an axis, and against which damping."""
+    joint_damping_ns_per_m: np.ndarray
     push_n: float
 
 
@@ -144,8 +159,12 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
 
         K_i = 1 / C_ii,    D_i = (J K_q⁻¹ D_q K_q⁻¹ Jᵀ)_ii / C_ii².
 
-    Masses and inertias, the Jacobians and the contacts are MuJoCo's own. A leg's mass is part of
-    the torso's; limits of torque, dry friction and a soft ground are not in a walker.
+    A foot that moves along axis i costs what moves the joints q̇ = J⁺ẋ: with M_q their inertia and
+    d_q their own damping, the mass (J⁺ᵀ M_q J⁺)_ii and the damping (J⁺ᵀ d_q J⁺)_ii.
+
+    Masses and inertias, the Jacobians and the contacts are MuJoCo's own. A leg's weight and its
+    pull on the torso are the torso's; limits of torque, dry friction and a soft ground are not in a
+    walker.
 
     Args:
         settings: of the model; its feet are the lowest bodies that end a chain if none are named.
@@ -188,8 +207,8 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         numbers[f"body.{entry}"] = TemplateNumber(_rounded(value / scale), scale, unit, reason)
     about = f"{name}: l0 = {length:.4g} m, m = {mass:.4g} kg, g = {gravity:.4g} m/s²"
     try:
-        fields = _document(about, numbers)["body"]
-        ticks = Walker(**fields).longest_tick_s / WALKING_TICK
+        body = Walker(**_document(about, numbers)["body"])
+        ticks = body.longest_tick_s / WALKING_TICK
         if ticks < 1.0:
             halved = TemplateNumber(2.0 ** math.floor(math.log2(ticks)), 1.0, "", _FAST)
             numbers = {"ticks": halved, **numbers}
@@ -198,6 +217,10 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         raise TegotaeError(
             f"{name} over its length, mass and gravity is no walker: {error}"
         ) from None
+    path = SwungEllipse(*(_USUAL[number][0] for number in _PATH))
+    there = SwungEllipse(*(_USUAL[number][0] * numbers[number].scale for number in _PATH))
+    swings = [swing_of_robot(model, leg.body, leg.sole_m, leg.joints, there) for leg in legs]
+    its_swing = float(np.mean(swings)) / (mass * gravity * length)
     return Template(
         about=about,
         length_m=length,
@@ -207,6 +230,7 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         push_n=min(leg.push_n for leg in legs),
         walker=responses_of_walker(walker),
         robot=robot,
+        swings=(swing_of_walker(body, path), its_swing),
         remarks=_remarks(legs, robot),
     )
 
@@ -230,6 +254,7 @@ def _unit(name: str, length_m: float, mass_kg: float, gravity: float) -> tuple[f
         "_ns_per_m": (force_n * time_s / length_m, "N s/m"),
         "_n_per_m": (force_n / length_m, "N/m"),
         "_m": (length_m, "m"),
+        "_kg": (mass_kg, "kg"),
     }
     return next((unit for end, unit in units.items() if name.endswith(end)), (1.0, ""))
 
@@ -241,6 +266,8 @@ def _body(data: MjData, legs: list[_Leg], length_m: float) -> dict[str, np.ndarr
     centre = data.subtree_com[1] - middle - [0.0, 0.0, length_m]
     stiffness = np.mean([leg.stiffness_n_per_m for leg in legs], axis=0)
     damping = np.mean([leg.damping_ns_per_m for leg in legs], axis=0)
+    moved = np.mean([leg.mass_kg for leg in legs], axis=0)
+    joints = np.mean([leg.joint_damping_ns_per_m for leg in legs], axis=0)
     return {
         "hips_x_m": soles[:, 0] - middle[0],
         "hips_y_m": soles[:, 1] - middle[1],
@@ -249,6 +276,8 @@ def _body(data: MjData, legs: list[_Leg], length_m: float) -> dict[str, np.ndarr
         **{f"stiffness_{axis}_n_per_m": stiffness[i] for i, axis in enumerate(_AXES)},
         "damping_xy_ns_per_m": damping[:2].mean(),
         "damping_z_ns_per_m": damping[2],
+        **{f"leg_mass_{axis}_kg": moved[i] for i, axis in _PLANE},
+        **{f"joint_damping_{axis}_ns_per_m": joints[i] for i, axis in _PLANE},
     }
 
 
@@ -323,7 +352,22 @@ def _leg(model: MjModel, data: MjData, name: str, joints: list[int], drives: _Dr
     effort = np.abs(np.linalg.pinv(drives.moment[:, joints].T) @ jacobian[2])
     limits = np.where(model.actuator_forcelimited, np.abs(model.actuator_forcerange).max(1), np.inf)
     push = np.min(limits[effort > 1e-9] / effort[effort > 1e-9], initial=np.inf)
-    return _Leg(sole, hip - low, 1.0 / compliance, damped / compliance**2, float(push))
+    moved = np.linalg.pinv(jacobian)
+    inertia = np.array([_inertia_of(model, data, k) for k in joints])[:, joints]
+    mass, joint_damping = (
+        np.diag(moved.T @ of_joints @ moved)
+        for of_joints in (inertia, np.diag(model.dof_damping[joints]))
+    )
+    bears = 1.0 / compliance, damped / compliance**2
+    return _Leg(foot.body, joints, sole, hip - low, *bears, mass, joint_damping, push_n=float(push))
+
+
+def _inertia_of(model: MjModel, data: MjData, joint: int) -> np.ndarray:
+    """A row of the matrix of inertia, [nv]."""
+    row, one = np.zeros(model.nv), np.zeros(model.nv)
+    one[joint] = 1.0
+    mujoco.mj_mulM(model, data, row, one)
+    return row
 
 
 def _remarks(legs: list[_Leg], robot: RobotStance) -> tuple[str, ...]:

@@ -62,6 +62,10 @@ def _check(template: Template) -> pd.DataFrame:
         labels = (f"{name} {when}: travel [l0]", f"{name}: ω [√(g/l0)]", f"{name}: damping ratio")
         for label, (ours, its) in zip(labels, pairs, strict=True):
             rows.append((label, ours, its, ours / its - 1.0))
+    ours, its = template.swings
+    rows.append(
+        ("a foot around its ellipse in the air: work [m g l0]", ours, its, ours / its - 1.0)
+    )
     return pd.DataFrame(rows, columns=["step response", "template", "robot", "error"])
 
 

@@ -114,11 +114,13 @@ def solved(chains: Chains, place: Sequence[AnyArray]) -> jax.Array:
     """
     wanted = _vector(chains.foot).plus(_Vector(*place))
     moved = [jnp.zeros_like(wanted.x) for _ in range(chains.slides.shape[1])]
+    nearest, found = [*moved], jnp.zeros_like(wanted.x)
     if has_closed_form(chains):
-        moved, _ = direct(chains, wanted)
+        nearest, found = direct(chains, wanted)
+        moved = nearest
     for _ in range(STEPS):
         moved = nearer(chains, wanted, moved)
-    return jnp.stack(moved)
+    return jnp.where(found > 0.5, jnp.stack(nearest), jnp.stack(moved))
 
 
 def nearer(chains: Chains, wanted: Sequence[AnyArray], moved: Sequence[Any]) -> list[jax.Array]:
@@ -143,7 +145,8 @@ def nearer(chains: Chains, wanted: Sequence[AnyArray], moved: Sequence[Any]) -> 
 class _Plane(NamedTuple):
     """That in which a leg bends, [legs, 1] or [legs, lanes] each.
 
-    Numbers in it are along `down`, from the first axis to the foot, and along `ahead`.
+    Numbers in it are along `down` and `ahead`, which are as long as each other: unit vectors of
+    three joints; of two as long as the foot is from the first axis.
     """
 
     origin: _Vector
@@ -163,9 +166,7 @@ def _plane(chains: Chains) -> _Plane:
     side, anchor = _vector(chains.axis[:, -2]), _vector(chains.anchor[:, 0])
     arm = _vector(chains.foot).plus(anchor, -1.0)
     ahead = _vector(chains.axis[:, 0]) if chains.slides.shape[1] == 3 else arm.cross(side)
-    down = ahead.cross(side)
-    to_foot = jnp.where(down.dot(arm) < 0.0, -1.0, 1.0)
-    return _Plane(anchor, side.times(to_foot), down.times(to_foot), ahead)
+    return _Plane(anchor, side, ahead.cross(side), ahead)
 
 
 def has_closed_form(chains: Chains) -> bool:
@@ -196,47 +197,63 @@ def direct(chains: Chains, wanted: Sequence[AnyArray]) -> tuple[list[Any], Any]:
 
         cos β = (|t|² - |m₁|² - |m₂|²) / (2 |m₁| |m₂|),    t ~ e^{i q₁} m₁ (|m₁| + |m₂| e^{iβ}),
 
-    β from m₁ to m₂, on the side of the start. Out of reach a leg is stretched, or folded, towards
-    the place.
+    β from m₁ to m₂, on the side of the start, or on the other if limits forbid it. Out of reach a
+    leg is stretched, or folded, towards the place.
 
     Args:
         chains: the legs.
         wanted: where the feet shall be, over the leg's length, x, y and z.
 
     Returns:
-        Joints from the start on [rad], within their limits, and 1 of legs whose foot is there so,
-        0 of others, [legs, lanes] each.
+        Joints from the start on [rad], within their limits, and 1 of legs whose foot is there, or
+        as near to it as two joints reach, 0 of others, [legs, lanes] each.
     """
     plane, foot = _plane(chains), _vector(chains.foot)
     hip, knee = (_vector(chains.anchor[:, k]) for k in (-2, -1))
     place, rest = (x.plus(plane.origin, -1.0) for x in (_Vector(*wanted), foot))
     aside, (x, y), beside = plane.side.dot(place), plane.of(place), plane.side.dot(rest)
-    turned, there = [], jnp.abs(aside - beside) < _ALIGNED
-    if chains.slides.shape[1] == 3:
-        squared = aside * aside + x * x - beside * beside
-        there, onto = squared >= 0.0, jnp.sqrt(jnp.maximum(squared, 0.0))
+    three, squared = chains.slides.shape[1] == 3, aside * aside + x * x - beside * beside
+    turned, there = [], True
+    if three:
+        onto = jnp.sqrt(jnp.maximum(squared, 0.0)) * jnp.where(x < 0.0, -1.0, 1.0)
         turned = [jnp.arctan2(x * beside - aside * onto, aside * beside + x * onto)]
         x = onto
-    of_hip = plane.of(hip.plus(plane.origin, -1.0))
-    x, y = x - of_hip[0], y - of_hip[1]
+    from_hip = plane.of(hip.plus(plane.origin, -1.0))
+    x, y = x - from_hip[0], y - from_hip[1]
     (a, b), (c, d) = plane.of(knee.plus(hip, -1.0)), plane.of(foot.plus(knee, -1.0))
     thigh, shank, cosine, sine = a * a + b * b, c * c + d * d, a * c + b * d, a * d - b * c
     longest = jnp.sqrt(thigh * shank)  # times cos β and sin β below: arctan2 divides
-    flat = 0.5 * (x * x + y * y - thigh - shank)
-    there &= jnp.abs(flat) <= longest
-    flat = jnp.clip(flat, -longest, longest)
+    unbent = 0.5 * (x * x + y * y - thigh - shank)
+    if three:
+        there = (squared >= 0.0) & (jnp.abs(unbent) <= longest)
+    flat = jnp.clip(unbent, -longest, longest)
     up = jnp.sqrt((longest - flat) * (longest + flat)) * jnp.where(sine < 0.0, -1.0, 1.0)
-    p, q = a * (thigh + flat) - b * up, b * (thigh + flat) + a * up  # the foot before the hip turns
-    for axis, *to in (
-        (chains.axis[:, -2], y * p - x * q, x * p + y * q),
-        (chains.axis[:, -1], up * cosine - flat * sine, flat * cosine + up * sine),
-    ):
-        turned.append(plane.side.dot(_vector(axis)) * jnp.arctan2(*to))
-    low, high = ([x[:, k, None] for k in range(len(turned))] for x in (chains.low, chains.high))
-    moved = [jnp.clip(turn, *ends) for turn, *ends in zip(turned, low, high, strict=True)]
-    for turn, within in zip(turned, moved, strict=True):
-        there &= turn == within
-    return moved, jnp.where(there, 1.0, 0.0)
+    of_hip, of_knee = (plane.side.dot(_vector(chains.axis[:, k])) for k in (-2, -1))
+    limits = [*zip(chains.low.T[..., None], chains.high.T[..., None], strict=True)]
+
+    def bent(up: Any) -> tuple[list[Any], Any]:
+        p, q = a * (thigh + flat) - b * up, b * (thigh + flat) + a * up  # before the hip turns
+        turns = [
+            of_hip * jnp.arctan2(y * p - x * q, x * p + y * q),
+            of_knee * jnp.arctan2(up * cosine - flat * sine, flat * cosine + up * sine),
+        ]
+        return _within([*turned, *turns], limits)
+
+    (moved, held), (mirrored, other) = bent(up), bent(-up)
+    other &= ~held
+    moved = [jnp.where(other, its, mine) for mine, its in zip(moved, mirrored, strict=True)]
+    return moved, jnp.where(there & (held | other), 1.0, 0.0)
+
+
+def _within(turns: Sequence[Any], limits: Sequence[Any]) -> tuple[list[Any], Any]:
+    """Turns of at most π within limits, by a whole turn or else clipped; and if none was."""
+    moved, held = list[Any](), True
+    for turn, (low, high) in zip(turns, limits, strict=True):
+        whole = turn + jnp.where(turn < low, 2.0 * np.pi, -2.0 * np.pi)
+        outside, fits = (turn < low) | (turn > high), (whole >= low) & (whole <= high)
+        moved.append(jnp.clip(jnp.where(outside & fits, whole, turn), low, high))
+        held &= fits | ~outside
+    return moved, held
 
 
 def borne(

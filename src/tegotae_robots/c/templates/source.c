@@ -191,7 +191,7 @@ float @prefix@_action(@several?int limb, @float force_n)
 % end has_action
 
 % has_legs
-/* A place over the leg's length, which no foot is further off than. */
+/* A place over the leg's length, within which feet are commanded. */
 static float over_length(float place_m)
 {
     return fminf(fmaxf(place_m / LENGTH_M, -1.0f), 1.0f);

@@ -42,8 +42,9 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
     equations. No contact solver, no impacts: an ordinary differential equation, by Heun's method,
     in which a leg that touches down or lifts off within a tick acts for its share of it.
 
-    Its work is ∫ |F·ċ| dt, a leg: the two axes of a command are netted. Legs have no mass, and
-    nothing limits their forces (see "What a walker's cost of transport counts" in docs/legs.md).
+    Its work is ∫ |F·ċ + ċ·m c̈ + ċ·d ċ| dt, a leg: the two axes of a command are netted. The mass m
+    of a leg and the damping d of its joints, none by default, are in this price alone, and nothing
+    limits forces (see "A walker's cost of transport" in docs/legs.md).
 
     Defaults are the dimensionless quadruped C (l0 = m = g = 1: read m as l0, s as √(l0/g)).
 
@@ -110,6 +111,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             foot=jnp.stack([of_limbs, of_limbs]),
             stands=of_limbs,
             command=jnp.stack([of_limbs, of_limbs]),
+            rate=jnp.stack([of_limbs, of_limbs]),
             slid=of_limbs,
             slip=jnp.stack([of_limbs, of_limbs]),
             push=jnp.stack([zero, zero, zero]),
@@ -247,6 +249,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             foot=_slid(begun, slips, tick_s),
             stands=_as_shares(then.stance.contact, state.stands),
             command=aim,
+            rate=rate,
             slid=state.slid + tick_s * jnp.sqrt(slips[0] ** 2 + slips[1] ** 2),
             slip=jnp.stack(then.slip),
             push=lift,
@@ -267,7 +270,8 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         to_apex = v0 / jnp.where(apex, v0 - v1, 1.0)
         return end, Contact(
             stance_share=jnp.where(touches, 1.0 - share, stance),
-            work_j=-tick_s * (along * rate[0] + down * rate[1]),
+            work_j=mechanics.swing_work(self, state.rate, rate, tick_s)
+            - tick_s * (along * rate[0] + down * rate[1]),
             climb_flight_m=jnp.where(flies, climb, 0.0),
             climb_m=climb,
             apex_share=jnp.where(apex, jnp.clip(to_apex, 0.0, 1.0), jnp.nan),

@@ -124,6 +124,8 @@ class WalkerState(NamedTuple):
     """1 of a foot that is on the ground, else 0, [limbs, lanes]."""
     command: jax.Array
     """Where the feet are commanded to be, from their places at rest [m], [2, limbs, lanes]."""
+    rate: jax.Array
+    """How fast that changed in the last tick [m/s], [2, limbs, lanes]."""
     slid: jax.Array
     """How far the feet have slid over the ground [m], [limbs, lanes]."""
     slip: jax.Array
@@ -278,6 +280,29 @@ def springs_of(numbers: WalkerNumbers) -> tuple[tuple[float, ...], tuple[float, 
     stiff = numbers.stiffness_x_n_per_m, numbers.stiffness_y_n_per_m, numbers.stiffness_z_n_per_m
     damp = numbers.damping_xy_ns_per_m, numbers.damping_xy_ns_per_m, numbers.damping_z_ns_per_m
     return tuple(map(for_limbs, stiff)), tuple(map(for_limbs, damp))
+
+
+def swing_work(
+    numbers: WalkerNumbers, before: jax.Array, rate: jax.Array, tick_s: jax.Array
+) -> jax.Array:
+    """What it takes to move the legs themselves in a tick, Δ ½ ċ·m ċ + ċ·d ċ Δt [J].
+
+    Args:
+        numbers: of the walker.
+        before: rate of the command in the tick before [m/s], [2, limbs, lanes].
+        rate: in this one.
+        tick_s: control tick [s].
+
+    Returns:
+        A work a leg, [limbs, lanes].
+    """
+    mass = numbers.leg_mass_x_kg, numbers.leg_mass_z_kg
+    damping = numbers.joint_damping_x_ns_per_m, numbers.joint_damping_z_ns_per_m
+    along, up = (
+        0.5 * for_limbs(m) * (after**2 - was**2) + tick_s * for_limbs(d) * after**2
+        for m, d, was, after in zip(mass, damping, before, rate, strict=True)
+    )
+    return along + up
 
 
 def _upon(

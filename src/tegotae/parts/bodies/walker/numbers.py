@@ -58,6 +58,14 @@ class WalkerNumbers(Part):
     """Damping of a leg along the ground D_x = D_y [N s/m]."""
     damping_z_ns_per_m: float = not_negative(0.9)
     """Up and down D_z [N s/m]."""
+    leg_mass_x_kg: float = not_negative(0.0)
+    """What a drive moves when it moves a foot fore and aft [kg]: a price, no force on the torso."""
+    leg_mass_z_kg: float = not_negative(0.0)
+    """Up and down [kg]."""
+    joint_damping_x_ns_per_m: float = not_negative(0.0)
+    """What it moves a foot against, fore and aft [N s/m]: a price, too."""
+    joint_damping_z_ns_per_m: float = not_negative(0.0)
+    """Up and down [N s/m]."""
     friction: float = not_negative(0.8)
     """Coefficient of friction μ."""
     rest_length_m: float = positive(1.0)
