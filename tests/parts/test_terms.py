@@ -273,10 +273,13 @@ def test_a_tilt_is_felt_the_same_to_all_sides_and_as_a_square():
     np.testing.assert_allclose(felt, [1.0] * 4 + [4.0] * 4, rtol=1e-5)
 
 
-def test_a_wary_foot_steps_shorter_the_more_it_is_alarmed_and_as_high():
-    numbers = [jnp.full(3, x) for x in (0.4, 0.1, 0.05, 0.2, 0.0, 0.0, 0.0, 0.0, 1.5)]
-    values = {name: jnp.full(3, 0.5) for name in PacedFoot().reads}
-    calm = PacedFoot()(numbers, Signals(values))
-    ahead, up = WaryFoot()(numbers, Signals(values | {"alarm": jnp.array([-1.0, 0.0, 3.0])}))
-    np.testing.assert_allclose(ahead, calm[0] / jnp.array([1.0, 1.0, 4.0]))
-    np.testing.assert_array_equal(up, calm[1])
+def test_a_wary_foot_steps_shorter_and_higher_the_more_it_is_alarmed():
+    numbers = [jnp.full(4, x) for x in (0.4, 0.1, 0.05, 0.2, 0.0, 0.0, 0.0, 0.0, 1.5)]
+    values = {name: jnp.full(4, 0.5) for name in PacedFoot().reads}
+    calm, alarm = PacedFoot()(numbers, Signals(values)), jnp.array([-1.0, 0.0, 0.125, 3.0])
+    for higher in (0.0, 0.4):
+        own = [*numbers, jnp.full(4, higher)]
+        ahead, up = WaryFoot()(own, Signals(values | {"alarm": alarm}))
+        np.testing.assert_allclose(ahead, calm[0] / jnp.array([1.0, 1.0, 1.125, 4.0]), rtol=1e-6)
+        raised = 1.0 + higher * jnp.array([0.0, 0.0, 0.5, 1.0])
+        np.testing.assert_allclose(up, calm[1] * raised, rtol=1e-6)

@@ -176,8 +176,8 @@ def family_named(name: str) -> Family:
       frequency, and with `-s` two of steps aside, which robots alone can take; so of `clock-t`,
       `clock-b`, `clock-p` and `clock-s`, which have no feedback, and begin in a trot, or for
       other legs in the first pattern of gaits by halves of a cycle;
-    - `wary`: `clock-p` with a gain more, by which a tilt alarms it: it makes shorter steps until
-      it is calm again;
+    - `wary`: `clock-p` with two numbers more, by which a tilt alarms it: it makes shorter and
+      higher steps until it is calm again;
     - `T-F` and the like: the paper's single network, one a leg, without oscillators;
     - `W-F` and the like: one network for the whole body, which feels all legs and commands all of
       them. `Wphi` also sees a phase that turns at ω, whatever is felt. `W+phi` is added to the
@@ -195,7 +195,7 @@ def family_named(name: str) -> Family:
         about = "the cosine law φ̇ = ω - c N (cos φ + o)"
         return Family(name=name, about=about, make=_cosine_law)
     if name == "wary":
-        about = "a clock with balance, whose steps are shorter after a tilt, ten numbers"
+        about = "a clock with balance, whose steps are shorter and higher after a tilt, 11 numbers"
         return Family(name=name, about=about, make=_wary)
     law, _, step = name.partition("-")
     if law in (*LAWS_OF_LEGS, *(["clock"] if step else [])) and step in ("", *_STEPS):

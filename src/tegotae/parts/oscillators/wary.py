@@ -28,7 +28,7 @@ class WaryOscillator(Oscillator):
 
         φ̇ = ω,    τ ȧ = b - a,    b = f (ω / ω₁)²,    τ = τ↑ if b > a, else τ↓.
 
-    So a law remembers that it stumbled, and a `WaryFoot` makes shorter steps until it is over.
+    So a law remembers that it stumbled, and a `WaryFoot` steps shorter and higher until it is over.
 
     Args:
         fast_rad_per_s: ω₁ [rad/s].

@@ -16,6 +16,9 @@ from tegotae.parts.terms.base import Signals
 from tegotae.parts.terms.network import Network
 from tegotae.parts.weight_names import WeightName, inside
 
+_SOON = 4.0
+"""An alarm of the inverse of this lifts feet as high as they go."""
+
 
 @dataclass(frozen=True)
 class EllipticFoot(Actuation):
@@ -197,13 +200,15 @@ class PacedFoot(BalancedFoot):
 
 @dataclass(frozen=True)
 class WaryFoot(PacedFoot):
-    """A `PacedFoot` that makes shorter steps while its oscillator is alarmed, B / (1 + a).
+    """A `PacedFoot` that makes shorter and higher steps while its oscillator is alarmed:
+
+        stride B(ω) / (1 + a),    lift A (1 + r min(4 a, 1)).
 
     Its frequency stays as commanded. The alarm a is that of a `WaryOscillator`, in the controller's
     time.
 
     Args:
-        start: the ellipse to start from; the gains and ω₀ start at zero.
+        start: the ellipse to start from; the gains, ω₀ and r start at zero.
 
     Raises:
         TegotaeError: for what is no ellipse.
@@ -212,15 +217,19 @@ class WaryFoot(PacedFoot):
 
     Example:
         >>> WaryFoot().n_weights, WaryFoot().reads[-1]
-        (9, 'alarm')
+        (10, 'alarm')
     """
 
     READS = (*PacedFoot.READS, "alarm")
+    WEIGHTS = (*PacedFoot.WEIGHTS, "higher")
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
-        ahead, up = super().__call__(weights, signals)
-        return jnp.stack([ahead / (1.0 + jnp.maximum(signals["alarm"], 0.0)), up])
+        alarm = jnp.maximum(signals["alarm"], 0.0)
+        stride, lift, *others = weights
+        lift = lift * (1.0 + others[-1] * jnp.minimum(_SOON * alarm, 1.0))
+        ahead, up = super().__call__([stride, lift, *others], signals)
+        return jnp.stack([ahead / (1.0 + alarm), up])
 
 
 @dataclass(frozen=True)
