@@ -21,7 +21,7 @@ import pandas as pd
 import tyro
 
 from go1_feet import CONDITIONS, FOLDER, SECONDS, judged
-from go1_laws import CALM, FURTHER, LATE, OTHERS, SHARES, STARTS, TABLES, WARY, slower_by
+from go1_laws import CALM, FURTHER, HIGH, LATE, OTHERS, SLOWER, STARTS, TABLES, WARY
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
@@ -40,7 +40,8 @@ LAWS = {
     WARY: OF_RUNS,
     FURTHER: OF_RUNS,
     LATE: (OTHERS,),
-    slower_by(SHARES[0]): (OTHERS,),
+    SLOWER: (OTHERS,),
+    HIGH: (OTHERS,),
 }
 """The checks of each law."""
 

@@ -65,8 +65,8 @@ LATE = "tuned further, then wary of a tilt"
 HIGH = "wary of a tilt, and lifting its feet higher then"
 """The same, whose feet are lifted less until a tilt alarms it."""
 PPO = "PPO on loads and an IMU"
-SHARES = (0.7, 0.55)
-"""Of the frequency on the spot, of those that cost less."""
+SLOWER, SHARE = "the same, stepping 30% slower", 0.7
+"""The same with this share of the frequency on the spot."""
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
 
@@ -141,16 +141,11 @@ def unbalanced(name: str) -> Callable[[], Sequence[Run]]:
     ]
 
 
-def slower(name: str, share: float) -> Callable[[], Sequence[Run]]:
+def slower(name: str) -> Callable[[], Sequence[Run]]:
     """Its runs with a share of the frequency at which they step on the spot."""
     return lambda: [
-        run_of(scaled(law, share, "still_rad_per_s"), seed) for seed, law in tuned(name).items()
+        run_of(scaled(law, SHARE, "still_rad_per_s"), seed) for seed, law in tuned(name).items()
     ]
-
-
-def slower_by(share: float) -> str:
-    """What these are called."""
-    return f"the same, stepping {1 - share:.0%} slower"
 
 
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
@@ -222,7 +217,7 @@ PACED_LAWS = {
     FURTHER: Law("IMU", 10, files("wary-further")),
     CALM_FURTHER: Law("IMU", 9, files("clock-p-further")),
     LATE: Law("IMU", 10, files("wary-late")),
-    **{slower_by(share): Law("IMU", 10, slower("wary-late", share)) for share in SHARES},
+    SLOWER: Law("IMU", 10, slower("wary-late")),
     HIGH: Law("IMU", 11, files("wary-high")),
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
     PPO: Law("load, IMU", 5836, actors("imu", "-further", PACED)),
@@ -415,7 +410,7 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
     head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
     lines, speeds = [[*head, *table.titles]], reached(kept[kept.law == PPO])
-    of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, *map(slower_by, SHARES), HIGH)
+    of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, SLOWER, HIGH)
     for name, law in table.laws.items():
         rows = kept[kept.law == name]
         if len(rows):
@@ -483,7 +478,7 @@ def figure(table: Table, kept: pd.DataFrame) -> Figure:
 
 @styled()
 def frontier(kept: pd.DataFrame) -> Figure:
-    """Falls over cost, a dot a run; those that step ever slower on a line."""
+    """Falls over cost at the same speeds, a dot a run."""
     drawn = new_figure(0.7 * PAGE_IN, 0.45 * PAGE_IN)
     axes = drawn.subplots()
     usual = kept[kept.condition != "any phases"]
@@ -493,14 +488,12 @@ def frontier(kept: pd.DataFrame) -> Figure:
         PPO: "PPO",
         "clock alone, tuned": "clock alone",
         CALM_FURTHER: "clock and balance",
-        FURTHER: "the same, wary in the tuning",
+        LATE: "the same, wary",
+        SLOWER: "and slower",
+        HIGH: "wary, lifting higher then",
     }
     for law, title in titles.items():
         axes.plot(runs.loc[law].cost, runs.loc[law].fell, "o", ms=4, label=title)
-    lines = runs.loc[[LATE, *map(slower_by, SHARES)]].reset_index()
-    for seed, own in lines.groupby("run"):
-        title = "wary after it, stepping ever slower" if seed == lines.run.min() else None
-        axes.plot(own.cost, own.fell, ".-", color="0.5", lw=0.8, label=title)
     axes.set(
         xlabel="cost of transport at PPO's speeds",
         ylabel="share that falls in 30 s",
