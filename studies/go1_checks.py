@@ -21,7 +21,7 @@ import pandas as pd
 import tyro
 
 from go1_feet import CONDITIONS, FOLDER, SECONDS, judged
-from go1_laws import CALM, FURTHER, HIGH, LATE, OTHERS, SLOWER, STARTS, TABLES, WARY
+from go1_laws import CALM, FURTHER, HIGH, LATE, OTHERS, SLOWER, STARTS, TABLES, WARY, Run
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
 from tegotae.cli.console import exit_status
@@ -35,6 +35,7 @@ CHECKS = {
 }
 """How many runs, starts, time [s], and whether the time step is halved."""
 OF_RUNS = ("60 s", "half the time step")
+KEYS = ("check", "law", "run")
 LAWS = {
     CALM: (OTHERS, *OF_RUNS),
     WARY: OF_RUNS,
@@ -51,15 +52,21 @@ class Checks:
     """All checks."""
 
     laws: tuple[str, ...] = tuple(LAWS)
-    """Which laws; none makes the table of the rows that are there."""
+    """Which laws; none makes the table of the rows that are there, which stay."""
 
     def run(self) -> None:
         """Judge, and write."""
+        file = FOLDER / "checks.csv"
+        done = set(map(tuple, pd.read_csv(file)[[*KEYS]].to_numpy())) if file.exists() else set()
         for law in self.laws:
+            runs = TABLE.laws[law].runs()
             for check in LAWS[law]:
-                rows = checked(law, check)
-                write_rows(FOLDER / "checks.csv", rows, digits=4, by=("check", "law"))
-                print(f"{law}, {check}: {np.mean([row['fell'] for row in rows]):.1%}", flush=True)
+                for run in runs[: CHECKS[check][0]]:
+                    if (check, law, run.seed) not in done:
+                        rows = checked(law, check, TABLE.ready(run))
+                        write_rows(file, rows, digits=4, by=KEYS)
+                        falls = np.mean([row["fell"] for row in rows])
+                        print(f"{law}, run {run.seed}, {check}: {falls:.1%}", flush=True)
         before = pd.read_csv(FOLDER / f"{TABLE.rows}.csv")
         before = before[before.law.isin(LAWS) & before.condition.isin(HARD)]
         kept = [before.assign(check="as judged"), pd.read_csv(FOLDER / "checks.csv")]
@@ -71,25 +78,23 @@ class Checks:
         print(markdown([head, *lines]))
 
 
-def checked(law: str, check: str) -> list[dict[str, Any]]:
-    """A row an episode."""
-    runs, starts, seconds, finer = CHECKS[check]
+def checked(law: str, check: str, run: Run) -> list[dict[str, Any]]:
+    """A row an episode of a run."""
+    _, starts, seconds, finer = CHECKS[check]
     cells = [(command, start) for command in TABLE.commands for start in starts]
     commands, seeds = (np.array(column) for column in zip(*cells, strict=True))
-    rows = []
-    for run in map(TABLE.ready, TABLE.laws[law].runs()[:runs]):
-        omegas = TABLE.omegas(run, commands)
-        for title in HARD:
-            condition = dataclasses.replace(CONDITIONS[title], finer=finer)
-            found = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
-            rows += [
-                {"check": check, "law": law, "condition": title, "run": run.seed,
-                 "omega": omegas[i], "wanted_m_per_s": commands[i], "start": seeds[i],
-                 "fell": int(found.fell[i]), "speed_m_per_s": found.speed_m_per_s[i],
-                 "cost_of_transport": found.cost_of_transport[i],
-                 "turns_rad_per_s": found.turns_rad_per_s[i]}
-                for i in range(len(cells))
-            ]  # fmt: skip
+    rows, omegas = [], TABLE.omegas(run, commands)
+    for title in HARD:
+        condition = dataclasses.replace(CONDITIONS[title], finer=finer)
+        found = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
+        rows += [
+            {"check": check, "law": law, "condition": title, "run": run.seed,
+             "omega": omegas[i], "wanted_m_per_s": commands[i], "start": seeds[i],
+             "fell": int(found.fell[i]), "speed_m_per_s": found.speed_m_per_s[i],
+             "cost_of_transport": found.cost_of_transport[i],
+             "turns_rad_per_s": found.turns_rad_per_s[i]}
+            for i in range(len(cells))
+        ]  # fmt: skip
     return rows
 
 

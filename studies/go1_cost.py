@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from go1_feet import FOLDER
-from go1_laws import CALM, LAWS, PACED_LAWS, WARY, wired
+from go1_laws import CALM, HIGH, LAWS, PACED_LAWS, WARY, wired
 from go1_tuned import on_robot
 from kept import write_rows, write_text
 from reproduction.report.markdown import table as markdown
@@ -37,6 +37,7 @@ FILES = {
     FEELS_NOTHING: "clock-alone-speed-0",
     CALM: "clock-p-speed-8",
     WARY: "wary-speed-8",
+    HIGH: "wary-high-8",
     CARRIER: "load-tuned-0",
     "AR and balance, tuned under disturbances": "AR-b-tuned-0",
     "σN cos φ of the walker": "zoo:cos+range@quadruped-c",

@@ -16,6 +16,7 @@ import dataclasses
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -109,20 +110,18 @@ class Template:
         for name in () if self.report_only else LAWS:
             known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
             done = set(map(tuple, known[[*KEYS]].to_numpy()))
-            for seed, law in LAWS[name]().items():
-                for body in (WALKER, ROBOT):
-                    judged_before = body == ROBOT and name in go1_laws.LAWS
-                    for condition in BEGUN:
-                        if judged_before or (body, name, condition, seed) in done:
-                            continue
-                        if body == WALKER:
-                            rows = on_template(law, seed, condition)
-                        else:
-                            run = run_of(law, seed)
-                            rows = measured(TABLES["laws"], name, run, condition)
-                        rows = [{"body": body, **row, "law": name} for row in rows]
-                        write_rows(file, rows, digits=4, by=KEYS)
-                print(f"{name}, run {seed}", flush=True)
+            cells = product(LAWS[name]().items(), (WALKER, ROBOT), BEGUN)
+            for (seed, law), body, condition in cells:
+                judged_there = body == ROBOT and name in go1_laws.LAWS
+                if judged_there or (body, name, condition, seed) in done:
+                    continue
+                if body == WALKER:
+                    rows = on_template(law, seed, condition)
+                else:
+                    rows = measured(TABLES["laws"], name, run_of(law, seed), condition)
+                rows = [{"body": body, **row, "law": name} for row in rows]
+                write_rows(file, rows, digits=4, by=KEYS)
+                print(f"{name}, run {seed}, {condition}, on the {body}", flush=True)
         robots = pd.read_csv(GO1 / "rows.csv").query("law in @LAWS and condition in @BEGUN")
         kept = pd.concat([pd.read_csv(file), robots.assign(body=ROBOT)])
         write_text(FOLDER / "template.md", table_of(kept))
