@@ -374,7 +374,7 @@ def test_a_law_that_a_tilt_alarmed_makes_shorter_steps_and_so_does_its_export():
     """With 1 s of the law 0.25 s of the robot, whose alarm is to rise as fast in proportion."""
     units = Units(length_m=0.5, time_s=0.25, force_n=40.0)
     law = design("wary@quadruped-c").experiment().system
-    weights = np.array([6.0, 0.4, 0.1, 0.05, *[0.0] * 6])
+    weights = np.array([6.0, 0.4, 0.1, 0.05, *[0.0] * 6, 0.5])
     suggested = dataclasses.replace(suggest_legs(SETTINGS).wiring, units=units)
     wiring = suggested.holding(SavedController(law, weights, "wary"))
     env = ModelEnv(SETTINGS)
