@@ -17,6 +17,7 @@ from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import chain_of, foot_of, gravity_m_per_s2, lowest, started
 from tegotae.parts.bodies import Walker
+from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.legged import walker_of
 from tegotae.systems.system import WALKING_TICK
 from tegotae_robots.models.step_response import (
@@ -26,7 +27,7 @@ from tegotae_robots.models.step_response import (
     stance_of_robot,
 )
 from tegotae_robots.models.suggesting import lowest_feet
-from tegotae_robots.models.swing import SwungEllipse, swing_of_robot, swing_of_walker
+from tegotae_robots.models.swing import swing_of_robot, swing_of_walker
 
 mujoco = require("mujoco", "mujoco")
 
@@ -52,8 +53,6 @@ _USUAL = {
     "foot.shift_rad": (0.4, _OURS),
 }
 """Numbers that no model has, with their reasons."""
-_PATH = ("foot.stride_m", "foot.lift_m", "foot.press_m", "omega")
-"""Of a foot that is swung to compare its price."""
 _FAST = "of the usual control tick; the stance is too fast for that"
 _STILL = {"stride_m": 0.0, "lift_m": 0.0, "press_m": 0.0}
 """The ellipse of a foot that stays where it is."""
@@ -217,10 +216,13 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         raise TegotaeError(
             f"{name} over its length, mass and gravity is no walker: {error}"
         ) from None
-    path = SwungEllipse(*(_USUAL[number][0] for number in _PATH))
-    there = SwungEllipse(*(_USUAL[number][0] * numbers[number].scale for number in _PATH))
-    swings = [swing_of_robot(model, leg.body, leg.sole_m, leg.joints, there) for leg in legs]
-    its_swing = float(np.mean(swings)) / (mass * gravity * length)
+    foot, omega = _document(about, numbers)["foot"], _USUAL["omega"][0]
+    there = EllipticFoot(**{name: x * numbers[f"foot.{name}"].scale for name, x in foot.items()})
+    its_omega = omega * numbers["omega"].scale
+    swings = [
+        swing_of_robot(model, leg.body, leg.sole_m, leg.joints, there, its_omega) for leg in legs
+    ]
+    ours = swing_of_walker(body, EllipticFoot(**foot), omega)
     return Template(
         about=about,
         length_m=length,
@@ -230,7 +232,7 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         push_n=min(leg.push_n for leg in legs),
         walker=responses_of_walker(walker),
         robot=robot,
-        swings=(swing_of_walker(body, path), its_swing),
+        swings=(ours, float(np.mean(swings)) / (mass * gravity * length)),
         remarks=_remarks(legs, robot),
     )
 
