@@ -42,7 +42,7 @@ LAWS = {
     FURTHER: OF_RUNS,
     LATE: (OTHERS,),
     SLOWER: (OTHERS,),
-    HIGH: (OTHERS,),
+    HIGH: (OTHERS, *OF_RUNS),
 }
 """The checks of each law."""
 
@@ -90,9 +90,7 @@ def checked(law: str, check: str, run: Run) -> list[dict[str, Any]]:
         rows += [
             {"check": check, "law": law, "condition": title, "run": run.seed,
              "omega": omegas[i], "wanted_m_per_s": commands[i], "start": seeds[i],
-             "fell": int(found.fell[i]), "speed_m_per_s": found.speed_m_per_s[i],
-             "cost_of_transport": found.cost_of_transport[i],
-             "turns_rad_per_s": found.turns_rad_per_s[i]}
+             **found.of(i), "turns_rad_per_s": found.turns_rad_per_s[i]}
             for i in range(len(cells))
         ]  # fmt: skip
     return rows

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import jax.numpy as jnp
 import numpy as np
@@ -274,6 +274,14 @@ class Judgement:
     """At the end, from that at the start."""
     spread: np.ndarray
     """Mean resultant of the phases' lags to the first leg over the last half, 1 if they lock."""
+
+    def of(self, lane: int) -> dict[str, Any]:
+        """What tables have of a lane."""
+        return {
+            "fell": int(self.fell[lane]),
+            "speed_m_per_s": self.speed_m_per_s[lane],
+            "cost_of_transport": self.cost_of_transport[lane],
+        }
 
 
 def judged(

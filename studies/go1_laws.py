@@ -64,6 +64,8 @@ LATE = "tuned further, then wary of a tilt"
 """Those without, and the alarm added to them."""
 HIGH = "wary of a tilt, and lifting its feet higher then"
 """The same, whose feet are lifted less until a tilt alarms it."""
+LOW, LIFT = "the run chosen, lifting its feet less at all times", 0.75
+"""The least that costs as little; and the share of the lift, taken after trials with one run."""
 PPO = "PPO on loads and an IMU"
 SLOWER, SHARE = "the same, stepping 30% slower", 0.7
 """The same with this share of the frequency on the spot."""
@@ -148,6 +150,11 @@ def slower(name: str) -> Callable[[], Sequence[Run]]:
     ]
 
 
+def low(seed: int) -> Sequence[Run]:
+    """A run that was made wary last, and lifts its feet less, alarmed or not."""
+    return [run_of(scaled(tuned("wary-late")[seed], LIFT, "lift_m"), seed)]
+
+
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
     """The run of a walker's law that its study selects, as it is."""
     return saved(lambda: resolve(name).controller())
@@ -219,6 +226,7 @@ PACED_LAWS = {
     LATE: Law("IMU", 10, files("wary-late")),
     SLOWER: Law("IMU", 10, slower("wary-late")),
     HIGH: Law("IMU", 11, files("wary-high")),
+    LOW: Law("IMU", 10, lambda: low(chosen(CALM))),
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
     PPO: Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }

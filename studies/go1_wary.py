@@ -28,7 +28,7 @@ import tyro
 from matplotlib.figure import Figure
 
 from go1_feet import CONDITIONS, FOLDER, WIRING, by_law, judged
-from go1_laws import behind, calibrated, run_of, scaled, tuned, wired
+from go1_laws import LIFT, behind, calibrated, run_of, scaled, tuned, wired
 from go1_policy import Pace
 from go1_tuned import keep
 from kept import write_rows
@@ -51,8 +51,6 @@ ALARMED = {"wary-speed": "clock-p-speed", "wary-late": "clock-p-further"}
 KEYS = ("alarm", "stride", "condition")
 LIFTS = (1.0, 0.9, 0.75, 0.6)
 """Shares of the lift while nothing alarms."""
-LIFT = 0.75
-"""That which is kept, after trials with one run."""
 LIFTED = ("push 1 m/s", *GROUNDS)
 LIFT_SPEEDS = (0.6, 1.8, 2.5)
 LIFT_KEYS = ("lift", "condition", "run")
@@ -143,9 +141,7 @@ def measured(alarm: float, share: float, ground: str) -> list[dict[str, Any]]:
             "run": k,
             "wanted_m_per_s": speed,
             "start": start,
-            "fell": int(found.fell[i]),
-            "speed_m_per_s": found.speed_m_per_s[i],
-            "cost_of_transport": found.cost_of_transport[i],
+            **found.of(i),
         }
         for i, (k, speed, start) in enumerate(cells)
     ]
@@ -166,9 +162,7 @@ def lift_rows(
             "run": seed,
             "wanted_m_per_s": speed,
             "start": start,
-            "fell": int(found.fell[i]),
-            "speed_m_per_s": found.speed_m_per_s[i],
-            "cost_of_transport": found.cost_of_transport[i],
+            **found.of(i),
         }
         for i, (speed, start) in enumerate(cells)
     ]
