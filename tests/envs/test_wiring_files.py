@@ -186,8 +186,9 @@ def test_a_wiring_file_names_its_controller_as_a_command_does(tmp_path, monkeypa
     save_wiring(WIRING, tmp_path / "leg.json")
     document = json.loads((tmp_path / "leg.json").read_text())
     (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": name}))
+    meant = resolve(name).controller()  # which names the code that a wiring may refer to
     found = load_wiring(tmp_path / "leg.json")
-    assert found.omega == resolve(name).controller().omega
+    assert found.omega == meant.omega
     assert found.weights is not None
     (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": "none.json"}))
     with pytest.raises(TegotaeError, match=r"no controller file at .*none\.json"):

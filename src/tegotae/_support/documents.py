@@ -149,6 +149,22 @@ def checked(value: T, _level: int = 1) -> T:
     return value
 
 
+def texts(value: Json) -> Iterator[str]:
+    """All texts in a JSON value, but for the names of its entries.
+
+    Example:
+        >>> list(texts({"env": "Hopper-v5", "settings": [{"ground": "ice"}, 3]}))
+        ['Hopper-v5', 'ice']
+    """
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        yield from texts([*value.values()])
+    elif isinstance(value, Sequence):
+        for entry in value:
+            yield from texts(entry)
+
+
 _LATER = "left out of documents at its default"
 
 

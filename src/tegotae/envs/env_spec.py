@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from tegotae._support.documents import DamagedDocumentError, Json, parse
+from tegotae._support.documents import DamagedDocumentError, Json, parse, texts
 from tegotae._support.errors import TegotaeError, other_code, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, located
 from tegotae.envs.wiring import Wiring
-from tegotae.systems.env_task import is_mujoco_model
-from tegotae.systems.user_objects import is_reference, named, source_of
+from tegotae.systems.env_task import EnvTask, is_mujoco_model
+from tegotae.systems.user_objects import is_reference, named, require_named, source_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +34,26 @@ class EnvSpec:
 
     env: str
     settings: tuple[tuple[str, Json], ...] = ()
+
+    @classmethod
+    def of_task(cls, task: EnvTask, name: str) -> EnvSpec:
+        """The environment of a controller file.
+
+        A registered id and a MuJoCo model are data. All else that the file names, in the settings
+        of the environment, too, is code (`require_named`).
+
+        Args:
+            task: from the file.
+            name: the controller's, for errors.
+
+        Raises:
+            TegotaeError: for code that the user did not name.
+        """
+        spec = cls(env=task.env, settings=tuple(task.settings.items()))
+        if not spec.is_model:
+            for text in texts([task.env, task.settings]):
+                require_named(text, f"the task of {name}")
+        return spec
 
     @property
     def is_model(self) -> bool:

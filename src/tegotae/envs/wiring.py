@@ -30,7 +30,9 @@ from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
 from tegotae.systems.models import build
 from tegotae.systems.resolve import resolve
-from tegotae.systems.user_objects import is_reference
+from tegotae.systems.tuned import is_front_name
+from tegotae.systems.user_objects import is_reference, require_named
+from tegotae.systems.zoo import is_zoo_name
 
 _PACKAGED = Path(__file__).parent / "mujoco" / "wirings"
 
@@ -361,7 +363,8 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
 
     Raises:
         DamagedDocumentError: for values that are no wiring's.
-        TegotaeError: for a controller file that cannot be read.
+        TegotaeError: for a controller file that cannot be read, or code that the user did not name
+            (`require_named`).
     """
     if not isinstance(document, WiringDocument):
         document = documents.fitted(documents.checked(document), WiringDocument)
@@ -395,7 +398,10 @@ def _controller(name: str, folder: Path) -> SavedController:
     """The controller of a name: a file beside the wiring, or what the name means everywhere."""
     beside = folder / name
     is_file = beside.exists() or (beside.suffix == ".json" and not is_reference(name))
-    return resolve(beside if is_file else name).controller()
+    meant = str(beside if is_file else name)
+    if not is_zoo_name(meant) and not is_front_name(meant):
+        require_named(meant, "the wiring")
+    return resolve(meant).controller()
 
 
 def packaged() -> list[str]:

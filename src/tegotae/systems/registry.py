@@ -1,7 +1,7 @@
 """The parts that documents may name: those of this package, and those that a user registered.
 
 A document names a part by its kind. Reading one never imports anything: a kind that nobody
-registered is refused.
+registered is refused, and so is a reference to code (`tegotae.systems.user_objects`).
 """
 
 from __future__ import annotations
@@ -53,14 +53,18 @@ def register(part: P) -> P:
     class, is allowed; taking the name of another part is not. A `Metric` is registered so, too,
     and evaluated from then on.
 
+    A text names a file or a module, as `--parts` does: it is imported, its parts are registered,
+    and documents may refer to its objects.
+
     Args:
-        part: the class, or an instance of it; of a metric the instance.
+        part: the class, or an instance of it; of a metric the instance; or `FILE.py` or `MODULE`.
 
     Returns:
         the same, so that it serves as a decorator.
 
     Raises:
-        TegotaeError: for what is no part, or has the name of another part.
+        TegotaeError: for what is no part, or has the name of another part; for a file or module
+            that is not there or cannot be imported.
 
     Example:
         >>> from dataclasses import dataclass
@@ -72,6 +76,11 @@ def register(part: P) -> P:
         >>> kinds()["LazyAction"] is LazyAction
         True
     """
+    if isinstance(part, str):
+        from tegotae.systems.user_objects import imported  # which registers parts itself
+
+        imported(part)
+        return part
     if isinstance(part, Metric):
         metrics.register(part)
         return part

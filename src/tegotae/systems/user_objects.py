@@ -1,4 +1,8 @@
-"""Objects of a user's own files, named on the command line: `FILE.py:OBJECT` or `MODULE:OBJECT`."""
+"""Objects of a user's own files, named on the command line: `FILE.py:OBJECT` or `MODULE:OBJECT`.
+
+A reference that a user names is followed. One in a document is data: it is followed after
+`require_named` alone, which refuses all code that the user has not named, too.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +21,9 @@ from tegotae._support.errors import TegotaeError, formatted, other_code, unknown
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in
 from tegotae.systems import registry
+
+_named: set[str] = set()
+"""Files, modules and references that the user of this process named."""
 
 
 def is_reference(text: str) -> bool:
@@ -46,7 +53,8 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
     place, _, name = reference.rpartition(":")
     if not place or not name:
         raise TegotaeError(f"{reference!r} names no {what}; write FILE.py:OBJECT or MODULE:OBJECT")
-    module = imported(place)
+    module = _imported(place)
+    _named.add(_absolute(reference))
     if not hasattr(module, name):
         raise unknown(f"object of {place}", name, [n for n in vars(module) if n[0] != "_"])
     found = getattr(module, name)
@@ -64,11 +72,52 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
 def imported(place: str) -> ModuleType:
     """A user's module, by its file or its name, with its parts registered.
 
-    The folder of a file is added to the path, so that worker processes find it, too.
+    The folder of a file is added to the path, so that worker processes find it, too. From then on
+    documents may refer to its objects.
 
     Raises:
         TegotaeError: if it is not there or cannot be imported.
     """
+    module = _imported(place)
+    _named.add(_absolute(place))
+    return module
+
+
+def require_named(text: str, document: str) -> None:
+    """Refuse a text of a document that refers to code, unless the user named that code.
+
+    The code is named by `imported` (`--parts`, `tegotae.register`), or by the same reference.
+
+    Args:
+        text: an entry of the document that may be a reference.
+        document: what it is an entry of, for the error.
+
+    Raises:
+        TegotaeError: for a reference that the user did not name.
+
+    Example:
+        >>> require_named("Hopper-v5", "leg.json")
+        >>> require_named("evil.py:run", "leg.json")
+        Traceback (most recent call last):
+        ...
+        tegotae.TegotaeError: leg.json refers to code, 'evil.py:run', which ...
+    """
+    place = text.rpartition(":")[0]
+    if is_reference(text) and not {_absolute(text), _absolute(place)} & _named:
+        raise TegotaeError(
+            f"{document} refers to code, {text!r}, which no file may run by itself; if you trust "
+            f"that code, add --parts {place}, or tegotae.register({place!r})"
+        )
+
+
+def _absolute(text: str) -> str:
+    """A place or a reference, the file in it by its absolute path."""
+    place, dot_py, rest = text.rpartition(".py")
+    return f"{Path(place).resolve()}{dot_py}{rest}" if rest[:1] in ("", ":") and place else text
+
+
+def _imported(place: str) -> ModuleType:
+    """A user's module, with its parts registered."""
     before = len(sys.path)
     try:
         module = _file(Path(place)) if place.endswith(".py") else _module(place)

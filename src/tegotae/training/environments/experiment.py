@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import msgspec
 import numpy as np
 
-from tegotae._support.documents import JsonObject, fitted
+from tegotae._support.documents import JsonObject, fitted, texts
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae._support.part_code import code_of_file
@@ -32,6 +32,7 @@ from tegotae.systems.grammar import BUDGET
 from tegotae.systems.laws import ShortLaw
 from tegotae.systems.models import Model
 from tegotae.systems.system import System
+from tegotae.systems.user_objects import require_named
 from tegotae.training.environments.objectives import (
     EnvObjective,
     Hopping,
@@ -213,7 +214,8 @@ class EnvExperiment(Part):
         """The experiment in which a saved controller, or the runs of a set, were trained.
 
         Raises:
-            TegotaeError: for a controller that was not trained on an environment.
+            TegotaeError: for a controller that was not trained on an environment, or whose task
+                refers to code that the user did not name (`require_named`).
 
         Example:
             >>> from tegotae.systems.controller_file import load
@@ -227,9 +229,11 @@ class EnvExperiment(Part):
                 "that was (tegotae train --env)"
             )
         wiring = wiring_of(task.wiring).reading(saved.system.controller)
+        for text in texts(task.objective):
+            require_named(text, f"the objective of {saved.name}")
         return cls(
             name=saved.name.partition(" (")[0],  # of a set what differs in it follows
-            spec=EnvSpec(env=task.env, settings=tuple(task.settings.items())),
+            spec=EnvSpec.of_task(task, saved.name),
             wiring=dataclasses.replace(wiring, omega=saved.system.omega),
             objective=restore(task.objective, Return | Hopping | UserObjective, "objective"),
             omegas=tuple(task.omegas),
