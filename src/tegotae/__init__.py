@@ -16,6 +16,7 @@ _HOMES = {
     "tegotae.measures.objectives.fitness": ("Fitness",),
     "tegotae.parts.bodies": ("Bar", "Body", "Hopper", "Walker"),
     "tegotae.parts.controller": ("Controller", "Tegotae"),
+    "tegotae.questions.about": ("cite",),
     "tegotae.questions.drawing": (
         "figure_basin",
         "figure_learning_curves",
@@ -80,7 +81,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "__version__"})
+    return sorted({*__all__, "__version__", *(name for name in globals() if name[:2] == "__")})
 
 
 def _version() -> str:

@@ -13,6 +13,7 @@ from tegotae.parts.controller import (
     Controller as Controller,
     Tegotae as Tegotae,
 )
+from tegotae.questions.about import cite as cite
 from tegotae.questions.drawing import (
     figure_basin as figure_basin,
     figure_learning_curves as figure_learning_curves,

@@ -228,3 +228,11 @@ def test_a_full_disk_behind_stdout_is_said_in_one_line():
         )
     assert done.returncode == 1
     assert done.stderr == "tegotae: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [("train", "--seeds INT"), ("identify", "--rate FLOAT"), ("explain", "--releases INT")],
+)
+def test_the_help_of_a_command_without_a_name_lists_what_every_name_has(capsys, words, option):
+    assert option in explanation(capsys, words)

@@ -117,3 +117,12 @@ def test_an_architecture_chooses_its_models(listed, architecture, count):
 def test_the_budget_is_an_option(listed):
     small = listed("ART", "--budget", "20")
     assert all(13 <= model["parameters"] <= 20 for model in small)
+
+
+def test_the_trained_controllers_of_one_study_have_the_columns_that_it_measured(listed, capsys):
+    assert main(["models", "*@quadruped-c", "--zoo"]) == 0
+    heading, _, *rows = capsys.readouterr().out.splitlines()
+    assert "CoT⁻¹" in heading
+    assert "T0" not in heading
+    names = [row["name"] for row in listed("*@quadruped-c", "--zoo")]
+    assert [row.split()[0] for row in rows[: len(names)]] == names

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ import pytest
 from tegotae import build
 from tegotae.cli import main
 from tegotae.measures.hopping.statistics import interval
-from tegotae.questions.answer import EXACT, INDEPENDENT, PAIRED, Answer, Column
+from tegotae.questions.answer import EXACT, INDEPENDENT, PAIRED, Answer, Column, Film
 from tegotae.questions.hopping import HoppingTask
 from tegotae.questions.tasks import tasks_of
+from tegotae.questions.verbs import simulate
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.system import System
@@ -137,3 +139,31 @@ def test_runs_that_two_names_hold_are_refused(two_folders, one_line_error):
     said = one_line_error("compare", "first", "second", "first/0.json")
     assert "first and first/0.json hold the same runs of V-reflex-w8" in said
     assert "name them once" in one_line_error("generalise", "first", "first")
+
+
+def test_a_summary_shows_means_with_their_intervals():
+    shown = answer(trained("a"), (0.5, 0.7)).summary().to_string()
+    assert "0.6 [" in shown
+    assert "Interval" not in shown
+
+
+@pytest.mark.parametrize(
+    ("film", "shown"),
+    [
+        (Film(b"GIF89a"), '<img src="data:image/gif;base64,R0lGODlh">'),
+        (Film(b"GIF89a", Path("hop.gif")), '<img src="data:image/gif;base64,R0lGODlh">'),
+        (
+            Film(b"mp4", Path("hop.mp4")),
+            '<video controls src="data:video/mp4;base64,bXA0"></video>',
+        ),
+    ],
+)
+def test_a_notebook_shows_a_film_whether_it_was_written_or_not(film, shown):
+    assert film._repr_html_() == shown
+
+
+def test_a_film_that_was_written_is_called_by_its_file(tmp_path):
+    run = simulate("paper", duration=2.0)
+    film = run.animate(tmp_path / "hop.gif")
+    assert str(film) == str(tmp_path / "hop.gif")
+    assert film.content == (tmp_path / "hop.gif").read_bytes()

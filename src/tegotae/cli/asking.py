@@ -88,7 +88,8 @@ class AnswerOutput:
         if self.out is not None:
             written += answer.save(self.out, self.format)
         if self.animate is not None and isinstance(answer, RecordedRun):
-            written.append(answer.animate(self.animate))
+            answer.animate(self.animate)
+            written.append(self.animate)
         if written and not self.json:
             print("wrote " + ", ".join(map(str, written)))
 
@@ -98,7 +99,7 @@ def _print(answer: AnswerBase) -> None:
         print(answer.title)
     for table in answer.texts():
         keys, cells = table.index.nlevels, table.reset_index()
-        print_rows(map(str, cells.columns), cells.to_numpy(str), key=keys, turned=True)
+        print_rows(map(str, cells.columns), cells.to_numpy(str), key=keys)
     for note in answer.notes:
         print_text(note)
     sys.stdout.flush()
@@ -140,7 +141,7 @@ class Asked:
         """Print the help: of what is named, or else of what may be."""
         question, about = self.question, about_of(self.question)
         if question.has_own and not self.names and {*self.words} <= {"-h", "--help"}:
-            known = options_of(question.subjects()) | outputs_of(question)
+            known = options_of(question.subjects()) | outputs_of(question) | shared_of(question)
             more = f"{question.subjects.NAMED} {self.prog} NAME --help lists them."
             text = f"{about}\n\n{more}"
             parse(_class_of(known), ["--help"], f"{self.prog} NAME", text, self.examples)
@@ -185,6 +186,17 @@ def options_by_subject(question: Question) -> dict[str, dict[str, OptionValue]]:
     shared = options_of(question.subjects()) | outputs_of(question)
     kinds = {kind: options_of(own) for kind, own in question.examples().items()}
     return {"option": shared | kinds.pop("option", {}), **kinds}
+
+
+def shared_of(question: Question) -> dict[str, OptionValue]:
+    """The options of the question itself that all kinds of names have alike."""
+    whole = [x for x, one in question.kinds.items() if isinstance(one, str) or x == "option"]
+    kinds = [options_of(question.example(kind)) for kind in whole]
+    return {
+        name: option
+        for name, option in kinds[0].items()
+        if not option.heading and all(kind.get(name) == option for kind in kinds)
+    }
 
 
 def about_of(question: Question) -> str:

@@ -88,25 +88,23 @@ WIDTH = 80
 """That lines and tables are to fit where the output is no terminal [columns]."""
 
 
-def print_rows(
-    columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1, turned: bool = False
-) -> None:
+def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1) -> None:
     """Print a table; on a terminal too narrow for it, as several, one below the other.
 
     Each part begins with the key columns, so that its rows are distinct. Where the output is
     no terminal the table is one, as wide as it needs to be. A cut number is worse than a long line.
+    A table of one row that does not fit is a list, a line per column.
 
     Args:
         columns: the headings.
         rows: of the table, one text a column.
         key: how many columns, the first ones, name the row.
-        turned: print a line per column, and a column per row, where that makes the table fit.
     """
     plain, on_screen = partial(shown, encoding=sys.stdout.encoding or "utf-8"), sys.stdout.isatty()
     width = shutil.get_terminal_size().columns if on_screen else WIDTH
     lines = [[plain(cell) for cell in row] for row in (columns, *rows)]
     table, across = map(_aligned, (zip(*lines, strict=True), lines))
-    if turned and _width(table) > width >= _width(across):
+    if len(lines) == 2 and _width(table) > width >= _width(across):
         table = across
     parts = [table[:key]]
     for column in table[key:]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, ClassVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -25,7 +25,7 @@ from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import check_folder, output_file, write_atomically
 from tegotae.measures.hopping import statistics
-from tegotae.measures.hopping.statistics import Interval
+from tegotae.measures.hopping.statistics import UNDEFINED, Interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 DIGITS = 9
 """Significant digits of what is written: more than single precision has."""
-UNDEFINED = "–"
-"""Stands for a number that is not defined."""
 
 
 @dataclass(frozen=True)
@@ -66,13 +64,19 @@ def columns(*rows: tuple[Any, ...]) -> tuple[Column, ...]:
 class Film:
     """An animation, which a notebook shows."""
 
-    gif: bytes
+    content: bytes
+    """A GIF, or an MP4 where its path says so."""
+    path: Path | None = None
+    """The file that was written, if any."""
 
     def __repr__(self) -> str:
-        return f"a film of {len(self.gif)} bytes"
+        return str(self.path or f"a film of {len(self.content)} bytes")
 
     def _repr_html_(self) -> str:
-        return f'<img src="data:image/gif;base64,{b64encode(self.gif).decode()}">'
+        content = b64encode(self.content).decode()
+        if self.path is not None and self.path.suffix == ".mp4":
+            return f'<video controls src="data:video/mp4;base64,{content}"></video>'
+        return f'<img src="data:image/gif;base64,{content}">'
 
 
 class AnswerBase:
@@ -270,13 +274,9 @@ class RecordedRun(TableAnswer):
 
         return figures(self.raw, f"{self.name}: {self.outcome}")
 
-    @overload
-    def animate(self, path: Path | str) -> Path: ...
-    @overload
-    def animate(self) -> Film: ...
-    def animate(self, path: Path | str | None = None) -> Path | Film:
-        """Write an animation (.gif; of one leg also .mp4, which needs ffmpeg); without a path it is
-        one for a notebook.
+    def animate(self, path: Path | str | None = None) -> Film:
+        """Make an animation, and write it to a file (.gif; of one leg also .mp4, which needs
+        ffmpeg) if one is named.
 
         Raises:
             TegotaeError: for another ending, or a file that cannot be written.
@@ -284,7 +284,8 @@ class RecordedRun(TableAnswer):
         from tegotae.questions.pictures import animate
 
         if path is not None:
-            return animate(self.raw, Path(path))
+            written = animate(self.raw, Path(path))
+            return Film(written.read_bytes(), written)
         with TemporaryDirectory() as folder:
             return Film(animate(self.raw, Path(folder) / "film.gif").read_bytes())
 
@@ -493,11 +494,6 @@ def _shown(column: Column, cell: Interval | str, better: bool) -> str:
     """A mean with its interval; of a difference with whether it is for the better."""
     if isinstance(cell, str):
         return cell
-    if math.isnan(cell.mean):
-        return UNDEFINED
-    mean = f"{cell.mean:.3g}{'*' if cell.undefined else ''}"
-    if math.isnan(cell.low):
-        return mean
     clear = better and column.more_is_better is not None and (cell.low > 0.0 or cell.high < 0.0)
     mark = (" +" if (cell.mean > 0.0) == column.more_is_better else " -") if clear else ""
-    return f"{mean} [{cell.low:.3g}, {cell.high:.3g}]{mark}"
+    return f"{cell}{mark}"

@@ -150,7 +150,8 @@ def _trained(pattern: str) -> TableAnswer:
     ]
     if not rows:
         raise unknown("trained controller", f"{wanted.model}/{wanted.run}".rstrip("/"), first)
-    held = dict.fromkeys(name for zoo in zoos for name in zoo.metrics)
+    metrics_held = (name for zoo in zoos for name in zoo.metrics)
+    held = dict.fromkeys(name for name in metrics_held if any(name in row for row in rows))
     shown = [name for name in SHOWN if name in held] or [*held][: len(SHOWN)]
     known = {metric.name: metric.heading for metric in metrics()}
     made = ", ".join(

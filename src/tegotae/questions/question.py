@@ -162,11 +162,12 @@ class Question(Generic[A]):
         """The options of each kind of subject."""
         if not self.has_own:
             return {"option": self.options(None)}
-        named = self.subjects().named
-        return {
-            kind: self.options(named(one)[0]) if isinstance(one, str) else one()
-            for kind, one in self.kinds.items()
-        }
+        return {kind: self.example(kind) for kind in self.kinds}
+
+    def example(self, kind: str) -> Any:
+        """The options of a kind of subject."""
+        one = self.kinds[kind]
+        return self.options(self.subjects().named(one)[0]) if isinstance(one, str) else one()
 
 
 def question(**settings: Any) -> Callable[[Callable[[Any, Any], A]], Question[A]]:

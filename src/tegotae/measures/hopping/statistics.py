@@ -40,6 +40,10 @@ BOOTSTRAP, STUDENT, WELCH = "bootstrap", "Student's t", "Welch's t"
 """How an interval was found."""
 
 
+UNDEFINED = "–"
+"""Stands for a number that is not defined."""
+
+
 @dataclass(frozen=True)
 class Interval:
     """A mean with its spread and its 95 % interval, in the unit of the values.
@@ -62,6 +66,18 @@ class Interval:
     """How many are not."""
     method: str = field(default="", repr=False, compare=False)
     """How the interval was found; empty if there is none."""
+
+    def __str__(self) -> str:
+        """The mean with the interval; a star says that values are undefined, a dash that all are.
+
+        Example:
+            >>> print(Interval(0.4213, low=0.398, high=0.444))
+            0.421 [0.398, 0.444]
+        """
+        if math.isnan(self.mean):
+            return UNDEFINED
+        mean = f"{self.mean:.3g}{'*' if self.undefined else ''}"
+        return mean if math.isnan(self.low) else f"{mean} [{self.low:.3g}, {self.high:.3g}]"
 
 
 def interval(values: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
