@@ -20,9 +20,9 @@ PerLane = Annotated[Array, "float", "lanes"]
 PerLimb = Annotated[Array, "float", "*limbs lanes"]
 """A real number of each limb, such as a phase or a weight of a term: [(limbs,) lanes]."""
 PerCommand = Annotated[Array, "float", "... lanes"]
-"""What actuators are commanded: as `PerLimb`, or with an axis of the commands first."""
+"""Commands of the actuators: shaped as `PerLimb`, or with an axis of the commands first."""
 MaskPerLane = Annotated[Array, "bool", "lanes"]
-"""Whether something holds of each lane."""
+"""A boolean for each lane."""
 Scalar = Annotated[Array, "float", ""]
 """A real number that is the same for all lanes, such as the control period."""
 Index = Annotated[Array, "int", ""]
@@ -46,7 +46,7 @@ Numeric = float | np.floating | AnyArray
 ArrayTree = Annotated[Any, "tree", AnyArray]
 """Any pytree of arrays, such as what a summary makes of a trajectory."""
 StateTree = Annotated[Any, "tree", Array]
-"""What a body or an oscillator keeps between ticks: any pytree of arrays, lanes last."""
+"""State carried between ticks by a body or an oscillator: any pytree of arrays, lanes last."""
 if TYPE_CHECKING:
     LaneNumbers = Any
 else:

@@ -1,4 +1,4 @@
-"""What a part offers to recordings and listens to: channels and commands."""
+"""Channels that a part records and commands that it accepts."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from typing import Any, TypeAlias
 import jax
 
 Tick: TypeAlias = Any
-"""What a control tick gives, a `tegotae.simulation.loop.Tick`: the loop stands above its parts."""
+"""Result of a control tick, a `tegotae.simulation.loop.Tick`: the loop stands above its parts."""
 RecordedFrame: TypeAlias = Any
 """A lane at the end of a frame, a `tegotae.simulation.recorder.RecordedFrame`."""
 
 FORCE = ("force",)
 """The force of the leg's actuator [N]."""
 FOOT = ("foot_x", "foot_z")
-"""Where the foot shall be, from its place at rest: forward and up, in the axes of the body [m]."""
+"""Commanded position of the foot relative to its rest position: forward and up, in body axes
+[m]."""
 FOOT_ASIDE = (*FOOT, "foot_y")
 """The same and to the left [m], for a robot whose hips turn outwards."""
 
@@ -73,7 +74,7 @@ class Latest(Channel):
 
 @dataclass(frozen=True)
 class Combined(Channel):
-    """What follows from totals.
+    """A channel computed from totals.
 
     Args:
         of: from the totals to the value.

@@ -64,7 +64,7 @@ class Tegotae(Part):
 
 @dataclass(frozen=True)
 class Controller(Part):
-    """What drives a body: oscillator, Tegotae feedback and actuation, a unit of these a limb.
+    """A controller of a body: oscillator, Tegotae feedback and actuation, one unit per limb.
 
     Without `oscillator` and `tegotae` it is the single network that the paper compares with: its
     actuation reads the senses directly.
@@ -128,7 +128,8 @@ class Controller(Part):
 
     @property
     def limb_shape(self) -> tuple[int, ...]:
-        """What arrays have before the axes of the lanes: () with one limb, else (limbs,)."""
+        """Leading shape of arrays, before the axes of the lanes: () with one limb, else
+        (limbs,)."""
         return () if self.limbs == 1 else (self.limbs,)
 
     @property
@@ -140,14 +141,14 @@ class Controller(Part):
 
     @property
     def _parts(self) -> dict[str, Term | Oscillator]:
-        """Whatever of a unit has weights, by role, in their order."""
+        """Return the parts of a unit that have weights, by role, in order."""
         rhythm = self.oscillator
         learned = {} if rhythm is None or not rhythm.n_weights else {"oscillator": rhythm}
         return {**self.terms, **learned}
 
     @property
     def has_a_gain_alone(self) -> bool:
-        """Whether its only weight is that of a constant gain σ, as in vanilla Tegotae."""
+        """True if the only weight is that of a constant gain σ, as in vanilla Tegotae."""
         own = self.tegotae
         return (
             own is not None
@@ -157,7 +158,7 @@ class Controller(Part):
 
     @property
     def layout(self) -> dict[str, slice]:
-        """Where in a unit's weights those of each part lie."""
+        """Slices of each part's weights within a unit's."""
         slices: dict[str, slice] = {}
         start = 0
         for role, part in self._parts.items():
@@ -171,17 +172,17 @@ class Controller(Part):
 
     @property
     def unit_weights(self) -> int:
-        """How many trained numbers a unit has."""
+        """Number of trained parameters of a unit."""
         return sum(part.n_weights for part in self._parts.values())
 
     @property
     def unit_weight_names(self) -> dict[str, tuple[WeightName, ...]]:
-        """What each weight of a unit is, part by part."""
+        """Names of the weights of a unit, part by part."""
         return {role: _names(part) for role, part in self._parts.items()}
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """What each weight is: its set, if there are several, its part, and its name there.
+        """Names of all weights: the set, if there are several, the part, and the name there.
 
         Example:
             >>> from tegotae.systems.models import build
@@ -198,12 +199,12 @@ class Controller(Part):
 
     @property
     def sets(self) -> int:
-        """How many units have weights of their own."""
+        """Number of units with weights of their own."""
         return 1 if self.sharing is None else max(self.sharing) + 1
 
     @property
     def n_weights(self) -> int:
-        """How many trained numbers the controller has."""
+        """Number of trained parameters of the controller."""
         between = 0 if self.coupling is None else self.coupling.n_weights(self.limbs)
         return self.sets * self.unit_weights + between
 
@@ -248,7 +249,8 @@ class Controller(Part):
         return self.tegotae.feedback(action, reaction, gain)
 
     def command(self, weights: Weights, signals: Signals, max_force_n: Number) -> PerCommand:
-        """What the actuation commands: a force [N] is clipped to [0, α], its phase sector apart."""
+        """Compute the actuator command: a force [N] is clipped to [0, α], except for its phase
+        sector."""
         command = self.actuation(self.of_part("actuation", weights), signals)
         return self.bounded(command, max_force_n)
 

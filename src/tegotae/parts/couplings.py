@@ -18,7 +18,7 @@ from tegotae.parts.weight_names import WeightName, inside, numbered
 
 
 class Coupling(Part, ABC):
-    """What each oscillator gets from those of the other limbs: a frozen dataclass.
+    """Coupling from the oscillators of the other limbs to each oscillator: a frozen dataclass.
 
     No coupling at all is Tegotae control's own way: what couples the limbs is the body. Everything
     else in a controller is elementwise; a coupling alone may look across the limb axis, and even it
@@ -35,11 +35,11 @@ class Coupling(Part, ABC):
         """Raise `TegotaeError` if it does not go with so many limbs."""
 
     def n_weights(self, limbs: int) -> int:
-        """How many trained numbers it has for so many limbs."""
+        """Return the number of trained parameters for a number of limbs."""
         return 0
 
     def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
-        """What each of its weights is, in a controller file and in C; numbers by default."""
+        """Return the names of the weights, in a controller file and in C; numbers by default."""
         return numbered(self.n_weights(limbs))
 
     def initial(self, key: jax.Array, limbs: int) -> jax.Array:
@@ -75,7 +75,7 @@ class LearnedCoupling(Coupling):
         return 2 * limbs * (limbs - 1)
 
     def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
-        """Of each ordered pair its a and its b."""
+        """Return the names of the weights: a and b of each ordered pair."""
         return inside(("pair",), [(n, x) for n in range(limbs * (limbs - 1)) for x in ("a", "b")])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:

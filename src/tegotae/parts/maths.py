@@ -55,7 +55,7 @@ def wrap_phase(phase: jax.Array) -> jax.Array:
 
 
 TANH_SCALE = 2.0 / math.log(2.0)
-"""Of x the z for which 1 - tanh x = 2 / (1 + 2ᶻ)."""
+"""Factor z/x for which 1 - tanh x = 2 / (1 + 2ᶻ)."""
 RATIOS_PER_DIVISION = 6
 _TANH_END = 20.5
 """|z| beyond which tanh is constant: what is left to 1 is of the size of the error allowed."""

@@ -180,7 +180,7 @@ def within(field: str) -> Any:
 
 
 class _Within:
-    """As the part within."""
+    """A field that delegates to the wrapped part."""
 
     def __init__(self, field: str) -> None:
         self.field = field

@@ -13,7 +13,7 @@ from tegotae._support.transforms import jvp
 from tegotae.parts.parameters import Part, a_part, finite, not_negative, positive, traceable
 
 A_TERRAIN = "a Terrain, such as Flat()"
-"""What errors call one."""
+"""Description of a terrain in error messages."""
 
 
 class Terrain(Part, ABC):
@@ -92,11 +92,11 @@ class Steps(Terrain):
     """
 
     rise_m: float = finite(0.0)
-    """How much higher each step is [m]."""
+    """Rise of each step [m]."""
     tread_m: float = positive(1.0)
-    """How long each step is [m]."""
+    """Length of each step [m]."""
     start_m: float = finite(1.0)
-    """Where the first one is [m]."""
+    """Position of the first step [m]."""
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
         """The height of the step [m]."""
@@ -142,9 +142,9 @@ class Rough(Terrain):
     wavelength_m: float = positive(1.0)
     """Typical wavelength [m]."""
     start_m: float = finite(1.0)
-    """Where it begins [m]."""
+    """Position of the beginning [m]."""
     place: float = finite(0.0)
-    """Which part of the ground: any number."""
+    """Offset into the random ground: any number."""
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
         """The height of the waves [m]."""

@@ -21,7 +21,7 @@ _DIMENSIONS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Units(Part):
-    """What 1 m, 1 s and 1 N of a controller are on a body.
+    """Values of a controller's 1 m, 1 s and 1 N on a body.
 
     A controller of a walker with l0 = m = g = 1 has l0, √(l0 / g) and m g of a robot as its units
     there: all that it feels and does is then in the same proportion to the robot as it was to the
@@ -45,7 +45,7 @@ class Units(Part):
     force_n: float = positive(1.0)
 
     def of(self, signal: str) -> float:
-        """What 1 of a signal is."""
+        """Return the value of one unit of a signal on the body."""
         length, time, force = _DIMENSIONS.get(signal, (0, -1 * signal.endswith("_rate"), 0))
         return self.length_m**length * self.time_s**time * self.force_n**force
 

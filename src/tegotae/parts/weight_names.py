@@ -8,10 +8,10 @@ from typing import cast
 from tegotae._support.documents import DamagedDocumentError, Json
 
 WeightName = tuple[str | int, ...]
-"""Where a weight stands: names, and numbers from 0 on, such as ("neuron", 2, "bias")."""
+"""Path of a weight: names, and indices from 0, such as ("neuron", 2, "bias")."""
 
 _Tree = dict[str | int, object]
-"""What `nested` builds: objects by their steps, the lists not yet made."""
+"""Intermediate tree of `nested`: objects by their steps, the lists not yet made."""
 
 
 def numbered(count: int) -> tuple[WeightName, ...]:
@@ -58,7 +58,7 @@ def _with_lists(tree: object) -> Json:
 
 
 def flat(paths: Sequence[WeightName], tree: Json) -> list[Json]:
-    """What `nested` made, as the values in the order of the paths.
+    """Return the values of a tree from `nested` in the order of the paths.
 
     Args:
         paths: of the values, in their order.

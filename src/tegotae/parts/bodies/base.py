@@ -28,12 +28,12 @@ T = TypeVar("T")
 
 
 class Sensation(NamedTuple):
-    """What a body feels at one instant: every entry of shape [(limbs,) lanes]."""
+    """Sensor readings of a body at one instant: every entry of shape [(limbs,) lanes]."""
 
     values: dict[str, PerLimb]
     """Sensed quantities by name, in SI units."""
     scales: Mapping[str, Number]
-    """What each quantity is divided by before a network sees it, in the same units."""
+    """Divisors that make each quantity dimensionless for a network, in the same units."""
 
 
 class Push(NamedTuple):
@@ -46,7 +46,7 @@ class Push(NamedTuple):
     mean_n: PerCommand
     """Mean force [N]."""
     rise_n: Number = 0.0
-    """How much the force rises from the tick's start to its end [N]."""
+    """Rise of the force from the tick's start to its end [N]."""
 
 
 class Contact(NamedTuple):
@@ -65,11 +65,11 @@ class Contact(NamedTuple):
     climb_m: PerLane
     """Height climbed over the tick, in flight and stance [m], >= 0."""
     apex_share: PerLane
-    """Where in the tick a flight apex lies, 0 ... 1; NaN without one."""
+    """Position of a flight apex in the tick, 0 ... 1; NaN without one."""
     apex_height_m: PerLane
     """Height of that apex [m]; NaN without one."""
     touchdown_share: PerLimb
-    """Where in the tick a touchdown lies, 0 ... 1; NaN without one."""
+    """Position of a touchdown in the tick, 0 ... 1; NaN without one."""
     force_n: PerLimb | None = None
     """Mean force of the actuator over the tick [N], where it is not the commanded one."""
 
@@ -86,7 +86,7 @@ class Body(Part, ABC):
     SENSES: tuple[str, ...] = ()
     """Names of what `sense` returns; a controller that reads another name is refused."""
     COMMANDS: tuple[str, ...] = FORCE
-    """What the actuators take: a force, unless stated otherwise (`Actuation.COMMANDS`)."""
+    """Commands of the actuators: a force, unless stated otherwise (`Actuation.COMMANDS`)."""
 
     max_force_n: float
     """Largest actuator force α [N]: a field of every body."""
@@ -95,17 +95,18 @@ class Body(Part, ABC):
 
     @property
     def limbs(self) -> int:
-        """How many limbs there are."""
+        """Number of limbs."""
         return 1
 
     @property
     def limb_shape(self) -> tuple[int, ...]:
-        """What arrays of the limbs have before the axis of the lanes: () for one, else (limbs,)."""
+        """Leading shape of arrays of the limbs, before the axis of the lanes: () for one, else
+        (limbs,)."""
         return () if self.limbs == 1 else (self.limbs,)
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What a rollout records of this body beside what it records of every body."""
+        """Channels that a rollout records of this body beside those of every body."""
         return ()
 
     @property
@@ -120,7 +121,7 @@ class Body(Part, ABC):
 
     @property
     def pose_names(self) -> tuple[str, ...]:
-        """What its release takes beside height and velocity, by name (`Scenario.initial_pose`)."""
+        """Names of the release's entries beside height and velocity (`Scenario.initial_pose`)."""
         return tuple(inspect.signature(self.release).parameters)[2:]
 
     def check_tick(self, tick_s: float) -> None:
@@ -143,7 +144,7 @@ class Body(Part, ABC):
 
     @abstractmethod
     def sense(self, state: StateTree, ground_m: PerLane) -> Sensation:
-        """What the body feels in `state`, the ground being at height `ground_m` [m]."""
+        """Return the sensor readings in `state`, with the ground at height `ground_m` [m]."""
 
     @abstractmethod
     def predict(
@@ -190,7 +191,7 @@ class Body(Part, ABC):
 
 
 def for_limbs(of_body: T) -> T:
-    """What belongs to the body, with an axis for the limbs before that of the lanes.
+    """Return a value of the body with an axis for the limbs before that of the lanes.
 
     A number stays a number: a body's field may be one, or an array of the lanes.
 
@@ -258,7 +259,7 @@ class Interface(Part):
     """
 
     NAME: ClassVar[str] = "Interface"
-    """What documents call it, where a body could stand."""
+    """Name in documents, in place of a body's."""
 
     senses: tuple[str, ...] = field(default=("spring_force",), metadata=STATIC)
     scales: tuple[float | None, ...] | None = None

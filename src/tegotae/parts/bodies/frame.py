@@ -15,7 +15,7 @@ from tegotae.parts._shapes import Number
 LARGEST_TURN_RAD = 0.1
 """Rate of a law times the tick [rad] up to which `series` is as exact as said."""
 _REMAINDER = {"float32": 1e-7, "float64": 1e-10}
-"""What it may leave out of the velocity in a tick, as a share of the motion."""
+"""Relative tolerance of the velocity in a tick, by dtype."""
 ORDER = {
     dtype: next(n for n in count(1) if LARGEST_TURN_RAD**n / factorial(n) < remainder)
     for dtype, remainder in _REMAINDER.items()
@@ -76,9 +76,9 @@ class Turn(NamedTuple):
     """A way in which a frame turns by an angle q: J q̈ = Σ x_i F_i - K q, J = j n m a²."""
 
     name: str
-    """What it is called, such as "pitch"."""
+    """Name of the turn, such as "pitch"."""
     arms_m: Sequence[float]
-    """How far each hip rises with the angle x_i [m/rad]."""
+    """Rise of each hip with the angle x_i [m/rad]."""
     reach_m: float
     """The distance a from the axis [m] which makes the inertia a ratio."""
     inertia_ratio: float
@@ -138,7 +138,8 @@ class FrameModes(NamedTuple):
         )
 
     def hips(self, modes: jax.Array) -> jax.Array:
-        """What the hips do when the modes do this, [modes, lanes] to [limbs, lanes]."""
+        """Return the motion of the hips for a motion of the modes, [modes, lanes] to [limbs,
+        lanes]."""
         return sum((c * q[None] for c, q in zip(self.arms[1:], modes[1:], strict=True)), modes[:1])
 
     def motion(self, law: Law, place: jax.Array, rate: jax.Array) -> list[jax.Array]:

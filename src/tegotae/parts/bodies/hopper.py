@@ -113,7 +113,8 @@ class Hopper(Body):
             )
 
     def _landing_depth_m(self, height_m: float) -> float:
-        """How far the first landing after a release at rest presses the leg at full push [m]."""
+        """Return the largest compression of the leg at full push in the first landing after a
+        release at rest [m]."""
         mass, rate = self.mass_kg, self.natural_frequency_rad_per_s
         sag = (self.weight_n - self.max_force_n) / mass / rate**2  # above the rest length, here
         speed = math.sqrt(2.0 * self.gravity_m_per_s2 * (height_m - self.rest_length_m))

@@ -45,7 +45,7 @@ class Bar(Upright):
     SENSES = ("spring_force", "velocity", "height", "pitch", "pitch_rate")
 
     hips_m: tuple[float, ...] = numbers((-0.5, 0.5))
-    """Where along the bar the hips are, from its centre of mass, back to front [m]; mean 0."""
+    """Positions of the hips along the bar, from its centre of mass, back to front [m]; mean 0."""
     inertia_ratio: float = positive(1.0)
     """j = J / (n m a²)."""
 
@@ -130,9 +130,9 @@ class Plate(Upright):
     SENSES = ("spring_force", "velocity", "height", "pitch", "pitch_rate", "roll", "roll_rate")
 
     hips_x_m: tuple[float, ...] = numbers((0.5, 0.5, -0.5, -0.5))
-    """How far forward of the centre of mass each hip is [m]; mean 0."""
+    """Positions of the hips forward of the centre of mass [m]; mean 0."""
     hips_z_m: tuple[float, ...] = numbers((0.3, -0.3, 0.3, -0.3))
-    """How far to the left of it [m]; mean 0."""
+    """Positions of the hips to the left of the centre of mass [m]; mean 0."""
     pitch_inertia_ratio: float = positive(1.0)
     """j_p = J_p / (m Σ x_i²)."""
     roll_inertia_ratio: float = positive(1.0)

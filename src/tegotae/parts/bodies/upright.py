@@ -28,7 +28,7 @@ from tegotae.parts.parameters import not_negative, numbers, positive
 
 
 class UprightState(NamedTuple):
-    """Where the frame is and how fast it moves: heave first, then its turns; [modes, lanes]."""
+    """Position and velocity of the frame: heave first, then its turns; [modes, lanes]."""
 
     place: jax.Array
     """Heave y [m] and angles [rad]."""
@@ -37,7 +37,7 @@ class UprightState(NamedTuple):
 
 
 class _Passed(NamedTuple):
-    """What has happened in a tick so far."""
+    """Events and totals since the beginning of a tick."""
 
     time: jax.Array
     stance_time: jax.Array
@@ -105,7 +105,7 @@ class Upright(Body):
 
     @property
     def limbs(self) -> int:
-        """How many legs there are."""
+        """Number of legs."""
         return len(self.turns[0].arms_m)
 
     @property
@@ -192,7 +192,7 @@ class Upright(Body):
         return FrameModes.of(self.turns, self.total_mass_kg, self.gravity_m_per_s2, like)
 
     def _touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
-        """Where the modes are when the frame is level and its legs just touch, [modes, lanes]."""
+        """Return the modes of a level frame whose legs just touch the ground, [modes, lanes]."""
         rest = jnp.broadcast_to(self.rest_length_m + ground_m, state.place.shape[1:])
         return in_heave(rest, len(self.turns))
 
@@ -202,7 +202,8 @@ class Upright(Body):
         return frame.hips(state.place - self._touchdown(state, ground_m))
 
     def _bears(self, over: jax.Array) -> jax.Array:
-        """Which legs touch the ground, [limbs, lanes]: those that are there, pressed."""
+        """Return a mask of the legs that touch the ground, [limbs, lanes]: those present and
+        compressed."""
         pressed = over < 0.0
         if self.present is None:
             return pressed
@@ -210,12 +211,13 @@ class Upright(Body):
         return pressed & (there > 0.5)
 
     def _pressed(self, over: jax.Array) -> jax.Array:
-        """How far the legs are pressed [m], [limbs, lanes]."""
+        """Return the compression of the legs [m], [limbs, lanes]."""
         pressed = jnp.maximum(-over, 0.0)
         return pressed if self.present is None else jnp.where(self._bears(over), pressed, 0.0)
 
     def sense(self, state: UprightState, ground_m: jax.Array) -> Sensation:
-        """Of each leg its spring force [N], its hip's velocity [m/s] and height [m]; the turns.
+        """Return each leg's spring force [N], its hip's velocity [m/s] and height [m], and the
+        turns.
 
         Networks see F_k / (m g), ẏ_i / √(g l0), height / l0, and a turn over the angle at which
         hips at its reach are l0 over the middle.
@@ -339,7 +341,7 @@ class Upright(Body):
     def _passed(
         self, frame: FrameModes, at: _At, place: jax.Array, rate: jax.Array, time_s: jax.Array
     ) -> _Passed:
-        """What has happened when the frame has come to a further place without a change of mode."""
+        """Return the events and totals after a motion of the frame without a change of mode."""
         before, climbing, climbs = at.passed, at.rate[0], rate[0]
         climb = rise(at.place[0], climbing, place[0], climbs, time_s)
         flies = ~at.stance.any(axis=0)

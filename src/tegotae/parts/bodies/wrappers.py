@@ -26,7 +26,7 @@ def _of_state(method: str) -> Any:
     """A method of a wrapper that is the same method of the body within, of that body's state."""
 
     def call(self: BodyWrapper, state: StateTree, *ground_m: PerLane) -> Any:
-        """As the body within."""
+        """Delegate to the wrapped body."""
         return getattr(self.body, method)(state.body, *ground_m)
 
     return call
@@ -34,7 +34,7 @@ def _of_state(method: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class BodyWrapper(Body):
-    """As the body within; subclasses say what is different.
+    """A body that delegates to another; subclasses override the differences.
 
     Its state is a named tuple that has the state of the body within as `body`. That body's fields
     are those of `body.` in a scenario's `changes`, such as "body.mass_kg".
@@ -93,7 +93,7 @@ class BodyWrapper(Body):
     def predict(
         self, state: StateTree, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[StateTree, jax.Array, jax.Array]:
-        """As the body within, with what is before and after."""
+        """Delegate to the wrapped body, with the hooks of the wrapper."""
         state = self.before(state, tick_s)
         guess, begins, ends = self.body.predict(state.body, force_n, ground_m, tick_s)
         return self.after(state, guess, ground_m, tick_s), begins, ends
@@ -101,17 +101,17 @@ class BodyWrapper(Body):
     def advance(
         self, state: StateTree, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[StateTree, Contact]:
-        """As the body within, with what is before and after."""
+        """Delegate to the wrapped body, with the hooks of the wrapper."""
         state = self.before(state, tick_s)
         end, contact = self.body.advance(state.body, push, ground_m, tick_s)
         return self.after(state, end, ground_m, tick_s), contact
 
     def apply_impulse(self, state: StateTree, impulse_ns: jax.Array) -> StateTree:
-        """As the body within."""
+        """Delegate to the wrapped body."""
         return state._replace(body=self.body.apply_impulse(state.body, impulse_ns))
 
     def commanded(self, state: StateTree, command: jax.Array) -> StateTree:
-        """As the body within."""
+        """Delegate to the wrapped body."""
         return state._replace(body=self.body.commanded(state.body, command))
 
 
@@ -148,7 +148,7 @@ class ActuatorsState(NamedTuple):
     body: StateTree
     """The state of the body."""
     reached: jax.Array
-    """What of the command the actuators follow now, [(commands,) (limbs,) lanes]."""
+    """Filtered command that the actuators follow, [(commands,) (limbs,) lanes]."""
 
 
 @traceable
@@ -190,7 +190,7 @@ class Actuators(BodyWrapper):
             )
 
     def check_release(self, height_m: float) -> None:
-        """As the body within; and a share of the force has to lift it."""
+        """Check the wrapped body's release; the scaled force must lift the body, too."""
         self.body.check_release(height_m)
         weight_n = getattr(self.body, "weight_n", 0.0)
         if self.COMMANDS == FORCE and self.strength * self.max_force_n <= weight_n:
@@ -207,7 +207,7 @@ class Actuators(BodyWrapper):
         return ActuatorsState(state, jnp.zeros(shape, zero.dtype))
 
     def commanded(self, state: ActuatorsState, command: jax.Array) -> ActuatorsState:
-        """As the body's; the actuators are where they are commanded to be."""
+        """Delegate to the wrapped body; the actuators start at the command."""
         command = jnp.broadcast_to(command, state.reached.shape)
         return ActuatorsState(self.body.commanded(state.body, command), command)
 
@@ -258,9 +258,9 @@ class SensorsState(NamedTuple):
     felt: dict[str, jax.Array]
     """The senses at the last ticks, newest first, [ticks, (limbs,) lanes]."""
     measured: dict[str, jax.Array]
-    """What of it the sensors report now, [(limbs,) lanes]."""
+    """Readings that the sensors report, by quantity, [(limbs,) lanes]."""
     tick: jax.Array
-    """How many ticks there have been, [lanes]."""
+    """Number of ticks since the release, [lanes]."""
 
 
 @traceable
@@ -307,17 +307,17 @@ class Sensors(BodyWrapper):
             )
 
     def released(self, state: StateTree, zero: PerLane) -> SensorsState:
-        """What is felt then was felt always."""
+        """Fill the sensors' history with the reading at the release."""
         felt = self.body.sense(state, zero).values
         past = {name: jnp.stack([x] * (self.most_ticks + 1)) for name, x in felt.items()}
         return SensorsState(state, past, felt, zero)
 
     def commanded(self, state: SensorsState, command: jax.Array) -> SensorsState:
-        """As the body's; what is felt then was felt always."""
+        """Delegate to the wrapped body; fill the sensors' history with the reading then."""
         return self.released(self.body.commanded(state.body, command), jnp.zeros_like(state.tick))
 
     def sense(self, state: SensorsState, ground_m: jax.Array) -> Sensation:
-        """What the sensors report."""
+        """Return the sensors' reports."""
         scales = self.body.sense(state.body, ground_m).scales
         measured = {
             name: x + self._noise(x, scales[name], state.tick, at)
@@ -374,7 +374,7 @@ class BlowsState(NamedTuple):
     body: StateTree
     """The state of the body."""
     tick: jax.Array
-    """How many ticks there have been, [lanes]."""
+    """Number of ticks since the release, [lanes]."""
 
 
 @traceable

@@ -1,4 +1,4 @@
-"""What an oscillator must offer so that Tegotae feedback can entrain it, and the paper's."""
+"""Contract of an oscillator that Tegotae feedback can entrain, and the paper's oscillator."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class Oscillator(Part, ABC):
     SIGNALS: tuple[str, ...] = ("sin_phase", "cos_phase")
     """Names of what `signals` returns: what terms and couplings may read of it."""
     STATE: tuple[str, ...] = ()
-    """What of its state is beside the phase: entries of state and rate, which `start` takes, and
-    which `channels` records, each by its own name and, at an apex, as `apex_` and its name. An
-    oscillator that names all of its state here can be started anywhere on its limit cycle."""
+    """Entries of the state beside the phase, and of its rate, which `start` takes and `channels`
+    records, each by its own name and, at an apex, as `apex_` and its name. An oscillator that names
+    all of its state here can be started anywhere on its limit cycle."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What else than the phase the state has, at the frames and at the apexes."""
+        """Channels of the state beside the phase, at the frames and at the apexes."""
         names = self.STATE
         return (
             *(State(n, f"State of the oscillator: {n}.", partial(_now, n)) for n in names),
@@ -52,12 +52,12 @@ class Oscillator(Part, ABC):
 
     @property
     def n_weights(self) -> int:
-        """How many trained numbers the oscillator has."""
+        """Number of trained parameters of the oscillator."""
         return 0
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """What each of its weights is, in a controller file and in C; numbers by default."""
+        """Names of the weights, in a controller file and in C; numbers by default."""
         return numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> WeightVector:
@@ -97,7 +97,7 @@ class Oscillator(Part, ABC):
         return maths.sin_cos(self.phase(state))
 
     def signals(self, state: StateTree) -> dict[str, PerLimb]:
-        """What terms and couplings may read, by the names of `SIGNALS`."""
+        """Return the signals that terms and couplings may read, by the names of `SIGNALS`."""
         sine, cosine = self.sin_cos(state)
         return {"sin_phase": sine, "cos_phase": cosine}
 
@@ -107,12 +107,13 @@ class Oscillator(Part, ABC):
 
     @property
     def has_phase(self) -> bool:
-        """Whether there is a phase."""
+        """True if the oscillator has a phase."""
         return type(self).phase is not Oscillator.phase
 
     @property
     def is_open(self) -> bool:
-        """Whether all of the state is known from outside, so that an orbit can be entered by it."""
+        """True if all of the state can be set from outside, so that an orbit can be entered by
+        it."""
         leaves = jax.tree.leaves(self.start(jnp.zeros(1)))
         return self.has_phase and len(leaves) == 1 + len(self.STATE)
 
@@ -128,7 +129,7 @@ class Oscillator(Part, ABC):
         )
 
     def decay_per_s(self, omega: float) -> float:
-        """How fast its fastest own motion decays [1/s], at most, at frequency ω [rad/s]."""
+        """Return an upper bound of its fastest decay rate [1/s] at frequency ω [rad/s]."""
         return 0.0
 
     def check_tick(self, omega: float, tick_s: float) -> None:
@@ -201,7 +202,7 @@ def _is_apex(tick: Tick) -> jax.Array:
 
 
 def _at(name: str, tick: Tick) -> jax.Array:
-    """What it is at the apex: what it is at the tick's end, less what came since."""
+    """Return an entry at the apex: its value at the tick's end, less its change since."""
     at_end: PerLimb = getattr(tick.end.oscillator, name)
     rate: PerLimb = getattr(tick.end.drive.rate, name)
     since = (1.0 - jnp.broadcast_to(tick.contact.apex_share, at_end.shape)) * tick.tick_s

@@ -53,7 +53,7 @@ class Planar(Oscillator):
     STATE = ("radius",)
 
     RANGES: ClassVar[Ranges] = {"pace": (0.5, 2.0), "turn": None, "push": None}
-    """What `Learned` trains."""
+    """Ranges of the parameters that `Learned` trains."""
     State: ClassVar[Any]
     """Its state, (phase, *STATE)."""
 
@@ -67,7 +67,7 @@ class Planar(Oscillator):
 
     @property
     def on_cycle(self) -> dict[str, float]:
-        """What else than the phase the state has at or near the limit cycle, by name."""
+        """Return the state beside the phase at or near the limit cycle, by name."""
         return {"radius": 1.0}
 
     def start(self, phase_rad: PerLimb, **rest: PerLimb) -> StateTree:
@@ -86,7 +86,7 @@ class Planar(Oscillator):
     def entering(
         self, state: StateTree, sine: jax.Array, cosine: jax.Array, feedback: jax.Array
     ) -> tuple[jax.Array, jax.Array]:
-        """What feedback adds to φ̇ [rad/s] and to ṙ [1/s]."""
+        """Return the feedback's contributions to φ̇ [rad/s] and to ṙ [1/s]."""
         along, across = self.input_axis()
         pushed = self.push * feedback
         turned = pushed * (across * cosine - along * sine) / jnp.maximum(state[1], NEAR)
@@ -203,7 +203,7 @@ class AdaptiveHopf(Hopf):
 
     @property
     def on_cycle(self) -> dict[str, float]:
-        """As of the Hopf oscillator, at the prescribed frequency."""
+        """Return the Hopf oscillator's state at the prescribed frequency."""
         return {**super().on_cycle, "shift_rad_per_s": 0.0}
 
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:

@@ -83,7 +83,7 @@ class WaryOscillator(Oscillator):
         return state._replace(phase=maths.wrap_phase(state.phase))
 
     def decay_per_s(self, omega: float) -> float:
-        """That of the alarm where it is faster [1/s]."""
+        """Return the alarm's decay rate where it is faster than the oscillator's [1/s]."""
         return 1.0 / min(self.rise_s, self.fall_s)
 
     def in_units(self, time_s: float) -> WaryOscillator:

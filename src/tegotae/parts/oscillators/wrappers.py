@@ -23,7 +23,7 @@ _SPREAD = 0.3
 
 @dataclass(frozen=True)
 class OscillatorWrapper(Oscillator):
-    """As the oscillator within; subclasses say what is different.
+    """An oscillator that delegates to another; subclasses override the differences.
 
     Args:
         inner: the oscillator within.
@@ -48,7 +48,7 @@ class OscillatorWrapper(Oscillator):
     def rate(
         self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> StateTree:
-        """As the oscillator within."""
+        """Delegate to the wrapped oscillator."""
         given = (weights,) if self.inner.n_weights else ()
         return self.inner.rate(state, omega, feedback, *given)
 
@@ -155,11 +155,11 @@ class Learned(OscillatorWrapper):
     def rate(
         self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> StateTree:
-        """That of the oscillator within, with the parameters that the weights say."""
+        """Return the rate of the wrapped oscillator with the parameters that the weights encode."""
         return self.with_weights(weights).rate(state, omega, feedback)
 
     def decay_per_s(self, omega: float) -> float:
-        """That of the oscillator within, with each parameter at its upper bound."""
+        """Return the wrapped oscillator's decay rate with each parameter at its upper bound."""
         oscillator = self._planar
         for name, bounds in oscillator.RANGES.items():
             if bounds is not None:

@@ -33,16 +33,16 @@ class Actuation(Term):
     COMMANDS: tuple[str, ...] = FORCE
     """The quantities of the command; a body takes one kind of command (`Body.COMMANDS`)."""
     NEEDS_PHASE = False
-    """Whether its value is none without an oscillator's phase."""
+    """True if the value is undefined without an oscillator's phase."""
 
     @property
     def commands_force(self) -> bool:
-        """Whether a force is commanded."""
+        """True if the command is a force."""
         return self.COMMANDS == FORCE
 
     @property
     def needs_phase(self) -> bool:
-        """Whether it cannot do without an oscillator's phase; so with `full_force`."""
+        """True if an oscillator's phase is required; so it is with `full_force`."""
         return self.NEEDS_PHASE or type(self).full_force is not Actuation.full_force
 
     def check(self, limbs: int, sets: int) -> None:
@@ -55,7 +55,7 @@ class Actuation(Term):
         return None
 
     def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
-        """What it commands at a frequency; the command as it is, where nothing depends on it.
+        """Return the command at a frequency; unchanged where nothing depends on the frequency.
 
         Args:
             weights: its own, [(limbs,) lanes] each.
@@ -172,7 +172,7 @@ class FreeSectorAndReflex(FreeSector):
     WEIGHTS = (*FreeSector.WEIGHTS, "newtons_per_feedback")
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """That of the sector, and one for one."""
+        """Return the sector's initial weights, and a unit scale."""
         return jnp.concatenate([super().initial(key), jnp.ones((1,))])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:

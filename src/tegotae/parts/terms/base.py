@@ -1,5 +1,5 @@
-"""What a term of the controller is: an elementwise function of weights and signals. Those of
-vanilla feedback: action A, reaction R and gain G (paper equations 2 to 5)."""
+"""Contract of a controller's term: an elementwise function of weights and signals. Vanilla terms:
+action A, reaction R and gain G (paper equations 2 to 5)."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Term(Part, ABC):
     """
 
     READS: tuple[str, ...] = ()
-    """What `reads` returns, where it is always the same."""
+    """Result of `reads`, where it is constant."""
     WEIGHTS: tuple[str, ...] = ()
     """Names of its weights, where they are always the same."""
 
@@ -75,12 +75,12 @@ class Term(Part, ABC):
 
     @property
     def n_weights(self) -> int:
-        """How many trained numbers the term has."""
+        """Number of trained parameters of the term."""
         return len(self.WEIGHTS)
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """What each of its weights is, in a controller file and in C; numbers by default."""
+        """Names of the weights, in a controller file and in C; numbers by default."""
         return tuple((name,) for name in self.WEIGHTS) or numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> WeightVector:

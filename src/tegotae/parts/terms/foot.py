@@ -1,4 +1,4 @@
-"""Where a walking leg's foot shall be: along an ellipse, where networks say, or both together."""
+"""Commanded foot positions of a walking leg: along an ellipse, by networks, or by their sum."""
 
 from __future__ import annotations
 
@@ -269,7 +269,7 @@ class LearnedFoot(Actuation):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """What its networks read."""
+        """Signals that the networks read."""
         return self._network.reads
 
     @property
@@ -295,7 +295,7 @@ class LearnedFoot(Actuation):
 
 
 class AddedToEllipse(Actuation):
-    """What a learned place of the foot is where it is added to an ellipse, `around`.
+    """Sum of an ellipse, `around`, and a learned displacement of the foot.
 
     Its random weights to start from add nothing: training begins with the ellipse.
     """
@@ -306,7 +306,7 @@ class AddedToEllipse(Actuation):
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """What ellipse and networks read."""
+        """Signals that the ellipse and the networks read."""
         return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
 
     def initial(self, key: jax.Array) -> jax.Array:

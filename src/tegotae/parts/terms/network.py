@@ -77,7 +77,7 @@ class Network(Term):
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """Of each neuron the weight of every input by its name, bias and output."""
+        """Names of the weights: of each neuron one per input, the bias and the output."""
         own = (*self.reads, "bias", "output")
         return tuple(("neuron", j, name) for j in range(self.hidden) for name in own)
 
@@ -110,7 +110,7 @@ class Network(Term):
 
 
 def _layer(neurons: Sequence[Weights], x: Sequence[jax.Array]) -> jax.Array:
-    """What neurons of these weights come to, at these inputs."""
+    """Return the activations of neurons with these weights for these inputs."""
     single = x[0].dtype == jnp.float32
     scale = TANH_SCALE if single else 1.0
     x = [scale * x_i for x_i in x]

@@ -76,7 +76,7 @@ class WholeBody(Actuation):
 
     @property
     def n_inputs(self) -> int:
-        """How many numbers it is given."""
+        """Number of inputs of the network."""
         return self.limbs * len(as_read(self.of_each)) + len(as_read(self.of_body))
 
     @property
@@ -86,7 +86,7 @@ class WholeBody(Actuation):
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """Of each neuron the weight of every input, its bias, and its weight in every output."""
+        """Names of the weights: of each neuron one per input, the bias, and one per output."""
         each = [(name, leg) for name in as_read(self.of_each) for leg in range(self.limbs)]
         out = [(name, leg) for name in self.COMMANDS for leg in range(self.limbs)]
         own = (

@@ -78,7 +78,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Where it is and how it lies, and what its feet do."""
+        """Channels of the torso's position and orientation and of its feet."""
         return CHANNELS
 
     def release(

@@ -108,7 +108,7 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 class WalkerState(NamedTuple):
-    """Where the torso and its feet are."""
+    """State of the torso and its feet."""
 
     position: jax.Array
     """Centre of mass in the world [m], [3, lanes]."""
@@ -119,23 +119,23 @@ class WalkerState(NamedTuple):
     turn: jax.Array
     """Rate of turning in body axes [rad/s], [3, lanes]."""
     foot: jax.Array
-    """Where the feet on the ground are anchored, x and y [m], [2, limbs, lanes]."""
+    """Anchors of the feet on the ground, x and y [m], [2, limbs, lanes]."""
     stands: jax.Array
     """1 of a foot that is on the ground, else 0, [limbs, lanes]."""
     command: jax.Array
-    """Where the feet are commanded to be, from their places at rest [m], [2, limbs, lanes]."""
+    """Commanded positions of the feet relative to their rest positions [m], [2, limbs, lanes]."""
     rate: jax.Array
-    """How fast that changed in the last tick [m/s], [2, limbs, lanes]."""
+    """Rate of the command in the last tick [m/s], [2, limbs, lanes]."""
     slid: jax.Array
-    """How far the feet have slid over the ground [m], [limbs, lanes]."""
+    """Distance that the feet have slid over the ground [m], [limbs, lanes]."""
     slip: jax.Array
-    """How fast the feet slide, x and y [m/s], [2, limbs, lanes]."""
+    """Sliding velocity of the feet, x and y [m/s], [2, limbs, lanes]."""
     push: jax.Array
     """Mean acceleration over the last tick [m/s²], [3, lanes]."""
     twist: jax.Array
     """Mean angular acceleration over the last tick [rad/s²], [3, lanes]."""
     com: jax.Array
-    """Where the centre of mass is in the torso [m], [3, lanes]."""
+    """Position of the centre of mass in the torso [m], [3, lanes]."""
 
 
 def reloaded(numbers: WalkerNumbers, state: WalkerState) -> WalkerState:
@@ -162,7 +162,8 @@ def gyration(numbers: WalkerNumbers, turn: jax.Array) -> jax.Array:
 def accelerations(
     numbers: WalkerNumbers, force: Vector, torque: Vector, gyration: jax.Array
 ) -> tuple[jax.Array, jax.Array]:
-    """Of the centre of mass [m/s²] and of the turn [rad/s²], both [3, lanes]."""
+    """Return the accelerations of the centre of mass [m/s²] and of the turn [rad/s²], both [3,
+    lanes]."""
     pushes = numbers.push_x_n, numbers.push_y_n, numbers.push_z_n - numbers.weight_n
     inertia = numbers.inertia_x_kg_m2, numbers.inertia_y_kg_m2, numbers.inertia_z_kg_m2
     lift = [(f.sum(axis=0) + p) / numbers.mass_kg for f, p in zip(force, pushes, strict=True)]
@@ -171,15 +172,15 @@ def accelerations(
 
 
 def com_of(numbers: WalkerNumbers, like: jax.Array) -> jax.Array:
-    """Where the centre of mass is in the torso [m], [3, lanes]."""
+    """Return the position of the centre of mass in the torso [m], [3, lanes]."""
     return jnp.stack([like + x for x in (numbers.com_x_m, numbers.com_y_m, numbers.com_z_m)])
 
 
 class LegStances(NamedTuple):
-    """How the legs stand at one instant, arrays [limbs, lanes]."""
+    """Positions and contacts of the legs at one instant, arrays [limbs, lanes]."""
 
     turn: Rotation
-    """From body to world axes."""
+    """Rotation from body to world axes."""
     feet: Vector
     """The commanded feet c in body axes [m]."""
     place: Vector
@@ -187,18 +188,18 @@ class LegStances(NamedTuple):
     clearance: jax.Array
     """Their height over the ground [m]."""
     contact: jax.Array
-    """Whether they are below it."""
+    """True for feet below the ground."""
     anchor: tuple[jax.Array, jax.Array]
-    """Where the feet stand, x and y [m]."""
+    """Anchors of the feet, x and y [m]."""
     arm: Vector
-    """From the centre of mass to there, in body axes [m]."""
+    """Vectors from the centre of mass to the anchors, in body axes [m]."""
 
 
 class Legs(NamedTuple):
-    """What the legs do at one instant, arrays [limbs, lanes]."""
+    """Forces and velocities of the legs at one instant, arrays [limbs, lanes]."""
 
     stance: LegStances
-    """How they stand."""
+    """Positions and contacts of the legs."""
     force: Vector
     """Force on the body in world axes [N]."""
     of_body: Vector
@@ -236,7 +237,7 @@ def ground_under(
 
 
 def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -> LegStances:
-    """How the legs stand."""
+    """Compute positions and contacts of the legs."""
     turn = rotation(for_limbs(state.attitude))
     feet = commanded_feet(numbers, state)
     centre = for_limbs(state.position)
@@ -255,7 +256,7 @@ def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -
 def legs_of(
     numbers: WalkerNumbers, state: WalkerState, rate: jax.Array, ground_m: jax.Array
 ) -> Legs:
-    """What the legs do in this state, while their command changes at this rate [m/s]."""
+    """Compute the legs' forces in this state, while their command changes at this rate [m/s]."""
     stance = stance_of(numbers, state, ground_m)
     turn, arm, contact = stance.turn, stance.arm, stance.contact
     moves = turn.to_body(vector(for_limbs(state.velocity)))
@@ -285,7 +286,7 @@ def springs_of(numbers: WalkerNumbers) -> tuple[tuple[float, ...], tuple[float, 
 def swing_work(
     numbers: WalkerNumbers, before: jax.Array, rate: jax.Array, tick_s: jax.Array
 ) -> jax.Array:
-    """What it takes to move the legs themselves in a tick, Δ ½ ċ·m ċ + ċ·d ċ Δt [J].
+    """Return the work that moves the legs themselves in a tick, Δ ½ ċ·m ċ + ċ·d ċ Δt [J].
 
     Args:
         numbers: of the walker.
@@ -308,7 +309,7 @@ def swing_work(
 def _upon(
     numbers: WalkerNumbers, force: Vector, anchor: tuple[jax.Array, jax.Array]
 ) -> tuple[Vector, jax.Array, tuple[jax.Array, jax.Array]]:
-    """What of a leg's force the ground bears; the load on it; how the anchor slides."""
+    """Return the part of a leg's force that the ground bears, the load, and the anchor's slide."""
     slopes = jax.tree.map(for_limbs, numbers.terrain).slopes(*anchor)
     one, none = jnp.ones_like(force[0]), jnp.zeros_like(force[0])
     normal: Vector = (none, none, one)
@@ -347,11 +348,11 @@ CHANNELS: tuple[Channel, ...] = (
         lambda t: t.contact.stance_share * t.tick_s,
     ),
 )
-"""What a walker records beside what is recorded of every body."""
+"""Channels of a walker beside those of every body."""
 
 
 def _foot(frame: RecordedFrame, axis: int) -> jax.Array:
-    """Where the feet are: their anchors on the ground, else the commanded places."""
+    """Return the positions of the feet: anchors on the ground, commanded positions in the air."""
     state, body = _state(frame), cast(WalkerNumbers, frame.body)
     stance = stance_of(body, state, frame.ground_m)
     stands = stance.contact & (state.stands > 0.5)

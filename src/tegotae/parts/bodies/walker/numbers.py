@@ -23,31 +23,31 @@ LOWEST_SHARE = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class WalkerNumbers(Part):
-    """Where the legs are, what the torso weighs, how stiff the legs are, on what ground.
+    """Geometry, inertia, leg impedance and ground of a walker.
 
     Defaults are the dimensionless quadruped C (l0 = m = g = 1).
     """
 
     hips_x_m: tuple[float, ...] = numbers((0.85, 0.85, -0.85, -0.85))
-    """How far forward the hips are, from the middle of the torso [m]."""
+    """Positions of the hips forward of the middle of the torso [m]."""
     hips_y_m: tuple[float, ...] = numbers((0.44, -0.44, 0.44, -0.44))
-    """How far to the left they are [m]."""
+    """Positions of the hips to the left of the middle of the torso [m]."""
     present: tuple[float, ...] = numbers(())
     """1 of a leg that is there, 0 of one that is lost; all are there if nothing is said."""
     com_x_m: float = finite(0.0)
-    """How far before the middle of the torso its centre of mass is [m]."""
+    """Position of the centre of mass forward of the middle of the torso [m]."""
     com_y_m: float = finite(0.0)
-    """How far to the left of it [m]."""
+    """Position of the centre of mass to the left of the middle [m]."""
     com_z_m: float = finite(-0.39)
-    """How far above the hips [m]; below them if negative."""
+    """Height of the centre of mass above the hips [m]; negative below them."""
     mass_kg: float = positive(1.0)
     """Mass m [kg]."""
     inertia_x_kg_m2: float = positive(0.10)
     """Moment of inertia in roll [kg m²]."""
     inertia_y_kg_m2: float = positive(0.24)
-    """In pitch [kg m²]."""
+    """Moment of inertia in pitch [kg m²]."""
     inertia_z_kg_m2: float = positive(0.29)
-    """In yaw [kg m²]."""
+    """Moment of inertia in yaw [kg m²]."""
     stiffness_x_n_per_m: float = positive(10.0)
     """Stiffness of a leg fore and aft K_x [N/m]."""
     stiffness_y_n_per_m: float = positive(3.7)
@@ -59,11 +59,11 @@ class WalkerNumbers(Part):
     damping_z_ns_per_m: float = not_negative(0.9)
     """Up and down D_z [N s/m]."""
     leg_mass_x_kg: float = not_negative(0.0)
-    """What a drive moves when it moves a foot fore and aft [kg]: a price, no force on the torso."""
+    """Apparent mass of a foot moved fore and aft [kg]: a cost, no force on the torso."""
     leg_mass_z_kg: float = not_negative(0.0)
     """Up and down [kg]."""
     joint_damping_x_ns_per_m: float = not_negative(0.0)
-    """What it moves a foot against, fore and aft [N s/m]: a price, too."""
+    """Damping of a foot moved fore and aft [N s/m]: a cost, no force on the torso."""
     joint_damping_z_ns_per_m: float = not_negative(0.0)
     """Up and down [N s/m]."""
     friction: float = not_negative(0.8)
@@ -75,7 +75,7 @@ class WalkerNumbers(Part):
     push_x_n: float = finite(0.0)
     """External force on the centre of mass, in the world's x [N]."""
     push_y_n: float = finite(0.0)
-    """In its y [N]."""
+    """Push on the torso in y [N]."""
     push_z_n: float = finite(0.0)
     """Upwards [N]."""
     terrain: Terrain = a_part(Terrain, A_TERRAIN, Flat)
@@ -128,7 +128,7 @@ class WalkerNumbers(Part):
 
     @property
     def limbs(self) -> int:
-        """How many legs there are, the lost ones counted."""
+        """Number of legs, lost ones included."""
         return len(self.hips_x_m)
 
     @property
