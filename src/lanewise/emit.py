@@ -20,7 +20,7 @@ _SLOW = frozenset(("branch", "loop", "div", "sqrt"))
 """Operations that make a side worth a jump alone."""
 
 Leaf = Callable[[Node], tuple[str, int, bool] | str | None]
-"""Where a node comes from: base, offset in bytes of the first vector, whether one number serves all
+"""Location of a node: base, offset in bytes of the first vector, and whether one number serves all
 lanes; or the register of a number; None if it is to be computed."""
 
 
@@ -68,7 +68,7 @@ class Emitter:
         return found
 
     def _products_within_sums(self) -> dict[Node, int]:
-        """Of sums that take a product with them, which of their two inputs it is."""
+        """Return, for sums that absorb a product, the index of that input."""
         uses, region = self._regions.uses, self._regions.region
         fused: dict[Node, int] = {}
         for node in region:
@@ -243,7 +243,7 @@ class Emitter:
                 ]
 
     def _row(self, node: Node) -> list[str]:
-        """What is in memory at equal distances, by its number, which all lanes have in common."""
+        """Emit the load of an entry of an equidistant row by its index, which all lanes share."""
         w, (number, first, second, *_) = self._writer, node.inputs
         place, beyond = self._leaf(first), self._leaf(second)
         assert isinstance(place, tuple)

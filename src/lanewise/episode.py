@@ -142,7 +142,7 @@ class Kernel:
     """
 
     channels: Tree
-    """What a frame records, as `jax.ShapeDtypeStruct` of one lane."""
+    """Channels of a frame, as `jax.ShapeDtypeStruct` of one lane."""
     module: EpisodeModule = field(repr=False)
     shared_kinds: tuple[str, ...] = field(repr=False)
     """Types in C of what all lanes share, number by number."""
@@ -190,7 +190,7 @@ class Kernel:
                 done.result()
 
     def _uniform(self, shared: Tree) -> np.ndarray:
-        """What all lanes share, computed once."""
+        """Compute the values that all lanes share, once."""
         memory = aligned(8 * len(self.shared_kinds))
         uniform = aligned(self.module.uniform_bytes)
         numbers = [x for leaf in jax.tree.leaves(shared) for x in np.asarray(leaf).reshape(-1)]
@@ -202,7 +202,8 @@ class Kernel:
         return uniform
 
     def _blocks_of_group(self, blocks: int, threads: int, frames: int) -> int:
-        """As many as the buffer holds, few enough that no thread waits long for another."""
+        """Return the blocks per group: as many as the buffer holds, few enough that no thread waits
+        long."""
         block = self.module.block
         frame_bytes = self.module.recorded.size * block * frames
         fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
@@ -217,7 +218,7 @@ class _Run:
 
     kernel: Kernel
     rows: Sequence[np.ndarray]
-    """What is given lane by lane, [rows, lanes], leaf by leaf."""
+    """Inputs of each lane, [rows, lanes], leaf by leaf."""
     uniform: np.ndarray
     frames: int
     ticks: int
@@ -257,7 +258,7 @@ class _Run:
             self.collect(first * block, collected, self._channels(arrays))
 
     def _channels(self, arrays: Sequence[np.ndarray]) -> Tree:
-        """What was recorded, as arrays [frames, ..., lanes]."""
+        """Return the recorded channels as arrays [frames, ..., lanes]."""
         leaves, structure = jax.tree.flatten(self.kernel.channels)
         shaped = [
             array.reshape(len(array), *leaf.shape[:-1], array.shape[-1])

@@ -159,7 +159,7 @@ def _text(results: Sequence[Node], layout: StepLayout, width: int = 1, lanes: in
 
 
 def _places(fields: Fields, lanes: int, base: str) -> list[tuple[str, int, bool]]:
-    """Where each number begins, in bytes; of lanes each row of them, at the lanes of the loop.
+    """Return the byte offset of each number; of lanes each row, at the lanes of the loop.
 
     A number that is not of a lane is the same for all.
     """

@@ -24,7 +24,7 @@ from lanewise.nodes import Traced
 
 
 class _Format(NamedTuple):
-    """What a type of floats is made of, and where series for it end."""
+    """Layout of a float type, and the lengths of its series."""
 
     whole: type[np.signedinteger]
     """The type of whole numbers with as many bits."""
@@ -371,7 +371,8 @@ def integer_power(x: jax.Array, y: int) -> jax.Array:
 
 
 def remainder(x: jax.Array, y: jax.Array) -> jax.Array:
-    """What division leaves, with the sign of x; exact for quotients that the type counts."""
+    """Return the remainder of a division, with the sign of x; exact for quotients that the type
+    counts."""
     if not jnp.issubdtype(x.dtype, jnp.floating):
         left = x - lax.div(x, y) * y
         return jnp.where(y == 0, x, left)
@@ -422,7 +423,7 @@ _FUNCTIONS: dict[str, Callable[..., jax.Array]] = {
     "clamp": lambda low, x, high: lax.min(lax.max(x, low), high),
     "is_finite": lambda x: jnp.abs(x) < jnp.inf,
 }
-"""By the operation of a trace that each is."""
+"""Functions by the operation of a trace."""
 
 
 def function(equation: Traced) -> Traced | None:

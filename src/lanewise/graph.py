@@ -43,7 +43,7 @@ class Reader(ABC):
     target: ClassVar[str] = "native code"
     """The code, for errors."""
     advice: ClassVar[str] = ""
-    """What else to write in place of an operation that it lacks."""
+    """Advice for an unsupported operation."""
     kinds: ClassVar[Mapping[str, str]] = KINDS
     """Its types, by those of a trace."""
 
@@ -147,7 +147,7 @@ class Reader(ABC):
     def _branches(
         self, parameters: Parameters, arguments: Arrays, origin: Traced
     ) -> list[np.ndarray]:
-        """Of two branches the one that is taken; of more, of ever later ones."""
+        """Select the taken branch by a chain of forks."""
         which, *inputs = arguments
         branches = [self._run_closed(x, inputs, origin) for x in parameters["branches"]]
         taken = branches[0]
@@ -156,7 +156,7 @@ class Reader(ABC):
         return taken
 
     def _reaches(self, which: np.ndarray, number: int, origin: Traced) -> np.ndarray:
-        """Whether the branch of a number, or a later one, is taken."""
+        """Return whether the branch of an index, or a later one, is taken."""
         node = which.item()
         if node.kind == "bool":
             return which
@@ -233,7 +233,7 @@ class Reader(ABC):
 
 
 def scan_sizes(parameters: Parameters) -> tuple[int, int]:
-    """How many inputs of a `scan` stay the same, and how many are carried; JAX 0.11 counts anew."""
+    """Return the numbers of constant and of carried inputs of a `scan`; JAX 0.11 counts anew."""
     if "ft_in" in parameters:
         fixed, carry, _ = parameters["ft_in"].elts
         return len(fixed), len(carry)
@@ -241,12 +241,12 @@ def scan_sizes(parameters: Parameters) -> tuple[int, int]:
 
 
 def elementwise(node: Callable[..., Node], arrays: Arrays) -> np.ndarray:
-    """What a function of nodes gives for entry after entry of arrays."""
+    """Apply a function of nodes to arrays entry by entry."""
     return np.asarray(np.frompyfunc(node, len(arrays), 1)(*arrays), object)
 
 
 def called(parameters: Parameters) -> tuple[Traced, Sequence[ArrayLike], str]:
-    """Of an operation that calls a trace: that trace, its constants, and where it is from."""
+    """Return the trace that an operation calls, its constants, and its origin."""
     inner = parameters.get("jaxpr", parameters.get("call_jaxpr"))
     jaxpr, constants = getattr(inner, "jaxpr", inner), getattr(inner, "consts", ())
     about = getattr(jaxpr, "debug_info", None)
@@ -286,7 +286,7 @@ _QUICK: dict[str, Callable[[Arrays, Parameters], np.ndarray]] = {
     "stack": lambda a, p: np.stack(a, axis=p["axis"]),
     "slice": lambda a, p: _slice(a[0], p),
 }
-"""In NumPy what traces are full of, by their names there."""
+"""NumPy functions of the most frequent operations, by their names in a trace."""
 _PLACED = {
     **{"dynamic_slice": (0,), "gather": (0,)},
     **{"scatter": (0, 2), "dynamic_update_slice": (0, 1)},
@@ -299,7 +299,7 @@ _MOVES = frozenset(
 
 
 def _moved(equation: Traced, arguments: Arrays) -> list[np.ndarray]:
-    """What an operation of `_MOVES` gives: in general, it moves the numbers of the entries itself.
+    """Return the result of an operation of `_MOVES`, which only moves numbers.
 
     Raises:
         CannotLower: for places that are computed.

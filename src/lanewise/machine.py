@@ -84,7 +84,7 @@ def _host(name: str) -> Target:
 
 
 class Store(Protocol):
-    """Where machine code is kept between processes."""
+    """Storage of machine code between processes."""
 
     def kept(self, key: str) -> bytes | None:
         """The code under a key; None if there is none, or none that is whole."""
@@ -160,7 +160,7 @@ class Code:
 
 
 def _format(code: bytes) -> bytes:
-    """Of an object file what says its format and processor."""
+    """Return the format and processor bytes of an object file."""
     return code[:5] + code[18:20] if code[:4] == b"\x7fELF" else code[:8]
 
 
@@ -218,7 +218,7 @@ def sealed(content: bytes) -> bytes:
 
 
 def unsealed(whole: bytes) -> bytes:
-    """What was sealed.
+    """Return the sealed content.
 
     Raises:
         LanewiseError: where a byte differs, is missing or was added.

@@ -32,7 +32,7 @@ class Rows:
 
     @cached_property
     def offsets(self) -> tuple[int, ...]:
-        """Where each row begins, in bytes a lane: wide ones first, so that all are aligned."""
+        """Offsets of the rows in bytes per lane: wide ones first, so that all are aligned."""
         sizes = [dtype.itemsize for dtype in self.dtypes]
         return _wide_first(sizes, sizes)
 
@@ -82,7 +82,8 @@ class RecordedArrays:
 
     @cached_property
     def offsets(self) -> tuple[int, ...]:
-        """Where each array begins, in bytes a lane and frame: wide ones first, all aligned."""
+        """Offsets of the arrays in bytes per lane and frame: wide ones first, so that all are
+        aligned."""
         return _wide_first(self.sizes, [dtype.itemsize for dtype in self.dtypes])
 
     @property
@@ -103,7 +104,7 @@ class RecordedArrays:
 
 
 def _wide_first(sizes: Sequence[int], widths: Sequence[int]) -> tuple[int, ...]:
-    """Where things of these sizes begin, in the order of their numbers' widths."""
+    """Return the offsets of items of these sizes, ordered by the widths of their numbers."""
     offsets, end = [0] * len(sizes), 0
     for i in sorted(range(len(sizes)), key=lambda i: -widths[i]):
         offsets[i], end = end, end + sizes[i]
@@ -260,7 +261,7 @@ class EpisodeModule:
         )
 
     def _leaf(self, index: str) -> Callable[[Node], Address | str | None]:
-        """Where the loop of ticks finds what was computed before."""
+        """Return a lookup of values that were computed before the loop of ticks."""
         offsets = self.state_rows.offsets
         place = {slot: self.block * offsets[i] for i, slot in enumerate(self.stages.slots)}
 

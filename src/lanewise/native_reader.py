@@ -190,12 +190,12 @@ class NativeReader(Reader):
         return in_shapes(parts, shapes)
 
     def _row(self, number: Node, column: np.ndarray) -> Node:
-        """Of what is given one after the other, the one of this number."""
+        """Return the node of the row at an index, from consecutive inputs."""
         return self._shared(Node("row", column[0].kind, (number, *column)))
 
 
 def _is_given(columns: np.ndarray) -> bool:
-    """Whether rows, at least two, are given for each lane, at equal distances."""
+    """Return whether rows, at least two, are inputs of each lane at equal distances."""
     nodes = columns.reshape(-1)
     if len(columns) < 2 or any(
         node.operation != "given" or node.detail[0] != "lanes" for node in nodes
@@ -209,7 +209,7 @@ _COMMUTE = frozenset(("add", "mul", "and", "or", "xor", "eq", "ne"))
 
 
 def _is_guarded(under: Node) -> bool:
-    """Whether a number is one wherever a condition does not hold."""
+    """Return whether a number is one wherever a condition does not hold."""
     match under.operation, under.inputs:
         case "select_n", (condition, no, yes):
             one = no.operation == "literal" and no.detail == 1.0

@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 Traced: TypeAlias = Any
 """A jaxpr or a piece of one: JAX declares neither shapes nor types of what stands in it."""
 Parameters: TypeAlias = Mapping[str, Any]
-"""What an operation of a trace is given beside arrays: each has entries of its own."""
+"""Parameters of an operation of a trace: each operation has entries of its own."""
 Tree: TypeAlias = Any
 """Any pytree of arrays, or of their shapes, such as a lane's state."""
 Detail: TypeAlias = Any
-"""What a node knows beside its inputs: a number, a name, or which branch or loop it is."""
+"""Detail of a node beside its inputs: a number, a name, or its branch or loop."""
 
 
 P = ParamSpec("P")
@@ -71,7 +71,7 @@ def keeping_calls() -> Generator[None]:
 
 @dataclass(frozen=True)
 class Place:
-    """Where in a program something is computed."""
+    """Source location of a computation."""
 
     file: Path
     line: int
@@ -79,13 +79,13 @@ class Place:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the line's assignment calls its value or its values; else the function's name."""
+        """Names that the line assigns; else the function's name."""
         name = self.function.split(".")[-1].strip("_")
         return _assigned(self.file).get(self.line) or (name if name.isidentifier() else "value",)
 
 
 def is_of_jax(path: str) -> bool:
-    """Whether a path, or what begins with one, is that of a file of JAX itself."""
+    """Return whether a path, or its beginning, is that of a file of JAX itself."""
     return _jax_folder() in path
 
 
@@ -133,7 +133,7 @@ def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
 
 
 class LanewiseError(ValueError):
-    """What was asked for cannot be compiled, or loaded: one line for people."""
+    """The program cannot be compiled or loaded: a line for people."""
 
 
 class CannotLower(LanewiseError):  # noqa: N818 - it says what cannot be done
@@ -196,7 +196,7 @@ class Node:
     origin: Traced = None
     """The operation of the trace that it comes from, where the program's own names are wanted."""
     stage: int = TICK
-    """When it is known; of an operation, once all of its inputs are."""
+    """Stage at which the value is known; of an operation, once all of its inputs are."""
     number: int = field(default_factory=lambda: next(_number))
     """Later ones depend on earlier ones alone."""
 
@@ -207,7 +207,7 @@ class Node:
 
 @dataclass(eq=False)
 class Fork:
-    """What a node `branch` decides between: the results of either side.
+    """Alternatives of a node `branch`: the results of either side.
 
     The node's inputs are the condition, then `no`, then `yes`.
     """
@@ -218,18 +218,18 @@ class Fork:
 
 @dataclass(eq=False)
 class Loop:
-    """What a node `loop` repeats while a condition holds.
+    """Body of a node `loop`, repeated while a condition holds.
 
     The node's inputs are the values that `carried` begins with, then all from outside that a round
     reads.
     """
 
     carried: tuple[Node, ...]
-    """What changes from round to round, as nodes that are given."""
+    """Values that change from round to round, as input nodes."""
     goes_on: Node
     """The condition, of what is carried."""
     onwards: tuple[Node, ...]
-    """What is carried to the next round."""
+    """Values carried to the next round."""
 
     @functools.cached_property
     def changing(self) -> frozenset[Node]:
@@ -241,7 +241,7 @@ class Loop:
         return frozenset(changing)
 
     def outside(self) -> tuple[Node, ...]:
-        """What a round reads that does not change, in the order of the rounds."""
+        """Values that the rounds read and do not change, in order."""
         order = reachable((self.goes_on, *self.onwards))
         read = {x: None for node in order if node in self.changing for x in node.inputs}
         read.update(dict.fromkeys((self.goes_on, *self.onwards)))

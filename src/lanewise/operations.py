@@ -13,7 +13,7 @@ from lanewise.nodes import DTYPES, FLOATS, Detail, Node, Parameters, literal
 from lanewise.writer import FunctionWriter
 
 ATOM, UNARY, PRODUCT, SUM, ORDER, EQUAL, BITS, CHOICE = 9, 8, 7, 6, 5, 4, 3, 1
-"""How tightly C binds, from names and calls to `?:`."""
+"""Precedence in C, from names and calls to `?:`."""
 
 
 Emission = Callable[..., str]
@@ -24,7 +24,7 @@ Fold = Callable[..., ArrayLike]
 
 @dataclass(frozen=True)
 class Operation:
-    """What an operation on scalars is elsewhere.
+    """Equivalents of a scalar operation in LLVM, C and NumPy.
 
     Args:
         text: the C, with {0}, {1} ... for what it acts on; None if it has none.
@@ -288,7 +288,7 @@ OPERATIONS: dict[str, Operation] = {
     "shift_right_arithmetic": Operation(None, llvm=_shift("ashr")),
     "copy": Operation("{0}", UNARY, (UNARY,)),
 }
-"""By their names in a trace; in C, those on whole numbers are of `WHOLE`."""
+"""Operations by their names in a trace; in C, those on integers are of `WHOLE`."""
 
 WHOLE: dict[str, Operation] = {
     "add": _function("sum_of", 2, "sum_of"),
@@ -302,11 +302,11 @@ WHOLE: dict[str, Operation] = {
     **{name: OPERATIONS[name] for name in ("and", "or", "xor", "shift_left", "select_n", "copy")},
     **{name: OPERATIONS[name] for name in ("eq", "ne", "lt", "le", "gt", "ge")},
 }
-"""In C, operations on int32_t, which wrap around as the traced ones do."""
+"""Operations on int32_t in C, which wrap around as the traced ones do."""
 
 
 def exact(node: Node) -> Node | None:
-    """What an operation comes to for all numbers, to the bit, if that is simpler."""
+    """Return a simpler node that equals an operation for all numbers, to the bit, or None."""
     kind = node.kind
     match node.operation, node.inputs:
         case "select_n", (_, first, *others) if all(x is first for x in others):
@@ -330,7 +330,7 @@ def exact(node: Node) -> Node | None:
 
 
 def of_finite(node: Node) -> Node | None:
-    """What an operation with nothing comes to, where no sign of zero matters."""
+    """Return a simpler node for an operation with zero, where no sign of zero matters, or None."""
     match node.operation, node.inputs:
         case "sub", (a, b) if a is b:
             return _literal(0, node.kind)
@@ -368,7 +368,7 @@ def _is(node: Node, value: float) -> bool:
 
 
 def _is_power_of_two(node: Node) -> bool:
-    """Whether it is one whose inverse is exact, too."""
+    """Return whether a node is a power of two, whose inverse is exact, too."""
     if node.operation != "literal" or node.kind not in FLOATS:
         return False
     size = abs(float(node.detail))

@@ -1,5 +1,5 @@
-"""Where each node is computed: once a run, an episode or a tick; always, on one side of a branch,
-in a loop."""
+"""Placement of each node: once a run, an episode or a tick; always, on one side of a branch, in a
+loop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lanewise.nodes import LANE, UNIFORM, Fork, Loop, Node, reachable
 
 @dataclass(frozen=True)
 class Stages:
-    """What a program of lanes computes, and what one stage leaves to the next.
+    """Nodes of a program of lanes by stage, and the values that one stage leaves to the next.
 
     Args:
         start: the state at release.
@@ -47,12 +47,12 @@ class Stages:
 
     @cached_property
     def invariant(self) -> tuple[Node, ...]:
-        """What is computed once an episode and read every tick or frame; what is given is not."""
+        """Nodes computed once an episode and read every tick or frame; inputs excluded."""
         return tuple(node for node in _read(self._later, LANE) if node.operation != "given")
 
     @cached_property
     def uniform(self) -> tuple[Node, ...]:
-        """What is computed once a run and read later."""
+        """Nodes computed once a run and read later."""
         released = [self.start[i] for i in self.slots]
         return _read([*self._later, *self.invariant, *released], UNIFORM)
 

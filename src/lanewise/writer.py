@@ -103,7 +103,7 @@ class FunctionWriter:
         return self.do(f"select {self.type('bool')} {mask}, {of} {yes}, {of} {no}", name)
 
     def any(self, masks: list[str]) -> str:
-        """Whether a mask holds for any lane of any vector."""
+        """Emit the test whether a mask holds for any lane of any vector."""
         together, kind = masks[0], self.type("bool")
         for mask in masks[1:]:
             together = self.do(f"or {kind} {together}, {mask}")

@@ -149,11 +149,11 @@ class Controller(Part):
     @property
     def has_a_gain_alone(self) -> bool:
         """True if the only weight is that of a constant gain σ, as in vanilla Tegotae."""
-        own = self.tegotae
+        tegotae = self.tegotae
         return (
-            own is not None
-            and isinstance(own.gain, ConstantGain)
-            and self.n_weights == own.gain.n_weights
+            tegotae is not None
+            and isinstance(tegotae.gain, ConstantGain)
+            and self.n_weights == tegotae.gain.n_weights
         )
 
     @property
@@ -212,8 +212,8 @@ class Controller(Part):
         """Random weights to start training from, shape [n_weights]."""
         if self.sets == 1 and self.coupling is None:
             return self._initial_unit(key)
-        own, between = jax.random.split(key)
-        units = [self._initial_unit(each) for each in jax.random.split(own, self.sets)]
+        unit_key, between = jax.random.split(key)
+        units = [self._initial_unit(subkey) for subkey in jax.random.split(unit_key, self.sets)]
         if self.coupling is not None:
             units.append(self.coupling.initial(between, self.limbs))
         return jnp.concatenate(units)
@@ -235,17 +235,17 @@ class Controller(Part):
         if not self.limb_shape:
             return weights
         n, sharing = self.unit_weights, self.sharing or (0,) * self.limbs
-        units = [jnp.stack([weights[at * n + i] for at in sharing]) for i in range(n)]
+        units = [jnp.stack([weights[unit * n + i] for unit in sharing]) for i in range(n)]
         return (*units, *(weights[i] for i in range(self.sets * n, self.n_weights)))
 
     def feedback(self, weights: Weights, signals: Signals) -> PerLimb:
         """Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without Tegotae terms."""
         if self.tegotae is None:
             return jnp.zeros_like(next(iter(signals.values.values())))
-        own = self.tegotae
-        action = own.action(self.of_part("action", weights), signals)
-        reaction = own.reaction(self.of_part("reaction", weights), signals)
-        gain = own.gain(self.of_part("gain", weights), signals)
+        tegotae = self.tegotae
+        action = tegotae.action(self.of_part("action", weights), signals)
+        reaction = tegotae.reaction(self.of_part("reaction", weights), signals)
+        gain = tegotae.gain(self.of_part("gain", weights), signals)
         return self.tegotae.feedback(action, reaction, gain)
 
     def command(self, weights: Weights, signals: Signals, max_force_n: Number) -> PerCommand:
@@ -299,9 +299,9 @@ def _check_sharing(sharing: tuple[int, ...], limbs: int) -> None:
 def _check_wiring(wiring: tuple[int, ...], limbs: int) -> None:
     for limb in range(limbs):
         if (drivers := wiring.count(limb)) != 1:
-            how = "by no unit" if drivers == 0 else f"by {drivers} units"
+            count = "by no unit" if drivers == 0 else f"by {drivers} units"
             raise TegotaeError(
-                f"wiring is {wiring}: limb {limb} is driven {how}; every one of the limbs "
+                f"wiring is {wiring}: limb {limb} is driven {count}; every one of the limbs "
                 f"0 ... {limbs - 1} must be driven once"
             )
     if len(wiring) != limbs:

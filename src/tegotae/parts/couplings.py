@@ -86,9 +86,9 @@ class LearnedCoupling(Coupling):
         inputs: list[jax.Array] = []
         for to in range(limbs):
             total = jnp.zeros_like(sine[0])
-            for of in (other for other in range(limbs) if other != to):
-                sin_gap = sine[of] * cosine[to] - cosine[of] * sine[to]
-                cos_gap = cosine[of] * cosine[to] + sine[of] * sine[to]
+            for source in (limb for limb in range(limbs) if limb != to):
+                sin_gap = sine[source] * cosine[to] - cosine[source] * sine[to]
+                cos_gap = cosine[source] * cosine[to] + sine[source] * sine[to]
                 total = total + next(rows) * sin_gap + next(rows) * cos_gap
             inputs.append(total)
         return jnp.stack(inputs)
@@ -123,21 +123,22 @@ class Neighbours(Coupling):
     def __post_init__(self) -> None:
         super().__post_init__()
         try:
-            links = tuple((to, of) for to, of in self.links)
+            links = tuple((to, source) for to, source in self.links)
         except (TypeError, ValueError):
             raise TegotaeError(
                 f"links is {reprlib.repr(self.links)}; it must be pairs of limbs, such as "
                 "((0, 1), (1, 0))"
             ) from None
-        whole = tuple(whole_numbers("a link", link) for link in links)
-        object.__setattr__(self, "links", whole)  # a list could not be hashed
+        integers = tuple(whole_numbers("a link", link) for link in links)
+        object.__setattr__(self, "links", integers)  # a list could not be hashed
 
     def check(self, limbs: int) -> None:
         """Raise `TegotaeError` for a link that names a limb that is not there, or itself."""
-        for to, of in self.links:
-            if to == of or not (0 <= to < limbs and 0 <= of < limbs):
+        for to, source in self.links:
+            if to == source or not (0 <= to < limbs and 0 <= source < limbs):
                 raise TegotaeError(
-                    f"a link is ({to}, {of}); it must name two different limbs of 0 ... {limbs - 1}"
+                    f"a link is ({to}, {source}); it must name two different limbs of 0 ... "
+                    f"{limbs - 1}"
                 )
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
@@ -145,9 +146,9 @@ class Neighbours(Coupling):
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         sin_lag, cos_lag = math.sin(self.lag_rad), math.cos(self.lag_rad)
         inputs = [jnp.zeros_like(sine[0]) for _ in range(sine.shape[0])]
-        for to, of in self.links:
-            sin_gap = sine[of] * cosine[to] - cosine[of] * sine[to]
-            cos_gap = cosine[of] * cosine[to] + sine[of] * sine[to]
+        for to, source in self.links:
+            sin_gap = sine[source] * cosine[to] - cosine[source] * sine[to]
+            cos_gap = cosine[source] * cosine[to] + sine[source] * sine[to]
             pull = sin_gap * cos_lag - cos_gap * sin_lag
             inputs[to] = inputs[to] + self.strength_rad_per_s * pull
         return jnp.stack(inputs)

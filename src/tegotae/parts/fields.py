@@ -51,12 +51,12 @@ def paths_of(body: Body) -> dict[str, str]:
         >>> found["delay_s"], found["inertia_ratio"]
         ('delay_s', 'body.inertia_ratio')
     """
-    own = {name: name for name in _names(body)}
+    paths = {name: name for name in _names(body)}
     if not isinstance(body, BodyWrapper):
-        return own
-    del own[INNER]
+        return paths
+    del paths[INNER]
     within = {name: f"{INNER}.{path}" for name, path in paths_of(body.body).items()}
-    return {**within, **own}
+    return {**within, **paths}
 
 
 def path_of(body: Body, name: str) -> str:
@@ -74,13 +74,13 @@ def path_of(body: Body, name: str) -> str:
         >>> path_of(Sensors(body=Hopper()), "mass_kg")
         'body.mass_kg'
     """
-    first, dot, rest = name.partition(".")
+    first, dot, tail = name.partition(".")
     if first == INNER and isinstance(body, BodyWrapper):
-        return f"{INNER}.{path_of(body.body, rest)}"
-    known = paths_of(body)
-    if first not in known:
-        raise unknown(f"field of a {type(unwrapped(body)).__name__}", first, known)
-    path = known[first] + dot + rest
+        return f"{INNER}.{path_of(body.body, tail)}"
+    paths = paths_of(body)
+    if first not in paths:
+        raise unknown(f"field of a {type(unwrapped(body)).__name__}", first, paths)
+    path = paths[first] + dot + tail
     _ = _at(body, path)
     return path
 
@@ -174,23 +174,23 @@ def with_paths(value: T, fields: Mapping[str, object]) -> T:
     plain = {path: x for path, x in fields.items() if "." not in path}
     nested: dict[str, dict[str, object]] = {}
     for path, x in fields.items():
-        outer, dot, inner = path.partition(".")
+        head, dot, tail = path.partition(".")
         if dot:
-            nested.setdefault(outer, {})[inner] = x
-    plain |= {outer: with_paths(getattr(value, outer), inner) for outer, inner in nested.items()}
+            nested.setdefault(head, {})[tail] = x
+    plain |= {head: with_paths(getattr(value, head), tail) for head, tail in nested.items()}
     for name, x in plain.items():
-        usual = getattr(value, name)
-        if isinstance(usual, tuple) and not isinstance(x, tuple):
-            plain[name] = (x,) * (len(cast(tuple[object, ...], usual)) or 1)
+        current = getattr(value, name)
+        if isinstance(current, tuple) and not isinstance(x, tuple):
+            plain[name] = (x,) * (len(cast(tuple[object, ...], current)) or 1)
     return cast(T, dataclasses.replace(cast("DataclassInstance", value), **plain))
 
 
 def _at(value: object, path: str) -> object:
     """The value at a path of a dataclass."""
     for part in path.split("."):
-        known = _names(value)
-        if part not in known:
-            raise unknown(f"field of a {type(value).__name__}", part, known)
+        names = _names(value)
+        if part not in names:
+            raise unknown(f"field of a {type(value).__name__}", part, names)
         value = getattr(value, part)
     return value
 

@@ -76,19 +76,19 @@ def one_plus_exp2(z: jax.Array) -> jax.Array:
         '0.46212'
     """
     z = jnp.clip(z, -_TANH_END, _TANH_END)
-    whole = jnp.round(z)
-    rest = z - whole
+    integer = jnp.round(z)
+    fraction = z - integer
     power = jnp.full_like(z, _POWER_OF_TWO[-1])
     for coefficient in reversed(_POWER_OF_TWO[:-1]):
-        power = power * rest + coefficient
+        power = power * fraction + coefficient
     # 2ⁿ by its bits; it is constant where the derivative is asked for, which `rest` has.
-    scale = lax.bitcast_convert_type(_last_bits(whole, 127) << 23, jnp.float32)
+    scale = lax.bitcast_convert_type(_last_bits(integer, 127) << 23, jnp.float32)
     return 1.0 + power * scale
 
 
-def _last_bits(whole: jax.Array, more: int = 0) -> jax.Array:
+def _last_bits(integer: jax.Array, offset: int = 0) -> jax.Array:
     """The last bits of a whole number, and of some more: a float so large has no others."""
-    return lax.bitcast_convert_type(whole + (1.5 * 2**23 + more), jnp.int32)
+    return lax.bitcast_convert_type(integer + (1.5 * 2**23 + offset), jnp.int32)
 
 
 @stays_a_call
@@ -123,8 +123,8 @@ def sum_of_ratios(ratios: Sequence[tuple[jax.Array, jax.Array]]) -> jax.Array:
     """
     total = jnp.zeros_like(ratios[0][0])
     for first in range(0, len(ratios), RATIOS_PER_DIVISION):
-        (over, under), *others = ratios[first : first + RATIOS_PER_DIVISION]
-        for numerator, denominator in others:
+        (over, under), *tail = ratios[first : first + RATIOS_PER_DIVISION]
+        for numerator, denominator in tail:
             over, under = add_ratio(over, under, numerator, denominator)
         total = total + over / under
     return total

@@ -113,9 +113,9 @@ class Part:
         for field in dataclasses.fields(cast("DataclassInstance", self)):
             value = getattr(self, field.name)
             if _CHECK in field.metadata and not (value is None is field.default):
-                kept = field.metadata[_CHECK](field.name, value)
-                if kept is not None:
-                    object.__setattr__(self, field.name, kept)
+                checked = field.metadata[_CHECK](field.name, value)
+                if checked is not None:
+                    object.__setattr__(self, field.name, checked)
 
 
 def traceable(cls: type[T]) -> type[T]:
@@ -155,13 +155,13 @@ def changed(value: T, name: str, change: Callable[[Number], Number]) -> T:
         >>> changed(Hopper(), "mass_kg", lambda usual: 2 * usual).mass_kg
         0.2
     """
-    outer, _, inner = name.partition(".")
-    old = getattr(value, outer)
-    new = changed(old, inner, change) if inner else change(old)
+    head, _, tail = name.partition(".")
+    old = getattr(value, head)
+    new = changed(old, tail, change) if tail else change(old)
     copy = object.__new__(type(value))
     for field in dataclasses.fields(cast("DataclassInstance", value)):
         object.__setattr__(copy, field.name, getattr(value, field.name))
-    object.__setattr__(copy, outer, new)
+    object.__setattr__(copy, head, new)
     return copy
 
 

@@ -32,9 +32,9 @@ class Terrain(Part, ABC):
 
         By default the derivatives of `height_m`.
         """
-        one = jnp.ones_like(x_m)
-        _, along = jvp(lambda x: self.height_m(x, y_m), x_m, one)
-        _, across = jvp(lambda y: self.height_m(x_m, y), y_m, one)
+        ones = jnp.ones_like(x_m)
+        _, along = jvp(lambda x: self.height_m(x, y_m), x_m, ones)
+        _, across = jvp(lambda y: self.height_m(x_m, y), y_m, ones)
         return along, across
 
 

@@ -49,10 +49,10 @@ class Units(Part):
         length, time, force = _DIMENSIONS.get(signal, (0, -1 * signal.endswith("_rate"), 0))
         return self.length_m**length * self.time_s**time * self.force_n**force
 
-    def over(self, other: Units) -> Units:
+    def over(self, divisor: Units) -> Units:
         """These, of a controller that counts in others on the body that it is from."""
         return Units(
-            length_m=self.length_m / other.length_m,
-            time_s=self.time_s / other.time_s,
-            force_n=self.force_n / other.force_n,
+            length_m=self.length_m / divisor.length_m,
+            time_s=self.time_s / divisor.time_s,
+            force_n=self.force_n / divisor.force_n,
         )

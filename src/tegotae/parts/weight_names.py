@@ -19,14 +19,14 @@ def numbered(count: int) -> tuple[WeightName, ...]:
     return tuple(("weight", i) for i in range(count))
 
 
-def inside(outer: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, ...]:
+def inside(prefix: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, ...]:
     """The same paths within another one.
 
     Args:
-        outer: the path within which they are.
+        prefix: the path within which they are.
         paths: the paths.
     """
-    return tuple((*outer, *path) for path in paths)
+    return tuple((*prefix, *path) for path in paths)
 
 
 def nested(paths: Sequence[WeightName], values: Sequence[Json]) -> dict[str, Json]:
@@ -42,10 +42,10 @@ def nested(paths: Sequence[WeightName], values: Sequence[Json]) -> dict[str, Jso
     """
     tree: _Tree = {}
     for path, value in zip(paths, values, strict=True):
-        at = tree
+        branch = tree
         for step in path[:-1]:
-            at = cast(_Tree, at.setdefault(step, {}))
-        at[path[-1]] = value
+            branch = cast(_Tree, branch.setdefault(step, {}))
+        branch[path[-1]] = value
     return cast(dict[str, Json], _with_lists(tree))
 
 
@@ -78,9 +78,9 @@ def flat(paths: Sequence[WeightName], tree: Json) -> list[Json]:
     for path in paths:
         if path not in entries:
             raise DamagedDocumentError(f"its weights lack {spelled(path)}")
-    own = set(paths)
+    wanted_paths = set(paths)
     for path in entries:
-        if path not in own:
+        if path not in wanted_paths:
             raise DamagedDocumentError(
                 f"its weights have {spelled(path)}, which the controller has not"
             )
@@ -89,9 +89,11 @@ def flat(paths: Sequence[WeightName], tree: Json) -> list[Json]:
 
 def _entries(tree: Json, path: WeightName) -> list[tuple[WeightName, Json]]:
     if isinstance(tree, Mapping):
-        return [each for name, inner in tree.items() for each in _entries(inner, (*path, name))]
+        return [
+            entry for name, subtree in tree.items() for entry in _entries(subtree, (*path, name))
+        ]
     if isinstance(tree, list):
-        return [each for i, inner in enumerate(tree) for each in _entries(inner, (*path, i))]
+        return [entry for i, subtree in enumerate(tree) for entry in _entries(subtree, (*path, i))]
     return [(path, tree)]
 
 

@@ -1,1 +1,1 @@
-"""How a closed loop moves, what it meets, and what is recorded."""
+"""Motion, conditions and recording of a closed loop."""

@@ -64,10 +64,10 @@ def check_scenario(
         timing: duration and control period.
     """
     for entry, example in _EXAMPLES.items():
-        given: object = getattr(scenario, entry)
-        if not isinstance(given, Mapping) and given != ():
+        value: object = getattr(scenario, entry)
+        if not isinstance(value, Mapping) and value != ():
             raise TegotaeError(
-                f"{entry} is {reprlib.repr(given)}; it must be numbers by name, such as {example}"
+                f"{entry} is {reprlib.repr(value)}; it must be numbers by name, such as {example}"
             )
     states = () if oscillator is None else oscillator.STATE
     starts = ((body, "initial_pose", body.pose_names), (oscillator, "oscillator_state", states))
@@ -92,10 +92,10 @@ def _check_changes(body: Body, scenario: Scenario, timing: Timing) -> None:
                 f"the change of {name} is {reprlib.repr(change)}; {_NO_FIELDS[name]}, and a change "
                 "of it is a Step or a Staircase"
             )
-        usual = None if name in _NO_FIELDS else number_of(body, name)
+        nominal = None if name in _NO_FIELDS else number_of(body, name)
         for entry, value in _entries(change).items():
             _check_numbers(name, entry, value, timing.tick_s)
-            _check_shape(name, entry, value, usual)
+            _check_shape(name, entry, value, nominal)
         if isinstance(change, Step) and not np.all(
             np.less(change.from_s, change.until_s) | np.isinf(change.from_s)  # inf: never
         ):
@@ -141,22 +141,22 @@ def _check_bodies(body: Body, fields: Mapping[str, LaneNumbers], timing: Timing)
             last = np.minimum(np.floor(timing.duration_s / change.dwell_s), change.levels - 1.0)
             times.append(change.dwell_s * last)
     numbers = {name: number_of(body, name) for name in rows}
-    usual = {
+    nominal = {
         name: _row(x)[:, None] if isinstance(x, tuple) else _row(x) for name, x in numbers.items()
     }
-    made: set[tuple[FieldNumber, ...]] = set()
+    bodies: set[tuple[FieldNumber, ...]] = set()
     for time in times:
         time = np.where((time >= 0.0) & (time <= timing.duration_s), time, 0.0)
         met = {
             name: np.broadcast_to(
-                _values_at(change, usual[name], time), (*usual[name].shape[:-1], lanes)
+                _values_at(change, nominal[name], time), (*nominal[name].shape[:-1], lanes)
             )
             for name, change in rows.items()
         }
         for lane in range(lanes):
             of_lane = {name: _field(x[..., lane]) for name, x in met.items()}
-            if (key := tuple(of_lane.values())) not in made:
-                made.add(key)
+            if (key := tuple(of_lane.values())) not in bodies:
+                bodies.add(key)
                 with_fields(body, of_lane).check_tick(timing.tick_s)
 
 
@@ -169,33 +169,33 @@ def _field(value: np.ndarray) -> FieldNumber:
     return tuple(value.tolist()) if value.ndim else float(value)
 
 
-def _values_at(change: LaneNumbers, usual: np.ndarray, time_s: LaneNumbers) -> np.ndarray:
-    """What a number is at a time, given what it usually is."""
+def _values_at(change: LaneNumbers, nominal: np.ndarray, time_s: LaneNumbers) -> np.ndarray:
+    """Return the values of a changing number at a time, from its nominal value."""
     if isinstance(change, Step):
         meanwhile = np.less_equal(change.from_s, time_s) & np.less(time_s, change.until_s)
-        return np.where(meanwhile, change.value, usual)
+        return np.where(meanwhile, change.value, nominal)
     if isinstance(change, Staircase):
         step, dwell_s, levels = (np.asarray(x, float) for x in change)
-        return usual + np.minimum(np.floor(time_s / dwell_s + 1e-6), levels - 1.0) * step
+        return nominal + np.minimum(np.floor(time_s / dwell_s + 1e-6), levels - 1.0) * step
     return change
 
 
 def _check_numbers(name: str, entry: str, value: LaneNumbers, tick_s: float) -> None:
-    what = f"the change of {name}" + ("" if entry == "value" else f", {entry},")
+    label = f"the change of {name}" + ("" if entry == "value" else f", {entry},")
     for number in np.ravel(np.asarray(value, object)):
         if entry in ("until_s", "levels", "from_s") and number == float("inf"):
             continue
-        least = {"dwell_s": tick_s, "levels": 1.0}.get(entry)
-        require_finite(what, number, least=least)
+        lower = {"dwell_s": tick_s, "levels": 1.0}.get(entry)
+        require_finite(label, number, least=lower)
 
 
-def _check_shape(name: str, entry: str, value: LaneNumbers, usual: FieldNumber | None) -> None:
+def _check_shape(name: str, entry: str, value: LaneNumbers, nominal: FieldNumber | None) -> None:
     shape = np.shape(np.asarray(value, float))
-    if isinstance(usual, tuple) and entry in ("value", "step"):
-        if shape and (len(shape) != 2 or shape[0] != len(usual)):
+    if isinstance(nominal, tuple) and entry in ("value", "step"):
+        if shape and (len(shape) != 2 or shape[0] != len(nominal)):
             raise TegotaeError(
                 f"the change of {name} has shape {shape}; it belongs to the legs: write a row for "
-                f"each of them, [{len(usual)}, lanes], such as {[[x] for x in usual]}"
+                f"each of them, [{len(nominal)}, lanes], such as {[[x] for x in nominal]}"
             )
     elif len(shape) > 1 and not (name == OMEGA and entry in ("value", "step")):
         raise TegotaeError(
@@ -232,15 +232,15 @@ def draw(
         [0, 1, 2, 3]
     """
     random = np.random.default_rng(list(key))
-    found: dict[str, np.ndarray] = {}
+    values: dict[str, np.ndarray] = {}
     for condition in conditions:
         # What has its values limb by limb already is drawn as a whole.
-        whole = np.ndim(condition.extremes[0]) > 0 or not _of_limbs(condition.name, body)
-        rows = 1 if whole else body.limbs
+        per_body = np.ndim(condition.extremes[0]) > 0 or not _of_limbs(condition.name, body)
+        rows = 1 if per_body else body.limbs
         slot = random.permuted(np.tile(np.arange(count), (rows, 1)), axis=1)
         share = (slot + random.random((rows, count))) / count
-        found[condition.name] = condition.at(share[0] if whole else share)
-    return found
+        values[condition.name] = condition.at(share[0] if per_body else share)
+    return values
 
 
 def applied(
@@ -326,10 +326,10 @@ def _check_name(
             f"{name} is one number for all limbs; write its values without commas between them"
         )
     if own_each and name != "phase_rad":
-        outer = name.partition(".")[0]
-        known = [*paths_of(body), INNER, *body.pose_names, *ENTRIES]
-        if outer not in known:
-            raise unknown(f"condition of a {type(body).__name__}", name, known)
+        head = name.partition(".")[0]
+        known_names = [*paths_of(body), INNER, *body.pose_names, *ENTRIES]
+        if head not in known_names:
+            raise unknown(f"condition of a {type(body).__name__}", name, known_names)
     if name == DROP and (condition.from_s > 0.0) == ("drop_time_s" in names):
         raise TegotaeError(
             "the ground drops once, at one time: give drop_m the time from which on it lies "
@@ -338,13 +338,13 @@ def _check_name(
     if name == OMEGA:
         if oscillator is None:
             raise TegotaeError("omega is varied, and the controller has no oscillator to follow it")
-        least = min(cast(tuple[float, ...], condition.extremes))
-        if least <= 0.0:
-            raise TegotaeError(f"omega is varied from {least:g} on; it must be greater than 0")
+        lowest = min(cast(tuple[float, ...], condition.extremes))
+        if lowest <= 0.0:
+            raise TegotaeError(f"omega is varied from {lowest:g} on; it must be greater than 0")
 
 
 def _of_limbs(name: str, body: Body) -> bool:
-    """Whether each limb has one of its own."""
+    """Return whether each limb has a value of its own."""
     if name in ENTRIES or name in body.pose_names:
         return name == "phase_rad" and body.limbs > 1
     return isinstance(number_of(body, name), tuple)
@@ -354,12 +354,12 @@ def _combinations(conditions: Sequence[Condition]) -> list[dict[str, LaneNumbers
     """Every combination of the extremes, by name."""
     names = [condition.name for condition in conditions]
     extremes = [condition.extremes for condition in conditions]
-    if (count := int(np.prod([len(each) for each in extremes], dtype=float))) > MOST_CORNERS:
+    if (count := int(np.prod([len(values) for values in extremes], dtype=float))) > MOST_CORNERS:
         raise TegotaeError(
             f"{len(names)} conditions have {count} combinations of extremes; {MOST_CORNERS} are "
             "the most that are checked: vary fewer at once"
         )
-    return [dict(zip(names, each, strict=True)) for each in itertools.product(*extremes)]
+    return [dict(zip(names, values, strict=True)) for values in itertools.product(*extremes)]
 
 
 def _corners(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> Scenario:
@@ -382,7 +382,7 @@ _GENERATIONS = 1  # keys of draws begin with it, the evaluation set's with anoth
 
 @dataclass(frozen=True)
 class Randomization:
-    """What the episodes of a training have in common, and in what they differ.
+    """Common and varied conditions of the episodes of a training.
 
     Args:
         conditions: in what they differ; of none, every episode is the scenario itself.
@@ -395,8 +395,8 @@ class Randomization:
     scenario: Scenario
 
     def repeats(self, episodes: int) -> int:
-        """How often what is held against the evaluation set meets so many episodes, that they are
-        `LEAST_EVALUATION_SET` together."""
+        """Return the episodes per candidate of the evaluation set, so that all are at least
+        `LEAST_EVALUATION_SET`."""
         return -(-LEAST_EVALUATION_SET // episodes) if self.conditions else 1
 
     def evaluation_set(self, candidates: int, episodes: int) -> Scenario:
@@ -427,5 +427,5 @@ class Randomization:
             drawn = draw(self.conditions, self.body, episodes, (_GENERATIONS, seed, number))
             for name, values in drawn.items():
                 parts[name] += [np.tile(values, population), always[name]]
-        values = {name: np.concatenate(each, axis=-1) for name, each in parts.items()}
+        values = {name: np.concatenate(arrays, axis=-1) for name, arrays in parts.items()}
         return applied(self.conditions, values, self.scenario, self.body)

@@ -17,7 +17,7 @@ from tegotae.simulation.world import Scenario, ground_m, whole_run
 
 
 class LaneInputs(NamedTuple):
-    """What each lane has of its own: arrays, lanes last."""
+    """Inputs of each lane: arrays, lanes last."""
 
     weights: Any
     """[n_weights, lanes]."""
@@ -26,7 +26,7 @@ class LaneInputs(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """What all lanes have in common."""
+    """Inputs that all lanes share."""
 
     body: Body
     """The body, a pytree of numbers."""
@@ -35,11 +35,11 @@ class Shared(NamedTuple):
 
 
 class LoopState(NamedTuple):
-    """What one control tick hands to the next."""
+    """State carried from one control tick to the next."""
 
     lane: Lane
     totals: dict[str, jax.Array]
-    """From the release on."""
+    """Totals since the release."""
     events: dict[str, jax.Array]
     """The last of their kind in the frame; NaN before it."""
 
@@ -59,15 +59,15 @@ class EpisodeProgram:
     needs: tuple[str, ...] | None
 
     def recorder(self, body: Body) -> Recorder:
-        """What records the channels on a body."""
+        """Return the recorder of the channels on a body."""
         return Recorder.of(self.loop.controller, body, self.needs)
 
     def start(self, lanes: LaneInputs, shared: Shared) -> LoopState:
         """The lanes at their release, with nothing recorded."""
         rows, body, scenario = _spread(self.loop, lanes, shared)
         lane = self.loop.start(rows, body, scenario, shared.tick_s)
-        given = rows, body, scenario, lane, jnp.int32(0), shared.tick_s
-        return LoopState(lane, *self.recorder(body).nothing(lambda: _tick(self.loop, *given)[1]))
+        inputs = rows, body, scenario, lane, jnp.int32(0), shared.tick_s
+        return LoopState(lane, *self.recorder(body).nothing(lambda: _tick(self.loop, *inputs)[1]))
 
     def tick(self, lanes: LaneInputs, shared: Shared, state: LoopState, index: Index) -> LoopState:
         """The lanes after a control tick, with what it added to the totals and events."""
@@ -86,8 +86,8 @@ class EpisodeProgram:
         meanwhile, _ = self.loop.meets(body, scenario, last, shared.tick_s)
         time = (last + 1).astype(shared.tick_s.dtype) * shared.tick_s
         time = jnp.broadcast_to(time, scenario.height_m.shape)
-        now = RecordedFrame(time, state.lane, ground, self.loop.controller, meanwhile)
-        recorded = self.recorder(body).frame(now, state.totals, state.events)
+        moment = RecordedFrame(time, state.lane, ground, self.loop.controller, meanwhile)
+        recorded = self.recorder(body).frame(moment, state.totals, state.events)
         none = {name: jnp.full_like(x, jnp.nan) for name, x in state.events.items()}
         return state._replace(events=none), recorded
 

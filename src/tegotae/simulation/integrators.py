@@ -24,14 +24,14 @@ class Drive(NamedTuple):
     feedback: PerLimb
     """Tegotae feedback f [rad/s]."""
     command: PerCommand
-    """What the actuation commands: an actuator's force [N] in [0, α], without any phase sector; or
-    places of the foot [m], [commands, limbs, lanes] (`Body.COMMANDS`)."""
+    """Command of the actuation: an actuator's force [N] in [0, α], without any phase sector; or
+    positions of the foot [m], [commands, limbs, lanes] (`Body.COMMANDS`)."""
     rate: StateTree
     """Time derivative of the oscillator's state."""
 
 
 class Moment(NamedTuple):
-    """Where a rollout is: all that one tick hands to the next."""
+    """State of a rollout: all that one tick hands to the next."""
 
     body: StateTree
     """State of the body."""
@@ -44,12 +44,12 @@ class Moment(NamedTuple):
 
 
 class TickSetting(NamedTuple):
-    """What holds during a control tick: controller and body, and what they meet."""
+    """Constants of a control tick: controller, body and conditions."""
 
     controller: Controller
-    """What decides."""
+    """The controller."""
     body: Body
-    """What moves."""
+    """The body that it drives."""
     weights: Weights
     """Spread over the limbs (`Controller.spread`), n_weights arrays."""
     omega: PerLimb
@@ -63,14 +63,14 @@ class TickSetting(NamedTuple):
         """The output of the controller on a body in this state."""
         controller, body, weights, omega, ground_m, _ = self
         sensed = signals(controller, body, body_state, oscillator, ground_m)
-        most, rate_scale = largest_force(body), body.rate_scale
-        return decide(controller, weights, omega, sensed, oscillator, most, rate_scale=rate_scale)
+        limit, rate_scale = largest_force(body), body.rate_scale
+        return decide(controller, weights, omega, sensed, oscillator, limit, rate_scale=rate_scale)
 
     def push(self, command: PerCommand, phase_start: PerLimb, phase_end: PerLimb) -> Push:
         """The units' pushes along a phase path, in the order of the body's limbs."""
-        controller, most = self.controller, largest_force(self.body)
-        own = controller.actuation, controller.of_part("actuation", self.weights)
-        of_units = push(*own, most, command, phase_start, phase_end, self.omega)
+        controller, limit = self.controller, largest_force(self.body)
+        actuation = controller.actuation, controller.of_part("actuation", self.weights)
+        of_units = push(*actuation, limit, command, phase_start, phase_end, self.omega)
         return to_limbs(controller, of_units)
 
 
@@ -107,12 +107,12 @@ class Hold(Integrator):
     def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
         """One tick; see `Integrator.tick`."""
         controller, body, *_, ground_m, tick_s = setting
-        now = setting.drive(moment.body, moment.oscillator)
-        oscillator = held(moment.oscillator, now.rate, tick_s)
-        phase = phase_of(controller, moment.oscillator, now.feedback)
-        force = setting.push(now.command, phase, phase)
+        drive = setting.drive(moment.body, moment.oscillator)
+        oscillator = held(moment.oscillator, drive.rate, tick_s)
+        phase = phase_of(controller, moment.oscillator, drive.feedback)
+        force = setting.push(drive.command, phase, phase)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
-        return Moment(state, oscillator, now, moment.drive), contact, force
+        return Moment(state, oscillator, drive, moment.drive), contact, force
 
 
 @dataclass(frozen=True)
@@ -136,42 +136,42 @@ class PredictorCorrector(Integrator):
     def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
         """One tick; see `Integrator.tick`."""
         controller, body, *_, ground_m, tick_s = setting
-        now, earlier = moment.drive, moment.earlier
+        current, earlier = moment.drive, moment.earlier
         forces = controller.actuation.commands_force
-        phase = phase_of(controller, moment.oscillator, now.feedback)
+        phase = phase_of(controller, moment.oscillator, current.feedback)
 
         def adams_bashforth(rate: jax.Array, rate_earlier: jax.Array) -> jax.Array:
             return tick_s * (1.5 * rate - 0.5 * rate_earlier)
 
-        guess = moved(moment.oscillator, adams_bashforth, now.rate, earlier.rate)
-        phase_guess = phase_of(controller, guess, now.feedback)
+        guess = moved(moment.oscillator, adams_bashforth, current.rate, earlier.rate)
+        phase_guess = phase_of(controller, guess, current.feedback)
         # Over a tick a force on average, or at its end a place of the foot.
-        command = now.command if forces else 2.0 * now.command - earlier.command
+        command = current.command if forces else 2.0 * current.command - earlier.command
         force = setting.push(command, phase, phase_guess)
         body_guess, *stance = body.predict(moment.body, force.mean_n, ground_m, tick_s)
         stance_from, stance_to = (to_units(controller, share) for share in stance)
-        then = setting.drive(body_guess, guess)
+        predicted = setting.drive(body_guess, guess)
 
         oscillator = moved(
             moment.oscillator,
             lambda *rates: tick_s * _adams_moulton(*rates),
             earlier.rate,
-            now.rate,
-            then.rate,
+            current.rate,
+            predicted.rate,
         )
-        travel = phase_of(controller, oscillator, now.feedback) - phase
-        command = then.command
+        travel = phase_of(controller, oscillator, current.feedback) - phase
+        command = predicted.command
         if forces:
-            mean = _adams_moulton(earlier.command, now.command, then.command)
+            mean = _adams_moulton(earlier.command, current.command, predicted.command)
             command = jnp.clip(mean, 0.0, largest_force(body))
         force = setting.push(command, phase + stance_from * travel, phase + stance_to * travel)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
-        return Moment(state, oscillator, then, now), contact, force
+        return Moment(state, oscillator, predicted, current), contact, force
 
 
-def _adams_moulton(earlier: jax.Array, now: jax.Array, then: jax.Array) -> jax.Array:
+def _adams_moulton(earlier: jax.Array, current: jax.Array, predicted: jax.Array) -> jax.Array:
     """Mean over the tick from now to then of the parabola through three evaluations."""
-    return (5.0 * then + 8.0 * now - earlier) * (1.0 / 12.0)
+    return (5.0 * predicted + 8.0 * current - earlier) * (1.0 / 12.0)
 
 
 def signals(
@@ -181,7 +181,8 @@ def signals(
     oscillator: StateTree,
     ground_m: PerLane,
 ) -> Signals:
-    """What the feedback terms may read: the body's senses and the oscillator's signals."""
+    """Collect the signals that feedback terms may read: the body's senses and the oscillator's
+    signals."""
     sensation = body.sense(body_state, ground_m)
     values = {name: to_units(controller, x) for name, x in sensation.values.items()}
     return with_oscillator(controller, Signals(values, dict(sensation.scales)), oscillator)
@@ -220,8 +221,8 @@ def decide(
     feedback = controller.feedback(weights, signals)
     if added is not None:
         feedback = feedback + added
-    everything = signals.adding(scale=rate_scale, feedback=feedback)
-    command = controller.command(weights, everything, max_force_n)
+    all_signals = signals.adding(scale=rate_scale, feedback=feedback)
+    command = controller.command(weights, all_signals, max_force_n)
     return Drive(feedback, command, controller.rate(weights, oscillator, omega, feedback, signals))
 
 
@@ -283,7 +284,7 @@ def push(
 
 
 def to_units(controller: Controller, of_limbs: PerLimb) -> PerLimb:
-    """What belongs to the body's limbs in the order of the units that feel them."""
+    """Reorder values of the body's limbs into the order of the units that sense them."""
     if controller.wiring is None:
         return of_limbs
     return jnp.stack([of_limbs[limb] for limb in controller.wiring])
@@ -326,9 +327,9 @@ def sample(
     signals = with_oscillator(controller, Signals(sensed, numbers["scales"]), oscillator)
     drive = decide(controller, rows, omega, signals, oscillator, max_force, added=added)
     ahead = held(oscillator, drive.rate, step_s)
-    begins, ends = (phase_of(controller, each, drive.feedback) for each in (oscillator, ahead))
-    own = controller.actuation, controller.of_part("actuation", rows)
-    command = push(*own, max_force, drive.command, begins, ends, omega).mean_n
+    begins, ends = (phase_of(controller, state, drive.feedback) for state in (oscillator, ahead))
+    actuation = controller.actuation, controller.of_part("actuation", rows)
+    command = push(*actuation, max_force, drive.command, begins, ends, omega).mean_n
     if controller.actuation.commands_force:
         command = command / max_force
     ahead = settled(controller, ahead)

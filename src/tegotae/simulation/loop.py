@@ -19,35 +19,35 @@ from tegotae.simulation.world import Scenario, apply_changes, ground_m
 
 
 class Lane(NamedTuple):
-    """Where a lane is: what one control tick hands to the next."""
+    """State of a lane, carried from one control tick to the next."""
 
     moment: Moment
     """State of body and oscillators, and the last output of the controller."""
     force_n: PerLimb
     """Mean actuator force over the last tick [N], zero in flight; [(limbs,) lanes]."""
     failed: MaskPerLane
-    """Whether the lane has failed; it then stands still. [lanes]"""
+    """True for lanes that have failed; they stand still. [lanes]"""
 
 
 class Tick(NamedTuple):
-    """What a control tick gives: all that channels and rewards are made of."""
+    """Results of a control tick, the source of channels and rewards."""
 
     number: Index
     """Its number, from 0 on."""
     tick_s: Scalar
     """Its duration [s]."""
     sound: MaskPerLane
-    """Whether the lane has not failed, [lanes]."""
+    """True for lanes that have not failed, [lanes]."""
     body: Body
     """The body as it is during the tick."""
     contact: Contact
-    """What the body did."""
+    """Motion and events of the body."""
     force_n: PerLimb
     """Mean actuator force, zero in flight [N], [(limbs,) lanes]."""
     phase_rad: PerLimb
     """Phase at its start [rad], [(limbs,) lanes]."""
     travel_rad: PerLimb
-    """How far the phase moves [rad], [(limbs,) lanes]."""
+    """Motion of the phase [rad], [(limbs,) lanes]."""
     end: Moment
     """State at its end, of a lane that did not fail."""
     ground_m: PerLane
@@ -150,9 +150,9 @@ class ClosedLoop:
         sound &= over_limbs(jnp.all, jnp.isfinite(travel), body)
         force = push.mean_n * contact.stance_share if contact.force_n is None else contact.force_n
         advanced = Lane(moment, force, lane.failed)
-        kept = jax.tree.map(partial(keep, sound), advanced, lane)
+        lane_state = jax.tree.map(partial(keep, sound), advanced, lane)
         output = Tick(index, tick_s, sound, body, contact, force, phase, travel, moment, ground)
-        return kept._replace(failed=~sound), output
+        return lane_state._replace(failed=~sound), output
 
 
 def keep(sound: MaskPerLane, new: jax.Array, old: jax.Array) -> jax.Array:
@@ -167,7 +167,8 @@ def keep(sound: MaskPerLane, new: jax.Array, old: jax.Array) -> jax.Array:
 
 
 def over_limbs(reduce: Callable[..., jax.Array], x: jax.Array, body: Body) -> jax.Array:
-    """What the limbs of a lane make together, such as their sum; `x` itself of a single limb.
+    """Reduce over the limbs of a lane, for example to their sum; return `x` itself for a single
+    limb.
 
     Args:
         reduce: over an axis, such as `jnp.sum` or `jnp.all`.
@@ -188,27 +189,27 @@ def check_senses(controller: Controller, body: Body | Interface) -> None:
         body: the body.
     """
     if isinstance(body, Interface):
-        senses, takes, who = body.senses, body.commands, "the interface"
+        senses, takes, label = body.senses, body.commands, "the interface"
     else:
-        senses, takes, who = body.SENSES, body.COMMANDS, f"a {type(body).__name__}"
+        senses, takes, label = body.SENSES, body.COMMANDS, f"a {type(body).__name__}"
     if controller.limbs != body.limbs:
         raise TegotaeError(
-            f"the controller drives {controller.limbs} limbs, and {who} has {body.limbs}; each "
+            f"the controller drives {controller.limbs} limbs, and {label} has {body.limbs}; each "
             "limb needs one unit"
         )
     commands = controller.actuation.COMMANDS
     if commands != takes:
         raise TegotaeError(
-            f"{type(controller.actuation).__name__} commands {' and '.join(commands)}, and {who} "
+            f"{type(controller.actuation).__name__} commands {' and '.join(commands)}, and {label} "
             f"takes {' and '.join(takes)}"
         )
     oscillator = controller.oscillator
-    known = {*senses, *(() if oscillator is None else oscillator.SIGNALS)}
+    readable = {*senses, *(() if oscillator is None else oscillator.SIGNALS)}
     reads = {f"{role} term": term.reads for role, term in controller.terms.items()}
     if controller.coupling is not None:
         reads["coupling"] = controller.coupling.READS
     for reader, names in reads.items():
-        available = known | {"feedback"} if reader == "actuation term" else known
+        available = readable | {"feedback"} if reader == "actuation term" else readable
         for name in names:
             if name not in available:
                 raise TegotaeError(
@@ -216,9 +217,9 @@ def check_senses(controller: Controller, body: Body | Interface) -> None:
                     f"known here: {', '.join(sorted(available))}"
                 )
     if controller.actuation.needs_phase and (oscillator is None or not oscillator.has_phase):
-        what = (
+        message = (
             "no oscillator" if oscillator is None else f"{type(oscillator).__name__}, without one"
         )
         raise TegotaeError(
-            f"{type(controller.actuation).__name__} needs a phase, and the controller has {what}"
+            f"{type(controller.actuation).__name__} needs a phase, and the controller has {message}"
         )

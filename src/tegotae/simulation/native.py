@@ -62,22 +62,24 @@ def roll_out(
     block = frames, _lanes(lanes.scenario, LANES_SUMMARISED), shared.body
     summarised = _summarised(timing, summary, _Like.of(block))
 
-    def whole(like: jax.ShapeDtypeStruct) -> np.ndarray:
+    def output(like: jax.ShapeDtypeStruct) -> np.ndarray:
         return np.empty((*like.shape[:-1], count), like.dtype)
 
-    found = jax.tree.map(whole, summarised.out_info)
+    results = jax.tree.map(output, summarised.out_info)
 
-    def put(at: slice, whole: np.ndarray, some: jax.Array) -> None:
-        whole[..., at] = np.asarray(some)[..., : at.stop - at.start]
+    def put(offset: slice, output: np.ndarray, some: jax.Array) -> None:
+        output[..., offset] = np.asarray(some)[..., : offset.stop - offset.start]
 
     def collect(first: int, n: int, trajectory: Trajectory) -> None:
         with jax.enable_x64(dtype == "float64"):  # a setting of each thread
-            for at in range(0, n, LANES_SUMMARISED):
-                there = slice(first + at, first + min(at + LANES_SUMMARISED, n))
-                given = filled(trajectory, slice(at, at + LANES_SUMMARISED), LANES_SUMMARISED)
-                met = filled(lanes.scenario, there, LANES_SUMMARISED)
-                part = summarised(given, met, shared.body)
-                jax.tree.map(partial(put, there), found, part)
+            for offset in range(0, n, LANES_SUMMARISED):
+                lanes_slice = slice(first + offset, first + min(offset + LANES_SUMMARISED, n))
+                summed = filled(
+                    trajectory, slice(offset, offset + LANES_SUMMARISED), LANES_SUMMARISED
+                )
+                met = filled(lanes.scenario, lanes_slice, LANES_SUMMARISED)
+                part = summarised(summed, met, shared.body)
+                jax.tree.map(partial(put, lanes_slice), results, part)
 
     kernel.run(
         lanes,
@@ -87,7 +89,7 @@ def roll_out(
         threads=available_cores(),
         collect=collect,
     )
-    return found
+    return results
 
 
 def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
@@ -134,22 +136,22 @@ class _Like(NamedTuple):
         return jax.tree.unflatten(self.structure, self.leaves)
 
 
-def _lanes(tree: Any, count: int, *before: int) -> Any:
+def _lanes(tree: Any, count: int, *leading: int) -> Any:
     """The shapes of arrays, with so many lanes and other axes before their own."""
 
     def like(x: Any) -> jax.ShapeDtypeStruct:
-        return jax.ShapeDtypeStruct((*before, *x.shape[:-1], count), x.dtype)
+        return jax.ShapeDtypeStruct((*leading, *x.shape[:-1], count), x.dtype)
 
     return jax.tree.map(like, tree)
 
 
 @lru_cache(_PROGRAMS)
-def _kernel(program: EpisodeProgram, given: _Like) -> Kernel | CannotLower:
+def _kernel(program: EpisodeProgram, inputs: _Like) -> Kernel | CannotLower:
     """A program's code, or why there is none."""
     from lanewise.episode import TracedEpisode, compile_episode  # llvmlite may be missing
 
     episode = TracedEpisode(program.start, program.tick, program.frame)
-    lanes, shared = given.tree
+    lanes, shared = inputs.tree
     dtype = lanes.weights.dtype.name
     with jax.enable_x64(dtype == "float64"):
         try:

@@ -1,4 +1,4 @@
-"""What a rollout records: channels, each declared by its part; only those asked for."""
+"""Recorded channels of a rollout, each declared by its part; only those requested."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class RecordedFrame(NamedTuple):
     ground_m: PerLane
     """Height of the ground [m], [lanes]."""
     controller: Controller
-    """What drives it."""
+    """The controller."""
     body: Body
     """The body."""
 
 
 Recorded: TypeAlias = Any
-"""What is recorded of a channel: an array of JAX, or of NumPy once a rollout is over, or what
-stands for one in a trace."""
+"""Recording of a channel: an array of JAX, of NumPy once a rollout is over, or an abstract value in
+a trace."""
 C = TypeVar("C", bound=Channel)
 S = TypeVar("S")
 
@@ -99,7 +99,7 @@ class Trajectory:
 
     @classmethod
     def tree_unflatten(cls, names: tuple[str, ...], arrays: Iterable[Recorded]) -> Trajectory:
-        """From the arrays and their names."""
+        """Rebuild a trajectory from its arrays and their names."""
         return cls(**dict(zip(names, arrays, strict=True)))
 
 
@@ -274,21 +274,19 @@ class Recorder:
     recorded: tuple[str, ...]
 
     @classmethod
-    def of(
-        cls, controller: Controller, body: Body, wanted: Iterable[str] | None = None
-    ) -> Recorder:
+    def of(cls, controller: Controller, body: Body, names: Iterable[str] | None = None) -> Recorder:
         """A recorder of the channels named, or of all.
 
         Raises:
             TegotaeError: for an undeclared name.
         """
-        known = declared(controller, body)
-        recorded = tuple(known) if wanted is None else tuple(wanted)
+        channels = declared(controller, body)
+        recorded = tuple(channels) if names is None else tuple(names)
         for name in recorded:
-            if name not in known:
-                raise unknown("channel", name, known)
-        served = [n for name in recorded for n in getattr(known[name], "needs", ())]
-        return cls({name: known[name] for name in (*recorded, *served)}, recorded)
+            if name not in channels:
+                raise unknown("channel", name, channels)
+        served = [n for name in recorded for n in getattr(channels[name], "needs", ())]
+        return cls({name: channels[name] for name in (*recorded, *served)}, recorded)
 
     def _of(self, kind: type[C]) -> dict[str, C]:
         return {name: c for name, c in self.channels.items() if isinstance(c, kind)}
@@ -298,12 +296,14 @@ class Recorder:
     ) -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
         """Totals and events of nothing, of the shapes that a tick gives; it is traced once."""
 
-        def given() -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
+        def zeros() -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
             output = tick()
-            totals = {name: each.gain(output) for name, each in self._of(Total).items()}
-            return totals, {name: each.value(output) for name, each in self._of(Latest).items()}
+            totals = {name: channel.gain(output) for name, channel in self._of(Total).items()}
+            return totals, {
+                name: channel.value(output) for name, channel in self._of(Latest).items()
+            }
 
-        totals, events = shapes_of(given)
+        totals, events = shapes_of(zeros)
         return (
             {name: jnp.zeros(s.shape, s.dtype) for name, s in totals.items()},
             {name: jnp.full(s.shape, jnp.nan, s.dtype) for name, s in events.items()},
@@ -311,14 +311,16 @@ class Recorder:
 
     def add(self, totals: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
         """The totals after a tick; those of a failed lane stand still."""
-        added = {name: totals[name] + each.gain(tick) for name, each in self._of(Total).items()}
+        added = {
+            name: totals[name] + channel.gain(tick) for name, channel in self._of(Total).items()
+        }
         return {name: keep(tick.sound, x, totals[name]) for name, x in added.items()}
 
     def update(self, events: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
         """The events after a tick; a failed lane has none."""
         updated: dict[str, jax.Array] = {}
-        for name, each in self._of(Latest).items():
-            value, happens = each.value(tick), each.when(tick)
+        for name, channel in self._of(Latest).items():
+            value, happens = channel.value(tick), channel.when(tick)
             happens = jnp.broadcast_to(happens, value.shape)
             happens &= jnp.broadcast_to(tick.sound, value.shape)
             updated[name] = jnp.where(happens, value, events[name])

@@ -66,24 +66,24 @@ class Together:
     @property
     def needs(self) -> tuple[str, ...] | None:
         """The channels that are recorded for them; None for all."""
-        kept: dict[str, None] = {}
+        channels: dict[str, None] = {}
         for part in self.parts:
             names: tuple[str, ...] | None = getattr(part, "needs", None)
             if names is None:
                 return None
-            kept |= dict.fromkeys(names)
-        return tuple(kept)
+            channels |= dict.fromkeys(names)
+        return tuple(channels)
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[Any, ...]:
-        """What each of them makes of it."""
+        """Return each summary's result."""
         return tuple(part(trajectory, scenario, body, timing) for part in self.parts)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Engine:
-    """How lanes are advanced: the static part of a compiled program.
+    """The static part of a compiled program that advances lanes.
 
     Args:
         controller: what drives the body.
@@ -165,11 +165,11 @@ class Engine:
         """
         dtype = lanes.weights.dtype
         body = native.numbers_of(body, dtype)
-        given = self.program, self.timing, self.summary, lanes, body
+        inputs = self.program, self.timing, self.summary, lanes, body
         if self.runs_on(lanes, body) == NATIVE:
-            return native.roll_out(*given)
+            return native.roll_out(*inputs)
         with jax.enable_x64(dtype == "float64"):
-            return xla.roll_out(*given)
+            return xla.roll_out(*inputs)
 
     def runs_on(self, lanes: LaneInputs, body: Body) -> str:
         """The engine that runs it: "native", "xla", or "native, xla for OPERATION".
@@ -196,11 +196,11 @@ def _require_room(engine: Engine, body: Body, weights: np.ndarray) -> None:
     lanes, timing = weights.shape[-1], engine.timing
     limbs = math.prod(engine.controller.limb_shape)
     frame = float(weights.itemsize) * len(engine.recorder(body).channels) * limbs
-    kept = lanes if isinstance(engine.summary, KeptChannels) else 0
+    recorded_lanes = lanes if isinstance(engine.summary, KeptChannels) else 0
     if selected() != NATIVE:
-        kept = 2 * kept + xla.lanes_of_a_block(lanes)
+        recorded_lanes = 2 * recorded_lanes + xla.lanes_of_a_block(lanes)
     require_memory(
-        kept * timing.n_frames * frame,
+        recorded_lanes * timing.n_frames * frame,
         f"a rollout of {lanes} lanes and {timing.n_frames} frames",
     )
 
@@ -240,14 +240,14 @@ def as_lanes(
         _path(body, name): map_change(partial(entry, name), change)
         for name, change in dict(scenario.changes).items()
     }
-    whole = Scenario(
+    combined = Scenario(
         **entries, initial_pose=initial_pose, oscillator_state=oscillator_state, changes=changes
     )
-    sizes = [x.shape[-1:] for x in jax.tree.leaves(whole)]
+    sizes = [x.shape[-1:] for x in jax.tree.leaves(combined)]
     try:
         (lanes,) = np.broadcast_shapes((len(weights),), *sizes)
     except ValueError:
-        shapes = ", ".join(str(x.shape) for x in jax.tree.leaves(whole))
+        shapes = ", ".join(str(x.shape) for x in jax.tree.leaves(combined))
         raise TegotaeError(
             f"weights for {len(weights)} lanes do not go with scenario entries of shapes {shapes}; "
             "each must be a number or have one entry per lane"
@@ -257,11 +257,11 @@ def as_lanes(
     def of_lanes(x: np.ndarray) -> np.ndarray:
         return np.broadcast_to(x, (*x.shape[:-1], lanes))
 
-    return LaneInputs(columns, jax.tree.map(of_lanes, whole))
+    return LaneInputs(columns, jax.tree.map(of_lanes, combined))
 
 
 def _path(body: Body, name: str) -> str:
-    """What a change is called in a compiled program."""
+    """Return the path of a change in a compiled program."""
     return name if name in (GROUND, OMEGA) else path_of(body, name)
 
 

@@ -96,8 +96,8 @@ def _stepping(step: NativeStep, controller: Controller, lanes: int) -> Callable[
     ) -> Sampled:
         leaves, structure = jax.tree.flatten(oscillator)
         numbers = numbers | {"omega": np.broadcast_to(numbers["omega"], shape)}
-        given = jax.tree.leaves((weights, sensed, added, numbers))
-        for view, value in zip((*state, *inputs), (*leaves, *given), strict=True):
+        numbers_in = jax.tree.leaves((weights, sensed, added, numbers))
+        for view, value in zip((*state, *inputs), (*leaves, *numbers_in), strict=True):
             view[...] = value
         step()
         ahead = jax.tree.unflatten(structure, [view.copy() for view in state])

@@ -30,14 +30,14 @@ def filled(tree: Any, lanes: slice, size: int) -> Any:
         part = x[..., lanes]
         if part.shape[-1] == size:
             return part
-        more = np.broadcast_to(part[..., -1:], (*part.shape[:-1], size - part.shape[-1]))
-        return np.concatenate([part, more], axis=-1)
+        padding = np.broadcast_to(part[..., -1:], (*part.shape[:-1], size - part.shape[-1]))
+        return np.concatenate([part, padding], axis=-1)
 
     return jax.tree.map(block, tree)
 
 
 def by_blocks(function: Callable[[Any], Any], lanes: Any, size: int) -> Any:
-    """What a function makes of each block of lanes, put together: NumPy arrays, lanes last.
+    """Apply a function to blocks of lanes and concatenate its results: NumPy arrays, lanes last.
 
     Args:
         function: of a block of `size` lanes to a pytree of arrays, lanes last.
@@ -62,7 +62,7 @@ MOST_TICKS = 2**24
 
 @dataclass(frozen=True, kw_only=True)
 class Timing(Part):
-    """How long a rollout lasts and how finely it is advanced and recorded.
+    """Duration, time step and recording interval of a rollout.
 
     Raises:
         TegotaeError: for a period that is not positive and finite, a frame that is no multiple of

@@ -1,4 +1,4 @@
-"""What a lane meets: release, frequency, ground, and what changes on the way. All of it is data."""
+"""Scenario of a lane: release, frequency, ground, and changes during the run. All of it is data."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ByName = Mapping[str, LaneNumbers] | tuple[tuple[str, LaneNumbers], ...]
 
 
 class Scenario(NamedTuple):
-    """What a lane meets: each entry a number, or an array of shape [lanes].
+    """Scenario of a lane: each entry a number, or an array of shape [lanes].
 
     Of a controller for several limbs, `omega` and `phase_rad` may be of shape [limbs, lanes]; else
     they are the same for all limbs.
@@ -44,11 +44,11 @@ class Scenario(NamedTuple):
     drop_m: LaneNumbers = 0.0
     """Height by which the ground drops [m]."""
     drop_time_s: LaneNumbers = math.inf
-    """When it drops [s]; at the first control tick not earlier."""
+    """Time of the drop [s]; it happens at the first control tick not earlier."""
     initial_pose: ByName = ()
-    """What else the body's release takes, by name: {"pitch_rad": 0.1} for a bar."""
+    """Further entries of the body's release, by name: {"pitch_rad": 0.1} for a bar."""
     oscillator_state: ByName = ()
-    """What else than the phase the oscillator starts with, by name: {"radius": 0.5}
+    """Initial state of the oscillator beside the phase, by name: {"radius": 0.5}
     (`Oscillator.STATE`)."""
     changes: ByName = ()
     """Fields of the body that are otherwise, and a frequency that changes on the way.
@@ -121,7 +121,7 @@ class Condition(ABC):
 
     @property
     def lasts(self) -> bool:
-        """Whether it holds for the whole episode."""
+        """True if the value holds for the whole episode."""
         return self.from_s == 0.0 and self.until_s is None
 
 
@@ -194,9 +194,9 @@ class OneOf(Condition):
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """The value at each share, limb by limb if it has limbs."""
-        which = (np.asarray(share) * len(self.values)).astype(int)
-        chosen = np.asarray(self.values, float)[which]
-        return np.moveaxis(chosen, -1, 0) if self._by_limb else chosen
+        index = (np.asarray(share) * len(self.values)).astype(int)
+        values = np.asarray(self.values, float)[index]
+        return np.moveaxis(values, -1, 0) if self._by_limb else values
 
     @property
     def _by_limb(self) -> bool:
@@ -232,16 +232,16 @@ class Step(NamedTuple):
     """
 
     value: LaneNumbers
-    """What it is meanwhile."""
+    """Value during the step."""
     from_s: LaneNumbers = 0.0
-    """From when on [s]."""
+    """Begin [s]."""
     until_s: LaneNumbers = math.inf
     """Until when [s]."""
 
-    def at(self, tick: jax.Array, usual: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
+    def at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
         """The value during a control tick, given the usual one."""
         begun = _reached(self.from_s, tick, tick_s) & ~_reached(self.until_s, tick, tick_s)
-        return jnp.where(begun, self.value, usual)
+        return jnp.where(begun, self.value, nominal)
 
 
 class Staircase(NamedTuple):
@@ -258,23 +258,23 @@ class Staircase(NamedTuple):
     """
 
     step: LaneNumbers
-    """How much it rises at once."""
+    """Rise from level to level."""
     dwell_s: LaneNumbers
-    """How long a level lasts [s]."""
+    """Duration of a level [s]."""
     levels: LaneNumbers = math.inf
-    """How many levels there are, the first included."""
+    """Number of levels, the first included."""
 
-    def at(self, tick: jax.Array, usual: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
+    def at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
         """The value during a control tick, given the usual one."""
         dwell = jnp.round(self.dwell_s / tick_s)
         level = jnp.minimum(jnp.floor(tick.astype(dwell.dtype) / dwell), self.levels - 1.0)
         rise = level * self.step
-        shape = np.broadcast_shapes(jnp.shape(usual), jnp.shape(rise))
-        return jnp.broadcast_to(usual, shape) + jnp.broadcast_to(rise, shape)
+        shape = np.broadcast_shapes(jnp.shape(nominal), jnp.shape(rise))
+        return jnp.broadcast_to(nominal, shape) + jnp.broadcast_to(rise, shape)
 
 
 Change = Step | Staircase
-"""How a value changes during a run."""
+"""A change of a value during a run."""
 
 
 def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbers]) -> Scenario:
@@ -355,7 +355,9 @@ def apply_changes(
         if name == OMEGA:
             omega = change.at(tick, omega, tick_s)
         elif name != GROUND:
-            body = changed(body, name, lambda usual, c=change: c.at(tick, _stacked(usual), tick_s))
+            body = changed(
+                body, name, lambda nominal, c=change: c.at(tick, _stacked(nominal), tick_s)
+            )
     return body, omega
 
 
@@ -366,13 +368,13 @@ def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str,
         body: the body.
         changes: by the path of a field, values or changes in time.
     """
-    left: dict[str, LaneNumbers] = {}
+    entries: dict[str, LaneNumbers] = {}
     for name, change in changes.items():
         if isinstance(change, (Step, Staircase)):
-            left[name] = change
+            entries[name] = change
         else:
             body = changed(body, name, lambda _, value=change: value)
-    return body, left
+    return body, entries
 
 
 def map_change(function: Callable[[LaneNumbers], LaneNumbers], change: LaneNumbers) -> LaneNumbers:
@@ -387,8 +389,8 @@ def map_change(function: Callable[[LaneNumbers], LaneNumbers], change: LaneNumbe
     return function(change)
 
 
-def _stacked(usual: LaneNumbers) -> Number:
+def _stacked(nominal: LaneNumbers) -> Number:
     """A field of the limbs as an array, [limbs, 1]; what is one already as it is."""
-    if type(usual) is not tuple:
-        return usual
-    return jnp.stack([jnp.asarray(x) for x in cast(tuple[float, ...], usual)])[:, None]
+    if type(nominal) is not tuple:
+        return nominal
+    return jnp.stack([jnp.asarray(x) for x in cast(tuple[float, ...], nominal)])[:, None]

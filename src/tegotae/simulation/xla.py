@@ -45,7 +45,7 @@ def roll_out(
 
 
 def lanes_of_a_block(count: int) -> int:
-    """How many lanes are advanced together: a block on a CPU, all of them on a GPU."""
+    """Return the number of lanes advanced together: a block on a CPU, all of them on a GPU."""
     return LANES_OF_A_BLOCK if jax.default_backend() == "cpu" else count
 
 

@@ -284,5 +284,5 @@ class Interface(Part):
     def known_scales(self) -> dict[str, float]:
         """The scales that are known, by the names of the signals; that of `feedback` among them."""
         pairs = zip(self.senses, self.scales or (), strict=False)
-        found = {**dict(pairs), "feedback": self.feedback_scale}
-        return {name: scale for name, scale in found.items() if scale is not None}
+        scales = {**dict(pairs), "feedback": self.feedback_scale}
+        return {name: scale for name, scale in scales.items() if scale is not None}

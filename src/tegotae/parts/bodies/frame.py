@@ -146,11 +146,11 @@ class FrameModes(NamedTuple):
         """The modes and their derivatives, as many as `series` needs, each [modes, lanes]."""
         derivatives = [place, rate]
         for n in range(ORDER[place.dtype.name] - 1):
-            at, faster = derivatives[n:]
-            force = -law.stiffness * self.hips(at) - law.damping * self.hips(faster)
+            displaced, faster = derivatives[n:]
+            force = -law.stiffness * self.hips(displaced) - law.damping * self.hips(faster)
             if n < 2:
                 force = force + (law.push, law.rise)[n]
-            pull = (self.arms * force[None]).sum(axis=1) - self.stiffness * at
+            pull = (self.arms * force[None]).sum(axis=1) - self.stiffness * displaced
             derivatives.append(pull / self.inertia - (self.gravity if n == 0 else 0.0))
         return derivatives
 

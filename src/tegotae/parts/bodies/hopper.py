@@ -180,8 +180,8 @@ class Hopper(Body):
         located inside the tick, and the rest of the tick is spent in the other mode, under the mean
         force. At most one change a tick: a contact or a flight shorter than a tick ends with it.
         """
-        rest = self.rest_length_m + ground_m
-        x0, v0 = state.height - rest, state.velocity
+        rest_height = self.rest_length_m + ground_m
+        x0, v0 = state.height - rest_height, state.velocity
         stance = x0 < 0.0
         held = self._law(stance, push.mean_n, 0.0)
         rising = self._law(stance, push.mean_n - 0.5 * push.rise_n, push.rise_n / tick_s)
@@ -189,37 +189,37 @@ class Hopper(Body):
         crosses = (x_whole < 0.0) != stance
 
         def across() -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-            before = jnp.where(crosses, crossing_time(_derivatives(held, x0, v0), tick_s), tick_s)
-            _, v_cross = _flow(held, x0, v0, before)
-            other = self._law(~stance, push.mean_n, 0.0)
-            x1, v1 = _flow(other, jnp.zeros_like(x0), v_cross, tick_s - before)
+            crossing = jnp.where(crosses, crossing_time(_derivatives(held, x0, v0), tick_s), tick_s)
+            _, v_cross = _flow(held, x0, v0, crossing)
+            second_law = self._law(~stance, push.mean_n, 0.0)
+            x1, v1 = _flow(second_law, jnp.zeros_like(x0), v_cross, tick_s - crossing)
             pick = partial(jnp.where, crosses)
-            return before, pick(v_cross, v_whole), pick(x1, x_whole), pick(v1, v_whole)
+            return crossing, pick(v_cross, v_whole), pick(x1, x_whole), pick(v1, v_whole)
 
         def along() -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
             return jnp.broadcast_to(tick_s, x0.shape), v_whole, x_whole, v_whole
 
         # Few ticks see any lane change its mode: a quarter of the work is for those alone.
-        before, v_mid, x1, v1 = cond(jnp.any(crosses), across, along)
+        first_s, v_mid, x1, v1 = cond(jnp.any(crosses), across, along)
         x_mid = jnp.where(crosses, 0.0, x_whole)
-        after = tick_s - before
-        rise_before = rise(x0, v0, x_mid, v_mid, before)
-        rise_after = rise(x_mid, v_mid, x1, v1, after)
+        second_s = tick_s - first_s
+        rise_before = rise(x0, v0, x_mid, v_mid, first_s)
+        rise_after = rise(x_mid, v_mid, x1, v1, second_s)
         # The flight part of the tick, from a to b.
         flies = crosses | ~stance
         xa, va = jnp.where(stance, x_mid, x0), jnp.where(stance, v_mid, v0)
         vb = jnp.where(stance, v1, v_mid)
         apex = flies & (va > 0.0) & (vb <= 0.0)
-        to_apex = jnp.where(stance, after, before) * va / jnp.where(apex, va - vb, 1.0)
-        apex_s = jnp.where(stance, before, 0.0) + to_apex
-        return HopperState(rest + x1, v1), Contact(
-            stance_share=jnp.where(stance, before, after) / tick_s,
+        to_apex = jnp.where(stance, second_s, first_s) * va / jnp.where(apex, va - vb, 1.0)
+        apex_s = jnp.where(stance, first_s, 0.0) + to_apex
+        return HopperState(rest_height + x1, v1), Contact(
+            stance_share=jnp.where(stance, first_s, second_s) / tick_s,
             work_j=push.mean_n * jnp.where(stance, x_mid - x0, x1 - x_mid),
             climb_flight_m=jnp.where(stance, rise_after, rise_before),
             climb_m=rise_before + rise_after,
             apex_share=jnp.where(apex, apex_s / tick_s, jnp.nan),
-            apex_height_m=jnp.where(apex, rest + xa + 0.5 * va * to_apex, jnp.nan),
-            touchdown_share=jnp.where(crosses & ~stance, before / tick_s, jnp.nan),
+            apex_height_m=jnp.where(apex, rest_height + xa + 0.5 * va * to_apex, jnp.nan),
+            touchdown_share=jnp.where(crosses & ~stance, first_s / tick_s, jnp.nan),
         )
 
     def apply_impulse(self, state: HopperState, impulse_ns: jax.Array) -> HopperState:

@@ -213,7 +213,7 @@ class Plate(Upright):
                 )
             return self._released(place, rate)
         twist = (0.0 if x is None else x for x in (twist_rad, twist_rate_rad_per_s))
-        return self._released(*((*of, x) for of, x in zip((place, rate), twist, strict=True)))
+        return self._released(*((*axis, x) for axis, x in zip((place, rate), twist, strict=True)))
 
 
 def _typical(arms: tuple[float, ...]) -> float:

@@ -136,8 +136,8 @@ class Upright(Body):
                 ),
             )
 
-        named = (angle(mode, turn.name) for mode, turn in enumerate(self.turns, 1))
-        turning = tuple(channel for both in named for channel in both)
+        angles = (angle(mode, turn.name) for mode, turn in enumerate(self.turns, 1))
+        turning = tuple(channel for pair in angles for channel in pair)
         return (*turning, State("hip_m", "Height of the hip y_i [m], a limb.", _hips))
 
     def check_tick(self, tick_s: float) -> None:
@@ -193,8 +193,8 @@ class Upright(Body):
 
     def _touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """Return the modes of a level frame whose legs just touch the ground, [modes, lanes]."""
-        rest = jnp.broadcast_to(self.rest_length_m + ground_m, state.place.shape[1:])
-        return in_heave(rest, len(self.turns))
+        rest_height = jnp.broadcast_to(self.rest_length_m + ground_m, state.place.shape[1:])
+        return in_heave(rest_height, len(self.turns))
 
     def _over_touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """Heights of the hips over touchdown d_i [m], [limbs, lanes]."""
@@ -207,8 +207,8 @@ class Upright(Body):
         pressed = over < 0.0
         if self.present is None:
             return pressed
-        there = jnp.stack([jnp.broadcast_to(leg, over.shape[1:]) for leg in self.present])
-        return pressed & (there > 0.5)
+        present = jnp.stack([jnp.broadcast_to(leg, over.shape[1:]) for leg in self.present])
+        return pressed & (present > 0.5)
 
     def _pressed(self, over: jax.Array) -> jax.Array:
         """Return the compression of the legs [m], [limbs, lanes]."""
@@ -291,43 +291,45 @@ class Upright(Body):
         slope = jnp.broadcast_to(push.rise_n, over.shape) / tick_s
         tick_s = jnp.broadcast_to(tick_s, over.shape[1:])
 
-        def motion(at: _At, slope: jax.Array) -> list[jax.Array]:
-            begins = mean + slope * (at.passed.time - 0.5 * tick_s)[None]
-            return frame.motion(self._law(at.stance, begins, slope), at.place, at.rate)
+        def motion(point: _At, slope: jax.Array) -> list[jax.Array]:
+            begins = mean + slope * (point.passed.time - 0.5 * tick_s)[None]
+            return frame.motion(self._law(point.stance, begins, slope), point.place, point.rate)
 
-        def reached(motion: list[jax.Array], at: _At) -> tuple[jax.Array, jax.Array]:
-            return series(motion, (tick_s - at.passed.time)[None])
+        def reached(motion: list[jax.Array], point: _At) -> tuple[jax.Array, jax.Array]:
+            return series(motion, (tick_s - point.passed.time)[None])
 
-        def changes(place: jax.Array, at: _At) -> jax.Array:
-            return (self._bears(frame.hips(place)) != at.stance) & ~at.changed
+        def changes(place: jax.Array, point: _At) -> jax.Array:
+            return (self._bears(frame.hips(place)) != point.stance) & ~point.changed
 
         begun = _At(place, rate, stance, jnp.zeros_like(stance), _Passed.nothing(over))
-        whole = motion(begun, slope)
-        rising = jnp.where(changes(reached(whole, begun)[0], begun), 0.0, slope)
+        full = motion(begun, slope)
+        rising = jnp.where(changes(reached(full, begun)[0], begun), 0.0, slope)
 
-        def ahead(at: _At) -> tuple[_At, list[jax.Array], jax.Array]:
+        def ahead(point: _At) -> tuple[_At, list[jax.Array], jax.Array]:
             """A moment, the motion from there, and the legs that will yet change their mode."""
-            now = motion(at, rising)
-            return at, now, changes(reached(now, at)[0], at)
+            moved = motion(point, rising)
+            return point, moved, changes(reached(moved, point)[0], point)
 
         def to_next(carry: tuple[_At, list[jax.Array], jax.Array]):
-            at, now, will = carry
-            left = jnp.broadcast_to(tick_s - at.passed.time, over.shape)
-            when = jnp.where(will, crossing_time([frame.hips(x) for x in now], left), jnp.inf)
+            point, moved, will = carry
+            remaining = jnp.broadcast_to(tick_s - point.passed.time, over.shape)
+            when = jnp.where(
+                will, crossing_time([frame.hips(x) for x in moved], remaining), jnp.inf
+            )
             step = jnp.where(will.any(axis=0), when.min(axis=0), 0.0)
             first = will & (when <= step[None])
-            place, rate = series(now, step[None])
-            passed = self._passed(frame, at, place, rate, step)
+            place, rate = series(moved, step[None])
+            passed = self._passed(frame, point, place, rate, step)
             lands = jnp.broadcast_to(passed.time / tick_s, over.shape)
             passed = passed._replace(
-                touchdown=jnp.where(first & ~at.stance, lands, passed.touchdown)
+                touchdown=jnp.where(first & ~point.stance, lands, passed.touchdown)
             )
-            return ahead(_At(place, rate, at.stance ^ first, at.changed | first, passed))
+            return ahead(_At(place, rate, point.stance ^ first, point.changed | first, passed))
 
         # A lane without a change takes steps of no time: no lane feels how many others need.
-        at, now, _ = jax.lax.while_loop(lambda carry: carry[2].any(), to_next, ahead(begun))
-        place, rate = reached(now, at)
-        passed = self._passed(frame, at, place, rate, tick_s - at.passed.time)
+        point, moved, _ = jax.lax.while_loop(lambda carry: carry[2].any(), to_next, ahead(begun))
+        place, rate = reached(moved, point)
+        passed = self._passed(frame, point, place, rate, tick_s - point.passed.time)
         return UprightState(place + touchdown, rate), Contact(
             stance_share=jnp.clip(passed.stance_time / tick_s[None], 0.0, 1.0),
             work_j=mean * passed.stance_travel,
@@ -339,23 +341,25 @@ class Upright(Body):
         )
 
     def _passed(
-        self, frame: FrameModes, at: _At, place: jax.Array, rate: jax.Array, time_s: jax.Array
+        self, frame: FrameModes, point: _At, place: jax.Array, rate: jax.Array, time_s: jax.Array
     ) -> _Passed:
         """Return the events and totals after a motion of the frame without a change of mode."""
-        before, climbing, climbs = at.passed, at.rate[0], rate[0]
-        climb = rise(at.place[0], climbing, place[0], climbs, time_s)
-        flies = ~at.stance.any(axis=0)
+        passed, climbing, climbs = point.passed, point.rate[0], rate[0]
+        climb = rise(point.place[0], climbing, place[0], climbs, time_s)
+        flies = ~point.stance.any(axis=0)
         apex = flies & (climbing > 0.0) & (climbs <= 0.0)
         to_apex = time_s * climbing / jnp.where(apex, climbing - climbs, 1.0)
-        return before._replace(
-            time=before.time + time_s,
-            stance_time=before.stance_time + jnp.where(at.stance, time_s[None], 0.0),
-            stance_travel=before.stance_travel
-            + jnp.where(at.stance, frame.hips(place - at.place), 0.0),
-            climb_flight=before.climb_flight + jnp.where(flies, climb, 0.0),
-            climb=before.climb + climb,
-            apex_time=jnp.where(apex, before.time + to_apex, before.apex_time),
-            apex_height=jnp.where(apex, at.place[0] + 0.5 * climbing * to_apex, before.apex_height),
+        return passed._replace(
+            time=passed.time + time_s,
+            stance_time=passed.stance_time + jnp.where(point.stance, time_s[None], 0.0),
+            stance_travel=passed.stance_travel
+            + jnp.where(point.stance, frame.hips(place - point.place), 0.0),
+            climb_flight=passed.climb_flight + jnp.where(flies, climb, 0.0),
+            climb=passed.climb + climb,
+            apex_time=jnp.where(apex, passed.time + to_apex, passed.apex_time),
+            apex_height=jnp.where(
+                apex, point.place[0] + 0.5 * climbing * to_apex, passed.apex_height
+            ),
         )
 
     def apply_impulse(self, state: UprightState, impulse_ns: jax.Array) -> UprightState:

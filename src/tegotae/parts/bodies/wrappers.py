@@ -320,8 +320,8 @@ class Sensors(BodyWrapper):
         """Return the sensors' reports."""
         scales = self.body.sense(state.body, ground_m).scales
         measured = {
-            name: x + self._noise(x, scales[name], state.tick, at)
-            for at, (name, x) in enumerate(sorted(state.measured.items()))
+            name: x + self._noise(x, scales[name], state.tick, index)
+            for index, (name, x) in enumerate(sorted(state.measured.items()))
         }
         return Sensation(measured, scales)
 
@@ -334,8 +334,10 @@ class Sensors(BodyWrapper):
         self, state: SensorsState, body: StateTree, ground_m: PerLane, tick_s: Scalar
     ) -> SensorsState:
         """The body's state, and what the sensors report of it."""
-        now = self.body.sense(body, ground_m).values
-        felt = {name: jnp.concatenate([now[name][None], x[:-1]]) for name, x in state.felt.items()}
+        readings = self.body.sense(body, ground_m).values
+        felt = {
+            name: jnp.concatenate([readings[name][None], x[:-1]]) for name, x in state.felt.items()
+        }
         late = self.delay_s / tick_s
         measured = {name: _at(x, wide(late, x[0])) for name, x in felt.items()}
         return SensorsState(body, felt, measured, state.tick + 1.0)
@@ -413,6 +415,6 @@ class Blows(BodyWrapper):
 
     def before(self, state: BlowsState, tick_s: Scalar) -> BlowsState:
         """The body is struck, or not."""
-        now = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
-        impulse = jnp.where(now, self.impulse_ns, 0.0)
+        strikes = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
+        impulse = jnp.where(strikes, self.impulse_ns, 0.0)
         return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)

@@ -78,8 +78,8 @@ class Matsuoka(Planar):
     @property
     def inhibition(self) -> float:
         """a."""
-        least = 1.0 + 1.0 / self.slowness
-        return least + self.inhibition_share * (1.0 + self.adaptation - least)
+        lower = 1.0 + 1.0 / self.slowness
+        return lower + self.inhibition_share * (1.0 + self.adaptation - lower)
 
     def cycle(self) -> Cycle:
         """Frequency and amplitude for τ = 1, by harmonic balance (Matsuoka 2011):
@@ -107,8 +107,8 @@ class Matsuoka(Planar):
     @property
     def on_cycle(self) -> dict[str, float]:
         """Near the cycle: both neurons at rest on average, equally active."""
-        rest = 1.0 / (1.0 + self.inhibition + self.adaptation)
-        return {"radius": 1.0, "mean_potential": rest, "mean_fatigue": rest}
+        equilibrium = 1.0 / (1.0 + self.inhibition + self.adaptation)
+        return {"radius": 1.0, "mean_potential": equilibrium, "mean_fatigue": equilibrium}
 
     def neurons(self, state: StateTree) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
         """u₁, u₂, v₁, v₂."""

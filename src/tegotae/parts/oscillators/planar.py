@@ -70,10 +70,10 @@ class Planar(Oscillator):
         """Return the state beside the phase at or near the limit cycle, by name."""
         return {"radius": 1.0}
 
-    def start(self, phase_rad: PerLimb, **rest: PerLimb) -> StateTree:
+    def start(self, phase_rad: PerLimb, **state: PerLimb) -> StateTree:
         """State at phase φ [rad]; at or near the limit cycle but for what is named."""
         near = {name: jnp.full_like(phase_rad, value) for name, value in self.on_cycle.items()}
-        return self.State(maths.wrap_phase(phase_rad), **{**near, **rest})
+        return self.State(maths.wrap_phase(phase_rad), **{**near, **state})
 
     @abstractmethod
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
@@ -97,9 +97,9 @@ class Planar(Oscillator):
     ) -> StateTree:
         """Free motion and feedback together."""
         sine, cosine = maths.sin_cos(state[0])
-        own = self.free(state, sine, cosine, self.pace * omega)
+        free = self.free(state, sine, cosine, self.pace * omega)
         turning, growing = self.entering(state, sine, cosine, feedback)
-        return own._replace(phase=own.phase + turning, radius=own.radius + growing)
+        return free._replace(phase=free.phase + turning, radius=free.radius + growing)
 
     def phase(self, state: StateTree) -> jax.Array:
         """φ [rad]."""

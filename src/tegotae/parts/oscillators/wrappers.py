@@ -49,8 +49,8 @@ class OscillatorWrapper(Oscillator):
         self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> StateTree:
         """Delegate to the wrapped oscillator."""
-        given = (weights,) if self.inner.n_weights else ()
-        return self.inner.rate(state, omega, feedback, *given)
+        arguments = (weights,) if self.inner.n_weights else ()
+        return self.inner.rate(state, omega, feedback, *arguments)
 
 
 @dataclass(frozen=True)
@@ -167,11 +167,11 @@ class Learned(OscillatorWrapper):
         return oscillator.decay_per_s(omega)
 
 
-def _moved(own: Number, bounds: tuple[float, float] | None, weight: Number) -> Number:
+def _moved(value: Number, bounds: tuple[float, float] | None, weight: Number) -> Number:
     """A parameter that a weight moves from its own value."""
     if bounds is None:
-        return own + weight
+        return value + weight
     low, high = bounds
-    share = math.log(own / low) / math.log(high / low)
-    at = jax.nn.sigmoid(weight + math.log(share / (1.0 - share)))
-    return low * jnp.exp(math.log(high / low) * at)
+    share = math.log(value / low) / math.log(high / low)
+    position = jax.nn.sigmoid(weight + math.log(share / (1.0 - share)))
+    return low * jnp.exp(math.log(high / low) * position)

@@ -237,7 +237,7 @@ class SectorAndReflex(Sector):
 
 
 def with_vanilla_settings(
-    own: Actuation,
+    actuation: Actuation,
     *,
     start_rad: float | None = None,
     duration_s: float | None = None,
@@ -246,7 +246,7 @@ def with_vanilla_settings(
     """An actuation with other numbers of its sector and reflex; a learned one has none.
 
     Args:
-        own: as it is.
+        actuation: as it is.
         start_rad: where the sector starts [rad]; as it is by default.
         duration_s: how long the sector lasts at the prescribed frequency [s], in place of its width
             in phase; as it is by default.
@@ -261,13 +261,13 @@ def with_vanilla_settings(
         >>> with_vanilla_settings(Reflex(), duration_s=0.06) == Reflex()
         True
     """
-    if isinstance(own, Sector) and start_rad is not None:
-        own = replace(own, start_rad=start_rad)
-    if isinstance(own, Sector) and duration_s is not None:
-        own = replace(own, width_rad=0.0, duration_s=duration_s)
-    if isinstance(own, Reflex | SectorAndReflex) and newtons_per_feedback is not None:
-        own = replace(own, newtons_per_feedback=newtons_per_feedback)
-    return own
+    if isinstance(actuation, Sector) and start_rad is not None:
+        actuation = replace(actuation, start_rad=start_rad)
+    if isinstance(actuation, Sector) and duration_s is not None:
+        actuation = replace(actuation, width_rad=0.0, duration_s=duration_s)
+    if isinstance(actuation, Reflex | SectorAndReflex) and newtons_per_feedback is not None:
+        actuation = replace(actuation, newtons_per_feedback=newtons_per_feedback)
+    return actuation
 
 
 @dataclass(frozen=True)

@@ -226,9 +226,9 @@ class WaryFoot(PacedFoot):
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""
         alarm = jnp.maximum(signals["alarm"], 0.0)
-        stride, lift, *others = weights
-        lift = lift * (1.0 + others[-1] * jnp.minimum(_SOON * alarm, 1.0))
-        ahead, up = super().__call__([stride, lift, *others], signals)
+        stride, lift, *remaining = weights
+        lift = lift * (1.0 + remaining[-1] * jnp.minimum(_SOON * alarm, 1.0))
+        ahead, up = super().__call__([stride, lift, *remaining], signals)
         return jnp.stack([ahead / (1.0 + alarm), up])
 
 
@@ -280,12 +280,12 @@ class LearnedFoot(Actuation):
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
         """Those of the network of each command."""
-        own = self._network.weight_names
-        return tuple(path for name in FOOT for path in inside((name,), own))
+        names = self._network.weight_names
+        return tuple(path for name in FOOT for path in inside((name,), names))
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Random weights to start training from, shape [n_weights]."""
-        return jnp.concatenate([self._network.initial(each) for each in jax.random.split(key)])
+        return jnp.concatenate([self._network.initial(subkey) for subkey in jax.random.split(key)])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward and up [m], [2, limbs, lanes]."""

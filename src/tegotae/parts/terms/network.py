@@ -32,7 +32,7 @@ as fast, and compiles in the same time for ten thousand weights as for a hundred
 def as_read(inputs: Sequence[str]) -> tuple[str, ...]:
     """Inputs of a network, the phase as its sine and cosine."""
     pairs = {PHASE: ("sin_phase", "cos_phase")}
-    return tuple(name for each in inputs for name in pairs.get(each, (each,)))
+    return tuple(name for signal in inputs for name in pairs.get(signal, (signal,)))
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,8 @@ class Network(Term):
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
         """Names of the weights: of each neuron one per input, the bias and the output."""
-        own = (*self.reads, "bias", "output")
-        return tuple(("neuron", j, name) for j in range(self.hidden) for name in own)
+        entries = (*self.reads, "bias", "output")
+        return tuple(("neuron", j, name) for j in range(self.hidden) for name in entries)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""
@@ -96,7 +96,7 @@ class Network(Term):
         if self.hidden > _WIDEST_WRITTEN_OUT:
             written_out = self.hidden % RATIOS_PER_DIVISION
         first = (self.hidden - written_out) * stride
-        neurons = [weights[at : at + stride] for at in range(first, len(weights), stride)]
+        neurons = [weights[start : start + stride] for start in range(first, len(weights), stride)]
         output = _layer(neurons, x) if neurons else jnp.zeros_like(x[0])
         if not first:
             return output
@@ -114,7 +114,7 @@ def _layer(neurons: Sequence[Weights], x: Sequence[jax.Array]) -> jax.Array:
     single = x[0].dtype == jnp.float32
     scale = TANH_SCALE if single else 1.0
     x = [scale * x_i for x_i in x]
-    outer: list[jax.Array] = []
+    outputs: list[jax.Array] = []
     drives: list[jax.Array] = []
     # A matrix product of such small, per-lane matrices is slow.
     for *w, bias, v in neurons:
@@ -122,12 +122,12 @@ def _layer(neurons: Sequence[Weights], x: Sequence[jax.Array]) -> jax.Array:
         for w_i, x_i in zip(w, x, strict=True):
             drive = drive + w_i * x_i
         drives.append(drive)
-        outer.append(v)
+        outputs.append(v)
     if not single:
         return functools.reduce(
-            jnp.add, [v * jnp.tanh(drive) for v, drive in zip(outer, drives, strict=True)]
+            jnp.add, [v * jnp.tanh(drive) for v, drive in zip(outputs, drives, strict=True)]
         )
     # v tanh x = v - 2v / (1 + 2^z): divisions are a third of a tick, if every neuron has its own.
-    return functools.reduce(jnp.add, outer) - sum_of_ratios(
-        [(2.0 * v, one_plus_exp2(z)) for v, z in zip(outer, drives, strict=True)]
+    return functools.reduce(jnp.add, outputs) - sum_of_ratios(
+        [(2.0 * v, one_plus_exp2(z)) for v, z in zip(outputs, drives, strict=True)]
     )

@@ -87,15 +87,15 @@ class WholeBody(Actuation):
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
         """Names of the weights: of each neuron one per input, the bias, and one per output."""
-        each = [(name, leg) for name in as_read(self.of_each) for leg in range(self.limbs)]
+        inputs = [(name, leg) for name in as_read(self.of_each) for leg in range(self.limbs)]
         out = [(name, leg) for name in self.COMMANDS for leg in range(self.limbs)]
-        own = (
-            *(("leg", leg, name) for name, leg in each),
+        entries = (
+            *(("leg", leg, name) for name, leg in inputs),
             *((name,) for name in as_read(self.of_body)),
             ("bias",),
             *(("output", leg, name) for name, leg in out),
         )
-        return tuple(("neuron", j, *path) for j in range(self.hidden) for path in own)
+        return tuple(("neuron", j, *path) for j in range(self.hidden) for path in entries)
 
     def initial(self, key: jax.Array) -> jax.Array:
         """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""
@@ -113,11 +113,11 @@ class WholeBody(Actuation):
         total = None
         for j in range(self.hidden):
             # Units share the weights: those of the first are those of all.
-            own = [weight[0] for weight in weights[j * stride : (j + 1) * stride]]
-            drive = own[len(x)]
-            for w, x_i in zip(own, x, strict=False):
+            weights_of_output = [weight[0] for weight in weights[j * stride : (j + 1) * stride]]
+            drive = weights_of_output[len(x)]
+            for w, x_i in zip(weights_of_output, x, strict=False):
                 drive = drive + w * x_i
-            output = jnp.stack(own[len(x) + 1 :]) * jnp.tanh(drive)[None]
+            output = jnp.stack(weights_of_output[len(x) + 1 :]) * jnp.tanh(drive)[None]
             total = output if total is None else total + output
         assert total is not None  # there is one neuron at least
         return total.reshape(len(self.COMMANDS), self.limbs, *total.shape[1:])

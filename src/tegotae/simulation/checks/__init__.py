@@ -99,11 +99,11 @@ class _DeclaredSignals(Signals):
 
 def _check_value(trial: PartTrial, term: Term) -> None:
     phase = trial.lanes(0.0, TWO_PI, 0)
-    known = {"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)}
+    signals = {"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)}
     # Every actuation is given the feedback, declared or not.
     names = {*term.reads, "feedback"} if isinstance(term, Actuation) else set(term.reads)
     values = {
-        name: known.get(name, trial.lanes(0.1, 2.0, seed))
+        name: signals.get(name, trial.lanes(0.1, 2.0, seed))
         for seed, name in enumerate(sorted(names), 1)
     }
     scales = {s: jnp.asarray(1.5, trial.dtype) for s in values if not s.endswith("_phase")}
@@ -111,14 +111,14 @@ def _check_value(trial: PartTrial, term: Term) -> None:
 
     commands = term.COMMANDS if isinstance(term, Actuation) else FORCE
 
-    def checked(what: str, result: PerCommand) -> PerCommand | list[jax.Array]:
-        returns = f"{what} returns a {type(result).__name__}"
+    def checked(label: str, result: PerCommand) -> PerCommand | list[jax.Array]:
+        returns = f"{label} returns a {type(result).__name__}"
         trial.require(is_of(result, jax.Array), f"{returns}; it must return one array")
         if len(commands) == 1:
             return result
         trial.require(
             result.shape[:1] == (len(commands),),
-            f"{what} has shape {result.shape}; its first axis must be that of its commands, "
+            f"{label} has shape {result.shape}; its first axis must be that of its commands, "
             f"{', '.join(commands)}",
         )
         return list(result)
@@ -132,8 +132,8 @@ def _check_value(trial: PartTrial, term: Term) -> None:
     command = term(tuple(weights), Signals(values, scales))
 
     def paced(weights: Weights, omega: jax.Array, *rows: jax.Array) -> Any:
-        whole = rows[0] if len(commands) == 1 else jnp.stack(rows)
-        return checked(".paced", term.paced(tuple(weights), whole, omega))
+        combined = rows[0] if len(commands) == 1 else jnp.stack(rows)
+        return checked(".paced", term.paced(tuple(weights), combined, omega))
 
     rows = [command] if len(commands) == 1 else list(command)
     trial.value(".paced", paced, weights, trial.lanes(4.0, 8.0, 9), *rows)
@@ -214,11 +214,11 @@ def _check_methods(trial: PartTrial, oscillator: Oscillator, initial: jax.Array)
         f"{entries}: one derivative for each entry of the state",
     )
     trial.value(".rate", rate_of, state, omega, feedback)
-    for what, kept in (("its state", state), ("its .rate", rate)):
-        missing = ", ".join(name for name in oscillator.STATE if not hasattr(kept, name))
+    for label, tree in (("its state", state), ("its .rate", rate)):
+        missing = ", ".join(name for name in oscillator.STATE if not hasattr(tree, name))
         trial.require(
             not missing or type(oscillator).channels is not Oscillator.channels,
-            f".STATE names {missing}, which {what} lacks; make state and rate named tuples",
+            f".STATE names {missing}, which {label} lacks; make state and rate named tuples",
         )
     trial.same_form(".settle", trial.value(".settle", oscillator.settle, state), state)
     signals = trial.value(".signals", oscillator.signals, state)
@@ -232,14 +232,14 @@ def _check_phase(trial: PartTrial, oscillator: Oscillator) -> None:
     pair = trial.value(".sin_cos", oscillator.sin_cos, state)
     two = is_of(pair, tuple) and len(pair) == 2
     trial.require(two, ".sin_cos must return a pair (sine, cosine) of the phase")
-    name, of = trial.name, f"of {trial.name}.sin_cos"
-    for what, value, right, meaning in (
+    name, suffix = trial.name, f"of {trial.name}.sin_cos"
+    for label, value, right, meaning in (
         (f"{name}.phase of {name}.start(φ)", phases, phase, "φ"),
-        (f"the sine {of}", pair[0], jnp.sin(phases), "sin of its phase"),
-        (f"the cosine {of}", pair[1], jnp.cos(phases), "cos of its phase"),
+        (f"the sine {suffix}", pair[0], jnp.sin(phases), "sin of its phase"),
+        (f"the cosine {suffix}", pair[1], jnp.cos(phases), "cos of its phase"),
     ):
         must = f" is {listed(value)}; it must be {meaning}, {listed(right)}"
-        PartTrial(what).require(np.allclose(value, right, atol=1e-4), must)
+        PartTrial(label).require(np.allclose(value, right, atol=1e-4), must)
 
 
 def _check_turns(trial: PartTrial, oscillator: Oscillator, initial: jax.Array) -> None:

@@ -22,7 +22,7 @@ from tegotae.simulation.native import numbers_of
 _TICK_S = 0.001
 _TICKS = 2000
 _OF_LIMBS = ("stance_share", "work_j", "touchdown_share", "force_n")
-"""What of a `Contact` belongs to each limb."""
+"""Entries of a `Contact` that belong to each limb."""
 _NUMBERS = int | float | np.number | jax.Array
 _MOTION = ("height", "velocity")
 _ENERGY_TOLERANCE = 1e-3
@@ -132,7 +132,7 @@ def _check_release(trial: _BodyTrial) -> None:
     state = trial.call("release", height, velocity)
     returns = f".release returns {state!r:.60}; it must return a tuple of arrays"
     trial.require(is_of(state, tuple) and state, returns)
-    trial.arrays(".release", state, before=None)
+    trial.arrays(".release", state, leading=None)
     for method, given in zip(_MOTION, (height, velocity), strict=True):
         measured = trial.call(method, state)
         trial.arrays(f".{method}", measured)
@@ -153,7 +153,7 @@ def _check_sense(trial: _BodyTrial) -> None:
     trial.require(isinstance(felt, Sensation), returns)
     trial.same_names(".sense", felt.values, "SENSES", body.SENSES)
     for quantity in body.SENSES:
-        trial.arrays(f".sense's {quantity}", felt.values[quantity], before=body.limb_shape)
+        trial.arrays(f".sense's {quantity}", felt.values[quantity], leading=body.limb_shape)
         right = "networks see quantity / scale, so add one"
         trial.require(quantity in felt.scales, f".sense gives no scale for {quantity}; {right}")
         scale = float(felt.scales[quantity])
@@ -168,8 +168,8 @@ def _check_predict(trial: _BodyTrial) -> None:
     trial.require(three, ".predict must return (state, stance from, stance to)")
     guess, begins, ends = result
     trial.same_form(".predict", guess, trial.state)
-    trial.arrays(".predict", guess, before=None)
-    trial.arrays(".predict", (begins, ends), before=trial.body.limb_shape)
+    trial.arrays(".predict", guess, leading=None)
+    trial.arrays(".predict", (begins, ends), leading=trial.body.limb_shape)
     trial.require(
         ((begins >= 0) & (begins <= ends) & (ends <= 1)).all(),
         f".predict returns stance from {listed(begins)} to {listed(ends)}; it must be "
@@ -191,12 +191,12 @@ def _check_advance(trial: _BodyTrial) -> None:
     trial.require(pair, ".advance must return (state, tegotae.parts.bodies.Contact)")
     end, contact = result
     trial.same_form(".advance", end, trial.state)
-    trial.arrays(".advance", end, before=None)
+    trial.arrays(".advance", end, leading=None)
     values: dict[str, jax.Array] = contact._asdict()
     for name, value in values.items():
         what, events = f".advance's {name}", name.startswith(("apex", "touchdown"))
         before = trial.body.limb_shape if name in _OF_LIMBS else ()
-        trial.arrays(what, value, events=events, before=before)
+        trial.arrays(what, value, events=events, leading=before)
         array, share = np.asarray(value, float), name.endswith("_share")
         inside = np.isnan(array) | (array >= 0.0) & (array <= (1.0 if share else np.inf))
         right = "a share, 0 ... 1" if share else "at least 0"
@@ -218,7 +218,7 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
     released = trial.call("commanded", trial.state, force)
 
     def seen(state: StateTree) -> list[np.ndarray]:
-        """What the controller would know of a state: of it alone the guess must be right."""
+        """Return the sensed part of a state: the guess must be right for it alone."""
         sensed = trial.attempt(".sense", _sensed, body, state, ground)
         moves = [trial.call(method, state) for method in _MOTION]
         return [np.asarray(x) for x in (*sensed.values(), *moves)]

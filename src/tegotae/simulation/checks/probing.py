@@ -1,4 +1,4 @@
-"""What all checks share: a part that is tried on a few lanes, and what its arrays must be."""
+"""Trial of a part on a few lanes, and the requirements on its arrays, shared by all checks."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PartTrial:
 
     @classmethod
     def of(cls, part: object, contract: type) -> PartTrial:
-        """Of an instance of a contract that is a frozen dataclass, and no class."""
+        """Make a trial of an instance of a contract that is a frozen dataclass, and no class."""
         if isinstance(part, type):
             lacking = sorted(getattr(part, "__abstractmethods__", ()))
             lacks = f"; define {', '.join(lacking)} first" if lacking else ""
@@ -60,40 +60,42 @@ class PartTrial:
         return trial
 
     def require(self, holds: object, otherwise: str) -> None:
-        """That something holds; what is said otherwise follows the name."""
+        """Raise `TegotaeError` unless a condition holds; the message follows the part's name."""
         if not bool(holds):
             raise TegotaeError(f"{self.name}{otherwise}")
 
     def hashable(self, part: object) -> None:
-        """That equal parts are equal keys of one compiled program."""
+        """Require that equal parts are equal keys of one compiled program."""
         right = "use tuples and numbers as its fields"
         try:
             hash(part)
         except TypeError as error:
             raise TegotaeError(f"{self.name} cannot be hashed ({error}); {right}") from None
         try:
-            same = bool(part == dataclasses.replace(cast("DataclassInstance", part)))
+            equal = bool(part == dataclasses.replace(cast("DataclassInstance", part)))
         except Exception as error:
             raise TegotaeError(
                 f"{self.name} cannot be compared with a copy of itself ({formatted(error)})"
             ) from None
         right += ", and leave __eq__ to the dataclass"
-        self.require(same, f" does not equal a copy of itself; {right}")
+        self.require(equal, f" does not equal a copy of itself; {right}")
 
-    def names(self, what: str, names: object) -> None:
-        """That names are a tuple of strings."""
+    def names(self, label: str, names: object) -> None:
+        """Require that names are a tuple of strings."""
         hint = f"({names!r},)" if isinstance(names, str) else 'such as ("spring_force",)'
         strings = (is_of(name, str) for name in cast(Iterable[object], names))
         holds = isinstance(names, tuple) and all(strings)
-        self.require(holds, f"{what} is {names!r}; it must be a tuple of names: {hint}")
+        self.require(holds, f"{label} is {names!r}; it must be a tuple of names: {hint}")
 
-    def same_names(self, what: str, given: Iterable[str], field: str, names: Iterable[str]) -> None:
-        """That a method gives what a field of the part names."""
-        given, names = sorted(given), sorted(set(names))
-        are = f"gives {', '.join(given)}; {field} names {', '.join(names)}"
-        self.require(given == names, f"{what} {are}: they must be the same")
+    def same_names(
+        self, label: str, actual: Iterable[str], field: str, names: Iterable[str]
+    ) -> None:
+        """Require that a method returns the names that a field of the part lists."""
+        actual, names = sorted(actual), sorted(set(names))
+        are = f"gives {', '.join(actual)}; {field} names {', '.join(names)}"
+        self.require(actual == names, f"{label} {are}: they must be the same")
 
-    def attempt(self, what: str, function: Callable[..., T], *args: object) -> T:
+    def attempt(self, label: str, function: Callable[..., T], *args: object) -> T:
         """The function's result inside a compiled program; it must not need a value in Python."""
         try:
             return jit(function)(*args)
@@ -105,53 +107,54 @@ class PartTrial:
             jax.errors.TracerIntegerConversionError,
         ):
             raise TegotaeError(
-                f"{self.name}{what} uses an array's value in Python (if, float(), NumPy or math); "
+                f"{self.name}{label} uses an array's value in Python (if, float(), NumPy or math); "
                 "use jnp functions, and jnp.where in place of if"
             ) from None
         except Exception as error:
-            raise TegotaeError(f"{self.name}{what} raised {formatted(error)}") from error
+            raise TegotaeError(f"{self.name}{label} raised {formatted(error)}") from error
 
     def arrays(
         self,
-        what: str,
+        label: str,
         value: object,
         *,
         dtype: str | None = None,
-        before: tuple[int, ...] | None = (),
+        leading: tuple[int, ...] | None = (),
         events: bool = False,
     ) -> None:
-        """That every array of a pytree has the lanes' shape and type, and is finite.
+        """Require that every array of a pytree has the lanes' shape and type, and is finite.
 
         Args:
-            what: name of the value in the message.
+            label: name of the value in the message.
             value: a pytree of arrays.
             dtype: another type than the lanes', such as "bool".
-            before: the axes before that of the lanes, such as the limbs'; None for any.
+            leading: the axes before that of the lanes, such as the limbs'; None for any.
             events: whether NaN is allowed, where it means none.
         """
         dtype = dtype or self.dtype
         for leaf in jax.tree.leaves(value):
             array = np.asarray(leaf)
-            wanted = (*(array.shape[:-1] if before is None else before), LANES)
-            axes = "the shape of the lanes" if len(wanted) == 1 else f"shape {wanted}, limbs first"
+            shape = (*(array.shape[:-1] if leading is None else leading), LANES)
+            axes = "the shape of the lanes" if len(shape) == 1 else f"shape {shape}, limbs first"
             self.require(
-                array.shape == wanted,
-                f"{what} has shape {array.shape} for lanes of shape ({LANES},); it must have "
+                array.shape == shape,
+                f"{label} has shape {array.shape} for lanes of shape ({LANES},); it must have "
                 f"{axes} (jnp.full_like or jnp.zeros_like makes an array of a constant)",
             )
             self.require(
                 array.dtype == dtype,
-                f"{what} is {array.dtype} for {dtype} lanes; it must keep the lanes' type (write "
+                f"{label} is {array.dtype} for {dtype} lanes; it must keep the lanes' type (write "
                 "constants as Python numbers, not as NumPy or JAX arrays)",
             )
             if not events and dtype != "bool" and not np.isfinite(array).all():
-                self.require(False, f"{what} is not finite on ordinary lanes: {listed(array)}")
+                self.require(False, f"{label} is not finite on ordinary lanes: {listed(array)}")
 
-    def independent(self, what: str, function: Callable[..., object], *args: object) -> None:
-        """That spoiling one lane of the arguments, [..., LANES] each, changes no other one."""
+    def independent(self, label: str, function: Callable[..., object], *args: object) -> None:
+        """Require that spoiling one lane of the arguments, [..., LANES] each, changes no other
+        one."""
         program = jit(function)
         sound = program(*args)
-        others = np.delete(np.arange(LANES), SPOILED)
+        other_lanes = np.delete(np.arange(LANES), SPOILED)
         for poison in (jnp.nan, 17.0):
 
             def spoil(x: jax.Array, poison: float = poison) -> jax.Array:
@@ -160,28 +163,33 @@ class PartTrial:
                 return x.at[..., SPOILED].set(jnp.asarray(poison, x.dtype))
 
             spoiled = program(*jax.tree.map(spoil, args))
-            for before, after in zip(*map(jax.tree.leaves, (sound, spoiled)), strict=True):
-                before, after = np.asarray(before)[..., others], np.asarray(after)[..., others]
+            for sound_leaf, spoiled_leaf in zip(
+                *map(jax.tree.leaves, (sound, spoiled)), strict=True
+            ):
+                sound_leaf, spoiled_leaf = (
+                    np.asarray(sound_leaf)[..., other_lanes],
+                    np.asarray(spoiled_leaf)[..., other_lanes],
+                )
                 self.require(
-                    np.array_equal(before, after, equal_nan=True),
-                    f"{what} lets one lane change another; use elementwise functions only (no sum, "
-                    "mean, max, sort or roll over lanes)",
+                    np.array_equal(sound_leaf, spoiled_leaf, equal_nan=True),
+                    f"{label} lets one lane change another; use elementwise functions only (no "
+                    "sum, mean, max, sort or roll over lanes)",
                 )
 
     def value(
-        self, what: str, function: Callable[..., T], *args: object, dtype: str | None = None
+        self, label: str, function: Callable[..., T], *args: object, dtype: str | None = None
     ) -> T:
         """The function's result: arrays as they must be, of which each lane is by itself."""
-        result = self.attempt(what, function, *args)
-        self.arrays(what, result, dtype=dtype)
-        self.independent(what, function, *args)
+        result = self.attempt(label, function, *args)
+        self.arrays(label, result, dtype=dtype)
+        self.independent(label, function, *args)
         return result
 
-    def same_form(self, what: str, state: object, start: object) -> None:
-        """That a returned state has the form of the state at the start."""
+    def same_form(self, label: str, state: object, start: object) -> None:
+        """Require that a returned state has the form of the state at the start."""
         self.require(
             jax.tree.structure(state) == jax.tree.structure(start),
-            f"{what} returns {_form(state)}; it must return a state of the same form as at the "
+            f"{label} returns {_form(state)}; it must return a state of the same form as at the "
             f"start, {_form(start)}",
         )
 

@@ -124,7 +124,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         """The state with the feet where they are commanded to be; those below the ground stand."""
         turn = mechanics.rotation(for_limbs(state.attitude))
         foot = turn.to_world(mechanics.commanded_feet(self, state._replace(command=command)))
-        place = [x + at for x, at in zip(foot, for_limbs(state.position), strict=True)]
+        place = [x + origin for x, origin in zip(foot, for_limbs(state.position), strict=True)]
         return state._replace(foot=jnp.stack(place[:2]), command=command)
 
     def sense(self, state: WalkerState, ground_m: jax.Array) -> Sensation:
@@ -144,11 +144,11 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         swings = mechanics.cross(vector(for_limbs(state.turn)), arm)
         rate = -stiffness * (moves[2] + swings[2])
         roll, pitch, yaw = mechanics.angles(state.attitude)
-        left, front = (
+        lateral, front = (
             jnp.sign(mechanics.of_legs(hips, load[0])) for hips in (self.hips_y_m, self.hips_x_m)
         )
-        each = partial(jnp.broadcast_to, shape=load.shape)
-        rolls, roll_rates, pitches, yaws = map(each, (roll, state.turn[0], pitch, yaw))
+        per_leg = partial(jnp.broadcast_to, shape=load.shape)
+        rolls, roll_rates, pitches, yaws = map(per_leg, (roll, state.turn[0], pitch, yaw))
         zero = jnp.zeros_like(load)
         return Sensation(
             {
@@ -156,13 +156,13 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
                 "spring_force_rate": jnp.where(contact & (load > 0.0), rate, zero),
                 "pitch": pitches,
                 "roll": rolls,
-                "pitch_rate": each(state.turn[1]),
+                "pitch_rate": per_leg(state.turn[1]),
                 "roll_rate": roll_rates,
-                "side_roll": left * rolls,
-                "side_roll_rate": left * roll_rates,
+                "side_roll": lateral * rolls,
+                "side_roll_rate": lateral * roll_rates,
                 "end_pitch": -front * pitches,
-                "side_yaw": left * yaws,
-                "speed": each(moves[0][0]),
+                "side_yaw": lateral * yaws,
+                "speed": per_leg(moves[0][0]),
             },
             {
                 "spring_force": self.weight_n,
@@ -205,24 +205,24 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         state = mechanics.reloaded(self, state)
         aim = push.mean_n
         rate = (aim - state.command) / tick_s
-        now = mechanics.legs_of(self, state, rate, ground_m)
+        beginning = mechanics.legs_of(self, state, rate, ground_m)
         slower = mechanics.gyration(self, state.turn)
-        lift, spin = mechanics.accelerations(self, now.force, now.torque, slower)
+        lift, spin = mechanics.accelerations(self, beginning.force, beginning.torque, slower)
         turns = mechanics.turned(state.attitude, vector(state.turn))
         ahead = state._replace(
             position=state.position + tick_s * state.velocity,
             velocity=state.velocity + tick_s * lift,
             attitude=mechanics.unit(state.attitude + tick_s * turns),
             turn=state.turn + tick_s * spin,
-            foot=_slid(now.stance.anchor, now.slip, tick_s),
-            stands=_as_shares(now.stance.contact, state.stands),
+            foot=_slid(beginning.stance.anchor, beginning.slip, tick_s),
+            stands=_as_shares(beginning.stance.contact, state.stands),
             command=aim,
         )
-        then = mechanics.legs_of(self, ahead, rate, ground_m)
+        ending = mechanics.legs_of(self, ahead, rate, ground_m)
         # Where in the tick a foot comes down or lifts off; what has no such moment is a mean.
-        crosses = now.stance.contact != then.stance.contact
-        falls = now.stance.clearance - then.stance.clearance
-        share = jnp.where(crosses, now.stance.clearance / jnp.where(crosses, falls, 1.0), 0.5)
+        crosses = beginning.stance.contact != ending.stance.contact
+        falls = beginning.stance.clearance - ending.stance.clearance
+        share = jnp.where(crosses, beginning.stance.clearance / jnp.where(crosses, falls, 1.0), 0.5)
         share = jnp.clip(share, 0.0, 1.0)
 
         def mean(first: Iterable[jax.Array], second: Iterable[jax.Array]) -> list[jax.Array]:
@@ -230,42 +230,44 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
 
         lift, spin = mechanics.accelerations(
             self,
-            vector(mean(now.force, then.force)),
-            vector(mean(now.torque, then.torque)),
+            vector(mean(beginning.force, ending.force)),
+            vector(mean(beginning.torque, ending.torque)),
             0.5 * (slower + mechanics.gyration(self, ahead.turn)),
         )
         velocity = state.velocity + tick_s * lift
         turns = 0.5 * (turns + mechanics.turned(ahead.attitude, vector(ahead.turn)))
-        slips = mean(now.slip, then.slip)
+        slips = mean(beginning.slip, ending.slip)
         # A foot that came down stands where it met the ground.
-        touches = then.stance.contact & ~now.stance.contact
-        landing = mean(then.stance.place[:2], now.stance.place[:2])
-        begun = [jnp.where(touches, b, a) for a, b in zip(now.stance.anchor, landing, strict=True)]
+        touches = ending.stance.contact & ~beginning.stance.contact
+        landing = mean(ending.stance.place[:2], beginning.stance.place[:2])
+        begun = [
+            jnp.where(touches, b, a) for a, b in zip(beginning.stance.anchor, landing, strict=True)
+        ]
         end = WalkerState(
             position=state.position + 0.5 * tick_s * (state.velocity + velocity),
             velocity=velocity,
             attitude=mechanics.unit(state.attitude + tick_s * turns),
             turn=state.turn + tick_s * spin,
             foot=_slid(begun, slips, tick_s),
-            stands=_as_shares(then.stance.contact, state.stands),
+            stands=_as_shares(ending.stance.contact, state.stands),
             command=aim,
             rate=rate,
             slid=state.slid + tick_s * jnp.sqrt(slips[0] ** 2 + slips[1] ** 2),
-            slip=jnp.stack(then.slip),
+            slip=jnp.stack(ending.slip),
             push=lift,
             twist=spin,
             com=state.com,
         )
-        along, _, down = mean(now.of_body, then.of_body)
+        along, _, down = mean(beginning.of_body, ending.of_body)
         stance = jnp.where(
-            now.stance.contact,
-            jnp.where(then.stance.contact, 1.0, share),
+            beginning.stance.contact,
+            jnp.where(ending.stance.contact, 1.0, share),
             jnp.zeros_like(share),
         )
         z0, z1 = state.position[2], end.position[2]
         v0, v1 = state.velocity[2], end.velocity[2]
         climb = rise(z0, v0, z1, v1, tick_s)
-        flies = ~(now.stance.contact | then.stance.contact).any(axis=0)
+        flies = ~(beginning.stance.contact | ending.stance.contact).any(axis=0)
         apex = flies & (v0 > 0.0) & (v1 <= 0.0)
         to_apex = v0 / jnp.where(apex, v0 - v1, 1.0)
         return end, Contact(
@@ -277,7 +279,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             apex_share=jnp.where(apex, jnp.clip(to_apex, 0.0, 1.0), jnp.nan),
             apex_height_m=jnp.where(apex, z0 + 0.5 * v0 * to_apex * tick_s, jnp.nan),
             touchdown_share=jnp.where(touches, share, jnp.nan),
-            force_n=mean([now.load], [then.load])[0],
+            force_n=mean([beginning.load], [ending.load])[0],
         )
 
     def apply_impulse(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
@@ -303,8 +305,8 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
     def energy(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
         """½ m v² + ½ ω·I ω + m g z + ½ Σ d·K d over the feet on the ground [J]."""
         stance = mechanics.stance_of(self, state, ground_m)
-        each = zip(mechanics.springs_of(self)[0], stance.arm, stance.feet, strict=True)
-        springs = sum(k * (r - c) ** 2 for k, r, c in each)
+        legs = zip(mechanics.springs_of(self)[0], stance.arm, stance.feet, strict=True)
+        springs = sum(k * (r - c) ** 2 for k, r, c in legs)
         inertia = self.inertia_x_kg_m2, self.inertia_y_kg_m2, self.inertia_z_kg_m2
         turns = sum(j * w**2 for j, w in zip(inertia, state.turn, strict=True))
         return (

@@ -220,11 +220,11 @@ def of_legs(values: Sequence[float], like: jax.Array) -> jax.Array:
 
 def commanded_feet(numbers: WalkerNumbers, state: WalkerState) -> Vector:
     """The commanded feet in body axes c_i [m]."""
-    each = partial(of_legs, like=state.position[0])
+    per_leg = partial(of_legs, like=state.position[0])
     forward, up = state.command
     return (
-        each(numbers.hips_x_m) - for_limbs(numbers.com_x_m) + forward,
-        each(numbers.hips_y_m) - for_limbs(numbers.com_y_m) + jnp.zeros_like(up),
+        per_leg(numbers.hips_x_m) - for_limbs(numbers.com_x_m) + forward,
+        per_leg(numbers.hips_y_m) - for_limbs(numbers.com_y_m) + jnp.zeros_like(up),
         up - for_limbs(numbers.com_z_m) - for_limbs(numbers.rest_length_m),
     )
 
@@ -245,8 +245,8 @@ def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -
     clearance = z - ground_under(numbers, x, y, ground_m)
     present = of_legs(numbers.present, state.position[0]) > 0.5
     stands = state.stands > 0.5
-    both = zip(state.foot, (x, y), strict=True)
-    ahead, aside = (jnp.where(stands, there, here) for there, here in both)
+    axes = zip(state.foot, (x, y), strict=True)
+    ahead, aside = (jnp.where(stands, anchor, command) for anchor, command in axes)
     up = ground_under(numbers, ahead, aside, ground_m)
     arm = turn.to_body((ahead - centre[0], aside - centre[1], up - centre[2]))
     contact = (clearance < 0.0) & present
@@ -284,13 +284,13 @@ def springs_of(numbers: WalkerNumbers) -> tuple[tuple[float, ...], tuple[float, 
 
 
 def swing_work(
-    numbers: WalkerNumbers, before: jax.Array, rate: jax.Array, tick_s: jax.Array
+    numbers: WalkerNumbers, previous_rate: jax.Array, rate: jax.Array, tick_s: jax.Array
 ) -> jax.Array:
     """Return the work that moves the legs themselves in a tick, Δ ½ ċ·m ċ + ċ·d ċ Δt [J].
 
     Args:
         numbers: of the walker.
-        before: rate of the command in the tick before [m/s], [2, limbs, lanes].
+        previous_rate: rate of the command in the tick before [m/s], [2, limbs, lanes].
         rate: in this one.
         tick_s: control tick [s].
 
@@ -300,8 +300,8 @@ def swing_work(
     mass = numbers.leg_mass_x_kg, numbers.leg_mass_z_kg
     damping = numbers.joint_damping_x_ns_per_m, numbers.joint_damping_z_ns_per_m
     along, up = (
-        0.5 * for_limbs(m) * (after**2 - was**2) + tick_s * for_limbs(d) * after**2
-        for m, d, was, after in zip(mass, damping, before, rate, strict=True)
+        0.5 * for_limbs(m) * (current**2 - was**2) + tick_s * for_limbs(d) * current**2
+        for m, d, was, current in zip(mass, damping, previous_rate, rate, strict=True)
     )
     return along + up
 
@@ -311,8 +311,8 @@ def _upon(
 ) -> tuple[Vector, jax.Array, tuple[jax.Array, jax.Array]]:
     """Return the part of a leg's force that the ground bears, the load, and the anchor's slide."""
     slopes = jax.tree.map(for_limbs, numbers.terrain).slopes(*anchor)
-    one, none = jnp.ones_like(force[0]), jnp.zeros_like(force[0])
-    normal: Vector = (none, none, one)
+    ones, none = jnp.ones_like(force[0]), jnp.zeros_like(force[0])
+    normal: Vector = (none, none, ones)
     if slopes is not None:
         steep = jax.lax.rsqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2)
         normal = (-slopes[0] * steep, -slopes[1] * steep, steep)
@@ -320,8 +320,8 @@ def _upon(
     load = jnp.maximum(across, 0.0)
     along = vector(f - across * n for f, n in zip(force, normal, strict=True))
     # The share of the force along the ground that friction bears.
-    most = for_limbs(numbers.friction) * load
-    share = jnp.minimum(1.0, most * jax.lax.rsqrt(jnp.maximum(dot(along, along), 1e-30)))
+    limit = for_limbs(numbers.friction) * load
+    share = jnp.minimum(1.0, limit * jax.lax.rsqrt(jnp.maximum(dot(along, along), 1e-30)))
     slides = (share - 1.0) / for_limbs(numbers.damping_xy_ns_per_m)
     borne = vector(load * n + share * t for n, t in zip(normal, along, strict=True))
     return borne, load, (slides * along[0], slides * along[1])
@@ -357,5 +357,5 @@ def _foot(frame: RecordedFrame, axis: int) -> jax.Array:
     stance = stance_of(body, state, frame.ground_m)
     stands = stance.contact & (state.stands > 0.5)
     ahead, aside = stance.anchor
-    at = (ahead, aside, ground_under(body, ahead, aside, frame.ground_m))[axis]
-    return jnp.where(stands, at, stance.place[axis])
+    position = (ahead, aside, ground_under(body, ahead, aside, frame.ground_m))[axis]
+    return jnp.where(stands, position, stance.place[axis])
