@@ -57,7 +57,7 @@ CONTINUOUS = PredictorCorrector()
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol(Part):
-    """How controllers are evaluated.
+    """Conditions of an evaluation.
 
     One episode per frequency: undisturbed for `undisturbed_s`, and then the ground drops at the
     next apex of a hop, that is, in flight. T1 is measured over what is left.
@@ -121,7 +121,7 @@ class Protocol(Part):
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What an evaluation found, episode by episode. NaN is undefined everywhere.
+    """Results of an evaluation, episode by episode. NaN is undefined everywhere.
 
     Args:
         protocol: how it was found.

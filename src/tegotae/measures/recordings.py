@@ -83,7 +83,7 @@ def in_brackets(text: str) -> tuple[str, str]:
 
 
 MOST_BYTES = 2**30
-"""Of all arrays of a .npz together [bytes]: hours of a robot's log."""
+"""Size limit of all arrays of a .npz together [bytes]: hours of a robot's log."""
 _NEEDED = {*QUANTITIES["time"].names, *QUANTITIES["height"].names}
 
 

@@ -48,7 +48,7 @@ COLUMNS = (
 """
 
 NEAR = 0.06
-"""How far the next point of a front may be from a speed that it reaches [√(g l0)]."""
+"""Largest distance of a point of a front from a speed that it covers [√(g l0)]."""
 _TEXT = ("family", "gait")
 
 
@@ -79,7 +79,7 @@ class SpeedFront:
         return np.interp(np.asarray(speed, float), own, cost, left=np.nan, right=np.nan)
 
     def reaches(self, speed: float) -> bool:
-        """Whether there is a point within `NEAR` of a speed: elsewhere a cost is a guess."""
+        """Return whether a point lies within `NEAR` of a speed: elsewhere a cost is a guess."""
         return bool((np.abs(self.columns["speed"] - speed) <= NEAR).any())
 
     def nearest(self, speed: float) -> dict[str, float]:

@@ -1,1 +1,1 @@
-"""How the legs of a body go together, and the names of gaits."""
+"""Coordination of the legs of a body, and the names of gaits."""

@@ -23,7 +23,7 @@ TURN = 2.0 * math.pi
 
 
 def apart(a: Numeric, b: Numeric) -> jax.Array:
-    """How far lag a is behind lag b, the short way round, in [-0.5, 0.5) [cycles].
+    """Return the circular difference of lag a minus lag b, in [-0.5, 0.5) [cycles].
 
     Args:
         a: lags [cycles], any shape.
@@ -76,7 +76,8 @@ def circular_spread(lag: AnyArray, axis: int = 0) -> jax.Array:
 
 
 def order_parameter(lag: AnyArray) -> jax.Array:
-    """How much in phase the legs of a lane are: `|Σ exp(2πi lag_i)| / n`, 1 if all are.
+    """Return the order parameter of the legs' lags, `|Σ exp(2πi lag_i)| / n`: 1 if all are in
+    phase.
 
     Args:
         lag: [limbs, lanes].
@@ -116,7 +117,8 @@ def over_strides(lag: AnyArray, frames_per_stride: AnyArray) -> jax.Array:
 
 
 def time_to_lock(lag: AnyArray, final: AnyArray, time_s: AnyArray, tolerance: float) -> jax.Array:
-    """From when on all lags of a lane stay within a tolerance of their final ones [s], [lanes].
+    """Return the time after which all lags of a lane stay within a tolerance of their final values
+    [s], [lanes].
 
     NaN if they never do.
 
@@ -141,7 +143,7 @@ def time_to_lock(lag: AnyArray, final: AnyArray, time_s: AnyArray, tolerance: fl
 
 
 def moved(lag: AnyArray) -> jax.Array:
-    """How far the lags of a lane have ever been from its first ones [cycles], [lanes].
+    """Return the largest change of a lane's lags since its first frame [cycles], [lanes].
 
     Lags that stand still from the release on show no synchronisation: legs that do not feel each
     other, all at one frequency, keep theirs as well.
@@ -153,7 +155,8 @@ def moved(lag: AnyArray) -> jax.Array:
 
 
 def moved_until(lag: AnyArray, allowed: Numeric = 0.0) -> jax.Array:
-    """How far the lags have been from the first ones up to every frame [cycles], [frames, lanes].
+    """Return the largest change of the lags since the first frame, up to every frame [cycles],
+    [frames, lanes].
 
     Args:
         lag: [frames, limbs, lanes].
@@ -173,7 +176,8 @@ def moved_until(lag: AnyArray, allowed: Numeric = 0.0) -> jax.Array:
 
 
 def rounding(ticks: AnyArray) -> jax.Array:
-    """How far two phases part at most as each is rounded every tick [cycles], as `ticks`.
+    """Return the largest difference of two phases caused by rounding each tick [cycles], as
+    `ticks`.
 
     A phase up to 2π is rounded by half a unit in its last place, 2 ε; two of them by twice that.
     """
@@ -182,7 +186,7 @@ def rounding(ticks: AnyArray) -> jax.Array:
 
 
 def drift(omega: AnyArray, time_s: AnyArray, reference: int) -> jax.Array:
-    """How far the lags of legs that do not feel each other go, each at its own ω [cycles].
+    """Return the drift of the lags of uncoupled legs, each at its own ω [cycles].
 
     `(ω_ref - ω_i) t / 2π`, [frames, limbs, lanes].
 
@@ -209,7 +213,7 @@ def steps_to_latest(x: AnyArray) -> jax.Array:
 
 
 class Rhythm(ABC):
-    """Where lags are read from. A frozen dataclass."""
+    """Source of the lags. A frozen dataclass."""
 
     needs: tuple[str, ...]
     """The channels that it reads."""
@@ -452,7 +456,7 @@ def _of_leg(start: np.ndarray, end: np.ndarray, gained: np.ndarray) -> tuple[Sta
 
 
 def support_margin_m(body: Walker, lost: tuple[int, ...] = ()) -> float:
-    """How far the mass is inside the polygon of the hips of the legs that are there [m].
+    """Return the distance of the mass inside the polygon of the remaining legs' hips [m].
 
     The least distance from its sides; negative outside. With three legs a negative margin means
     that no standing is possible with feet below their hips, and a positive one that it is.

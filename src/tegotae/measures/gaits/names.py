@@ -139,7 +139,7 @@ def speed_along_heading_m_per_s(trajectory: Trajectory, first: int) -> jax.Array
 
 
 TOLERANCE = 0.1
-"""How far the lag between any two legs may be from a pattern's [cycles]."""
+"""Largest difference of a lag between two legs from a pattern's [cycles]."""
 
 RUNNING_TOLERANCE = 0.2
 """The same of gallops and canter, whose lags vary more among animals [cycles]."""
@@ -250,7 +250,8 @@ def patterns_for(legs: Sequence[str]) -> tuple[Pattern, ...]:
 
 
 def distance(lag: ArrayLike, pattern: ArrayLike) -> np.ndarray:
-    """How far lags are from a pattern: that of the two legs that differ most, [lanes] [cycles].
+    """Return the distance of lags from a pattern: that of the two legs that differ most, [lanes]
+    [cycles].
 
     `max_ij |(lag_i - lag_j) - (p_i - p_j)|` the short way round, so that neither a reference leg
     nor a common shift counts.
@@ -308,7 +309,7 @@ def gait_of(
     legs: Sequence[str],
     tolerance: float = TOLERANCE,
 ) -> np.ndarray:
-    """What every lane does: the name of its gait, or why it has none (`NO_GAIT`), [lanes].
+    """Return the name of every lane's gait, or the reason why it has none (`NO_GAIT`), [lanes].
 
     Lags alone do not make a gallop: it runs, with a duty factor below `MOST_DUTY`, and flies, for
     `LEAST_FLIGHT` of the time at least. A canter runs. Both may be `RUNNING_TOLERANCE` from their

@@ -35,7 +35,7 @@ from tegotae.simulation.recorder import Trajectory, declared
 from tegotae.simulation.rollout import Scenario, Timing
 
 TOLERANCE = 0.05
-"""How far the lags of a locked gait may stray from their mean [cycles]."""
+"""Largest distance of a locked gait's lags from their mean [cycles]."""
 
 LEAST_FRAMES = 8
 """Frames of the shortest recording from which a gait is measured."""
@@ -45,7 +45,7 @@ _OF_SOME = ("x_m", "y_m", "slid_m")
 
 
 class Coordination(NamedTuple):
-    """How the legs of every lane go together: arrays [limbs, lanes] of legs, else [lanes].
+    """Coordination of the legs of every lane: arrays [limbs, lanes] of legs, else [lanes].
 
     All is measured over the last whole strides of the window, lags and their lock over the whole
     recording before it as well. What is undefined or not recorded is NaN; of a lane that fell that
@@ -59,9 +59,9 @@ class Coordination(NamedTuple):
     touchdown_lag: AnyArray
     """Mean lag of the footfalls [cycles], [limbs, lanes]; as `lag`, if that is theirs."""
     lock_time_s: AnyArray
-    """From when on the lags stay near their mean [s]; NaN if not before the window begins."""
+    """Time after which the lags stay near their mean [s]; NaN if not before the window begins."""
     moved: AnyArray
-    """How far the lags have ever been from those of the release [cycles]."""
+    """Largest change of the lags since the release [cycles]."""
     order_parameter: AnyArray
     """|Σ exp(2πi lag)| / n: 1 if all legs are in phase."""
     cycle_frequency_hz: AnyArray
@@ -76,7 +76,7 @@ class Coordination(NamedTuple):
     power_w: AnyArray
     """Mean of the actuators' |power|, each leg's by itself [W]."""
     distance_m: AnyArray
-    """How far the body has come over the ground, from the release on, as the crow flies [m]."""
+    """Straight distance of the body over the ground from the release [m]."""
     speed_m_per_s: AnyArray
     """Speed over ground, over whole strides, as the crow flies [m/s]; `heading` has those ahead."""
     cost_of_transport: AnyArray
@@ -87,7 +87,7 @@ class Coordination(NamedTuple):
     slip_m: AnyArray
     """Total way that the feet slipped [m]."""
     fall_time_s: AnyArray
-    """When the lane fell [s]; NaN if it did not."""
+    """Time of the lane's fall [s]; NaN if it did not fall."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,7 +208,7 @@ def coordination(
     footfalls = OfTouchdowns().lag(t, reference)
 
     def over_window(total: AnyArray) -> jax.Array:
-        """How much a total, or a place, has changed over the window."""
+        """Return the change of a total, or of a position, over the window."""
         total = jnp.asarray(total)
         at = jnp.broadcast_to(first.reshape(1, *[1] * (total.ndim - 2), -1), (1, *total.shape[1:]))
         return total[-1] - jnp.take_along_axis(total, at, axis=0)[0]
@@ -257,13 +257,13 @@ def coordination(
 
 
 def total_mass_kg(body: Body) -> Number:
-    """What a body weighs over g [kg]: `total_mass_kg`, if its `mass_kg` is that of a leg."""
+    """Return the total mass of a body [kg]: `total_mass_kg`, if its `mass_kg` is that of a leg."""
     named = "total_mass_kg" if hasattr(body, "total_mass_kg") else "mass_kg"
     return getattr(body, named)
 
 
 def has_mass(body: Body) -> bool:
-    """Whether a body says what it weighs."""
+    """Return whether a body has a mass."""
     return hasattr(body, "total_mass_kg") or hasattr(body, "mass_kg")
 
 

@@ -281,7 +281,8 @@ def feedback_share(episode: Episode) -> jax.Array:
 
 
 _BINS = 12
-"""Of the spring force, from zero to its largest; in each of them the force may follow a line."""
+"""Number of bins of the spring force, from zero to its largest value; the force may follow a line
+in each."""
 
 _STILL = 1e-3
 """A force that varies less than this, over its own size, has no variance to be explained."""

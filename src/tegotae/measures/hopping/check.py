@@ -89,7 +89,7 @@ def _is_line(text: object) -> bool:
 
 
 def _is_drawn(math: str) -> bool:
-    """Whether matplotlib can draw a text; it raises ValueError for one that it cannot."""
+    """Return whether matplotlib can draw a text; it raises ValueError for one that it cannot."""
     from matplotlib.mathtext import MathTextParser  # slow to import
 
     return not math or MathTextParser("path").parse(math) is not None
@@ -104,7 +104,7 @@ _FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "math": (_is_drawn, "a text that matplotlib can draw"),
     "range": (lambda x: len(x) == 2 and x[0] < x[1], "a pair such as (0.0, 1.0), the least first"),
 }
-"""Of each field of a metric a test, and what would be right."""
+"""Test of each field of a metric, and a description of a valid value."""
 
 
 @cache

@@ -208,7 +208,7 @@ def contradictions(
 
 
 def _swings(height_m: np.ndarray) -> float:
-    """How many periods of its strongest frequency a height holds."""
+    """Return the number of periods of a height's strongest frequency."""
     still = height_m - height_m.mean()
     power = np.abs(np.fft.rfft(np.hanning(len(still)) * still, 8 * len(still))) ** 2
     return float(np.argmax(power)) / 8.0
@@ -229,8 +229,8 @@ class Efficiency:
     work_j: float
     """The actuator's work [J]; NaN if neither it nor the force was recorded."""
     settled: bool
-    """Whether these are whole turns of a limit cycle. If not, the value may depend on which hops
-    were recorded: it is no metric of a gait."""
+    """True for whole cycles of a limit cycle. If not, the value may depend on which hops were
+    recorded: it is no metric of a gait."""
     cot_inverse: float
     """CoT⁻¹ of the heights climbed in flight [m/J]; NaN for unknown or negative work."""
     cot_inverse_total: float
@@ -247,7 +247,7 @@ class Measured(Gait):
     """
 
     reasons: dict[str, str]
-    """Why each metric that is NaN is undefined, by its name."""
+    """Reason of each metric that is NaN, by its name."""
     efficiency: Efficiency | None
     """Over the cycles of CoT⁻¹, or, of a gait that does not settle, over the hops of the second
     half of the recording. None with fewer than two."""
@@ -258,8 +258,8 @@ class Measured(Gait):
     omega: float
     """Prescribed frequency ω [rad/s]; NaN if it is not known."""
     notes: tuple[str, ...] = ()
-    """What else is to be known of the numbers, a sentence each: which are the recorder's own, what
-    noise there is and what was done about it, and what contradicts each other."""
+    """Remarks on the numbers, a sentence each: which are the recorder's own, the noise and its
+    treatment, and contradictions."""
 
 
 _CLOCK_S = 1e6
@@ -416,7 +416,7 @@ def _span(table: Hops, end_s: float, period: float, t0_s: float) -> tuple[int, i
 
 
 def _since_release(at_s: float | None, began_s: float, ended_s: float) -> float | None:
-    """When the disturbance came, counted from the first sample [s]."""
+    """Return the time of the disturbance since the first sample [s]."""
     if at_s is None:
         return None
     require_finite("disturbed_at_s", at_s)
@@ -452,7 +452,7 @@ _OF_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
 
 
 def _missing(samples: Samples, omega: float | None, max_force_n: float | None) -> dict[str, str]:
-    """Why channels and parameters of metrics are not known, by their names."""
+    """Return the reasons why channels and parameters of metrics are missing, by their names."""
     why: dict[str, str] = {}
     if "force_n" not in samples:
         unmoved = "neither the actuator force nor its work was recorded"
@@ -469,7 +469,7 @@ def _missing(samples: Samples, omega: float | None, max_force_n: float | None) -
 
 
 def _why_undefined(metric: Metric, undefined: set[str], missing: Mapping[str, str]) -> str:
-    """Why a metric has no value.
+    """Return the reason why a metric has no value.
 
     Args:
         metric: the metric.
@@ -497,7 +497,8 @@ def _why_undefined(metric: Metric, undefined: set[str], missing: Mapping[str, st
 
 
 def _no_cycle(regime: int, table: Hops, end_s: float, limit_cycle: LimitCycle) -> str:
-    """Why there is no limit cycle: how far the last hops are from repeating themselves."""
+    """Return the reason why there is no limit cycle: the distance of the last hops from a
+    repetition."""
     count, needed = int(np.sum(table.time_s <= end_s)), limit_cycle.min_repeats + 1
     if regime == FAILED:
         return "the body failed"
@@ -508,7 +509,8 @@ def _no_cycle(regime: int, table: Hops, end_s: float, limit_cycle: LimitCycle) -
     allowed = np.array([limit_cycle.height_tolerance_m, limit_cycle.phase_tolerance_rad])
 
     def spread(period: int) -> np.ndarray:
-        """How far the last hops are from the last cycle, in height [m] and phase [rad]."""
+        """Return the distance of the last hops from the last cycle, in height [m] and phase
+        [rad]."""
         rows = np.arange(count - needed * period, count)
         last = count - 1 - (count - 1 - rows) % period
         phase = table.phase_rad[rows] - table.phase_rad[last]

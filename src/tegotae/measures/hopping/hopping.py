@@ -1,4 +1,4 @@
-"""What counts as hopping: hops, the Poincaré section at the apex, and limit cycles on it."""
+"""Definition of hopping: hops, the Poincaré section at the apex, and limit cycles on it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ REST_SHARE = 0.25
 
 
 def dies_out(last_hop_s: Numeric, duration_s: Numeric) -> AnyArray | np.bool | bool:
-    """Whether a gait is over: no hop in the last quarter of the time from the release on.
+    """Return whether a gait is over: no hop in the last quarter of the time since the release.
 
     Args:
         last_hop_s: time of the last apex of a hop [s], any shape; minus infinity without one.
@@ -52,7 +52,8 @@ def dies_out(last_hop_s: Numeric, duration_s: Numeric) -> AnyArray | np.bool | b
 
 
 def left_out(whole: AnyArray) -> jax.Array:
-    """How many whole hops are left out at their beginning: one of an odd number of three or more.
+    """Return the number of whole hops omitted at the beginning: one of an odd number of three or
+    more.
 
     So a gait that alternates between two hops is credited for both alike.
 
@@ -78,10 +79,11 @@ class WholeHops(NamedTuple):
     ends: AnyArray
     """The frame of the last apex, [lanes]; the last frame without a hop."""
     n_hops: AnyArray
-    """How many whole hops lie between the two, [lanes]; -1 without an apex."""
+    """Number of whole hops between the two, [lanes]; -1 without an apex."""
 
     def over(self, total: AnyArray) -> jax.Array:
-        """By how much a running total [frames, lanes] grows over them, [lanes]; 0 without any."""
+        """Return the growth of a running total [frames, lanes] over the whole hops, [lanes]; 0
+        without any."""
         grown = at_frame(total, self.ends) - at_frame(total, self.begins)
         return jnp.where(self.n_hops > 0, grown, 0.0)
 
@@ -138,10 +140,10 @@ class Hops(NamedTuple):
     frame: AnyArray
     """The frame in which the apex lies; that of the last frame after the last hop."""
     n_hops: AnyArray
-    """How many hops the lane has, shape [lanes]."""
+    """Number of hops of the lane, shape [lanes]."""
 
     def between(self, first: AnyArray, last: AnyArray, total: AnyArray) -> jax.Array:
-        """By how much a running total [frames, lanes] grows from hop to hop, each [lanes].
+        """Return the growth of a running total [frames, lanes] from hop to hop, each [lanes].
 
         They go from apex to apex, in whole frames.
         """
@@ -194,7 +196,7 @@ _LATEST = 1.1  # of the time to the next hop, when it would have come
 
 @dataclass(frozen=True, kw_only=True)
 class LimitCycle(Part):
-    """When a gait counts as settled on a limit cycle.
+    """Criteria of a settled limit cycle.
 
     On the Poincaré section at the apex, with hops i = 1 ... N in the window, a gait is settled with
     period k from hop n on if every later hop lies close to its counterpart j in the last k hops,
@@ -238,7 +240,7 @@ class LimitCycle(Part):
 
 
 class Settled(NamedTuple):
-    """From where on each lane is on its limit cycle: arrays of shape [lanes]."""
+    """Beginning of each lane's limit cycle: arrays of shape [lanes]."""
 
     period: AnyArray
     """Period k [hops]; NaN where there is no limit cycle."""
@@ -256,7 +258,7 @@ class Settled(NamedTuple):
 
 
 def settled(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) -> Settled:
-    """Where the gait settles on a limit cycle that lasts until the end of a window.
+    """Find the limit cycle on which the gait stays until the end of a window.
 
     A body that stops hopping before the end has no limit cycle.
 

@@ -1,4 +1,4 @@
-"""What a metric is, and what it is computed from: a recorded gait, its hops and limit cycle."""
+"""Contract of a metric, and its sources: a recorded gait, its hops and limit cycle."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tegotae.simulation.rollout import Trajectory
 
 FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
 REGIMES = ("failed", "at rest", "no limit cycle", "limit cycle")
-"""What a gait can be; `Episode.regime` is an index into it."""
+"""Regimes of a gait; `Episode.regime` is an index into it."""
 
 HOP_CHANNELS = (
     *("time_s", "ground_m", "failed", "touchdown_time_s"),
@@ -102,7 +102,7 @@ class Episode:
 
     @cached_property
     def start_s(self) -> jax.Array:
-        """Where the settled part begins [s], [lanes]; 0 without a limit cycle."""
+        """Beginning of the settled part [s], [lanes]; 0 without a limit cycle."""
         return jnp.where(self.on_cycle, self.cycle.time_s, 0.0)
 
     @cached_property
@@ -127,7 +127,7 @@ class Episode:
 
     @cached_property
     def is_settled(self) -> jax.Array:
-        """Which frames of the window belong to the settled part, [frames, lanes]."""
+        """Mask of the frames of the window that belong to the settled part, [frames, lanes]."""
         return jnp.asarray(self.trajectory.time_s) >= self.start_s[None]
 
     def mean_where(self, values: AnyArray, holds: AnyArray | bool) -> jax.Array:
@@ -141,7 +141,8 @@ class Episode:
         return jnp.where(number > 0.0, total / jnp.maximum(number, 1.0), jnp.nan)
 
     def over_cycles(self, total: AnyArray) -> jax.Array:
-        """By how much a running total [frames, lanes] grows over the last whole cycles, [lanes]."""
+        """Return the growth of a running total [frames, lanes] over the last whole cycles,
+        [lanes]."""
         return self.hops.between(self.cycle.from_hop, self.cycle.to_hop, total)
 
     def apex_s(self, hop: AnyArray) -> jax.Array:
@@ -149,7 +150,7 @@ class Episode:
         return at_frame(self.hops.time_s, hop)
 
     def settles_again(self, after_s: Numeric) -> Settled:
-        """Where each lane settles between a time [s], [lanes], and the end of all frames."""
+        """Find each lane's limit cycle between a time [s], [lanes], and the end of all frames."""
         return settled(self.hops, self.limit_cycle, after_s, self.whole.time_s[-1])
 
 
@@ -164,17 +165,17 @@ class ClampedEpisodes(NamedTuple):
     cycle: Settled
     """The limit cycle at each phase: arrays of shape [lanes, phases]."""
     failed: np.ndarray
-    """Who had failed by the end, [lanes, phases]."""
+    """True for episodes that had failed by the end, [lanes, phases]."""
 
     @property
     def on_cycle(self) -> np.ndarray:
-        """Who hops on a limit cycle, [lanes, phases]."""
+        """Mask of the episodes that hop on a limit cycle, [lanes, phases]."""
         return np.isfinite(self.cycle.period) & ~self.failed
 
 
 TABLE, FIGURE, REPORT = "table", "figure", "report"
 PLACES = (TABLE, FIGURE, REPORT)
-"""Where a metric can be shown: tables on the screen, the study's figures, the report's page."""
+"""Outputs that can show a metric: tables on the screen, the study's figures, the report's page."""
 
 REGIME = "regime"
 """A label of every episode beside its metrics: an index into `REGIMES`."""
@@ -197,7 +198,7 @@ class Conditions:
 
 @dataclass(frozen=True, kw_only=True)
 class Metric:
-    """What every metric says of itself. Of which kind it is says how it is computed.
+    """Description common to all metrics. The subclass decides the computation.
 
     Args:
         name: by which it is asked for, and its column in tables; with its unit, such as "t0_s".

@@ -26,7 +26,7 @@ _RESTART = 3.0  # a fall of so many times the largest rise, and the steps beside
 TOTALS = ("work_j", "climb_flight_m", "climb_m")
 """Running totals, each of which stands in place of what would follow from the samples."""
 COLUMNS = ("time_s", "height_m", "ground_m", "phase_rad", "force_n", *TOTALS)
-"""What a recording may have."""
+"""Columns of a recording."""
 
 
 def from_samples(
@@ -496,11 +496,11 @@ class Denoised(NamedTuple):
     samples: Samples
     """Arrays by name, [samples] each."""
     prominence_m: float
-    """How far an apex must rise from the heights around it not to be noise [m]."""
+    """Least prominence of an apex above the noise [m]."""
     limit_cycle: LimitCycle
-    """What counts as settled, as far as noise lets it be seen."""
+    """Criteria of a settled limit cycle, widened by the noise."""
     notes: tuple[str, ...]
-    """What was done, a sentence each."""
+    """Processing steps, a sentence each."""
 
 
 def denoised(

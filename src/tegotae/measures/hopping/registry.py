@@ -204,6 +204,6 @@ def _code(metric: Metric) -> str | None:
 
 
 def _origin(metric: Metric) -> str:
-    """Where a metric's function was written."""
+    """Return the module in which a metric's function was written."""
     function = getattr(metric, "compute", None)
     return f"{getattr(function, '__module__', '?')}.{getattr(function, '__qualname__', '?')}"

@@ -131,7 +131,8 @@ def peak(of: Spectrum) -> tuple[jax.Array, jax.Array]:
 
 
 def _parabola_shift(left: jax.Array, centre: jax.Array, right: jax.Array) -> jax.Array:
-    """Where between -½ and ½ bin a parabola through the logarithm of three powers peaks."""
+    """Return the peak of a parabola through the logarithm of three powers, in bins from the centre,
+    -½ ... ½."""
     left, centre, right = (jnp.log(power + 1e-30) for power in (left, centre, right))
     curvature = left - 2.0 * centre + right
     bends = curvature < 0.0

@@ -15,7 +15,7 @@ LEVEL = 0.95
 """Coverage of an interval."""
 
 RESAMPLES = 10_000
-"""How often a sample is drawn anew."""
+"""Number of bootstrap samples."""
 
 FEW = 8
 """Below so many values the bootstrap's interval is too narrow, and Student's t is taken instead: of
@@ -25,19 +25,19 @@ Range = tuple[float, float]
 """Least and largest possible value."""
 
 UNBOUNDED: Range = (-math.inf, math.inf)
-"""Of what can be anything."""
+"""Range of an unbounded quantity."""
 
 POSITIVE: Range = (0.0, math.inf)
-"""Of what is never negative."""
+"""Range of a quantity that is never negative."""
 
 SHARE: Range = (0.0, 1.0)
-"""Of what lies between none and all."""
+"""Range of a share."""
 
 _ROUNDING = 1e-4
-"""How far a single-precision value of a range's end may lie beyond it."""
+"""Tolerance of a single-precision value beyond the end of its range."""
 
 BOOTSTRAP, STUDENT, WELCH = "bootstrap", "Student's t", "Welch's t"
-"""How an interval was found."""
+"""Methods of intervals."""
 
 
 UNDEFINED = "–"
@@ -61,11 +61,11 @@ class Interval:
     high: float = math.nan
     """Upper end."""
     count: int = 0
-    """How many values are defined."""
+    """Number of defined values."""
     undefined: int = 0
-    """How many are not."""
+    """Number of undefined values."""
     method: str = field(default="", repr=False, compare=False)
-    """How the interval was found; empty if there is none."""
+    """Method of the interval; empty if there is none."""
 
     def __str__(self) -> str:
         """The mean with the interval; a star says that values are undefined, a dash that all are.
@@ -260,7 +260,7 @@ def balanced_difference(
 
 
 def _has_mean(row: np.ndarray, single_is_exact: bool = False) -> bool:
-    """Whether the mean of a row has a known spread: two defined values, or an exact one."""
+    """Return whether the mean of a row has a known spread: two defined values, or an exact one."""
     defined = int((~np.isnan(row)).sum())
     return defined >= 2 or (single_is_exact and len(row) == defined == 1)
 

@@ -41,14 +41,14 @@ HERTZ = (2.0 * math.pi) ** -2
 """The weight of ΔΩ that takes its frequencies in hertz, 0.025: (ω - w)² in Hz², not in rad²/s²."""
 
 TIE_BREAK = 1e-3
-"""What the height climbed counts for, so that something can be learned from controllers of no other
-merit [m/J]."""
+"""Weight of the height climbed, so that something can be learned from controllers of no other merit
+[m/J]."""
 STRIDE = 2
 """Frames per sample of the spectrum: 40 ms are 30 samples of the quickest hop and more."""
 
 
 class HopOutcome(NamedTuple):
-    """What of an episode of hopping counts, whatever the definition of work."""
+    """Outcome of an episode of hopping, for every definition of work."""
 
     cot_inverse: jax.Array
     """CoT⁻¹ over whole hops [m/J] by each definition of `WORK`, shape [definitions, lanes]."""
@@ -64,7 +64,7 @@ class FitnessData(NamedTuple):
     definition: Numeric
     """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""
     frequency_weight: Numeric
-    """What ΔΩ counts for [m/J per rad²/s²], 0 if it does not."""
+    """Weight of ΔΩ [m/J per rad²/s²], 0 if it does not count."""
 
 
 class _SettledHops(Objective):
@@ -240,7 +240,7 @@ class HoppingLegs(_SettledHops):
 
 
 def climb_in_flight(hips_m: jax.Array, rest_m: Numeric) -> jax.Array:
-    """What the hips climb over their legs' rest length, all legs together [m], [lanes].
+    """Return the climb of the hips above their legs' rest length, all legs together [m], [lanes].
 
     From frame to frame: of an apex between two frames less than half a millimetre is missed at
     20 ms.

@@ -1,4 +1,4 @@
-"""What a training maximises."""
+"""Objectives that a training maximises."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ FAILED_FITNESS = -1e6
 
 
 class Scores(NamedTuple):
-    """How good episodes are, or candidates over theirs: arrays of one shape."""
+    """Scores of episodes, or of candidates over theirs: arrays of one shape."""
 
     fitness: Any
     """The larger, the better."""
     cot_inverse: Any
     """CoT⁻¹ [m/J]; NaN where it is not measured."""
     failed: Any
-    """Whether the episode failed."""
+    """True if the episode failed."""
 
 
 class Objective(Part, ABC):
@@ -59,7 +59,7 @@ class Objective(Part, ABC):
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Any:
-        """What of an episode counts: the fitness, [lanes], or all that `score` makes it of.
+        """Summarise an episode: the fitness, [lanes], or all that `score` makes it of.
 
         Args:
             trajectory: arrays of shape [frames, lanes].
@@ -114,19 +114,19 @@ class Objective(Part, ABC):
 
 
 class EpisodeOutcome(NamedTuple):
-    """What an objective takes of an episode, and whether it was one."""
+    """Summary of an episode for an objective, and its validity."""
 
     outcome: Any
-    """From `Objective.outcome`."""
+    """Result of `Objective.outcome`."""
     survived: jax.Array
     """Share of the episode before the rollout failed, [lanes]; 1 if it did not."""
     failed: jax.Array
-    """Whether it failed, [lanes]."""
+    """True if the episode failed, [lanes]."""
 
 
 @dataclass(frozen=True)
 class EpisodeSummary:
-    """What an objective takes of an episode, as an `Engine`'s summary: an `EpisodeOutcome`.
+    """Summary of an episode for an objective, as an `Engine`'s summary: an `EpisodeOutcome`.
 
     Args:
         objective: the objective; two are one program if their `Objective.program` is equal.

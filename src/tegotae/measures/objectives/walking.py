@@ -21,7 +21,7 @@ from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 from tegotae.simulation.world import whole_run
 
 TRACKING = 10.0
-"""What a speed that is off by all of itself costs, in units of CoT⁻¹."""
+"""Penalty of a speed error of 100 %, in units of CoT⁻¹."""
 
 _LEAST_POWER = 1e-4
 """Power below which a body is at rest, over m g √(g l0)."""
@@ -30,7 +30,7 @@ _MOST_COT_INVERSE = 1e3
 
 
 class WalkOutcome(NamedTuple):
-    """What of an episode of walking counts, [lanes] each."""
+    """Outcome of an episode of walking, [lanes] each."""
 
     speed_m_per_s: jax.Array
     """Speed in the direction in which the body looked when the window began [m/s]."""
@@ -132,7 +132,7 @@ class Walking(_SettledWalk):
 
 
 COMMANDED_TRACKING = 2.0
-"""What a speed that is off by all of itself costs, in units of the logarithm of a share."""
+"""Penalty of a speed error of 100 %, in units of the logarithm of a share."""
 _LEAST_GAIN = 0.25
 """Below this gain its logarithm goes on as a straight line: who stands or goes back has no
 logarithm, and the next step up must count."""
@@ -207,7 +207,7 @@ class CommandedWalking(_SettledWalk):
                 )
 
     def without_frequency(self) -> Objective:
-        """There is none: the speed follows from the frequency."""
+        """Return the objective itself: the speed follows from the frequency."""
         raise TegotaeError(
             "the speed that is wanted follows from omega, and the controller has no oscillator; "
             "train it with Walking(speed_m_per_s=...)"

@@ -69,7 +69,7 @@ def curve() -> Curve:
 
 
 def has_table(body: object, work: str = "absolute") -> bool:
-    """Whether the kept table holds for this body and definition of work.
+    """Return whether the kept table holds for this body and definition of work.
 
     Args:
         body: any body; the table is that of `Hopper()`.
