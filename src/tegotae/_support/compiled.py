@@ -131,7 +131,7 @@ def forget_xla_programs() -> bool:
 
 
 def _processor() -> list[str]:
-    """What Linux says of the first processor's kind; elsewhere its name."""
+    """Return Linux's description of the first processor; elsewhere its name."""
     try:
         lines = Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines()
     except OSError:

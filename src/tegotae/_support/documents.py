@@ -41,7 +41,7 @@ _TYPES = {"str": "a text", "int": "a whole number", "float": "a number", **_WORD
 
 
 class DamagedDocumentError(TegotaeError):
-    """What a file holds is not what it should be; `str` says where and why, without the file."""
+    """The content of a file is not valid; `str` says where and why, without the file."""
 
     __module__ = "tegotae"
 
@@ -337,4 +337,4 @@ def _differing(found: Json, wanted: Json, name: str = "") -> list[str]:
 
 
 _NOTHING: Any = object()
-"""In place of an entry that a document lacks."""
+"""Placeholder of an entry that a document lacks."""

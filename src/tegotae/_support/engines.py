@@ -1,4 +1,4 @@
-"""Which engine advances the lanes, native code or XLA, and on which cores or GPU."""
+"""Selection of the engine, native code or XLA, and of its cores or GPU."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def require_engine(found: str, holder: str, remedy: str, ours: str = "") -> None
 
 @cache
 def why_not_native() -> str:
-    """Why there is no native code here; empty if there is."""
+    """Return the reason why native code is unavailable; empty if it is available."""
     try:
         found = version("llvmlite")
     except PackageNotFoundError:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from types import ModuleType
 
 _LONGEST = 600
-"""Of a message [characters]."""
+"""Longest message [characters]."""
 
 
 class TegotaeError(ValueError):
@@ -102,7 +102,8 @@ def _short(value: int) -> str:
 
 
 def is_of(value: object, kind: type) -> bool:
-    """Whether a value is of this class: for what a user gave, whom annotations do not hold.
+    """Return whether a value is an instance of a class: for user input, which annotations do not
+    check.
 
     Example:
         >>> is_of(True, int), is_of("one", int)
@@ -125,7 +126,8 @@ def formatted(error: BaseException) -> str:
 
 @contextmanager
 def other_code(outcome: str) -> Iterator[None]:
-    """Whatever code of others raises in here is a `TegotaeError`: the outcome, and then why.
+    """Convert any exception of foreign code into a `TegotaeError`: the outcome, and then the
+    reason.
 
     Args:
         outcome: what has come of it, such as "robot.py:body cannot be made".
@@ -217,7 +219,7 @@ installed; pip install 'tegotae[gym,mujoco]', or in a clone pip install '.[gym,m
 
 
 def how_to_install(*extras: str) -> str:
-    """How extras come to a package that was installed, and to a clone of its sources.
+    """Return the commands that install extras for an installed package, and for a clone.
 
     Example:
         >>> how_to_install("gym", "mujoco")

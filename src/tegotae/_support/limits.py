@@ -85,7 +85,7 @@ def _of_container() -> float | None:
 
 
 def _cache(folder: Path) -> float:
-    """What the container's use has of files, which the system gives back when it is asked to."""
+    """Return the file cache within the container's memory use, which the system frees on demand."""
     for line in (folder / "memory.stat").read_text().splitlines():
         name, _, value = line.partition(" ")
         if name == "file":

@@ -107,7 +107,7 @@ def _fields(node: ast.AST) -> dict[str, object]:
 
 _WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 _INSTALLED = ("site-packages", "dist-packages")
-"""What lies there side by side does not belong together."""
+"""Folders whose entries are independent packages."""
 
 
 def _beside(tree: ast.Module, path: Path, root: Path) -> Iterator[Path]:

@@ -18,7 +18,7 @@ QUIET = "TEGOTAE_QUIET"
 
 
 def is_quiet() -> bool:
-    """Whether progress and notes are left out."""
+    """Return whether progress and notes are suppressed."""
     return os.environ.get(QUIET, "") not in ("", "0")
 
 

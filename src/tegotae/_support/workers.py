@@ -23,7 +23,8 @@ CORES = "TEGOTAE_CORES"
 """Environment variable: on how many cores a process computes."""
 
 WorkersDied = BrokenProcessPool
-"""What a result raises if a worker has ended before its work did; all others are then ended too."""
+"""Exception of a result whose worker has ended before its work; all other workers are then ended
+too."""
 
 
 class Workers:

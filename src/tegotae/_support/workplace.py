@@ -188,7 +188,7 @@ def earlier(path: Path) -> Path:
 
 
 def is_earlier(name: str) -> bool:
-    """Whether a folder of this name holds what was set aside, and is no part of what is there now.
+    """Return whether a folder of this name was archived, and is no part of the current content.
 
     Example:
         >>> is_earlier("art.earlier1"), is_earlier("art")

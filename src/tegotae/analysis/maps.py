@@ -26,7 +26,7 @@ from tegotae.systems.controller_file import SavedController
 
 
 class Outcome(NamedTuple):
-    """What became of each rollout: arrays of one shape, NaN where undefined."""
+    """Outcome of each rollout: arrays of one shape, NaN where undefined."""
 
     regime: AnyArray
     """Index into `tegotae.measures.hopping.metric.REGIMES`."""
@@ -261,7 +261,7 @@ SAME_HEIGHT_M = 0.02
 
 @dataclass(frozen=True)
 class HopperBasin:
-    """What releases lead to."""
+    """Limit cycles that releases lead to."""
 
     frame: pd.DataFrame
     """A row a release, height by height: `height_m`, and `phase_rad` or, without an oscillator,

@@ -63,9 +63,9 @@ class Orbit:
     actuator_force_n: np.ndarray
     """Actuator force F_a [N], [samples]; zero in flight."""
     apex_oscillator_state: dict[str, np.ndarray] = field(default_factory=dict)
-    """What else the oscillator's state is at its apexes, by name, each of shape [k]."""
+    """State of the oscillator at its apexes beside the phase, by name, each of shape [k]."""
     oscillator_state: dict[str, np.ndarray] = field(default_factory=dict)
-    """What else the oscillator's state is, by name, each [samples]."""
+    """State of the oscillator beside the phase, by name, each [samples]."""
 
 
 def require_hopper(body: Body, what: str) -> Hopper:

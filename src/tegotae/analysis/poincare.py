@@ -23,7 +23,7 @@ _SINGULAR = 1e6  # condition number
 _ASTRAY = 0.1  # from a point of the orbit, in m and rad
 
 Map = Callable[[np.ndarray], np.ndarray]
-"""From points [n, d] to their images [n, d]; NaN where there is none."""
+"""Function of points [n, d] that returns their images [n, d]; NaN where there is none."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Poincare:
     fixed_point: np.ndarray
     """x* = P(x*), shape [d]."""
     refined: bool
-    """Whether Newton's method found it; else it is the apex at which the rollout had settled."""
+    """True if Newton's method found it; else it is the apex at which the rollout had settled."""
     jacobian: np.ndarray
     """∂P/∂x at x*, shape [d, d]."""
     multipliers: np.ndarray

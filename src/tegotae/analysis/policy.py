@@ -1,4 +1,4 @@
-"""What anyone's policy does: its rollouts, its limit cycle, its metrics."""
+"""Rollouts, limit cycles and metrics of policies of any origin."""
 
 from __future__ import annotations
 

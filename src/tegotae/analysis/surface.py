@@ -38,7 +38,7 @@ class Surface:
 
 
 def sees_velocity(driven: SavedController | Policy) -> bool:
-    """Whether any term of the controller reads the velocity, or the policy observes it."""
+    """Return whether any term of the controller reads the velocity, or the policy observes it."""
     if isinstance(driven, SavedController):
         return any("velocity" in term.reads for term in driven.controller.terms.values())
     return "velocity" in driven.meaning.settings.observed

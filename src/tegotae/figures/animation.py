@@ -37,7 +37,7 @@ if TYPE_CHECKING:  # of MuJoCo and Gymnasium, which are extras
 FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""
 _PICTURES_FOR_COLOURS = 8
-"""From so many pictures, evenly in time, an animation's colours are chosen."""
+"""Number of pictures, evenly spaced in time, from which an animation's colours are chosen."""
 
 
 class Animation(FuncAnimation):
@@ -218,11 +218,11 @@ def animated(
 
 
 WIDTH, HEIGHT = 480, 360
-"""Of a picture [pixels]."""
+"""Size of a picture [pixels]."""
 _SKY = 245
 """Brightness of what nothing covers."""
 _DISTANCE = 3.5
-"""From the camera to the trunk, over the trunk's height."""
+"""Distance of the camera from the trunk, over the trunk's height."""
 _NO_CONTEXT = (
     "cannot draw without a display: MuJoCo needs EGL or OSMesa (Debian: libegl1 or libosmesa6); "
     "leave --animate out"

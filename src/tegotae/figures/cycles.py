@@ -125,7 +125,7 @@ def surface_figure(
 
 
 def surface_tables(surface: Surface, orbit: Orbit | None) -> dict[str, Table]:
-    """What the figure shows: the surface, point by point, and `cycle`."""
+    """Return the data of the figure: the surface, point by point, and `cycle`."""
     maps = {
         "actuator_force_n": surface.actuator_force_n,
         "feedback_rad_per_s": surface.feedback_rad_per_s,
@@ -180,7 +180,7 @@ def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool, max_force_n: float) 
 # Portraits.
 
 _LATE = 0.75
-"""From this share of the time on a path is drawn as where the gait has come to."""
+"""Share of the time after which a path is drawn as the final gait."""
 
 
 @styled()
@@ -228,7 +228,7 @@ def _draw_paths(axes: Axes, x: np.ndarray, y: np.ndarray, paths: Trajectory) -> 
 
 
 def portrait_table(paths: Trajectory) -> pd.DataFrame:
-    """What the figure shows, a row a frame and release."""
+    """Return the data of the figure, a row a frame and release."""
     height, velocity, spring, _, actuator = SIGNALS
     names = (height, velocity, "phase_rad", spring, actuator)
     shown = {name: paths.channels[name].T for name in names if name in paths.channels}
@@ -308,7 +308,8 @@ def predicted(section: Poincare) -> np.ndarray:
 
 
 def poincare_tables(section: Poincare, transient: np.ndarray) -> dict[str, Table]:
-    """What the figure shows: `decay` of the nudge, apexes of the `transient`, `multipliers`."""
+    """Return the data of the figure: `decay` of the perturbation, apexes of the `transient`,
+    `multipliers`."""
     # An oscillator may have more state than its phase, which is not shown.
     names = ("apex_height_m", "apex_phase_rad")[: len(section.fixed_point)]
     decay = dict(zip(names, section.nudged.T, strict=False))

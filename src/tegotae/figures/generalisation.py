@@ -18,7 +18,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 MOST_LINES = len(COLOURS)
 """Lines that a panel can distinguish."""
 FEW = 8
-"""Of fewer runs no interval is drawn: it would cover the panel."""
+"""Number of runs below which no interval is drawn: it would cover the panel."""
 _COLUMNS = 4
 _DASHES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -70,8 +70,8 @@ def groups_figure(
 
 
 Line = Mapping[str, pd.DataFrame]
-"""Of every disturbance that was met, by level: how many lanes keep their gait (`kept`), of how many
-that had one (`had`), and of how many runs these are (`runs`)."""
+"""Counts for every disturbance, by level: lanes that retain their gait (`kept`), lanes that had one
+(`had`), and their runs (`runs`)."""
 
 
 def _shares(members: Sequence[Done], disturbances: Sequence[Disturbance]) -> Line:

@@ -19,7 +19,7 @@ from tegotae.measures.hopping.statistics import UNBOUNDED, Interval, difference,
 from tegotae.training.curves import COT, FITNESS, groups, late_mean, measure_of, shared
 
 LABELS = {COT: "CoT⁻¹ [m/J]", FITNESS: "fitness"}
-"""What the vertical axis is called, by the measure of the curves."""
+"""Labels of the vertical axis, by the quantity of the curves."""
 _TITLES = {"pgpe": "PGPE", "cma-es": "CMA-ES", "openai-es": "OpenAI-ES", "ppo": "PPO", "sac": "SAC"}
 """Algorithms as they are written."""
 _OTHERS = "0.72"

@@ -110,7 +110,7 @@ _MOST = 5  # limit cycles with a colour of their own
 
 @styled()
 def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
-    """Which limit cycle each release ends in; the legend says how common it is."""
+    """Draw the limit cycle that each release ends in; the legend shows its frequency."""
     labels = [describe(cycle) for cycle in basin.cycles[:_MOST].itertuples()]
     if len(rest := basin.cycles[_MOST:]):
         labels.append(f"{len(rest)} other limit cycles ({sum(rest['share']):.1%})")
@@ -180,7 +180,7 @@ def _words(ratio: Fraction | None) -> str:
 
 
 def phase_locking_table(sweep: GainSweep) -> pd.DataFrame:
-    """What the figure shows, pair by pair of gain and frequency."""
+    """Return the data of the figure, pair by pair of gain and frequency."""
     outcome = {
         "regime": np.asarray(REGIMES)[sweep.outcome.regime],
         "turns_to_hops": list(map(_words, locking_ratios(sweep.outcome).flat)),

@@ -68,7 +68,7 @@ def recording_figure(measured: Measured, *, rest_length_m: float, note: str = ""
 
 
 def recording_tables(measured: Measured) -> dict[str, Table]:
-    """What the figure shows: `frames` of 20 ms, the `hops`, and the `spectrum`.
+    """Return the data of the figure: `frames` of 20 ms, the `hops`, and the `spectrum`.
 
     None has the figure's own name, which may be that of the recording.
     """
@@ -91,7 +91,7 @@ def recording_tables(measured: Measured) -> dict[str, Table]:
 
 
 def _settled(measured: Measured, time_s: AnyArray) -> np.ndarray:
-    """Which times belong to the limit cycle; none where there is none."""
+    """Return a mask of the times that belong to the limit cycle; none where there is none."""
     start, efficiency = measured.t0_s, measured.efficiency
     if not np.isfinite(start) or efficiency is None:
         return np.zeros(len(time_s), bool)

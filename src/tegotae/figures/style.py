@@ -33,7 +33,7 @@ COLOURS = ("#0072B2", "#E69F00", "#000000", "#56B4E9", "#D55E00", "#009E73", "#C
 SEQUENTIAL = "viridis"
 """Colour map of quantities: monotonic in lightness."""
 _INLINE_DPI = 110
-"""Of figures in a notebook."""
+"""Resolution of figures in a notebook [dots per inch]."""
 
 STYLE: Any = {
     "font.size": 8,

@@ -22,7 +22,7 @@ T = TypeVar("T")
 Strategy: TypeAlias = Any
 """Any object with the methods of an evosax strategy that `Algorithm` names."""
 SearchState: TypeAlias = Any
-"""What a strategy keeps from generation to generation: a pytree with a `mean` and a `std`."""
+"""State of a strategy between generations: a pytree with a `mean` and a `std`."""
 Parameters: TypeAlias = Any
 """A strategy's parameters: a pytree of its own."""
 
@@ -41,7 +41,7 @@ class Algorithm(Part, ABC):
     """
 
     NAME: ClassVar[str]
-    """What commands and documents call it; the name of the class by default."""
+    """Name in commands and documents; the name of the class by default."""
 
     population: int
     """Episodes per generation and seed."""

@@ -25,7 +25,8 @@ _OF_A_RUN = frozenset(
         *("episodes", "simulated_s", "best_episode", "evaluation"),
     }
 )
-"""What a file says of its own run. All else is the training, which runs of other seeds share."""
+"""Entries of a file that belong to its run alone. The other entries describe the training, which
+runs of other seeds share."""
 _MOST_SHOWN = 3
 """Differences that a name shows; of more it shows their number."""
 
@@ -84,7 +85,7 @@ def controller_of(found: Resolved) -> SavedController:
 
 
 def _searched(found: Resolved) -> ControllerSet | None:
-    """What has a σ alone to learn, with the best one; None of all else."""
+    """Return a system whose only parameter is σ with its best σ; None for all others."""
     if not (found.is_untrained and len(found.experiments) == 1 and found.experiment().is_searched):
         return None
     own = found.experiment()
@@ -149,7 +150,7 @@ def _once(members: list[tuple[Path, SavedController]]) -> list[tuple[Path, Saved
 
 
 def _is_within(runs: ControllerSet, other: ControllerSet) -> bool:
-    """Whether all runs of a set are another's, too: of equal weights, and trained alike."""
+    """Return whether another set contains all runs of a set: equal weights, trained alike."""
     ours, theirs = (
         {np.asarray(row, float).tobytes() for row in each.weights} for each in (runs, other)
     )
@@ -171,7 +172,7 @@ def _apart(
 
 
 def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
-    """How sets of runs of one model differ, a text each, no two alike."""
+    """Return the differences between sets of runs of one model, a text each, no two alike."""
     documents = [_document(members[0][1]) for members in sets]
     found = (name for other in documents[1:] for name in differing(documents[0], other))
     names = list(dict.fromkeys(found))

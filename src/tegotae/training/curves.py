@@ -16,7 +16,7 @@ from tegotae._support.workplace import is_earlier
 from tegotae.training.run import curves_of, run_document
 
 COT, FITNESS = "cot_inverse", "fitness"
-"""What a learning curve can be of: CoT⁻¹, or the fitness that was trained."""
+"""Quantities of a learning curve: CoT⁻¹, or the fitness that was trained."""
 COLUMNS = ("algorithm", "model", "seed", "episode", "simulated_s", COT)
 """Columns of a table of learning curves, one row a point; of the fitness the last is `fitness`."""
 
@@ -64,7 +64,7 @@ def read_curves(places: Sequence[Path], measure: str | None = COT) -> pd.DataFra
 
 
 def measure_of(curves: pd.DataFrame) -> str:
-    """What learning curves are of, "cot_inverse" or "fitness"."""
+    """Return the quantity of learning curves, "cot_inverse" or "fitness"."""
     return str(curves.columns[-1])
 
 

@@ -37,14 +37,14 @@ class Generation(NamedTuple):
     seeds: tuple[int, ...]
     """The runs."""
     going: np.ndarray
-    """Which of them have not ended, [seeds]."""
+    """True for seeds that have not ended, [seeds]."""
     number: int | None = None
-    """Of the generation. The last candidate of every seed is then the centre of its distribution;
-    without a number all are of one kind, and meet the same episodes."""
+    """Number of the generation. The last candidate of every seed is then the centre of its
+    distribution; without a number all are of one kind, and meet the same episodes."""
 
     @classmethod
     def alike(cls) -> Generation:
-        """Of one seed's candidates that all meet the same episodes."""
+        """Make a generation of one seed whose candidates all meet the same episodes."""
         return cls((0,), np.array([True]))
 
 
@@ -57,7 +57,7 @@ class Evaluator(AbstractContextManager["Evaluator"]):
     @property
     @abstractmethod
     def repeats(self) -> int:
-        """As how many candidates one meets the evaluation set."""
+        """Evaluation repeats per candidate."""
 
     @abstractmethod
     def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
@@ -157,7 +157,7 @@ class EngineEvaluator(Evaluator):
 
     @property
     def repeats(self) -> int:
-        """As how many candidates one meets the evaluation set."""
+        """Evaluation repeats per candidate."""
         return self.varied.repeats(self.episodes)
 
     def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 _NEVER = 2**31
 
 RUNNING, PLATEAU, CAP = "", "plateau", "cap"
-"""Why a run ended; the first if it has not."""
+"""Reasons for a run's end; the first if it has not ended."""
 
 SEARCH = "search"
 """The end of what is not trained but searched for: a pure V model's σ."""
@@ -99,7 +99,8 @@ class Stopping(Part):
         return {"least": self.least, "share": self.share, "tolerance": self.tolerance}
 
     def reason(self, fitness: np.ndarray) -> str:
-        """Why a run ends after these generations, or the empty string if it goes on.
+        """Return the reason why a run ends after these generations, or the empty string if it
+        continues.
 
         Args:
             fitness: of the distribution's mean, generation by generation, shape [generations].
@@ -123,7 +124,7 @@ class Stopping(Part):
 
 
 class Progress(NamedTuple):
-    """Where a training is, after some generations; arrays with one entry per seed.
+    """State of a training after some generations; arrays with one entry per seed.
 
     Seeds that have ended stand still.
     """
@@ -202,7 +203,8 @@ class Evolution:
         )
 
     def configuration(self, run: Run[Any]) -> JsonObject:
-        """What decides the result, but for the cap on generations, as JSON values."""
+        """Return the settings that decide the result, except the cap on generations, as JSON
+        values."""
         begins = {"weights": list(self.weights)} if self.weights else {}
         return {
             "experiment": run.experiment.document,
@@ -218,7 +220,7 @@ class Evolution:
             return (self.algorithm.program, *evaluator.program)
 
     def start(self, experiment: Trainable, seeds: Sequence[int]) -> Progress:
-        """Where every seed begins; it does not depend on which others go with it.
+        """Start every seed, independently of the other seeds.
 
         Warns of a part that could not be saved with what it learns.
         """
@@ -372,7 +374,8 @@ class Evolution:
 
 
 def _fitness(points: Sequence[CurvePoint], seeds: Sequence[int]) -> np.ndarray:
-    """Of the distributions' means, [generations, seeds]; NaN where a seed has ended."""
+    """Return the fitness of the distributions' means, [generations, seeds]; NaN where a seed has
+    ended."""
     done = max((round(point.step) + 1 for point in points), default=0)
     fitness = np.full((done, len(seeds)), np.nan)
     for point in points:
@@ -410,7 +413,7 @@ def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
 
 
 def _keys(progress: Progress, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Of every seed the generation's keys, to ask and to tell with."""
+    """Return every seed's random keys of the generation, to ask and to tell with."""
 
     def keys(seed: jax.Array, generation: AnyArray) -> jax.Array:
         return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)
@@ -446,7 +449,7 @@ def _tell(
     seeds: jax.Array,
     going: jax.Array,
 ) -> tuple[Progress, Curves]:
-    """Where the training is once the optimiser knows the scores, and the generation's curves."""
+    """Update the training with the scores; return its state and the generation's curves."""
     strategy = algorithm.strategy(before.best_weights.shape[-1])
     _, key = _keys(before, seeds)
     samples, centre = candidates[:, :-1], candidates[:, -1]

@@ -1,4 +1,4 @@
-"""What learns, what is learned, and what a training comes to."""
+"""Contracts of a training: the learning algorithm, the trained system and the result."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Arrays: TypeAlias = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class LearnedController:
-    """What the training of one seed has come to.
+    """Result of the training of one seed.
 
     Args:
         controller: the controller, as it is with these weights.
@@ -54,7 +54,7 @@ class LearnedController:
 
 @dataclass(frozen=True, eq=False)
 class TrainingState:
-    """What a training has come to after a step: its results, and all that it goes on from.
+    """State of a training after a step: its results, and all that it resumes from.
 
     Args:
         done: how far it is, of the learner's `length`.
@@ -74,11 +74,11 @@ class TrainingState:
 
 
 Trainable: TypeAlias = "Experiment | EnvExperiment"
-"""What is learned: an experiment on the engine, or on an environment."""
+"""Trainable experiment: on the engine, or on an environment."""
 
 
 Learner: TypeAlias = "Evolution | AgentLearner"
-"""How is learned and for how long: by a population or by an agent, frozen dataclasses of settings.
+"""Learning algorithm and its budget: a population or an agent, frozen dataclasses of settings.
 
 Of a `tegotae.training.run.Run` each says what it is counted in (`UNIT`), the versions and the
 `engine` that decide the numbers, its `configuration` and `length`; it can `check` it, `learn` step

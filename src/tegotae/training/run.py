@@ -54,7 +54,7 @@ _SECONDS_BETWEEN_CHECKPOINTS = 5.0
 COLUMNS = CurvePoint._fields
 """The columns of `curves.csv`."""
 _MOST_BYTES = 2**30
-"""What a checkpoint may unpack to [bytes]."""
+"""Size limit of an unpacked checkpoint [bytes]."""
 _OTHER = "choose another folder with --out, or start again with --anew"
 _REMEDY = "remove it to train anew, or choose another folder with --out"
 
@@ -93,7 +93,7 @@ class Run(Generic[LearnerT]):
 
     @property
     def configuration(self) -> JsonObject:
-        """What decides the result, but for how long is learned, as JSON values."""
+        """Return the settings that decide the result, except the duration, as JSON values."""
         return self.learner.configuration(self)
 
     @cached_property
@@ -178,7 +178,7 @@ class _RunDocument(msgspec.Struct):
 
 
 def run_document(folder: Path) -> dict[str, Any]:
-    """What `run.json` of a folder holds: `configuration` and `software`.
+    """Read `run.json` of a folder: `configuration` and `software`.
 
     Raises:
         FileNotFoundError: if there is none.
@@ -252,7 +252,8 @@ def write_checkpoint(out: Path, configuration: Mapping[str, Json], state: Traini
 
 
 def read_checkpoint(out: Path, run: Run[Any]) -> TrainingState:
-    """Where the training in a folder goes on; at the beginning, if there is no checkpoint.
+    """Read the state that the training in a folder resumes from; the initial one, if there is no
+    checkpoint.
 
     Args:
         out: the folder.

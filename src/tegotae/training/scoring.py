@@ -1,4 +1,5 @@
-"""Who says how fit weights are, on the engine or an environment; the best gain of a vanilla one."""
+"""Fitness evaluators on the engine or an environment, and the search for a vanilla controller's
+best gain."""
 
 from __future__ import annotations
 
@@ -74,7 +75,7 @@ def gains_tried(experiment: Trainable, gains: np.ndarray, workers: int | None = 
 
 @dataclass(frozen=True, eq=False)
 class VanillaSweep:
-    """What a vanilla controller reaches on an environment, over σ and ω."""
+    """Results of a vanilla controller on an environment, over σ and ω."""
 
     sigma: np.ndarray
     """Gains [rad/(s N)], the first of them 0: the bare rhythm. Shape [gains]."""
@@ -85,11 +86,11 @@ class VanillaSweep:
     cot_inverse: np.ndarray
     """CoT⁻¹ [m/J], NaN where it is not measured, likewise."""
     failed: np.ndarray
-    """Whether an episode failed, likewise."""
+    """True where an episode failed, likewise."""
 
     @property
     def best(self) -> tuple[int, int]:
-        """Where the fitness is highest: indices of σ and ω."""
+        """Return the indices of σ and ω with the highest fitness."""
         row, column = np.unravel_index(int(np.argmax(self.fitness)), self.fitness.shape)
         return int(row), int(column)
 

@@ -43,8 +43,8 @@ LEAST_SPEED = 0.025
 MOST_SPEED = 2.0
 """No faster walker is looked for [√(g l0)]."""
 STEADY = 0.05
-"""By how much the speed of the last quarter may differ from that of the quarter before, as a share
-of it, beside `STEADY_SPEED`."""
+"""Largest change of the speed between the last two quarters, as a share of it, beside
+`STEADY_SPEED`."""
 STEADY_SPEED = 0.005
 """Speed that is within what parts of a stride change [√(g l0)]."""
 PARENTS = 6
@@ -54,19 +54,19 @@ FINALISTS = 8
 UNSEEN = 1_000
 """Added to the seed for the phases of the finalists."""
 LANES = 8192
-"""How many lanes of the search are advanced at once, about."""
+"""Approximate number of lanes that the search advances at once."""
 _COARSE_TICKS = 125
 """Ticks of a frame of the search."""
 
 SUFFIX = ".front.npz"
-"""How the files of a search end."""
+"""Suffix of the files of a search."""
 _MOST = 1_000_000
-"""Of walkers, their variations, rounds and releases: some hundred of them take a second."""
+"""Limit of walkers, variations, rounds and releases: some hundred of them take a second."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Search(Part):
-    """How much is searched.
+    """Size of a search.
 
     Args:
         coarse: random walkers to begin with.
@@ -99,7 +99,7 @@ class Search(Part):
 
 
 class Travel(NamedTuple):
-    """How lanes travel in the end, [lanes] each."""
+    """Final motion of the lanes, [lanes] each."""
 
     speed_m_per_s: AnyArray
     """Speed over ground in the last quarter [m/s]."""
@@ -108,7 +108,7 @@ class Travel(NamedTuple):
     power_w: AnyArray
     """Mean of the actuators' |power| in the last quarter [W]."""
     failed: AnyArray
-    """Whether it fell."""
+    """True if the lane fell."""
 
 
 @needing("time_s", "x_m", "y_m", "work_absolute_j", "failed")
@@ -174,7 +174,7 @@ class FrontPart(Cell):
         return CellResult(self.document, {}, {"shares": shares, "speed": speed, "cost": cost})
 
     def _shares(self) -> np.ndarray:
-        """Of the ranges of the free numbers, [walkers, numbers]."""
+        """Return the positions of the free numbers in their ranges, [walkers, numbers]."""
         draw = np.random.default_rng([self.search.seed, self.number])
         sizes = self.search.sizes
         count, round_number = sizes[self.number], self.number - len(sizes) + self.search.rounds
@@ -233,7 +233,7 @@ def travelled(legged: Legged, found: Travel, starts: int) -> tuple[np.ndarray, n
 
 
 def settled(found: Travel) -> np.ndarray:
-    """Which lanes are upright and of steady speed, [lanes]."""
+    """Return a mask of the lanes that are upright and of steady speed, [lanes]."""
     speed, before = np.asarray(found.speed_m_per_s), np.asarray(found.before_m_per_s)
     steady = np.abs(speed - before) <= STEADY * np.abs(before) + STEADY_SPEED
     return steady & ~np.asarray(found.failed, bool)

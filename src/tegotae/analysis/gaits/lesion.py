@@ -36,7 +36,7 @@ from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 @dataclass(frozen=True, kw_only=True)
 class GaitLesion(Part):
-    """What happens to a body once; for good, unless it lasts for a time.
+    """A single perturbation of the body, permanent unless it has a duration.
 
     Args:
         at_s: when [s]; at the frame nearest to it.
@@ -77,7 +77,7 @@ class GaitLesion(Part):
 
     @property
     def label(self) -> str:
-        """In a few words."""
+        """Short description."""
         words = [f"{leg} lost" for leg in self.lost]
         passes = "" if self.lasts_s == math.inf else f" for {self.lasts_s:g} s"
         words += [f"{name} {value:g}{passes}" for name, value in self.fields]
@@ -138,12 +138,12 @@ class GaitLesion(Part):
 
 @dataclass(frozen=True)
 class Aftermath:
-    """What random releases did before and after a lesion."""
+    """Gaits of random releases before and after a lesion."""
 
     legged: Legged
     """The released system."""
     lesion: GaitLesion
-    """What happened."""
+    """The lesion."""
     left: tuple[int, ...]
     """The legs that are left, by their numbers."""
     reference: int
@@ -161,7 +161,8 @@ class Aftermath:
 
     @property
     def margin_m(self) -> float:
-        """How far the mass is inside the polygon of the hips that are left [m], afterwards.
+        """Distance of the mass inside the polygon of the remaining legs' hips [m], after the
+        lesion.
 
         NaN of other bodies than walkers, and of fewer than three legs.
         """
@@ -277,5 +278,5 @@ def aftermath(
 
 
 def _of_legs(x: jax.Array, legs: Sequence[int]) -> jax.Array:
-    """What a recording [frames, (limbs,) lanes] shows of some legs."""
+    """Return the part of a recording [frames, (limbs,) lanes] that belongs to some legs."""
     return x[:, np.array(legs)] if x.ndim == 3 else x

@@ -32,7 +32,7 @@ from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 OMEGA, SIGMA = "omega", "sigma"
-"""What can be varied beside the fields of the body."""
+"""Axes of a map beside the fields of the body."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Setting:
     body: Any
     """A `Body`; None if there is none."""
     refused: str
-    """Why a body cannot be like that; empty if it can."""
+    """Reason why a body is impossible; empty if it is possible."""
 
 
 def settings(legged: Legged, places: Sequence[Mapping[str, float]]) -> list[Setting]:
@@ -171,7 +171,7 @@ def lanes_at(
 NO_BODY = "no such body"
 """A cell whose body refuses to be: an inertia that no body has, a leg too soft to stand on."""
 LANES = 1024
-"""How many lanes are advanced at once, about; progress is reported, and kept, in such parts."""
+"""Approximate number of lanes advanced at once; progress is reported, and saved, in such parts."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ class GaitMap:
 
     @property
     def cells(self) -> pd.DataFrame:
-        """What most starts of every cell do, a row a cell.
+        """Return the most frequent gait of every cell, a row a cell.
 
         `gait` is the most common name, of several the first by letters; `share` of the starts have
         it, and `fallen_share` of all starts fell. Over those that have it, lags are circular means,

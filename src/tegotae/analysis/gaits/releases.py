@@ -97,7 +97,7 @@ class GaitRun:
     lag: np.ndarray
     """Lags averaged over strides [cycles], [frames, limbs]."""
     found: Coordination
-    """How the legs go together in the end, of one lane: [limbs, 1] and [1]."""
+    """Final coordination of the legs of one lane: [limbs, 1] and [1]."""
     gait: str
     """The gait's name, or why it has none."""
 
@@ -113,7 +113,7 @@ class GaitRun:
 
     @property
     def stride_s(self) -> float:
-        """How long a stride lasts in the end [s]; NaN if it makes none."""
+        """Final duration of a stride [s]; NaN if there is none."""
         hz = float(self.found.cycle_frequency_hz[0])
         return 1.0 / hz if hz > 0.0 else float("nan")
 
@@ -202,7 +202,7 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Releases:
-    """What controllers of one structure did from the same random phases."""
+    """Gaits of controllers of one structure from the same random phases."""
 
     legged: Legged
     """The system that they drive."""
@@ -210,7 +210,7 @@ class Releases:
     """A row a run, frequency `omega` [rad/s] (NaN without an oscillator) and start: the phases at
     release, the gait and the coordination (`coordination_frame`)."""
     starts: int
-    """How many releases there are of each run at each frequency."""
+    """Number of releases of each run at each frequency."""
     body: Body
     """The body with what was changed for the whole run, such as its mass."""
 

@@ -33,11 +33,11 @@ from tegotae.simulation.world import Step
 from tegotae.systems.legged import Legged
 
 KICK = 0.005
-"""How far phases are kicked [cycles]."""
+"""Size of the phase perturbation [cycles]."""
 SKIP, CYCLES = 4, 8
-"""How many cycles after the kick are left out, and how many are then fitted."""
+"""Numbers of cycles after the perturbation that are skipped, and then fitted."""
 LINEAR = 0.1
-"""From where deviations are beyond this on, they are no longer small, and not fitted [cycles]."""
+"""Largest deviation that is small enough to be fitted [cycles]."""
 _KICK_FRAMES = 40
 
 
@@ -110,8 +110,9 @@ class GaitStability:
 
     @property
     def crossings(self) -> pd.DataFrame:
-        """Where the largest multiplier of a `gait` crosses one: the parameter there, `at`, between
-        two values by a straight line; and whether the gait `loses` its stability beyond it."""
+        """Return the crossings of one by the largest multiplier of a `gait`: the parameter there,
+        `at`, between two values by a straight line; and whether the gait `loses` its stability
+        beyond it."""
         of_gaits = self.frame.groupby("gait", sort=False)
         found = [
             (gait, *each)
@@ -122,7 +123,8 @@ class GaitStability:
 
 
 def crossings(values: Sequence[float], largest: ArrayLike) -> list[tuple[float, bool]]:
-    """Where the largest multiplier crosses one, and whether upwards, between neighbours.
+    """Return the positions where the largest multiplier crosses one, and whether upwards, between
+    neighbours.
 
     Args:
         values: of the parameter, rising.
@@ -153,7 +155,7 @@ def stability(
     tolerance: float = TOLERANCE,
     timing: Timing | None = None,
 ) -> GaitStability:
-    """How deviations of the lags from gaits grow or decay, cycle by cycle.
+    """Measure the growth or decay of small deviations of the lags from gaits, cycle by cycle.
 
     At each value of the parameter the body is released at the lags of the gait, and runs on for
     half the time. If it is in that gait then, the phases of its legs are kicked: for a moment each
@@ -289,5 +291,5 @@ def _map(lag: np.ndarray, reference: int, skip: int) -> ReturnMap:
 
 
 def _near(lag: np.ndarray, pattern: np.ndarray, tolerance: float) -> bool:
-    """Whether lags are those of a pattern, or of its neighbourhood, [limbs] both."""
+    """Return whether lags are near those of a pattern, [limbs] both."""
     return bool(distance(lag[:, None], pattern[:, None])[0] <= tolerance)

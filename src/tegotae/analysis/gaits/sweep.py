@@ -34,8 +34,8 @@ from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 UP, DOWN = "up", "down"
 DETUNING = 1e-4
-"""By how much the legs' frequencies differ from the level's, relatively (standard deviation). Legs
-that are exactly in phase stay so for ever, stable or not, unless something separates them."""
+"""Relative spread of the legs' frequencies (standard deviation). Legs that are exactly in phase
+stay so for ever, stable or not, unless something separates them."""
 MEASURED = 0.5
 """Share of every level, its end, that is measured."""
 _LEVEL = "omega_rad_per_s"
@@ -43,7 +43,7 @@ _LEVEL = "omega_rad_per_s"
 
 @dataclass(frozen=True)
 class GaitSweep:
-    """What sweeps up and down have found."""
+    """Gaits of a frequency sweep up and down."""
 
     legged: Legged
     """The swept system."""
@@ -51,7 +51,7 @@ class GaitSweep:
     """A row a direction, level and start, levels from the lowest frequency on: the gait and the
     coordination (`coordination_frame`)."""
     tolerance: float = TOLERANCE
-    """How far lags may be from a named pattern's, and from those of the other way [cycles]."""
+    """Largest distance of lags from a named pattern's, and between the two directions [cycles]."""
 
     @property
     def omega(self) -> np.ndarray:

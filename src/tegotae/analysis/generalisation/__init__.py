@@ -1,1 +1,1 @@
-"""What trained controllers do, unchanged, in conditions that they were not trained in."""
+"""Robustness of trained controllers in conditions outside their training."""

@@ -68,7 +68,7 @@ class Disturbance(ABC):
 
     @property
     def longest_delay_s(self) -> float:
-        """By how much it makes the senses late at most, for a leg of a metre on Earth [s]."""
+        """Maximum sensor delay, for a leg of a metre on Earth [s]."""
         return 0.0
 
     def side(self, below: bool) -> list[float]:
@@ -132,12 +132,12 @@ class Tested(ABC):
 
     @property
     def name(self) -> str:
-        """Of the set."""
+        """Name of the set."""
         return self.controllers.name
 
     @property
     def weights(self) -> np.ndarray:
-        """Of the runs, [runs, n_weights]."""
+        """Weights of the runs, [runs, n_weights]."""
         return self.controllers.weights
 
     @property
@@ -147,18 +147,18 @@ class Tested(ABC):
 
     @property
     def size(self) -> int:
-        """How many lanes a level has: runs, each from every start."""
+        """Number of lanes of a level: runs, each from every start."""
         return len(self.weights) * self.starts
 
     @property
     @abstractmethod
     def document(self) -> JsonObject:
-        """What decides what is found, beside the disturbances, as JSON values."""
+        """Return the settings that decide the results, beside the disturbances, as JSON values."""
 
     @property
     @abstractmethod
     def starts_differ(self) -> bool:
-        """Whether releases differ, so that several are worth a try."""
+        """True if releases differ, so that several are informative."""
 
     @property
     def omega(self) -> float | None:
@@ -168,7 +168,7 @@ class Tested(ABC):
     @property
     @abstractmethod
     def body(self) -> Any:
-        """What the controllers move: it has `rest_length_m`, `touching_height_m` and `limbs`."""
+        """Body of the controllers: it has `rest_length_m`, `touching_height_m` and `limbs`."""
 
     @property
     def unwrapped(self) -> Any:
@@ -177,17 +177,17 @@ class Tested(ABC):
 
     @property
     def kind(self) -> str:
-        """What the body is called."""
+        """Name of the body's kind."""
         return type(self.unwrapped).__name__
 
     @property
     def takes_forces(self) -> bool:
-        """Whether its actuators take forces, and not places of feet."""
+        """True if its actuators take forces, and not positions of feet."""
         return True
 
     @property
     def mass_kg(self) -> float:
-        """Of the body [kg].
+        """Mass of the body [kg].
 
         Raises:
             LackingError: if it does not say what it weighs.
@@ -199,7 +199,7 @@ class Tested(ABC):
     @property
     @abstractmethod
     def height_m(self) -> float:
-        """From which height it is released [m]."""
+        """Height of the release [m]."""
 
     @property
     @abstractmethod
@@ -217,7 +217,7 @@ class Tested(ABC):
         return self.body
 
     def has_field(self, name: str) -> bool:
-        """Whether the prepared body has a field of this name."""
+        """Return whether the prepared body has a field of this name."""
         return name in paths_of(self.prepared)
 
     def usual(self, name: str) -> LaneNumbers:
@@ -231,7 +231,7 @@ class Tested(ABC):
         return value_of(self.prepared, name)  # type: ignore[return-value]
 
     def lacks(self, disturbance: Disturbance) -> str:
-        """Why a disturbance does not apply; empty if it does."""
+        """Return the reason why a disturbance does not apply; empty if it does."""
         try:
             changes = disturbance.changes(self, np.array([disturbance.neutral]), np.zeros(1))
         except LackingError as lacking:
@@ -246,14 +246,15 @@ class Tested(ABC):
 
     @abstractmethod
     def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
-        """What is kept at every level of disturbances that apply (`Retention`), [levels, lanes].
+        """Measure the retained gait at every level of disturbances that apply (`Retention`),
+        [levels, lanes].
 
         Levels are those of one disturbance after the other (`Disturbance.outwards`).
         """
 
 
 def release_of(tested: Tested, level: np.ndarray) -> np.ndarray:
-    """Which release of its run every lane is, from 0 on, [lanes].
+    """Return the index of every lane's release within its run, from 0 on, [lanes].
 
     What is drawn follows from it alone: what a run meets does not depend on which others there are.
     """
@@ -281,7 +282,7 @@ class ForcePulse(Disturbance):
     field: str
     """The body's field of the force [N]."""
     lasts_s: float = 0.1
-    """How long [s], of a leg of a metre on Earth."""
+    """Duration [s], for a leg of a metre on Earth."""
 
     def changes(self, tested, level, at_s):
         _ = tested.usual(self.field)
@@ -393,9 +394,9 @@ class Stairs(Disturbance):
     """The ground falls again and again by the level, in leg lengths."""
 
     dwell_s: float = 5.0
-    """How long it stays [s], of a leg of a metre on Earth."""
+    """Duration of a level [s], for a leg of a metre on Earth."""
     times: int = 4
-    """How often it falls."""
+    """Number of drops."""
 
     def changes(self, tested, level, at_s):
         down = -level * float(tested.body.rest_length_m)

@@ -39,8 +39,8 @@ from tegotae.systems.legged import settling_s
 from tegotae.systems.system import System
 
 HOPPING = Timing(duration_s=32.0, tick_s=0.002)
-"""How long a leg of a metre on Earth that hops is looked at: at 4 rad/s a cycle of two hops is seen
-five times in the 20 s after a blow."""
+"""Evaluation timing of a hopper with a leg of a metre on Earth: at 4 rad/s a cycle of two hops is
+observed five times in the 20 s after a push."""
 USUAL_DELAY_S = 0.032
 """So much of what was felt is kept in any case, for a leg of a metre on Earth [s]."""
 MOST_TICKS = 128
@@ -98,7 +98,7 @@ class ControllersUnderTest(Tested):
 
     @property
     def document(self) -> JsonObject:
-        """What decides what is found, beside the disturbances, as JSON values."""
+        """Return the settings that decide the results, beside the disturbances, as JSON values."""
         own = self.system
         parts = {"controller": own.controller, "body": self.body, "timing": self.timing}
         parts |= {"integrator": own.integrator, "release": own.release}
@@ -124,7 +124,7 @@ class ControllersUnderTest(Tested):
 
     @property
     def hops(self) -> bool:
-        """Whether it is one leg, of which hops are counted; several have a gait."""
+        """True for one leg, whose hops are counted; several have a gait."""
         return self.body.limbs == 1
 
     @property
@@ -133,7 +133,7 @@ class ControllersUnderTest(Tested):
 
     @cached_property
     def timing(self) -> Timing:
-        """How long it is looked at, and how closely."""
+        """Duration and time step of the rollouts."""
         if self.looked_at is not None:
             return self.looked_at
         own = self.system.timing
@@ -148,7 +148,7 @@ class ControllersUnderTest(Tested):
 
     @property
     def criterion(self) -> HopRetention | GaitRetention:
-        """What decides how much of their gait controllers retain."""
+        """Criterion of a retained gait."""
         event_s = EVENT_SHARE * self.timing.duration_s
         if self.hops:
             path = path_of(self.prepared, "rest_length_m")
@@ -226,7 +226,7 @@ class ControllersUnderTest(Tested):
 
 
 def _around(kind: type, body: Body) -> bool:
-    """Whether a body has a wrapper of this kind around it."""
+    """Return whether a body has a wrapper of this kind."""
     while isinstance(body, BodyWrapper):
         if isinstance(body, kind):
             return True
@@ -260,7 +260,7 @@ class LanesUnderTest:
         return [(first.changes(self.tested, *nothing), 1)]
 
     def disturbed(self, at_s: np.ndarray) -> list[tuple[dict[str, LaneNumbers], int]]:
-        """What the levels of each disturbance change.
+        """Return the changes at the levels of each disturbance.
 
         Args:
             at_s: when what happens at a time happens [s], [lanes of the set].
@@ -273,7 +273,7 @@ class LanesUnderTest:
         return meets
 
     def measured(self, meets: Meets) -> Any:
-        """What the criterion measures at every level, arrays [..., levels, lanes of the set]."""
+        """Measure the criterion at every level, arrays [..., levels, lanes of the set]."""
         levels = sum(number for _, number in meets)
         count = levels * self.size
         scenario = self.scenario(meets)
@@ -292,7 +292,8 @@ class LanesUnderTest:
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
     def scenario(self, meets: Meets) -> Scenario:
-        """What the lanes meet, level by level; all that some disturbance changes is in it."""
+        """Return the scenario of the lanes, level by level, with all that some disturbance
+        changes."""
         tested, count = self.tested, self.size * sum(number for _, number in meets)
         phases = np.tile(tested.phase_rad, len(tested.weights))
         release = tested.system.scenario(phase_rad=phases)
@@ -304,7 +305,7 @@ class LanesUnderTest:
         return with_changes(every, tested.prepared, changes)
 
     def _neutral(self, release: Scenario) -> dict[str, Any]:
-        """Of every name that some disturbance changes: the change that changes nothing."""
+        """Return, for every name that some disturbance changes, a change without effect."""
         found = {}
         for each in self.disturbances:
             level = np.array([each.neutral])

@@ -30,16 +30,17 @@ from tegotae.training.environments.rollouts import ModelLanes
 _UNSEEN = 1000
 """Starts under test are as far from those of the training, by the seed of their noise."""
 _WALKS = 0.05
-"""From this speed on a body walks, over √(g l)."""
+"""Speed above which a body counts as walking, over √(g l)."""
 _HOPS = 0.01
-"""From this standard deviation of its height on a body hops, over its height at the start."""
+"""Standard deviation of its height above which a body counts as hopping, over its height at the
+start."""
 _KEEPS = 0.5
 """A gait is kept with this share of the usual speed, or bounce in place, at least."""
 
 
 @dataclass(frozen=True)
 class MujocoModel:
-    """What disturbances ask of a body: numbers that a MuJoCo model has or could have."""
+    """A MuJoCo model as disturbances see it: numbers that it has or could have."""
 
     mass_kg: float
     gravity_m_per_s2: float
@@ -92,12 +93,12 @@ class ModelUnderTest(Tested):
 
     @cached_property
     def experiment(self) -> EnvExperiment:
-        """Where they were trained."""
+        """Experiment of the training."""
         return EnvExperiment.of(self.controllers)
 
     @cached_property
     def body(self) -> MujocoModel:  # type: ignore[override]
-        """What disturbances ask of it."""
+        """The MuJoCo model, for the disturbances."""
         sensed = sensing(self.experiment.spec.model_settings)
         gravity = float(np.linalg.norm(sensed.model.opt.gravity)) or 9.81
         lanes = self._lanes(1)
@@ -200,7 +201,7 @@ class ModelUnderTest(Tested):
 
 
 PilotMaker = Callable[[dict[str, np.ndarray]], Callable[[np.ndarray], np.ndarray]]
-"""From the changes of all lanes to what drives them."""
+"""Factory of a policy runner from the changes of all lanes."""
 
 
 def _played(
@@ -271,7 +272,7 @@ def _push(changes: dict[str, np.ndarray], since_s: float, step_s: float) -> np.n
 
 
 class _Senses:
-    """What the limbs feel, late and noisy.
+    """Delayed and noisy senses of the limbs.
 
     Args:
         tested: the controllers.
@@ -291,7 +292,7 @@ class _Senses:
         self._past: list[np.ndarray] = []
 
     def __call__(self, seen: np.ndarray) -> np.ndarray:
-        """Of what is observed now, [lanes, entries], what is felt."""
+        """Return the delayed and noisy senses for an observation [lanes, entries]."""
         if not self._steps.any() and not self._noise.any():
             return seen
         longest = math.ceil(self._steps.max()) + 1

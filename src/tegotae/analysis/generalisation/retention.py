@@ -1,4 +1,4 @@
-"""What a gait does before and under a disturbance: of one leg its hops, of several their lags."""
+"""Retention of a gait under a disturbance: of one leg its hops, of several their lags."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ EVENT_SHARE = 0.375
 """Share of the time after which what happens at a time happens: the first apex then, of what
 hops."""
 LAG_TOLERANCE = 0.1
-"""How far the lags of a gait may lie from those without a disturbance [cycles]."""
+"""Largest distance of a gait's lags from those without a disturbance [cycles]."""
 MEASURED_SHARE = 0.375
 """Efficiency is that of the whole hops in this last share of the time."""
 STANDING_SHARE = 0.25
-"""Of this share of its speed a walker still walks."""
+"""Share of its undisturbed speed above which a walker still walks."""
 
 _CHANNELS = (
     *("time_s", "ground_m", "failed", "apex_time_s", "apex_height_m", "apex_phase_rad"),
@@ -43,7 +43,7 @@ _CHANNELS = (
 )
 
 Outcomes: TypeAlias = Mapping[str, np.ndarray]
-"""What counts of rollouts, by name, arrays [..., lanes]."""
+"""Outcomes of rollouts, by name, arrays [..., lanes]."""
 
 
 def retained(
@@ -54,7 +54,7 @@ def retained(
     efficiency: np.ndarray,
     speed: np.ndarray | float = np.nan,
 ) -> dict[str, np.ndarray]:
-    """What is kept under disturbances (`Retention`), [levels, lanes] each.
+    """Return the retained gaits under disturbances (`Retention`), [levels, lanes] each.
 
     Args:
         had: whether there was a gait without them, [lanes].
@@ -90,7 +90,7 @@ class HopRetention:
     summary = KeptChannels(_CHANNELS)
 
     def of(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
-        """What counts of what was recorded, arrays [..., lanes]."""
+        """Return the outcomes of recorded rollouts, arrays [..., lanes]."""
         length = dict(scenario.changes).get(self.rest_length_path, np.float32(self.rest_length_m))
         usual = LimitCycle()
         near = dataclasses.replace(
@@ -171,7 +171,7 @@ class Walked(CoordinationSummary):
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[Coordination, AnyArray]:
-        """What every lane does in the last quarter of the time."""
+        """Summarise the last quarter of every lane."""
         found = super().__call__(trajectory, scenario, body, timing)
         if not self.looks:
             return found, found.speed_m_per_s
@@ -196,13 +196,13 @@ class GaitRetention:
     def of(
         self, recorded: tuple[Coordination, AnyArray], scenario: Scenario
     ) -> dict[str, AnyArray]:
-        """What counts of what was recorded, arrays [..., lanes]."""
+        """Return the outcomes of recorded rollouts, arrays [..., lanes]."""
         legs, ahead = recorded
         names = ("lag", "lock_time_s", "fall_time_s", "cost_of_transport", "step_frequency_hz")
         return {name: getattr(legs, name) for name in names} | {"ahead_m_per_s": ahead}
 
     def at_s(self, usual: Outcomes) -> np.ndarray:
-        """When a disturbance comes [s], [lanes], given what is done without it."""
+        """Return the time of a disturbance [s], [lanes], from the undisturbed outcomes."""
         return np.full(usual["fall_time_s"].shape, self.event_s)
 
     def kept(
@@ -222,5 +222,5 @@ class GaitRetention:
 
 
 def _steps(of: Outcomes) -> np.ndarray:
-    """Who stands, and does not stand still: whichever leg steps, for any of them may be lost."""
+    """Return a mask of the lanes that stand and step with any leg, since any leg may be lost."""
     return np.isnan(of["fall_time_s"]) & (of["step_frequency_hz"] > 0.0).any(axis=0)

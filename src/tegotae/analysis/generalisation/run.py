@@ -35,7 +35,7 @@ COLUMNS = {
 
 @dataclass(frozen=True)
 class Retention:
-    """What came of it: a row for each disturbance, level, run and release.
+    """Results: a row for each disturbance, level, run and release.
 
     Args:
         table: `condition`, `level`, `run` and `start`; `moved`, whether it hopped or walked
@@ -122,7 +122,7 @@ class Trial:
             register(part)
 
     def measure(self) -> CellResult:
-        """What the controllers retain."""
+        """Measure the retained gaits of the controllers."""
         outcome = tried(self.tested, self.disturbances)
         kinds = COLUMNS | {"efficiency": "float32", "speed": "float32"}
         arrays = {name: outcome.table[name].to_numpy(kind) for name, kind in kinds.items()}
@@ -198,11 +198,11 @@ def _check(controllers: Sequence[Tested], disturbances: Sequence[Disturbance]) -
 
 
 RESAMPLES = 2000
-"""How often runs are drawn anew for the interval of a margin."""
+"""Number of bootstrap samples of runs for the interval of a margin."""
 
 
 MEASURES = {"keeps": "had", "moves": "moved"}
-"""What can be kept, and what it takes to have been there before."""
+"""Retained quantities, and the quantity that each requires before the disturbance."""
 
 
 class Margin(NamedTuple):
@@ -212,7 +212,7 @@ class Margin(NamedTuple):
     side: str
     """"below" or "above" the neutral level."""
     runs: int
-    """How many runs there are that had what can be lost."""
+    """Number of runs that had a gait to lose."""
     survived: float
     """The last level, from none on, that more than half of the runs survive."""
     failed: float
@@ -226,7 +226,8 @@ class Margin(NamedTuple):
 def levels_survived(
     outcome: Retention, disturbance: Disturbance, below: bool, measure: str = ""
 ) -> np.ndarray:
-    """How many levels in a row, from none on, each run keeps what it had, [runs].
+    """Return the number of consecutive levels, from the baseline on, at which each run retains its
+    gait, [runs].
 
     NaN of a run that had nothing to keep. Of a run that is released several times it is kept where
     most of them keep it.

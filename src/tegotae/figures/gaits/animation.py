@@ -29,9 +29,9 @@ class LegPositions(NamedTuple):
     feet_m: np.ndarray
     """[frames, limbs, 3]"""
     stands: np.ndarray
-    """Whether a foot is on the ground, [frames, limbs]."""
+    """True for feet on the ground, [frames, limbs]."""
     heading_rad: np.ndarray | None = None
-    """Where the body looks, [frames]; None of one that does not turn."""
+    """Heading of the body, [frames]; None of one that does not turn."""
 
     def along_torso(self) -> LegPositions:
         """The same as seen by someone who turns and walks with the torso.
@@ -116,7 +116,7 @@ def _(body: Walker, trajectory: Trajectory) -> LegPositions:
 
 
 STRIDES = 4.0
-"""How many of the last strides are shown, a stride a second."""
+"""Number of final strides shown, a stride a second."""
 _SIDE, _ABOVE = (0, 2), (0, 1)
 _MARGIN = 0.25
 

@@ -18,7 +18,7 @@ from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.gaits.names import FALLEN
 
 STRIDES = 6.0
-"""How many of the last strides are drawn."""
+"""Number of final strides drawn."""
 
 
 @styled()
@@ -91,7 +91,8 @@ _WAYS: Mapping[str, Any] = {UP: {"fillstyle": "full"}, DOWN: {"fillstyle": "none
 
 @styled()
 def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
-    """From the top: the gaits' names, every leg's lag, and speed and cost, or frequency and power.
+    """Draw, from the top, the gaits' names, every leg's lag, and speed and cost, or frequency and
+    power.
 
     Filled is the way up, open the way down. Each start is a dot; lines are medians.
 

@@ -36,7 +36,7 @@ from tegotae.measures.gaits.names import (
 from tegotae.systems.tuned import FORCED
 
 _PALE = 0.55
-"""How far towards white the colour of a cell is whose starts disagree."""
+"""Lightening towards white of the colour of a cell whose starts disagree."""
 _COMMON = 0.002
 """Share of the cells below which a gait is not in the legend."""
 
@@ -74,7 +74,7 @@ def map_figure(found: GaitMap, note: str = "") -> Figure:
 
 Grid = tuple[np.ndarray, np.ndarray]
 Cells = Mapping[Any, np.ndarray]
-"""What is known of every cell, [rows, columns]."""
+"""Numbers of every cell, [rows, columns]."""
 
 
 def _gaits(figure: Figure, axes: Axes, grid: Grid, cells: Cells) -> None:

@@ -32,15 +32,16 @@ _ORDER |= {"rotary gallop": 2, "canter": 8, "tripod": 5, "tetrapod": 4, "metachr
 _COLOURS = (*COLOURS, "#8C510A")
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
-"""Of gaits or legs, for those who do not distinguish colours."""
+"""Markers of gaits or legs, for readers who do not distinguish colours."""
 HATCHES = {
     IN_BETWEEN: ".....",
     "diagonal-sequence walk": "/////",
     "lateral-sequence walk": "\\\\\\\\\\",
 }
-"""Of gaits whose colours are as light as that of a trot: printed in grey they differ by this."""
+"""Hatches of gaits whose colours are as light as that of a trot: printed in grey they differ by
+this."""
 THIN: Any = {"hatch_linewidth": 0.4, "hatchcolor": "0.3"}
-"""How hatches are drawn."""
+"""Style of hatches."""
 
 
 def gait_colour(name: str) -> str:

@@ -36,7 +36,7 @@ class AgentSettings(Part):
     """
 
     NAME: ClassVar[str]
-    """What `tegotae train --algorithm` calls the algorithm."""
+    """Name of the algorithm in `tegotae train --algorithm`."""
 
     tick_s: float = positive(0.001)
     """Control period of the hopper [s]; an environment has its own."""
@@ -48,15 +48,15 @@ class AgentSettings(Part):
     n_envs: int = whole(20)
     """Hoppers that are stepped together."""
     critic_senses: tuple[str, ...] = ()
-    """What the critics sense beyond what the policy does, such as `velocity` and `height`; on an
-    environment entries of its observation."""
+    """Senses of the critics beyond the policy's, such as `velocity` and `height`; on an environment
+    entries of its observation."""
     least_work_j: float = not_negative(1e-6)
     """Work up to which a hop is not rewarded [J] (see `tegotae.envs.HopReward`)."""
     charge_stored: bool = False
-    """Whether energy that the body lost since the last apex is charged as work too."""
+    """True if energy that the body lost since the last apex is charged as work too."""
     normalize_reward: bool = False
-    """Whether rewards are divided by the running deviation of their discounted sum, and clipped
-    to ±10, before the agent sees them."""
+    """True if rewards are divided by the running deviation of their discounted sum, and clipped to
+    ±10, before the agent receives them."""
     gamma: float = _share(0.995)
     """Discount per action; 1 / (1 - γ) actions are the agent's horizon, by default 2 s."""
     learning_rate: float = positive(3e-4)

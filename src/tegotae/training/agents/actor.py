@@ -39,7 +39,7 @@ from torch import nn  # noqa: E402
 
 @dataclass(frozen=True)
 class Observed:
-    """What the columns of an observation are.
+    """Meaning of the columns of an observation.
 
     Args:
         names: of the signals, in the order of the columns; all dimensionless.
@@ -52,7 +52,7 @@ class Observed:
 
 @dataclass(frozen=True)
 class AgentTask:
-    """What an agent learns in, and how its policy is judged: the hopper, or an environment.
+    """Task of an agent and evaluation of its policy: the hopper, or an environment.
 
     Args:
         settings: the algorithm and how it is set.

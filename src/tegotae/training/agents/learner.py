@@ -75,7 +75,8 @@ class AgentLearner(Part):
         agent_controller(run.experiment, self.settings)
 
     def configuration(self, run: Run[Any]) -> JsonObject:
-        """What decides a seed's result, but for the number of episodes, as JSON values."""
+        """Return the settings that decide a seed's result, except the number of episodes, as JSON
+        values."""
         experiment = run.experiment
         if isinstance(experiment, Experiment):
             experiment = experiment.replaced(objective=experiment.objective.without_frequency())
@@ -127,7 +128,7 @@ class AgentLearner(Part):
                 )
 
     def resumed(self, run: Run[Any], points: Points, arrays: Arrays) -> TrainingState:
-        """With the best weights of every seed that has begun.
+        """Restore a training with the best weights of every seed that has begun.
 
         Raises:
             ValueError or KeyError: for arrays of another training.
@@ -178,7 +179,7 @@ def _check_on_engine(experiment: Experiment) -> None:
 
 
 def _named(seed: int) -> str:
-    """What the best weights of a seed are called in a checkpoint."""
+    """Return the name of a seed's best weights in a checkpoint."""
     return f"seed{seed}_weights"
 
 

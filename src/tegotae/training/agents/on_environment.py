@@ -231,7 +231,7 @@ class StepReward:
         return paid
 
     def at_the_end(self, over: np.ndarray) -> np.ndarray:
-        """What lanes whose episode is over get besides, [lanes]; 0 elsewhere."""
+        """Return the final rewards of lanes whose episode is over, [lanes]; 0 elsewhere."""
         return np.zeros(len(over))
 
 

@@ -65,7 +65,7 @@ class EnvEvaluator(Evaluator):
 
     @property
     def repeats(self) -> int:
-        """As how many candidates one meets the evaluation set."""
+        """Evaluation repeats per candidate."""
         return len(self._experiment.evaluation_starts)
 
     def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
@@ -144,9 +144,9 @@ class Job:
     starts: np.ndarray
     """Seeds of their resets, [candidates, episodes]."""
     troubles: list[str]
-    """Of those that have taken a worker down."""
+    """Troubles of the candidates that took a worker down."""
     trials: Trials | None = None
-    """What came of it."""
+    """Results of the job; None until it is done."""
 
 
 class WorkerPool:
@@ -223,7 +223,7 @@ class _EnvWorker:
     """One worker process, and what it is at."""
 
     job: Job | None = None
-    """What it is trying out."""
+    """Job that the worker evaluates."""
 
     def __init__(self, experiment: EnvExperiment, lanes: int) -> None:
         self._experiment, self._lanes, self._limit_s = experiment, lanes, experiment.limit_s
@@ -249,7 +249,7 @@ class _EnvWorker:
             self.link.send((job.weights, job.starts, job.troubles))
 
     def hangs(self) -> bool:
-        """Whether its environment has been at one step for too long."""
+        """Return whether its environment has been in one step for too long."""
         now, beat = time.monotonic(), (self._beat[0], self._beat[1])
         if beat != self._last or beat[0] == _IDLE:
             self._last, self._since = beat, now
@@ -276,7 +276,7 @@ class _EnvWorker:
 def _work(
     link: Connection, beat: Array[c_longlong], experiment: EnvExperiment, lanes: int, parent: int
 ) -> None:
-    """What a worker does: evaluate samples until its parent has ended."""
+    """Evaluate samples in a worker process until its parent has ended."""
     end_with_parent(parent)
 
     def begin_step(lane: int) -> None:

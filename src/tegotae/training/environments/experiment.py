@@ -176,7 +176,8 @@ class EnvExperiment(Part):
 
     @cached_property
     def interface(self) -> Interface:
-        """What the controller sees of the limbs; None for what the wiring does not say."""
+        """Return the controller's interface to the limbs; None for entries that the wiring
+        lacks."""
         controller, wiring = self.controller, self.wiring
         senses = tuple(read_by(controller))
         scales = {name: float(scale) for name, scale in wiring.scales.items()}
@@ -299,7 +300,7 @@ class EnvExperiment(Part):
 
     @property
     def is_searched(self) -> bool:
-        """Whether all there is to learn is a constant gain σ, which a search finds."""
+        """True if the only trained parameter is a constant gain σ, which a search finds."""
         return self.controller.has_a_gain_alone
 
     @property
@@ -325,6 +326,7 @@ class EnvExperiment(Part):
 
     @cached_property
     def _sha256(self) -> dict[str, str]:
-        """Of the files that it names, by what each is: once changed, it is another training."""
+        """Return the hashes of the files that the experiment names, by role: a changed file is
+        another training."""
         files = {"environment": self.spec.file, "fitness": self.objective.file}
         return {what: code_of_file(file) for what, file in files.items() if file and file.is_file()}

@@ -104,17 +104,18 @@ class EpisodeBatch:
 
 _FRAME_S = 0.02
 ENTRY_OF_WORK = {"absolute": "work", "positive": "work_positive", "net": "work_net"}
-"""What of a wiring names the entry of the observation that is the work by each definition."""
+"""Entries of a wiring that name the observation of the work, by definition of work."""
 
 
 class EnvObjective(ABC):
     """The measure of an episode: a frozen dataclass of its settings."""
 
     NAME: ClassVar[str]
-    """What files call it."""
+    """Name in files."""
 
     def entries(self, wiring: Wiring) -> tuple[str, ...] | None:
-        """Which of the observation's entries it reads; None for all, with actions and phases."""
+        """Return the entries of the observation that it reads; None for all, with actions and
+        phases."""
         return ()
 
     def check(self, wiring: Wiring, duration_s: float) -> None:  # noqa: B027 - optional

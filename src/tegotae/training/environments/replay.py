@@ -27,17 +27,17 @@ class Replay:
     """An episode of a controller on its environment."""
 
     experiment: EnvExperiment
-    """Where, and how it is wired."""
+    """Experiment: environment and wiring."""
     episode: EnvEpisode
     """All that was observed, done and paid."""
     fitness: float
-    """By the objective of the experiment."""
+    """Fitness by the objective of the experiment."""
     seed: int
-    """Of the reset."""
+    """Seed of the reset."""
 
     @property
     def loads(self) -> dict[str, np.ndarray]:
-        """What stands for the load of the limbs, by the entry's name, [steps] each."""
+        """Observations that represent the load of the limbs, by the entry's name, [steps] each."""
         names = {limb.senses.get("spring_force", "") for limb in self.experiment.wiring.limbs}
         found = {}
         for name in sorted(filter(None, names)):
@@ -47,13 +47,14 @@ class Replay:
 
     @property
     def flies(self) -> bool:
-        """Whether at some time of the second half no limb bears load; true if loads are unknown."""
+        """True if no limb bears load at some time of the second half, or if loads are unknown."""
         late = len(self.episode.time_s) // 2
         loads = list(self.loads.values())
         return not loads or bool((np.max(loads, axis=0)[late:] <= 0.0).any())
 
     def why_on_ground(self) -> str:
-        """Why a body that is to hop never leaves the ground, after "it"; empty if it does.
+        """Return the reason why a body that is to hop never leaves the ground, after "it"; empty if
+        it does.
 
         A body of several feet is to hop if its fitness is of hopping.
         """

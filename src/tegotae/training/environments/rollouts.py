@@ -24,7 +24,7 @@ from tegotae.training.environments.objectives import EpisodeBatch
 Beat = Callable[[int], None]
 """Called with the lane that takes a step before it, and with -1 after: this shows a hang."""
 Seeds = int | np.ndarray
-"""Of the starts of episodes: one for all lanes, or one a lane, [lanes]."""
+"""Seeds of the starts of episodes: one for all lanes, or one a lane, [lanes]."""
 
 
 class GymLanes:
@@ -137,7 +137,7 @@ class GymLanes:
 
 
 class _Trouble(Exception):  # noqa: N818 - never seen outside
-    """What an environment did that it must not."""
+    """An environment violated its contract."""
 
 
 class ModelLanes:
@@ -177,7 +177,7 @@ class ModelLanes:
         return self._whole(seen)
 
     def _noise(self, seed: Seeds) -> np.ndarray | None:
-        """What is added to the positions of the start, [lanes, nv]."""
+        """Return the noise of the positions at the start, [lanes, nv]."""
         own, nv = self._settings.noise, self._sensing.model.nv
         if not own:
             return None
@@ -220,13 +220,13 @@ Whether the last step ended an episode by its time alone is in `truncated`, [lan
 
 
 class Trials(NamedTuple):
-    """What came of candidates, [candidates] each."""
+    """Results of candidates, [candidates] each."""
 
     fitness: np.ndarray
     cot_inverse: np.ndarray
     failed: np.ndarray
     troubles: np.ndarray
-    """What went wrong, a sentence each; empty where nothing did."""
+    """Errors, a sentence each; empty where there was none."""
 
     @classmethod
     def joined(cls, parts: Sequence[Trials]) -> Trials:

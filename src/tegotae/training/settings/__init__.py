@@ -66,7 +66,8 @@ class Configuration:
     settings: Settings
     """Its settings."""
     found: Mapping[str, object]
-    """On what, by how many trials, how good; see `studies.tuning.describe`."""
+    """Origin of the settings: the problem, the number of trials, the score; see
+    `studies.tuning.describe`."""
 
 
 def names() -> list[str]:
