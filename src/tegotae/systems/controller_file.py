@@ -108,7 +108,7 @@ class ControllerSet(OnSystem):
 
     @property
     def protocol(self) -> Protocol:
-        """How its hopping is evaluated: as its experiment says, from its system's release.
+        """Conditions of its evaluation: those of its experiment, from its system's release.
 
         What is held over a control period keeps that period (`System.evaluated_by`).
         """
@@ -131,7 +131,7 @@ def save(saved: SavedController, path: Path | str) -> None:
 
 
 def described(saved: SavedController, path: str) -> JsonObject:
-    """What a file of the controller holds, as JSON values.
+    """Return the content of the controller's file, as JSON values.
 
     Args:
         saved: the system, its weights and how they were trained.
@@ -223,12 +223,12 @@ def restored(document: Json, path: str) -> SavedController:
 
 
 def is_controller(document: Json) -> TypeGuard[JsonObject]:
-    """Whether a JSON value is a controller file's and no other document."""
+    """Return whether a JSON value is a controller file's and no other document."""
     return isinstance(document, dict) and document.get("format") == FORMAT
 
 
 def begins_as_ours(path: Path) -> bool:
-    """Whether a file that is no whole document begins as a controller's."""
+    """Return whether a file that is no whole document begins as a controller's."""
     with path.open("rb") as stream:
         first = stream.read(200)
     return first.lstrip().startswith(b"{") and FORMAT.encode() in first
@@ -239,7 +239,7 @@ class _ControllerFile(msgspec.Struct):
 
     system: JsonObject
     weights: JsonObject | list[float]
-    """By their names, or one list in the controller's order, as the zoo gives them."""
+    """Weights by their names, or one list in the controller's order, as the zoo stores them."""
     name: str | None
     experiment: JsonObject | None
     training: JsonObject

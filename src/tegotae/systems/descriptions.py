@@ -58,7 +58,7 @@ def restore(value: object, hint: type[T], name: str) -> T: ...
 @overload
 def restore(value: object, hint: object, name: str) -> Any: ...
 def restore(value: object, hint: Any, name: str) -> Any:
-    """What `describe` made these JSON values of.
+    """Rebuild a value from its JSON description (`describe`).
 
     Fields that a document lacks have their defaults, so that documents from before a field was
     added stay readable.
@@ -168,7 +168,7 @@ def _kind(document: Mapping[str, Any], options: Sequence[type], name: str) -> ty
 
 
 def _is_description(hint: object) -> bool:
-    """Whether values of this type are dataclasses."""
+    """Return whether values of this type are dataclasses."""
     return isinstance(hint, type) and (
         registry.contract_of(hint) is not None or dataclasses.is_dataclass(hint)
     )

@@ -32,7 +32,7 @@ from tegotae.systems.legged import SYSTEMS, Legged, is_walker_file, random_phase
 EPISODE_SHARE = 0.3
 """Length of a walker's episode of training, as a share of the time of its gait commands."""
 START_SEED = 0
-"""Of the phases that every episode of training begins with: as irregular as any."""
+"""Seed of the phases at the start of every training episode: as irregular as any."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ _OMEGA = re.compile(r"(?P<family>.+?)(?:-w(?P<omega>[0-9.]+))?")
 
 
 def is_design(name: str) -> bool:
-    """Whether a name is meant as a design's: it has a family and a system.
+    """Return whether a name has the form of a design's: a family and a system.
 
     Example:
         >>> is_design("ART@quadruped-c"), is_design("ART-rF-tphif-w8")

@@ -1,4 +1,4 @@
-"""What controller files say of another simulator: its name, what its limbs are, the episodes."""
+"""Description of another simulator in controller files: its name, its limbs, the episodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ MODELS = ("hopper", "leg", "quadruped")
 
 
 def is_mujoco_model(env: str) -> bool:
-    """Whether an environment is a MuJoCo model, whose physics needs no environment around it.
+    """Return whether an environment is a MuJoCo model, whose physics needs no environment around
+    it.
 
     Example:
         >>> is_mujoco_model("my_leg.xml"), is_mujoco_model("leg"), is_mujoco_model("Hopper-v5")
@@ -73,30 +74,30 @@ class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
     controller: str | None = None
     """A controller file, relative to this one, or any name of one (`tegotae.systems.resolve`)."""
     weights: list[float] | None = None
-    """Of the vanilla controller: σ alone."""
+    """Weights of the vanilla controller: σ alone."""
     omega: float | None = None
 
 
 class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a system's weights were to learn on an environment."""
+    """Task on an environment that a system's weights were trained for."""
 
     env: str
     """The environment's name (`tegotae.envs.env_spec.EnvSpec`)."""
     settings: JsonObject = {}
-    """What it was made with."""
+    """Settings of the environment."""
     wiring: WiringDocument
-    """What the limbs sense and drive there."""
+    """Senses and actuators of the limbs there."""
     objective: JsonObject
     """The measure of an episode: its `kind`, and its settings."""
     duration_s: float
     """Length of an episode [s]."""
     episodes: int = 1
-    """How many episodes each candidate had."""
+    """Episodes per candidate."""
     omegas: list[float] = []
     """Frequencies that they had in turn [rad/s], if not the wiring's alone."""
     seed: int = 0
-    """Of the first episode's reset."""
+    """Seed of the first episode's reset."""
     evaluation_episodes: int = 0
     """Episodes of the evaluation set, where generations draw their own starts."""
     sha256: dict[str, str] = {}
-    """Of the files that it names, by what each is."""
+    """Hashes of the files that it names, by role."""

@@ -144,7 +144,7 @@ class Experiment(OnSystem):
 
     @property
     def is_searched(self) -> bool:
-        """Whether all there is to learn is a constant gain σ, which a search finds."""
+        """True if the only trained parameter is a constant gain σ, which a search finds."""
         return self.controller.has_a_gain_alone
 
     @property

@@ -122,7 +122,7 @@ def of_body(observation: str, body: Body) -> tuple[str, ...]:
 
 
 def all_of(observation: str, body: Body) -> tuple[str, ...]:
-    """What a leg's own network is given: what the leg senses, and what the body does.
+    """Return the inputs of a leg's own network: the senses of the leg and the motion of the body.
 
     Args:
         observation: what is observed, such as "F" or "Fa".
@@ -159,7 +159,7 @@ _STEPS = {
     "p": (PacedFoot, "an ellipse with balance and a stride of the frequency, nine numbers"),
     "s": (SteppingFoot, "an ellipse with balance and steps aside, ten numbers"),
 }
-"""What is trained of a short law's step, by the end of its name."""
+"""Trained parameters of a short law's step, by the end of its name."""
 _NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
 
 
@@ -363,7 +363,7 @@ def ellipse_of(legged: Legged) -> EllipticFoot:
 
 
 def reach_m(legged: Legged) -> float:
-    """By what the outputs of a learned foot are multiplied [m]: half the height of the ellipse.
+    """Return the scale of the outputs of a learned foot [m]: half the height of the ellipse.
 
     So the noise of training moves a foot by less than a step lifts it.
     """
@@ -396,7 +396,8 @@ ALTERNATING = ("trot", "tripod", "antiphase")
 
 
 def alternating_rad(legs: Sequence[str]) -> tuple[float, ...]:
-    """By how much each leg leads the first in a gait by halves of a cycle [rad]: a trot of four.
+    """Return the lead of each leg over the first in a gait by halves of a cycle [rad]: a trot of
+    four.
 
     Args:
         legs: their names.

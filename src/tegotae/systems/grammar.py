@@ -23,7 +23,7 @@ BUDGET = 96
 """Trained numbers per controller in the paper."""
 
 ACTUATION_INPUTS = {"phi": ("phase",), "f": ("feedback",), "phif": ("phase", "feedback")}
-"""What a learned actuation may depend on, by its short name."""
+"""Inputs of a learned actuation, by its short name."""
 ADDED = "+"
 """Before that name: what is learned is added to the system's own actuation."""
 
@@ -37,7 +37,7 @@ _NAME = re.compile(
 
 @dataclass(frozen=True, kw_only=True)
 class LearnedTerms:
-    """Which terms of `f = G · A′(φ) · R(s)` and which actuation T are learned, and from what.
+    """Learned terms of `f = G · A′(φ) · R(s)` and of the actuation T, and their inputs.
 
     Args:
         action: whether A is learned.
@@ -82,7 +82,7 @@ class LearnedTerms:
 
     @property
     def learned(self) -> tuple[str, ...]:
-        """Which of A, R, G, T are networks."""
+        """Names of the terms among A, R, G, T that are networks."""
         return tuple(self.architecture.removeprefix("V"))
 
     def inputs(self, senses: Callable[[str], tuple[str, ...]]) -> dict[str, tuple[str, ...]]:

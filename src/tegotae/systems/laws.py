@@ -44,7 +44,7 @@ from tegotae.systems.system import System
 
 @dataclass(frozen=True)
 class LawForm:
-    """What a short law is made of.
+    """Form of a short law.
 
     Args:
         about: its feedback, in a line.
@@ -81,9 +81,9 @@ LAWS: dict[str, LawForm] = {
     "decay": LawForm("-σ e^(-k N) (cos φ + o)", OffsetAction(), DecayingReaction()),
     "tuned": LawForm("-σ N cos φ, with a reflex", VanillaAction(), reflex=True),
 }
-"""By name; on several legs there are `LAWS_OF_LEGS`."""
+"""Short laws by name; on several legs there are `LAWS_OF_LEGS`."""
 LAWS_OF_LEGS = ("load", "latch", "decay")
-"""With a step of their own to train (`-t`, `-b`) there is `clock`, too."""
+"""Short laws on several legs. With a trained step (`-t`, `-b`) there is `clock`, too."""
 _NAME = re.compile(rf"(?P<law>{'|'.join(LAWS)})(?:-w(?P<omega>[0-9]+(?:[.][0-9]+)?))?")
 
 

@@ -88,7 +88,7 @@ class Legged(OnSystem):
 
     @property
     def dimensionless(self) -> bool:
-        """Whether length, mass and gravity are 1, so that "m" is l0 and "s" is √(l0 / g)."""
+        """True if length, mass and gravity are 1, so that "m" is l0 and "s" is √(l0 / g)."""
         own = unwrapped(self.body)
         return isinstance(own, Walker) and (
             own.rest_length_m == own.gravity_m_per_s2 == own.mass_kg == 1.0
@@ -96,7 +96,7 @@ class Legged(OnSystem):
 
     @property
     def units(self) -> tuple[str, str]:
-        """How length and time are written."""
+        """Units of length and time as text."""
         return ("l0", "√(l0/g)") if self.dimensionless else ("m", "s")
 
     def with_numbers(self, omega: float | None = None, sigma: float | None = None) -> Legged:
@@ -150,7 +150,7 @@ class Legged(OnSystem):
         return kind.on(self.controller, self.body, **{"reference": self.reference, **more})
 
     def engine(self, summary: Summary, timing: Timing | None = None) -> Engine:
-        """What advances it, by its own timing if none is given."""
+        """Return the engine that advances the system, by its own timing by default."""
         return self.system.engine(summary, timing)
 
     def run(self, summary: Summary, scenario: Scenario, timing: Timing | None = None) -> ArrayTree:
@@ -313,7 +313,7 @@ def walker_of(document: object) -> Legged:
 
 
 def is_walker_file(name: str) -> bool:
-    """Whether a name is that of a walker's own file, TOML."""
+    """Return whether a name is that of a walker's own file, TOML."""
     return name.endswith(".toml")
 
 
@@ -339,7 +339,7 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
     "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
     **{name: partial(walker_of, entry) for name, entry in _WALKERS.items()},
 }
-"""What makes each of the named systems."""
+"""Factories of the named systems."""
 
 
 def system(name: str) -> Legged:

@@ -117,7 +117,7 @@ _ACTUATIONS = {
     **dict.fromkeys(("sector", "reflex", "both")),
     **{f"t{inputs}": inputs for inputs in ACTUATION_INPUTS},
 }
-"""What a learned one depends on, by the names of all."""
+"""Inputs of a learned actuation, by the names of all."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class Model:
 
     @property
     def is_single_network(self) -> bool:
-        """Whether this is the network without oscillator."""
+        """True for the network without oscillator."""
         return self.omega_t is None
 
     @property
@@ -171,7 +171,7 @@ class Model:
 
     @property
     def learned_terms(self) -> tuple[str, ...]:
-        """Which of A, R, G, T are networks."""
+        """Names of the terms among A, R, G, T that are networks."""
         return ("T",) if self.is_single_network else self.terms.learned
 
     @property
@@ -182,7 +182,7 @@ class Model:
 
     @property
     def is_trained(self) -> bool:
-        """Whether there is more to train than the σ of a pure V model, which a search finds."""
+        """True if there is more to train than the σ of a pure V model, which a search finds."""
         return bool(self.learned_terms) or oscillator_named(self.oscillator).n_weights > 0
 
     def controller(self, budget: int = BUDGET) -> Controller:

@@ -32,7 +32,7 @@ _CONTRACTS = {
     "tegotae.training.algorithms": "Algorithm",
     "tegotae.training.agents": "AgentSettings",
 }
-"""Where each contract is, with the parts of this package that keep it."""
+"""Module of each contract, with the parts of this package that implement it."""
 _MORE_PARTS = (
     "tegotae.measures.objectives.fitness",
     "tegotae.measures.objectives.walking",
@@ -126,12 +126,14 @@ def kinds_of(contract: type[P]) -> dict[str, type[P]]:
 
 
 def name_of(kind: type) -> str:
-    """What documents and commands call a part: its `NAME`, if it has one, or its class's name."""
+    """Return the name of a part in documents and commands: its `NAME`, if it has one, or its
+    class's name."""
     return vars(kind).get("NAME", kind.__name__)
 
 
 def kind_of(part: object) -> str | None:
-    """What documents call an instance of a part; of other dataclasses their `NAME`, None without.
+    """Return the name of a part's instance in documents; of other dataclasses their `NAME`, or
+    None.
 
     Raises:
         TegotaeError: for a part that is not registered.
@@ -155,7 +157,7 @@ def code_noted(kind: type) -> str | None:
 
 
 def is_part(kind: object) -> TypeGuard[type]:
-    """Whether a class keeps a contract and can be written down: a frozen dataclass."""
+    """Return whether a class implements a contract and can be serialised: a frozen dataclass."""
     return (
         isinstance(kind, type)
         and contract_of(kind) is not None

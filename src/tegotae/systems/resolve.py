@@ -1,4 +1,4 @@
-"""What a name means: decided here, and nowhere else, for every command.
+"""Resolution of names: decided here, and nowhere else, for every command.
 
 A name is one of
 
@@ -59,7 +59,7 @@ from tegotae.systems.zoo import is_zoo_name
 
 @dataclass(frozen=True, kw_only=True)
 class Resolved:
-    """What a name means, as far as it goes: systems with weights, and experiments without.
+    """Resolved name: systems with weights, or experiments without.
 
     Args:
         name: as it was given.
@@ -77,7 +77,7 @@ class Resolved:
 
     @property
     def is_untrained(self) -> bool:
-        """Whether it says what is to be trained, and has no weights."""
+        """True if it is to be trained, and has no weights."""
         return bool(self.experiments) and not self.controllers
 
     @property
@@ -163,7 +163,7 @@ _SUCH_AS = "; name a model such as ART, or an Experiment, FILE.py:OBJECT"
 
 
 def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
-    """What a name means.
+    """Resolve a name.
 
     Args:
         name: see this module; or an object such as it can mean.
@@ -226,7 +226,7 @@ def legged_system(name: str) -> Legged:
 
 
 def is_vanilla(name: str) -> bool:
-    """Whether a name is a preset's, perhaps with another actuation or oscillator.
+    """Return whether a name is a preset's, perhaps with another actuation or oscillator.
 
     Example:
         >>> is_vanilla("paper-reflex+hopf"), is_vanilla("quadruped-c")
@@ -282,7 +282,7 @@ def controller_files(folder: Path) -> list[Path]:
 
 
 Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
-"""What a name of a user's own file can mean."""
+"""Objects that a name in a user's own file can refer to."""
 _KINDS = (SavedController, Experiment, System, Legged, list, tuple)
 
 
@@ -401,7 +401,7 @@ def _json_files(folder: Path) -> list[Path]:
 
 
 def _is_controller(path: Path) -> bool:
-    """Whether a JSON file is a controller's and no other document.
+    """Return whether a JSON file is a controller's and no other document.
 
     Raises:
         TegotaeError: if that cannot be decided.

@@ -23,7 +23,7 @@ EFFICIENCY = (
     *("cot_inverse_flight", "cot_inverse_total"),
     *("climb_flight_m", "climb_total_m", "work_j", "window_s"),
 )
-"""What a summary has of whole hops: all null where none counts."""
+"""Entries of a summary about whole hops: all null where none counts."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Result:
         }
 
     def _no_efficiency(self, hops: int, last_hop_s: float) -> str | None:
-        """Why there is no CoT⁻¹, if there is none."""
+        """Return the reason why there is no CoT⁻¹; None if there is one."""
         start_s, body = self.measure_from_s, self.body
         if self.trajectory.failed[-1]:
             return "the rollout failed"

@@ -13,17 +13,17 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
 
 DESCRIPTION = "study.json"
-"""What a study's folder has, and says what the study is."""
+"""File in a study's folder that describes the study."""
 RECORDS = "records"
 """The folder in it that has the records."""
 SUFFIX = ".record.npz"
-"""How a record's name ends."""
+"""Suffix of a record's file."""
 NOT_OF_THE_TRAINING = frozenset({"format", "experiment", "seeds", "budgets", "metrics"})
 """Entries of a record's configuration that say nothing of how was trained."""
 
 
 def is_study(folder: Path) -> bool:
-    """Whether a folder is a study's."""
+    """Return whether a folder is a study's."""
     return (folder / DESCRIPTION).exists()
 
 

@@ -34,7 +34,7 @@ WALKING_TICK = 0.008
 
 @dataclass(frozen=True, kw_only=True)
 class Release:
-    """How an episode begins: one number each, or one a limb.
+    """Initial state of an episode: one number each, or one a limb.
 
     Args:
         height_m: height of the body [m].
@@ -104,7 +104,7 @@ class Release:
 
 @dataclass(frozen=True, kw_only=True)
 class System:
-    """What moves: a controller, the body that it drives, and how the two begin and go on.
+    """A controller, the body that it drives, their release and their timing.
 
     Every function of a closed loop takes a system, without hidden defaults.
 
@@ -289,7 +289,8 @@ class System:
 
 
 class OnSystem:
-    """What has a system, and is asked for the system's controller, body, frequency and timing."""
+    """An object with a system, which exposes the system's controller, body, frequency and
+    timing."""
 
     system: System
 

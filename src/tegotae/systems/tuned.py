@@ -69,7 +69,7 @@ _ELLIPSE = {"press": Range(0.001, 0.1), "shift": Range(-0.6, 1.6, even=True)}
 
 @dataclass(frozen=True)
 class TunedFamily:
-    """What drives the legs of a walker, and which of its numbers are tuned.
+    """Controller of a walker's legs, with its tuned parameters.
 
     Args:
         name: of `families`.
@@ -222,13 +222,13 @@ def _number(numbers: Mapping[str, float], name: str) -> float:
 
 
 PREFIX = "front:"
-"""How every such name begins."""
+"""Prefix of the names of a front's walkers."""
 USUAL = "vanilla"
 """The family of a name without one."""
 
 
 def is_front_name(name: str) -> bool:
-    """Whether a name is meant to be a walker of a front."""
+    """Return whether a name has the form of a front's walker."""
     return name.startswith(PREFIX)
 
 

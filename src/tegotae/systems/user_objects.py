@@ -27,7 +27,7 @@ _named: set[str] = set()
 
 
 def is_reference(text: str) -> bool:
-    """Whether a word names an object of a user's own file.
+    """Return whether a word names an object of a user's own file.
 
     Example:
         >>> is_reference("my_parts.py:experiment"), is_reference("ART-rF-tphif-w8")

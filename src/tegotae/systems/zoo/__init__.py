@@ -23,9 +23,9 @@ from tegotae.systems.models import find
 FORMAT = "tegotae zoo"
 VERSION = 1
 SUFFIX = ".npz"
-"""How a file's name ends."""
+"""Suffix of an archive's file."""
 MOST_BYTES = 2**28
-"""What a file may unpack to [bytes]; that of the paper's study has some 2 MB."""
+"""Size limit of an unpacked archive [bytes]; that of the paper's study has some 2 MB."""
 
 SELECTION = "selection"
 """The metric by which a study chose among its runs, on releases that serve nothing else."""
@@ -35,7 +35,7 @@ _INDEX = ("documents", *_OF_RUNS, "metrics")
 
 
 class ZooHeader(msgspec.Struct):
-    """What a file says of itself."""
+    """Header of an archive."""
 
     format: str
     version: int
@@ -84,7 +84,7 @@ class Zoo:
         self._rows = {m: slice(*e) for m, e in zip(header.models, pairwise(ends), strict=True)}
 
     def runs(self, model: str) -> dict[str, np.ndarray]:
-        """What is known of a model's runs: `seed`, `fitness`, `generations`, `ended` and the
+        """Return the numbers of a model's runs: `seed`, `fitness`, `generations`, `ended` and the
         metrics of the evaluation, [runs] each."""
         rows = self._rows[model]
         metrics = dict(zip(self.metrics, self._index["metrics"][rows].T, strict=True))
@@ -127,7 +127,7 @@ class Zoo:
         return {**document, "weights": weights, "training": {**training, **of_run}}
 
     def common(self, model: str) -> JsonObject:
-        """What the controller files of a model's runs have in common.
+        """Return the common part of the controller files of a model's runs.
 
         Raises:
             TegotaeError: if the file is damaged.
@@ -183,9 +183,9 @@ def _opened(path: Path, _mtime_ns: int, _size: int) -> Zoo:
 
 
 PREFIX = "zoo:"
-"""How every name of the zoo begins."""
+"""Prefix of the zoo's names."""
 ALL = "all"
-"""In place of a run's number: every run of the model."""
+"""Word in place of a run's number for every run of the model."""
 DEFAULT = "paper"
 """The study that is looked into first."""
 FOLDER = Path(__file__).parent / "data"
@@ -234,7 +234,7 @@ class ZooName:
 
 
 def is_zoo_name(name: str) -> bool:
-    """Whether a name is meant as that of a trained controller of the zoo.
+    """Return whether a name has the form of a trained controller of the zoo.
 
     Example:
         >>> is_zoo_name("zoo:ART"), is_zoo_name("ART")
@@ -244,7 +244,7 @@ def is_zoo_name(name: str) -> bool:
 
 
 def stem(name: str) -> str:
-    """What a name of the zoo, or a file, is called in legends and in the names of other files.
+    """Return a name of the zoo, or a file, as text for legends and names of other files.
 
     Example:
         >>> stem("zoo:ART-rF-tphif-w8/3"), stem("runs/art/ART-seed0.json")
