@@ -143,7 +143,7 @@ def _table_of_ways(figures: dict[str, Any]) -> Table:
 
 
 def _table_of_bodies(figures: dict[str, Any]) -> Table:
-    """What a leg costs, body by body; rates of the walkers are in units of √(l0/g)."""
+    """Return the cost of a leg, body by body; rates of the walkers are in units of √(l0/g)."""
     table = Table(
         "body", "legs", "engine", "ticks/core-s", "legs x ticks/core-s", "time/core-s", "compiled"
     )
@@ -164,7 +164,7 @@ def _table_of_bodies(figures: dict[str, Any]) -> Table:
 
 
 def _table_of_costs(rows: list[dict[str, Any]]) -> Table:
-    """What many lanes of a second cost, each row a process of its own."""
+    """Return the cost of many lanes of a second, each row a process of its own."""
     table = Table("lanes", "ticks/core-s, with compiling", "peak memory [GiB]")
     for row in rows:
         numbers = f"{row['ticks_per_core_s']:.3g}", f"{row['peak_gib']:.2f}"
@@ -173,7 +173,7 @@ def _table_of_costs(rows: list[dict[str, Any]]) -> Table:
 
 
 def _table_of_mujoco(rows: list[dict[str, Any]]) -> Table:
-    """How fast trainings on a MuJoCo model go; the last one is the plain loop."""
+    """Return the speeds of trainings on a MuJoCo model; the last one is the plain loop."""
     table = Table("on the MuJoCo hopper", "lanes", "steps/s", "steps/core-s", "this / plain loop")
     for row in rows:
         per_core = row["steps_per_core_s"]
@@ -188,7 +188,7 @@ def _table_of_mujoco(rows: list[dict[str, Any]]) -> Table:
 
 
 def _program(module: str, *arguments: str, engine: str | None = None) -> str:
-    """What a module of this package prints when run as a program of its own."""
+    """Return the output of a module of this package run as a program."""
     done = subprocess.run(
         [sys.executable, "-m", module, *arguments],
         env=os.environ | ({VARIABLE: engine} if engine else {}),

@@ -24,7 +24,7 @@ def controller() -> Controller:
 
 @needing("climb_flight_m", "work_absolute_j", "failed")
 def totals(trajectory, scenario, body, timing):
-    """What a fitness needs at least: totals over the rollout."""
+    """Compute the minimum that a fitness needs: totals over the rollout."""
     return trajectory.climb_flight_m[-1], trajectory.work_absolute_j[-1], trajectory.failed[-1]
 
 
@@ -34,7 +34,7 @@ def weights(lanes: int) -> np.ndarray:
 
 
 class Speed(NamedTuple):
-    """How fast an engine is: the best of three runs."""
+    """Speed of an engine: the best of three runs."""
 
     ticks_per_s: float
     """Control ticks per second of time that passes."""
@@ -67,7 +67,7 @@ def timed(
 
 
 class LaneCost(NamedTuple):
-    """What so many lanes cost."""
+    """Cost of a number of lanes."""
 
     lanes: int
     ticks_per_core_s: float
@@ -77,7 +77,7 @@ class LaneCost(NamedTuple):
 
 
 def cost(lanes: int, duration_s: float = 1.0) -> LaneCost:
-    """What so many lanes cost a process that has done nothing else."""
+    """Measure the cost of a number of lanes in a fresh process."""
     engine = Engine(controller=controller(), timing=Timing(duration_s=duration_s), summary=totals)
     given = np.asarray(weights(lanes), "float32")
     begun = time.process_time()

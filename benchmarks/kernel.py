@@ -21,7 +21,7 @@ _ROUNDS = 5
 
 
 class KernelSpeed(NamedTuple):
-    """How fast the kernel is, and the engine beside it: the best of rounds that alternate."""
+    """Speeds of the kernel and of the engine: the best of rounds that alternate."""
 
     ticks_per_s: float
     """Control ticks of the kernel per second of time that passes."""

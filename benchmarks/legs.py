@@ -1,4 +1,4 @@
-"""What a leg costs: bodies with one leg and with several, and MuJoCo with one that walks."""
+"""Cost of a leg: bodies with one leg and with several, and MuJoCo with one that walks."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ OMEGA = 2.1
 
 
 class BodySpeed(NamedTuple):
-    """How fast a body is."""
+    """Speed of a body."""
 
     name: str
     legs: int
@@ -53,7 +53,7 @@ class LastFrame:
     needs = ("work_absolute_j", "failed")
 
     def __call__(self, trajectory, scenario, body, timing):
-        """Of its last frame."""
+        """Summarise the last frame."""
         return trajectory.work_absolute_j[-1], trajectory.failed[-1]
 
 

@@ -28,7 +28,7 @@ ENVS = 8
 
 
 class MujocoSpeed(NamedTuple):
-    """How fast something steps the hopper."""
+    """Speed of stepping the hopper."""
 
     name: str
     lanes: int

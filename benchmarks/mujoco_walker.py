@@ -37,7 +37,8 @@ class TwinWalk(NamedTuple):
 def commanded(
     foot: EllipticFoot, phase: np.ndarray, rate: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where feet are commanded (x, z), from below their hips, and how fast; [..., legs, 2]."""
+    """Return the commanded positions (x, z) of the feet from below their hips, and their rates;
+    [..., legs, 2]."""
     height = np.where(np.sin(phase) > 0, foot.lift_m, foot.press_m)
     place = -foot.stride_m * np.cos(phase + foot.shift_rad), height * np.sin(phase)
     speed = foot.stride_m * np.sin(phase + foot.shift_rad) * rate, height * np.cos(phase) * rate
@@ -45,7 +46,7 @@ def commanded(
 
 
 def drive(body: Walker, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """What the motors push for a command, [..., legs, 2]."""
+    """Return the motors' forces for a command, [..., legs, 2]."""
     stiffness = np.array([body.stiffness_x_n_per_m, body.stiffness_z_n_per_m], float)
     damping = np.array([body.damping_xy_ns_per_m, body.damping_z_ns_per_m], float)
     return stiffness * place + damping * speed
@@ -108,7 +109,7 @@ def walk(
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Return the number of cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1
 

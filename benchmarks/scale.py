@@ -1,4 +1,4 @@
-"""How cost grows: with lanes, limbs, weights and cores; each point in a process of its own."""
+"""Growth of cost with lanes, limbs, weights and cores; each point in a process of its own."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ AXES: dict[str, tuple[int, ...]] = {
     "limbs": (2, 4, 6, 8),
     "cores": (1, 2, 4, 8, 16),
 }
-"""What grows, while the rest is 1024 lanes of ART with 96 weights on the hopper, on all cores. With
-limbs it is vanilla Tegotae on a walker; of cores there are as many as the machine has."""
+"""Varied sizes, while the rest is 1024 lanes of ART with 96 weights on the hopper, on all cores.
+With limbs it is vanilla Tegotae on a walker; of cores there are as many as the machine has."""
 
 
 def point(axis: str, size: int) -> dict[str, float]:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from tegotae.parts.bodies import Walker
 
 MOTORS, SERVOS = "motors", "servos"
-"""What pushes the feet: forces, or springs about places that are commanded."""
+"""Actuators of the feet: forces, or springs about commanded positions."""
 REACH = 0.5
-"""How far a foot can be commanded from its place at rest, as a share of the leg's length."""
+"""Largest commanded distance of a foot from its rest position, as a share of the leg's length."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +37,7 @@ class Settings:
     impedance: tuple[float, float, float] = (0.95, 0.99, 0.001)
     """The contact's impedance (solimp)."""
     impratio: float = 10.0
-    """How much stiffer than the normal the contact is along the ground."""
+    """Ratio of the contact's tangential stiffness to its normal one."""
     cone: str = "elliptic"
     """Shape of the friction cone. A pyramid lets feet slip by direction."""
 

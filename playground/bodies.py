@@ -50,7 +50,7 @@ class Shown:
             )
 
     def document(self, pose_names: tuple[str, ...], numbers: Mapping[str, Json]) -> JsonObject:
-        """What a page needs to know of it."""
+        """Return the description of the body for a page."""
         body = self.body
         turns = body.turns if isinstance(body, Upright) else ()
         ratios = {"pitch": "pitch_inertia_ratio", "roll": "roll_inertia_ratio"}
@@ -77,7 +77,7 @@ class Shown:
 
 
 def places(body: Body) -> list[list[float]]:
-    """Where the hips are: forward, and to the left [m]."""
+    """Return the positions of the hips: forward, and to the left [m]."""
     if isinstance(body, Bar):
         return [[x, 0.0] for x in body.hips_m]
     if isinstance(body, Plate):
@@ -86,7 +86,7 @@ def places(body: Body) -> list[list[float]]:
 
 
 def of_same_form(a: Body, b: Body) -> bool:
-    """Whether two bodies differ in numbers alone that a page can change."""
+    """Return whether two bodies differ in numbers alone that a page can change."""
     return form(a) == form(b)
 
 
@@ -98,7 +98,8 @@ def losing_legs(body: Body) -> Body:
 
 
 def form(body: Body) -> JsonObject:
-    """What of a body is no data of an engine: its kind, where its hips are, what it lacks."""
+    """Return the part of a body that is no data of an engine: its kind, its hips, its absent
+    legs."""
     fields = vars(body)
     fixed = {
         name: list(value) if isinstance(value, tuple) else value

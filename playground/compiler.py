@@ -16,12 +16,12 @@ FLAGS = (
     *("-Wl,--no-entry", "-Wl,--export-memory", "-Wl,--export=__heap_base", "-Wl,--strip-all"),
     *("-Wl,-z,stack-size=65536", "-w"),
 )
-"""Of the compiler: no library, no contracted products, which would round otherwise."""
+"""Flags of the compiler: no library, no contracted products, which would round otherwise."""
 _PATIENCE_S = 300.0
 
 
 def has_compiler() -> bool:
-    """Whether the compiler is installed."""
+    """Return whether the compiler is installed."""
     return find_spec("ziglang") is not None
 
 

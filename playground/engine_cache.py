@@ -38,7 +38,7 @@ class CompiledEngine:
 
 
 def name_of(controller: Controller, body: Body) -> str:
-    """What the engine of a structure is called: the same for all weights and numbers.
+    """Return the name of a structure's engine: the same for all weights and numbers.
 
     Example:
         >>> from tegotae import build
@@ -67,7 +67,7 @@ def engine(controller: Controller, body: Body) -> CompiledEngine:
 
 
 def has(controller: Controller, body: Body) -> bool:
-    """Whether the engine comes with the package.
+    """Return whether the engine comes with the package.
 
     Example:
         >>> from tegotae import build

@@ -15,7 +15,7 @@ from playground.program import Program
 from tegotae.parts._shapes import ArrayTree
 
 ASKED = ("phase", "spring", "velocity")
-"""What a point of the actuation surface is given by."""
+"""Inputs of a point of the actuation surface."""
 _KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
 
 
@@ -98,7 +98,7 @@ def _arrays(entries: Sequence[LayoutEntry], shapes: ArrayTree) -> ArrayTree:
 
 
 def _no_number(entry: LayoutEntry) -> np.ndarray:
-    """What an event is while there is none."""
+    """Return the value of an absent event."""
     array = np.empty(entry.words, object)
     array[:] = [Node("literal", "float", detail=np.float32("nan")) for _ in range(entry.words)]
     return array

@@ -1,4 +1,4 @@
-"""Where the numbers of a lane lie: one block of four-byte words, named."""
+"""Layout of a lane's numbers: one block of four-byte words, named."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Layout:
 
     @property
     def words(self) -> int:
-        """How many words a lane has."""
+        """Number of words of a lane."""
         return sum(entry.words for entry in self.entries)
 
     def offsets(self) -> dict[str, int]:
-        """Where each entry begins, in words."""
+        """Offset of each entry, in words."""
         found, at = {}, 0
         for entry in self.entries:
             found[entry.name] = at
@@ -52,7 +52,7 @@ class Layout:
         return found
 
     def document(self) -> dict[str, list[int]]:
-        """Where each entry begins and how many words it has, by name: what a page reads."""
+        """Return the offset and the number of words of each entry, by name, for a page."""
         offsets = self.offsets()
         return {entry.name: [offsets[entry.name], entry.words] for entry in self.entries}
 
@@ -67,7 +67,7 @@ class Layout:
 
 
 def texts(entry: LayoutEntry) -> list[str]:
-    """What C calls each word of an entry; a bool is what is not zero."""
+    """Return the C expression of each word of an entry; a bool is true unless zero."""
     words = [f"l->{entry.member}[{i}]" for i in range(entry.words)]
     return [f"({word} != 0.0f)" for word in words] if entry.kind == "bool" else words
 

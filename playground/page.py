@@ -41,9 +41,9 @@ from tegotae.systems.models import build
 from tegotae.training.settings import tuned
 
 STARTS = 8
-"""How many random weights learning in the page can begin from: those of the package's seeds."""
+"""Number of initial weights for learning in the page: those of the package's seeds."""
 GENERATIONS = 150
-"""How long learning in the page goes on."""
+"""Number of generations of learning in the page."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class ControllerChoice:
 
 @dataclass
 class Page:
-    """What a page shows: controllers on the standard bodies, and on their own.
+    """Content of a page: controllers on the standard bodies, and on their own.
 
     Of several controllers of a kind of body, the first one's numbers are those that it begins with.
 
@@ -178,7 +178,8 @@ DEFINITIONS: JsonObject = {
 
 
 def _learning() -> JsonObject:
-    """How the page learns: as `tegotae train` does. And how good it can get."""
+    """Return the settings of learning in the page, equal to those of `tegotae train`, and the best
+    known fitness."""
     settings = dataclasses.asdict(tuned("pgpe"))
     timing = {**dataclasses.asdict(EPISODE), "settle_s": SETTLE_S}
     best = curve()
@@ -208,13 +209,14 @@ def _any_controller(body: Body) -> Controller:
 
 
 def _sigma(controller: Controller) -> int | None:
-    """Where among the weights σ is, if there is one."""
+    """Return the index of σ among the weights; None without one."""
     names = controller.weight_names
     return names.index(("gain", "sigma")) if ("gain", "sigma") in names else None
 
 
 def _starts(controller: Controller) -> list[list[float]]:
-    """Where trainings of the first seeds begin (`training.evolution.Evolution.start`)."""
+    """Return the initial weights of trainings of the first seeds
+    (`training.evolution.Evolution.start`)."""
     keys = [jax.random.split(jax.random.key(seed))[0] for seed in range(STARTS)]
     return [_numbers(np.asarray(controller.initial(key))) for key in keys]
 

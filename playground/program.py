@@ -30,7 +30,7 @@ from tegotae.simulation.recorder import RecordedFrame, Recorder
 from tegotae.simulation.world import Scenario
 
 RELEASE = ("height_m", "velocity_m_per_s")
-"""What every body is released with."""
+"""Entries of every body's release."""
 
 
 class Now(NamedTuple):
@@ -75,7 +75,7 @@ class Program:
 
     @property
     def limbs(self) -> int:
-        """How many limbs there are."""
+        """Number of limbs."""
         return self.body.limbs
 
     @cached_property
@@ -89,13 +89,14 @@ class Program:
 
     @cached_property
     def pose_names(self) -> tuple[str, ...]:
-        """What else the body is released with: numbers alone, no twist of a plate that has none."""
+        """Further entries of the body's release: numbers alone, no twist of a plate that has
+        none."""
         takes = inspect.signature(self.body.release).parameters
         return tuple(name for name in self.body.pose_names if takes[name].default is not None)
 
     @cached_property
     def given(self) -> tuple[LayoutEntry, ...]:
-        """What a page says: weights, the body's numbers, frequency, world, release."""
+        """Inputs from the page: weights, the body's numbers, frequency, world, release."""
         limbs = self.limbs
         return (
             LayoutEntry("weights", self.controller.n_weights),
@@ -137,7 +138,7 @@ class Program:
 
     @cached_property
     def state(self) -> tuple[LayoutEntry, ...]:
-        """What a tick hands to the next."""
+        """State that a tick hands to the next."""
         return _entries("state", self.shapes[0])
 
     @cached_property

@@ -13,7 +13,7 @@ LABELS = {
     "ar": "AR: learned A and R, hops at 4 rad/s",
     "argt": "ARGT: all learned",
 }
-"""By the names of their files, in the order of the page."""
+"""Labels by the names of their files, in the order of the page."""
 
 
 def standard() -> list[ControllerChoice]:

@@ -37,6 +37,6 @@ class Stoppable(OscillatorWrapper):
         feedback: jax.Array,
         weights: Sequence[jax.Array] = (),
     ) -> StateTree:
-        """That of the oscillator within, or zero."""
+        """Return the rate of the wrapped oscillator, or zero."""
         rate = super().rate(state, omega, feedback, weights)
         return jax.tree.map(lambda x: jnp.where(self.moving, x, jnp.zeros_like(x)), rate)

@@ -1,4 +1,4 @@
-"""What a study is of, in two sentences: its scale, and its reading of what the paper omits."""
+"""Description of a study in two sentences: its scale, and its reading of what the paper omits."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ _VALUES = (
     ("protocol.work", "{} work"),
     ("objective.frequency_weight", "ΔΩ weighs {:.3g}"),
 )
-"""What is said of a reading, in this order, by its place in the document of an experiment."""
+"""Entries of a reading's description, in this order, by their paths in the document of an
+experiment."""
 
 
 def about(document: Mapping[str, Any], models: int) -> str:
-    """What a study's folder holds.
+    """Return the description of a study's folder.
 
     Args:
         document: the description of the study, `reproduction.folder.Folder.document`.

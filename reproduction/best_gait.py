@@ -21,9 +21,9 @@ CHANNELS = (
     *("feedback_rad_per_s", "actuator_force_n"),
     *("apex_time_s", "apex_height_m", "apex_phase_rad"),
 )
-"""What is kept of it."""
+"""Recorded channels of the gait."""
 LAST_S = 8.0
-"""How much of the end of the undisturbed part is kept, at most [s]."""
+"""Longest recorded end of the undisturbed part [s]."""
 
 
 def best_run(fitness: np.ndarray) -> int:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 LOCAL = "local"
-"""In place of an address: workers on this machine, one per core."""
+"""Word in place of an address: workers on this machine, one per core."""
 
 _TIMEOUT_S = 10.0
 _PATIENCE_S = 1800.0

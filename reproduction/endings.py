@@ -1,4 +1,4 @@
-"""How trainings ended: at the plateau or at the cap, in a local optimum, without ever hopping."""
+"""Endings of trainings: at the plateau or at the cap, in a local optimum, without ever hopping."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ the fitness below this."""
 
 @dataclass(frozen=True)
 class RunEndings:
-    """How some runs ended. None where the table does not say how training ended.
+    """Endings of some runs. None where the table lacks the endings.
 
     Args:
         runs: how many there are.
@@ -39,7 +39,7 @@ class RunEndings:
 
 
 def endings(table: Table) -> RunEndings:
-    """How a table's runs ended.
+    """Count the endings of a table's runs.
 
     Args:
         table: the study's runs, whole models; its column `ended` ("plateau", "cap" or "search"),

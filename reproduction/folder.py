@@ -23,7 +23,7 @@ from tegotae.systems.study_records import SUFFIX
 
 
 class Work(Protocol):
-    """What a folder is for."""
+    """Work of a folder."""
 
     @property
     def units(self) -> list[Unit]:
@@ -32,12 +32,12 @@ class Work(Protocol):
 
     @property
     def document(self) -> Document:
-        """What makes it this study, as JSON values."""
+        """Return the identity of the study, as JSON values."""
         ...
 
 
 class StudyDocument(msgspec.Struct):
-    """What is read of a study's description; all of it has to equal that of a plan."""
+    """Checked entries of a study's description; all of it has to equal that of a plan."""
 
     format: int
     scale: str
@@ -49,14 +49,14 @@ class StudyDocument(msgspec.Struct):
 
 
 class AlgorithmDocument(msgspec.Struct):
-    """Who trains."""
+    """Description of the learning algorithm."""
 
     name: str
     population: Annotated[int, msgspec.Meta(ge=1)]
 
 
 class StoppingDocument(msgspec.Struct):
-    """When training ends."""
+    """Description of the stopping rule."""
 
     generations: int
 
@@ -69,7 +69,7 @@ class Folder:
     """
 
     SCHEMA: type = StudyDocument
-    """What the description of a study has at least."""
+    """Required entries of a study's description."""
     COMMAND = "python -m reproduction"
     """The command that such a folder is for."""
 
@@ -78,7 +78,7 @@ class Folder:
 
     @property
     def records(self) -> Path:
-        """Where the records are."""
+        """Folder of the records."""
         return self.path / "records"
 
     @contextmanager
@@ -129,7 +129,7 @@ class Folder:
 
     @property
     def document(self) -> Document:
-        """What the folder's study is.
+        """Description of the folder's study.
 
         Raises:
             TegotaeError: if there is no study, or its description is damaged.
@@ -179,7 +179,7 @@ class Folder:
         return found, others
 
     def is_of(self, document: Document, configuration: Document) -> bool:
-        """Whether a record of this configuration belongs to the study of this document."""
+        """Return whether a record of this configuration belongs to the study of this document."""
         return is_of(document, configuration)
 
     @contextmanager

@@ -1,4 +1,5 @@
-"""How a run's hop rate follows the prescribed frequency, over the episodes of its evaluation."""
+"""Dependence of a run's hop rate on the prescribed frequency, over the episodes of its
+evaluation."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def rate_slope(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
 
 
 def nearer_resonance(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
-    """By how much the hop rate is nearer to the best one of the body than to ω [rad/s], [runs].
+    """Return the distance of the hop rate from ω minus that from the best one of the body [rad/s],
+    [runs].
 
     The body's best hop rate is that of the largest CoT⁻¹ which any force can have; the mean is over
     the episodes that settle.

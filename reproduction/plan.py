@@ -1,4 +1,4 @@
-"""What a study consists of: experiments, runs, settings, at three scales."""
+"""Plan of a study: experiments, runs, settings, at three scales."""
 
 from __future__ import annotations
 
@@ -52,15 +52,15 @@ class Plan:
     scale: str
     """The name of the scale that it was made from."""
     experiments: tuple[Experiment, ...]
-    """What is trained and evaluated: the paper's models, and any others beside them."""
+    """Experiments to train and evaluate: the paper's models, and any others beside them."""
     seeds: int
     """Runs per experiment."""
     stopping: Stopping = field(default_factory=Stopping)
-    """When a run ends."""
+    """Stopping rule of a run."""
     budgets: tuple[int, ...] = BUDGETS
     """After how many episodes of training runs are evaluated, too."""
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
-    """How is learned."""
+    """Learning algorithm."""
     metrics: tuple[Metric, ...] = field(default_factory=measured_own)
     """A user's metrics, measured beside the package's; all that are registered by default."""
 
@@ -146,7 +146,7 @@ def _without_experiments(document: Document) -> Document:
 
 
 def is_of(document: Document, configuration: Document) -> bool:
-    """Whether a unit of this configuration is one of the study of this `Plan.document`."""
+    """Return whether a unit of this configuration is one of the study of this `Plan.document`."""
     experiment = configuration.get("experiment")
     name = experiment.get("name") if isinstance(experiment, dict) else None
     return name in document["experiments"] and configuration == {

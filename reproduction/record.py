@@ -28,7 +28,7 @@ _NAMED = {
 
 @dataclass(frozen=True)
 class Record:
-    """What a unit of the study found.
+    """Results of a unit of the study.
 
     Args:
         configuration: all that decides the content (`Unit.configuration`).
@@ -76,7 +76,7 @@ class Record:
 
     @property
     def experiment(self) -> Experiment:
-        """What was trained and evaluated.
+        """Experiment that was trained and evaluated.
 
         Raises:
             TegotaeError: if it has a part that is not registered.
@@ -141,7 +141,7 @@ class _RecordedExperiment(msgspec.Struct):
 
 
 class _RecordedConfiguration(msgspec.Struct):
-    """What is read of a record's configuration; all of it is in the record's name."""
+    """Checked entries of a record's configuration; all of it is in the record's name."""
 
     experiment: _RecordedExperiment
     algorithm: _RecordedAlgorithm

@@ -11,7 +11,7 @@ from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 
 AWAY_RAD_PER_S = 1.0
-"""How far from a frequency its loss is measured [rad/s]."""
+"""Distance from a frequency at which its loss is measured [rad/s]."""
 
 
 class Resonance(NamedTuple):
@@ -26,7 +26,7 @@ class Resonance(NamedTuple):
 
 
 class DetuningLoss(NamedTuple):
-    """What is lost beside a frequency, at the gain that is best there."""
+    """Loss beside a frequency, at the gain that is best there."""
 
     omega: np.ndarray
     """Frequencies ω that have a best gain [rad/s], shape [points]."""
@@ -38,7 +38,7 @@ class DetuningLoss(NamedTuple):
 
 
 def find_resonance(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Resonance:
-    """Where a map is highest along ω, for each σ.
+    """Find the maximum of a map along ω, for each σ.
 
     Args:
         sigma: gains, shape [gains].
@@ -108,7 +108,7 @@ class Ridge(NamedTuple):
     value: np.ndarray
     """CoT⁻¹ there [m/J], shape [points]."""
     censored: np.ndarray
-    """Whether it is the least or the largest gain that was searched, shape [points]."""
+    """True where it is the least or the largest gain that was searched, shape [points]."""
     slope: float
     """Slope of the line [1/N]; NaN with fewer than three points that are not censored."""
     slope_error: float
@@ -126,7 +126,7 @@ class Ridge(NamedTuple):
 
 
 def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Ridge:
-    """Where a map is highest along σ, for each ω, and the least-squares line through it.
+    """Find the maximum of a map along σ, for each ω, and the least-squares line through it.
 
     Best gains at the edge of the map are censored, and not fitted.
 

@@ -152,7 +152,7 @@ def means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarr
 
 
 def _hop_rates(record: Record, hop_rate: np.ndarray | None) -> dict[str, np.ndarray]:
-    """What the hop rates of a run's episodes say together, [runs] each by name."""
+    """Summarise the hop rates of a run's episodes, [runs] each by name."""
     if hop_rate is None:
         return {}
     rates, omega = np.asarray(hop_rate, float), np.asarray(record.omega, float)
@@ -181,7 +181,7 @@ def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, n
 
 
 def _training(record: Record) -> dict[str, np.ndarray]:
-    """How each run's training went, [runs] each."""
+    """Summarise each run's training, [runs] each."""
     return {
         "best_fitness": record.best_fitness,
         "episodes_trained": record.generations * record.population,
@@ -198,7 +198,7 @@ def _best(record: Record, budget: int) -> np.ndarray:
 
 
 class DesignPlace(TypedDict):
-    """Where a model stands in the study's design: entries of a table's row."""
+    """Position of a model in the study's design: entries of a table's row."""
 
     model: str
     architecture: str
@@ -238,7 +238,8 @@ def of_runs(
 
 
 def place(record: Record) -> DesignPlace:
-    """Where a record's experiment stands in the study's design; if in none, in a row of its own."""
+    """Return the position of a record's experiment in the study's design; if in none, a row of its
+    own."""
     name, omega = record.model, record.experiment.omega
     parameters = record.weights.shape[-1]
     if (model := all_models().get(name) or at_another_omega(name)) is not None:
@@ -262,7 +263,7 @@ _OBSERVATIONS = {
     frozenset({"spring_force"}): "F",
     frozenset({"spring_force", "velocity"}): "Fv",
 }
-"""What the paper's models sense, and what tables call it; what senses something else has none."""
+"""Names in tables of the paper's models' senses; other senses have none."""
 
 
 def _senses(experiment: Experiment) -> frozenset[str]:
@@ -272,7 +273,7 @@ def _senses(experiment: Experiment) -> frozenset[str]:
 
 
 def design(model: Model) -> DesignPlace:
-    """Where a model stands in the study's design."""
+    """Return a model's position in the study's design."""
     return {
         "model": model.name,
         "architecture": model.architecture,

@@ -34,7 +34,7 @@ FORMAT = 4
 
 @dataclass(frozen=True)
 class Unit:
-    """What is trained, and after how much training it is evaluated.
+    """A training, and the budgets after which it is evaluated.
 
     Args:
         run: the training; its experiment says how is evaluated, too.
@@ -99,7 +99,7 @@ class Unit:
 
 
 def metrics_document(metrics: Iterable[Metric]) -> Document:
-    """What descriptions say of a user's metrics: names and code; nothing of none."""
+    """Return the descriptions of a user's metrics, names and code; empty for none."""
     found = {}
     for metric in metrics:
         code = code_noted(metric)
@@ -113,7 +113,7 @@ def key_of(configuration: Document) -> str:
 
 
 class _Learned(NamedTuple):
-    """What a training ended in, and what it had been at some budgets on the way."""
+    """Result of a training, and its states at some budgets on the way."""
 
     weights: np.ndarray
     """Means of the best distributions seen, shape [runs, n_weights]."""
@@ -122,9 +122,9 @@ class _Learned(NamedTuple):
     fitness: np.ndarray
     """[runs]."""
     generations: np.ndarray
-    """Of each run, [runs]."""
+    """Number of generations of each run, [runs]."""
     ended: list[str]
-    """Why each run ended."""
+    """Reason of each run's end."""
     curves: list[Curves]
     """Generation by generation."""
     at_budgets: list[np.ndarray]

@@ -68,9 +68,9 @@ ACTUATIONS = ("sector", "reflex", "tphif")
 
 
 def core(whole: Zoo) -> Iterator[ZooEntry]:
-    """Of the paper's study what an installed package has: single networks, and models that sense
-    F_k alone, with a reflex, an actuation learned from φ and f, or, where A and R are learned, a
-    sector."""
+    """Select the part of the paper's study that an installed package has: single networks, and
+    models that sense F_k alone, with a reflex, an actuation learned from φ and f, or, where A and R
+    are learned, a sector."""
     for name, model in all_models().items():
         plain = "Fv" not in (model.terms.reaction, model.terms.gain)
         usual = model.actuation in ("reflex", "tphif") or {"A", "R"} <= {*model.learned_terms}
@@ -82,7 +82,7 @@ def core(whole: Zoo) -> Iterator[ZooEntry]:
 
 
 def _document(record: Record) -> JsonObject:
-    """What the controller files of all its runs have in common."""
+    """Return the common part of the controller files of all its runs."""
     experiment = record.experiment
     training = {n: x for n, x in record.configuration.items() if n not in NOT_OF_THE_TRAINING}
     saved = SavedController(

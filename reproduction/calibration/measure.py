@@ -1,4 +1,4 @@
-"""What one reading makes of V: maps over gain and frequency, and an evaluation of V."""
+"""Measurement of V under one reading: maps over gain and frequency, and an evaluation."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _FITNESS = Fitness()
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationGrid:
-    """How finely a reading is looked at.
+    """Resolution of the measurement of a reading.
 
     Args:
         gains: gains of the map, σ m g [rad/s].
@@ -72,9 +72,9 @@ class FitnessMap(NamedTuple):
     omega: np.ndarray
     """Frequencies ω [rad/s], [frequencies]."""
     outcome: Outcome
-    """What became of each."""
+    """Outcome of each rollout."""
     fitness: np.ndarray
-    """What a search of V's gain goes by [m/J]."""
+    """Fitness that a search of V's gain maximises [m/J]."""
 
 
 def vanilla(reading: Reading, actuation: str) -> Controller:
@@ -185,7 +185,7 @@ class _MapSummary:
 def _evaluated(
     reading: Reading, actuation: str, gain: float, omega_t: float, protocol: Protocol
 ) -> tuple[float, ...]:
-    """What V does: settles, short T0, short T1, CPGu, slows."""
+    """Evaluate V: settled share, short T0, short T1, CPGu, slowing."""
     found = evaluate(
         vanilla(reading, actuation),
         [[gain]],

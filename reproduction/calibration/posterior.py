@@ -12,7 +12,7 @@ from tegotae._support.errors import TegotaeError
 
 @dataclass(frozen=True)
 class Strictness:
-    """From where on each statement counts as met.
+    """Thresholds above which each statement counts as met.
 
     Args:
         name: what tables call it.
@@ -59,12 +59,12 @@ class CalibrationPosterior:
 
     @property
     def effective(self) -> float:
-        """How many readings of equal weight would be as sure."""
+        """Effective number of readings: readings of equal weight that would be as certain."""
         return float(1.0 / np.sum(self.weights**2))
 
 
 def distances(scores: np.ndarray, target: np.ndarray | None = None) -> np.ndarray:
-    """How far each reading's scores are from a target, [readings].
+    """Return the distance of each reading's scores from a target, [readings].
 
     The root of the mean square; an undefined score is as far off as a score can be, and one that
     the target does not define counts for none.
@@ -81,7 +81,7 @@ def distances(scores: np.ndarray, target: np.ndarray | None = None) -> np.ndarra
 
 
 def shortfalls(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """How far each reading's scores fall short of levels, [readings].
+    """Return the shortfall of each reading's scores below levels, [readings].
 
     The root of the mean square of the missing share of each level. More than a level is as good as
     the level: the paper calls transients short, and not shorter than that.
@@ -132,12 +132,12 @@ def posterior(distance: np.ndarray, share: float = 0.05) -> CalibrationPosterior
 
 
 def met(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Which statements each reading meets, [readings, scores]."""
+    """Return a mask of the statements that each reading meets, [readings, scores]."""
     return np.nan_to_num(np.asarray(scores, float)) >= levels
 
 
 def together(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """How often two statements are met together, over how often they would be by chance.
+    """Return the frequency of meeting two statements together, over that by chance.
 
     1 where one says nothing about the other, 0 where they exclude each other; NaN where one is
     never met. [scores, scores].
@@ -149,7 +149,7 @@ def together(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
 
 
 def narrowed(coordinates: np.ndarray, found: CalibrationPosterior) -> np.ndarray:
-    """How narrow each choice is among the accepted: their spread over that of all, [choices].
+    """Return the spread of each choice among the accepted readings over that of all, [choices].
 
     About 1 where the scores say nothing about a choice: it remains undetermined.
 

@@ -14,7 +14,7 @@ SECTOR_S = 0.02 * math.pi
 """Duration of the sector of the co-author's program [s]."""
 
 STARTS = (1.75 * math.pi, 1.6 * math.pi)
-"""Where the sector starts: the paper's (6), and the co-author's program [rad]."""
+"""Starts of the sector: the paper's (6), and the co-author's program [rad]."""
 
 EVALUATED = (-2.0, -1.0, 0.0, 1.0, 2.0)
 """Frequencies of the evaluation relative to ω_t [rad/s]: a gain tuned over them is robust."""
@@ -39,8 +39,8 @@ PRIOR: tuple[AnalysisChoice, ...] = (
         "tuned_over", "V's σ tuned at", ((0.0,), EVALUATED), True, "ω_t, or all evaluated ω."
     ),
 )
-"""What is tried, and between what. The reflex's force per feedback is left at the paper's 1: with
-another mass, and another weight of ΔΩ, it is the same loop."""
+"""Choices and their ranges. The reflex's force per feedback stays at the paper's 1: with another
+mass, and another weight of ΔΩ, it is the same loop."""
 
 LOGARITHMIC = ("mass_kg", "rest_length_m", "frequency_weight")
 """Choices that are tried evenly in their logarithms."""
@@ -49,7 +49,7 @@ _SEED = 1
 
 
 def candidates(count: int) -> list[Reading]:
-    """That many readings that their bodies allow: points of a scrambled Sobol sequence.
+    """Return a number of readings that their bodies allow: points of a scrambled Sobol sequence.
 
     More of them add to those that were there.
 
@@ -74,12 +74,12 @@ def candidates(count: int) -> list[Reading]:
 
 
 def coordinates(reading: Reading) -> np.ndarray:
-    """Where a reading lies in the prior, each choice from 0 to 1, [choices]."""
+    """Return a reading's position in the prior, each choice from 0 to 1, [choices]."""
     return np.array([place(choice, getattr(reading, choice.name)) for choice in PRIOR])
 
 
 def place(choice: AnalysisChoice, value: Any) -> float:
-    """Where a value lies between the ends of a choice, from 0 to 1."""
+    """Return a value's position between the ends of a choice, from 0 to 1."""
     if choice.name in LOGARITHMIC:
         low, high = choice.values
         return math.log(value / low) / math.log(high / low)

@@ -85,7 +85,7 @@ def read_scores(path: Path) -> dict[int, list[float]]:
 
 
 def _key(reading: Reading) -> tuple[str, ...]:
-    """What sorts readings so that those of one compiled program are in a row."""
+    """Return a sort key that groups the readings of one compiled program."""
     return tuple(_written(getattr(reading, name)) for name in ("sector_s", "sector_start", "work"))
 
 

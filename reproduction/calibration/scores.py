@@ -1,4 +1,4 @@
-"""What the paper says of V and of Fig. 4 as scores: 1 agrees, 0 does not, and all between."""
+"""Scores of the paper's statements on V and on Fig. 4: 1 agrees, 0 does not, and all between."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reproduction.ridge import find_ridge
 
 
 class VanillaScores(NamedTuple):
-    """How well each statement is met, from 0 to 1; NaN where nothing can be said.
+    """Agreement with each statement, from 0 to 1; NaN where it is undefined.
 
     No threshold is in them: from where on a statement counts as met is asked of the scores later
     (`reproduction.calibration.posterior`).
@@ -27,7 +27,7 @@ class VanillaScores(NamedTuple):
     dependent: float
     """CPGu."""
     slows: float
-    """By which share of ω feedback slows the oscillator while the actuator pushes."""
+    """Share of ω by which feedback slows the oscillator while the actuator pushes."""
     sector_line: float
     """Share of the variance of the sector's best σ over ω that a rising line explains, times the
     share of the frequencies that have a best σ."""
@@ -54,7 +54,7 @@ scores chose is no test of these."""
 
 
 def sector_line(sigma: np.ndarray, omega: np.ndarray, cot: np.ndarray) -> float:
-    """How well a rising line explains the best gain over the frequency.
+    """Return the fit of a rising line to the best gain over the frequency.
 
     Frequencies at which nothing hops, or whose best gain is at the map's edge, show no line.
 
@@ -70,7 +70,8 @@ def sector_line(sigma: np.ndarray, omega: np.ndarray, cot: np.ndarray) -> float:
 
 
 def reflex_stays(omega: np.ndarray, cot: np.ndarray) -> float:
-    """How little the best frequency moves with the gain; of chance it would be spread evenly.
+    """Return the constancy of the best frequency under the gain; by chance it would be spread
+    evenly.
 
     Gains with which nothing hops show no resonance.
     """

@@ -46,7 +46,7 @@ class Count:
 
     @property
     def label(self) -> str:
-        """How tables call it.
+        """Label in tables.
 
         Example:
             >>> Count(omega_t="4").label
@@ -110,7 +110,7 @@ def with_sampled(table: Table, sampled: Table | None) -> Table:
 
 
 def has_episodes(table: Table) -> bool:
-    """Whether a table has a row per episode."""
+    """Return whether a table has a row per episode."""
     return "omega" in table.columns
 
 

@@ -12,7 +12,7 @@ MODELS = 10
 three models nearly any two metrics go together."""
 
 DRIVES = {"sector": "φ", "tphi": "φ", "reflex": "f", "tf": "f", "both": "φf", "tphif": "φf"}
-"""What an actuation follows, vanilla or learned."""
+"""Input of an actuation, vanilla or learned."""
 
 
 def designs(table: Table) -> dict[tuple, Table]:

@@ -45,7 +45,7 @@ def effects_csv(findings: Iterable[Finding]) -> str:
 
 
 def read_effects(path: Path) -> list[Finding]:
-    """What was found of each claim, from a table that `effects_csv` made.
+    """Read the finding of each claim from a table that `effects_csv` made.
 
     Raises:
         TegotaeError: if it cannot be read, is no such table, names a claim that is not there, or

@@ -1,4 +1,4 @@
-"""What a claim of the paper says in numbers: an effect, described and not computed."""
+"""Effects of the paper's claims, described and not computed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ArchitectureGroup:
 
     @property
     def label(self) -> str:
-        """How tables call it.
+        """Label in tables.
 
         Example:
             >>> ArchitectureGroup(("AR", "ART"), "Fv").label
@@ -57,7 +57,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class DoubleDifference:
-    """How much more one pair of groups differs than another: `(a - b) - (c - d)`."""
+    """Difference between the differences of two pairs of groups: `(a - b) - (c - d)`."""
 
     metric: str
     ours: tuple[ArchitectureGroup, ArchitectureGroup]
@@ -142,7 +142,7 @@ class Unmeasured:
 Effect = (
     Difference | DoubleDifference | Correlation | OfTrainings | OfGainMap | OfGaits | Unmeasured
 )
-"""What a claim is about, in one number."""
+"""Effect of a claim, a single number."""
 
 
 def groups(effect: Effect) -> tuple[ArchitectureGroup, ...]:

@@ -49,7 +49,7 @@ class EffectEstimate:
 
     @property
     def known(self) -> bool:
-        """Whether there is an effect with an interval."""
+        """True if there is an effect with an interval."""
         return bool(np.isfinite([self.effect, self.low, self.high]).all())
 
     @property
@@ -214,7 +214,7 @@ class _DesignCells:
         return _over([each for each in there if each is not None] or [np.full(1, np.nan)])
 
     def _least(self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]) -> np.ndarray:
-        """At a place, the architecture that is lowest over all of them."""
+        """Return, at a place of the design, the architecture that is lowest over all cells."""
         means = _stacked([_over([self._at([cell], p) for p in shared]) for cell in cells])
         known = np.where(np.isnan(means), np.inf, means)
         here = _stacked([self._at([cell], place) for cell in cells])

@@ -1,4 +1,4 @@
-"""What comes of each claim under every way to count, and on which choices that depends."""
+"""Findings of each claim under every way to count, and the choices on which they depend."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ EVERYWHERE = Count()
 
 
 def verdict(claim: AtomicClaim, found: EffectEstimate) -> str:
-    """What an effect says of a claim: `REPRODUCED` if its interval has the claimed sign, `OPPOSITE`
-    if it has the other, `TOO_SMALL` if it has both. Things are alike if the interval lies within
-    `EQUIVALENCE`, and it is the opposite if it lies outside.
+    """Return the verdict of an effect on a claim: `REPRODUCED` if its interval has the claimed
+    sign, `OPPOSITE` if it has the other, `TOO_SMALL` if it has both. An effect is alike if the
+    interval lies within `EQUIVALENCE`, and it is the opposite if it lies outside.
 
     Example:
         >>> verdict(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3))
@@ -54,7 +54,7 @@ CLEAR = 1e3
 
 
 def margin_of(claim: AtomicClaim, found: EffectEstimate) -> float:
-    """How clearly a claim with a sign is reproduced, or opposite.
+    """Return the margin by which a claim with a sign is reproduced, or opposite.
 
     The effect, positive on the claimed side, over the half of its interval that looks towards zero:
     a claim is reproduced where it is above 1, and opposite where it is below -1. NaN if it is not
@@ -91,7 +91,7 @@ class Finding:
         return SELECTED_FOR if self.selected else REPRODUCED
 
     def verdict(self, found: EffectEstimate) -> str:
-        """What an effect says of the claim."""
+        """Return the verdict of an effect on the claim."""
         word = verdict(self.claim, found)
         return self.agreeing if word == REPRODUCED else word
 
@@ -102,12 +102,12 @@ class Finding:
 
     @property
     def tally(self) -> Counter[str]:
-        """How many ways to count have which verdict."""
+        """Count the ways to count by verdict."""
         return Counter(self.verdicts.values())
 
     @property
     def is_robust(self) -> bool:
-        """Whether several ways to count all decide it, and alike."""
+        """True if several ways to count all decide it, and alike."""
         return len(self.by_count) > 1 and set(self.tally) in ({self.agreeing}, {OPPOSITE})
 
     @property

@@ -1,4 +1,4 @@
-"""Whether a quotation stands in the paper, without the paper.
+"""Test that a quotation is the paper's, without the paper.
 
 Kept is a hash of every run of `RUN` words of its text, in no order: enough to see that a quotation
 is verbatim, and nothing that could be read.
@@ -38,7 +38,7 @@ def hashes_of(text: str) -> set[str]:
 
 
 def stands_in(quotation: str, known: Collection[str]) -> bool:
-    """Whether every run of words of a quotation is one of a text's.
+    """Return whether every run of words of a quotation occurs in a text.
 
     Args:
         quotation: with `OMISSION` where words are left out.

@@ -1,4 +1,4 @@
-"""What models reach, and the same with their runs drawn anew: the bootstrap behind intervals."""
+"""Values of models, and the same with their runs resampled: the bootstrap behind intervals."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from reproduction.table import Table
 from tegotae.measures.hopping.statistics import mean_defined
 
 RESAMPLES = 2000
-"""How often the runs of every model are drawn anew."""
+"""Number of bootstrap samples of the runs of every model."""
 
 
 @dataclass(frozen=True)
 class ModelColumns:
-    """What is known of each model, [models], in the order of the table."""
+    """Columns of each model, [models], in the order of the table."""
 
     name: np.ndarray
     architecture: np.ndarray

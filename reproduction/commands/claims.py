@@ -38,8 +38,8 @@ class StudyClaims:
     """Tables of other studies (.csv), or their folders, with outcomes to show beside. Drawn
     controllers (RUNS-sampled.csv for RUNS.csv) and experiments are read from the table's folder."""
     calibrated: Annotated[tuple[Path, ...], UNSET] = ()
-    """Which of these tables are of a body that was chosen to agree with statements on V: such a
-    statement is then *selected for*, not reproduced. A study's folder names its body."""
+    """Tables of a body that was chosen to agree with statements on V: such a statement is then
+    *selected for*, not reproduced. A study's folder names its body."""
     readings: Annotated[Path | None, UNSET] = None
     """Folder of a multiverse's tables, from `python -m reproduction readings export`. It adds the
     number of readings with each verdict."""
@@ -106,7 +106,7 @@ class StudyClaims:
         return frozenset(EVALUATED_AS.values() if table in self.calibrated else ())
 
     def _beside(self, path: Path) -> list[Finding]:
-        """What another study says; experiments of another body say nothing of its own."""
+        """Return the findings of another study; experiments of another body do not count."""
         from reproduction.claims.counting import with_sampled
         from reproduction.claims.findings import findings
         from reproduction.commands.study import tables_of

@@ -88,7 +88,8 @@ class Optimum(Output):
 
 
 def called(saved: SavedController, path: Path, taken: Container[str]) -> str:
-    """What a controller is called: as its model, and by its file where that is taken or unknown."""
+    """Return the label of a controller: its model, or its file where the model is ambiguous or
+    unknown."""
     if saved.name is None:
         return path.stem
     return f"{saved.name} ({path.stem})" if saved.name in taken else saved.name

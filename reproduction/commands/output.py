@@ -1,4 +1,4 @@
-"""What the figures of the study write."""
+"""Output files of the study's figures."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PictureFormat:
 
 @dataclass(frozen=True, kw_only=True)
 class Output:
-    """Where a figure goes."""
+    """Destination of a figure."""
 
     out: Annotated[Path | None, UNSET] = None
     """File of the figure (.png, .pdf or .svg); its numbers go beside it as .csv. By default the

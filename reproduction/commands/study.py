@@ -50,8 +50,8 @@ class StudyRun(ReadingOptions):
     15 runs, to the plateau), learning (seven frequencies, and short laws) or paper-80x16 (the
     paper's models with its budget)."""
     reading: str = STUDY
-    """What the paper leaves open, of all models: study, calibrated, or a file of options (.toml,
-    .json). Options that are given beside it go before its own."""
+    """Reading of the paper's gaps, for all models: study, calibrated, or a file of options (.toml,
+    .json). Options given beside it override its own."""
     models: Annotated[Several, UNSET] = ()
     """Only models with these names, with * and ? as in a shell; an empty text for none."""
     experiments: Annotated[Several, UNSET] = ()

@@ -1,4 +1,4 @@
-"""When does a verdict turn? The effects behind the claims, by how long was trained."""
+"""Effects behind the claims, by the budget of training."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 
 _ACROSS = 5
 _COLUMNS = 25
-"""Of a line of a title."""
+"""Width of a title's line [characters]."""
 LOOK = {
     REPRODUCED: (COLOURS[5], "o"),
     OPPOSITE: (COLOURS[4], "X"),

@@ -60,7 +60,8 @@ def posterior_figure(
 
 
 def coordinates_of(choice: AnalysisChoice, reading: Reading) -> float:
-    """Where a reading lies in one choice, from 0 to 1; beyond where it is outside the prior."""
+    """Return a reading's position in one choice, from 0 to 1; beyond where it is outside the
+    prior."""
     return place(choice, getattr(reading, choice.name))
 
 
@@ -94,7 +95,7 @@ def _ticks(panel, choice: AnalysisChoice) -> None:
 
 
 def written(name: str, value: object) -> str:
-    """How a value of a choice is written beside an axis."""
+    """Return the text of a choice's value beside an axis."""
     words = {
         ("flight_damping", 0.0): "no",
         ("flight_damping", 1.0): "yes",
@@ -156,7 +157,8 @@ def scores_figure(
 def statements_figure(
     words: Sequence[str], shares: Mapping[str, np.ndarray], together: np.ndarray
 ) -> Figure:
-    """How many readings meet each statement, and which of them exclude each other.
+    """Draw the numbers of readings that meet each statement, and the statements that exclude each
+    other.
 
     Left: the share of readings by strictness. Right: how often two are met together over how often
     they would be by chance, from never (orange) over as by chance (white) to twice or more

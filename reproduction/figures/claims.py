@@ -37,7 +37,7 @@ _HOLLOW = {"marker": "o", "mfc": "white", "mec": "black", "ms": 3, "mew": 0.6}
 
 
 def claims_figure(findings: Sequence[Finding]) -> Figure:
-    """How clear the effect of every claim is, the effect in its unit, and a bar of its ways.
+    """Draw the clarity of every claim's effect, the effect in its unit, and a bar of its ways.
 
     Effects have different units, so that the scale is how far each is from zero in halves of its
     own 95 % interval over runs: right of 1 it is as the paper claims, left of -1 the opposite. A
@@ -96,7 +96,7 @@ _MOST = 1e3
 
 
 def has_effects(findings: Sequence[Finding]) -> bool:
-    """Whether the figure has a row to draw."""
+    """Return whether the figure has a row to draw."""
     return bool(_rows(grouped(findings)))
 
 

@@ -113,7 +113,8 @@ def convergence_figure(trainings: Mapping[str, Trainings], *, lowest: float = 0.
 def convergence_table(
     trainings: Mapping[str, Trainings], *, lowest: float = 0.0
 ) -> dict[str, np.ndarray]:
-    """What the figure's means show: a row per name and point, with the interval of the mean."""
+    """Return the data of the figure's means: a row per name and point, with the interval of the
+    mean."""
     rows: dict[str, list] = {}
     for name, found in trainings.items():
         best = found.best()
@@ -134,7 +135,7 @@ def convergence_table(
 
 
 def _shown(best: np.ndarray, lowest: float) -> np.ndarray:
-    """Which runs end at the lowest fitness shown, or above, shape [runs]."""
+    """Return a mask of the runs that end at the lowest fitness shown, or above, shape [runs]."""
     return best[-1] >= lowest
 
 
@@ -154,7 +155,7 @@ def _draw(panel: Axes, found: Trainings, best: np.ndarray, lowest: float) -> Non
 
 
 def _counts(found: Trainings) -> str:
-    """How many runs stopped for which reason, the most common first."""
+    """Return the counts of runs by reason of their end, the most common first."""
     return ", ".join(f"{n} {reason}" for reason, n in Counter(found.reason).most_common())
 
 

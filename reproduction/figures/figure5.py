@@ -42,7 +42,7 @@ and VIII (actuation by feedback); III and V are the architectures that then rema
 NORMALISED = ("cot_inverse", "t0_s", "t1_s", "cpgu")
 """Metrics that stand above a panel, from 0 (lowest of all runs) to 1 (highest)."""
 SHARES = ("feedback_share", "phase_share")
-"""What stands beside them as it is."""
+"""Metrics shown beside them as they are."""
 
 _ROWS = 90
 

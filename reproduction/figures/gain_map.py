@@ -138,7 +138,7 @@ def values(sweep: GainSweep) -> tuple[AnyArray, AnyArray]:
 def gain_map_tables(
     sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge]
 ) -> dict[str, pd.DataFrame]:
-    """What the figure shows: the maps cell by cell, and `ridge`, with its line.
+    """Return the data of the figure: the maps cell by cell, and `ridge`, with its line.
 
     Beside it, over all limit cycles: `resonance`, the best frequency of each gain, and `loss`, the
     share of CoT⁻¹ A that is lost beside each frequency at its best gain.

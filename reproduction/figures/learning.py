@@ -1,4 +1,4 @@
-"""What learning adds over the training frequency: learned feedback, V, and short laws."""
+"""Figure of the merit over the training frequency: learned feedback, V, and short laws."""
 
 from __future__ import annotations
 

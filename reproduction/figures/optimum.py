@@ -123,7 +123,7 @@ def optimum_figure(
 def optimum_tables(
     curve: Curve, points: Points, stances: Stances, longer: Points = MappingProxyType({})
 ) -> dict[str, dict[str, np.ndarray]]:
-    """What the figure shows: the curve, `points`, and `stances`."""
+    """Return the data of the figure: the curve, `points`, and `stances`."""
     tables: dict[str, dict[str, np.ndarray]] = {"": dict(curve.columns)}
     several = {f"{name}, cycle of several hops": gaits for name, gaits in longer.items()}
     points = {**points, **several}

@@ -32,7 +32,7 @@ _NOTE = (
 _ROOM = 1.4
 """Height of a panel over its highest bar, interval or limit: above is a strip of numbers."""
 _STRIP = 0.99
-"""Where the numbers hang, as a share of a panel's height."""
+"""Height of the numbers, as a share of a panel's height."""
 _LINE = 0.11
 """Height of a line of numbers: those of neighbouring bars would touch in one."""
 _PANEL_IN, _LEGEND_IN = 1.0, 0.9
@@ -50,7 +50,7 @@ _OF_FORCE_ALONE = ("V", "VT", "A", "AT")
 
 
 def architectures(table: Table) -> tuple[str, ...]:
-    """What the table holds of what the paper shows, then all else that it holds.
+    """Return the table's architectures: those of the paper's figure first.
 
     That is models that learn A or R alone, and experiments beside the models.
     """
@@ -168,7 +168,7 @@ def possible() -> float:
 
 
 _LIMITS = {"cot_inverse": possible, "optimum_share": lambda: 1.0}
-"""What no gait can have more of, where that is known."""
+"""Upper limits of metrics, where they are known."""
 
 
 def _axis(metric: Metric) -> str:

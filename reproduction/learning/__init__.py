@@ -1,1 +1,1 @@
-"""What learning adds: every run judged from common releases, whole and without its feedback."""
+"""Value of learning: every run judged from common releases, with its feedback and without."""

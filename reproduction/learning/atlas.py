@@ -32,12 +32,12 @@ KINDS = (
     "moves all the time",
     NETWORK,
 )
-"""What a controller's feedback does. Cut, it raises the merit where it costs, and leaves it in a
-clock; frozen, it leaves it in a clock of another frequency; else it makes the merit as it moves."""
+"""Kinds of a controller's feedback. Cutting it raises the merit of a harmful one, and leaves that
+of a clock; freezing it leaves a clock of another frequency; else the merit needs its variation."""
 DRIVES_OF_FORCE = ("φ", "φf", "f")
-"""What a force may follow. Of one that follows the feedback alone nothing is left with that cut."""
+"""Inputs of a force. Cutting the feedback leaves nothing of a force that follows it alone."""
 NONE = "none"
-"""In place of the name of a form where none keeps enough."""
+"""Placeholder for the name of a form where none keeps enough."""
 _CURVES = {
     "A": {"action_1": "cos φ", "action_2": "cos φ and cos 2φ"},
     "R": {
@@ -47,11 +47,11 @@ _CURVES = {
         "saturating": "1 - k N / (1 + s N)",
     },
 }
-"""Of a learned term the numbers of `curves_of` that are an R², and their formulas."""
+"""Coefficients of determination of `curves_of` for a learned term, and their formulas."""
 
 
 def kinds(runs: pd.DataFrame) -> pd.Series:
-    """What the feedback of every run does, one of `KINDS`."""
+    """Classify the feedback of every run, one of `KINDS`."""
     enough = ALIKE * runs.merit
     conditions = [
         runs.merit < NOTHING,
@@ -206,7 +206,7 @@ def _curves_table(runs: pd.DataFrame) -> list[list[str]]:
 
 
 def _forms_table(runs: pd.DataFrame) -> list[list[str]]:
-    """How many controllers each form is the shortest of, and the most that it reaches from any."""
+    """Count the controllers whose shortest form is each form, with the largest merit kept by it."""
     chosen = {share: shortest(runs, share) for share in SHARES}
     lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES), "best merit"]]
     forms = forms_of_a_leg()

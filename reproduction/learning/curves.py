@@ -27,7 +27,7 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.training.evolution import Evolution
 
 FEW = 5
-"""How many of the common releases the curves are taken from."""
+"""Number of common releases from which the curves are taken."""
 FITS = ("action_1", "action_2", "load", "latch", "decay", "saturating")
 """The numbers of `curves_of` that are an R²."""
 SWING = (5.0, 95.0)
@@ -123,7 +123,7 @@ class CurvesOfRuns:
 
 
 def visited(saved: SavedController, untrained: np.ndarray) -> tuple[Visits, Visits]:
-    """What a run visits at ω_t from a few of the common releases, and the same moments with the
+    """Return the states that a run visits at ω_t from some common releases, and the same with the
     terms of untrained weights, [n_weights]."""
     assert saved.experiment is not None
     protocol, system = saved.experiment.protocol, saved.system

@@ -20,7 +20,7 @@ from tegotae.study import Arrays, CellResult
 
 @dataclass(frozen=True)
 class Retuning:
-    """How a form is retuned from the curves of a controller on.
+    """Retuning of a form that starts from the curves of a controller.
 
     Args:
         generations: of its training.
@@ -62,7 +62,7 @@ class FormOfControllers:
 
     @property
     def document(self) -> Document:
-        """Which form, from where, and how it is retuned."""
+        """Return the form, its starting point and the settings of its retuning."""
         return {
             "form": self.form,
             "records": [key_of(record.configuration) for record in self.records],

@@ -28,7 +28,7 @@ VARIANTS = ("whole", "cut", "frozen")
 RELEASES = 15
 """Common releases from which every run is judged."""
 SPREAD_M = 0.1
-"""How far a release is above or below the training's at most [m]."""
+"""Largest distance of a release from the training's height [m]."""
 _SEED = 36
 
 
@@ -47,7 +47,7 @@ def mean_feedback(episode: Episode) -> jax.Array:
 
 
 MEASURED = ("limit_cycle_share", "cot_inverse", "hop_rate")
-"""What is kept of every episode, by the metrics' names."""
+"""Metrics of every episode, by name."""
 
 
 def releases(standard: Scenario) -> Scenario:

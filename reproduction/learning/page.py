@@ -1,4 +1,4 @@
-"""What learning adds, as tables in Markdown: the primary contrasts, and every group of runs."""
+"""Tables of what learning adds, in Markdown: the primary contrasts, and every group of runs."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ def primary_tables(readings: Mapping[str, pd.DataFrame]) -> tuple[str, str]:
 
 
 def feedback_table(runs: pd.DataFrame) -> str:
-    """By ω_t and kind of controller: merit whole, cut and frozen, settled share, following."""
+    """Return the table, by ω_t and kind of controller, of merit with feedback whole, cut and
+    frozen, settled share, following."""
     head = ["ω_t", "controllers", "merit", "feedback cut", "frozen", "best run", "settled"]
     lines = [[*head, "following"]]
     for _, rows in runs.groupby(runs.omega_t.fillna(0.0).astype(str) + _kinds(runs), sort=False):

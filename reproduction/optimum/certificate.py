@@ -248,7 +248,7 @@ def _knots(body: Hopper, cells: int, speeds: tuple[float, ...]) -> tuple[np.ndar
 
 
 def _derivative(degree: int) -> np.ndarray:
-    """From degree n to n - 1, per length of the cell."""
+    """Return the matrix from degree n to n - 1, per length of the cell."""
     return degree * (np.eye(degree, degree + 1, 1) - np.eye(degree, degree + 1))
 
 

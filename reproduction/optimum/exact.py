@@ -51,7 +51,7 @@ class ExactNumbers:
 
     @classmethod
     def of(cls, body: Hopper) -> ExactNumbers:
-        """As the body's numbers are written."""
+        """Return the body's numbers as they are written."""
         mass = written(body.mass_kg)
         return cls(
             leg=written(body.rest_length_m),
@@ -134,7 +134,8 @@ def verify(certificate: Certificate, body: Body) -> Fraction:
 
 
 def covers(certificates: Iterable[Certificate], body: Body, omega: float | None) -> bool:
-    """Whether lift-off velocities of certificates leave none out that a hop of period 1 can have.
+    """Return whether the lift-off velocities of certificates cover all that a hop of period 1 can
+    have.
 
     Args:
         certificates: each for this frequency or a lower one.
@@ -247,7 +248,7 @@ def _check_flights(
 
 
 def _sign(work: str, v: tuple[Fraction, Fraction]) -> int:
-    """Of the velocity in a cell's work per force."""
+    """Return the sign of the velocity in a cell's work per force."""
     if work == "net" or v[0] >= 0:
         return 1
     return -1 if work == "absolute" else 0

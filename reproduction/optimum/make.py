@@ -33,7 +33,7 @@ class Make:
     starts: int = 4
     """Random starts per shape of gait."""
     processes: int = 2
-    """How many frequencies at once."""
+    """Number of frequencies computed at once."""
 
     def run(self) -> None:
         """Optimise, bound, write."""

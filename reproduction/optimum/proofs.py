@@ -41,7 +41,7 @@ _STEP = 2.0**-26  # coefficients of V are kept in multiples of it [m]
 
 @dataclass(frozen=True)
 class Bounds:
-    """What the table claims at a frequency.
+    """Claims of the table at a frequency.
 
     Args:
         omega: hop frequency ω [rad/s]; None for any, of at least one hop a minute.
@@ -55,7 +55,7 @@ class Bounds:
 
 
 def rows() -> list[Bounds]:
-    """What the kept table claims, row by row."""
+    """Return the claims of the kept table, row by row."""
     kept = curve()
     names = ("omega", "upper_bound", "upper_bound_any")
     return [Bounds(*map(float, each)) for each in zip(*(kept[name] for name in names), strict=True)]
@@ -146,7 +146,7 @@ def check_row(row: Bounds, certificates: Iterable[Certificate]) -> None:
 
 
 def _holds_at(certificate: Certificate, omega: float | None) -> bool:
-    """Whether a certificate speaks of gaits of this frequency."""
+    """Return whether a certificate covers gaits of this frequency."""
     if omega is None or certificate.omega is None:
         return certificate.omega is None
     return certificate.omega <= omega and certificate.work == "absolute"

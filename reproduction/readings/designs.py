@@ -1,4 +1,4 @@
-"""Which readings a multiverse is over: all that the paper leaves open, or the calibrated ones."""
+"""Sets of readings of a multiverse: all that the paper leaves open, or the calibrated ones."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def design_of(names: Iterable[str]) -> ReadingDesign | None:
 
 
 def choices_of(readings: Sequence[Reading]) -> tuple[AnalysisChoice, ...]:
-    """What some readings of one design differ in."""
+    """Return the choices in which some readings of one design differ."""
     return PRIOR if set(readings) <= set(_calibrated()) else CHOICES
 
 

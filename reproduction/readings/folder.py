@@ -17,7 +17,7 @@ from tegotae._support.errors import TegotaeError
 
 
 class MultiverseDocument(msgspec.Struct):
-    """What is read of a multiverse's description; all of it has to equal that of a plan."""
+    """Checked entries of a multiverse's description; all of it has to equal that of a plan."""
 
     format: int
     scale: str
@@ -37,7 +37,8 @@ class MultiverseFolder(Folder):
     COMMAND = "python -m reproduction readings"
 
     def is_of(self, document: Document, configuration: Document) -> bool:
-        """Whether a record of this configuration belongs to the multiverse of this document."""
+        """Return whether a record of this configuration belongs to the multiverse of this
+        document."""
         shared = {"format": FORMAT, "seeds": list(range(document["seeds"]))}
         same = all(configuration.get(name) == value for name, value in shared.items())
         experiment = configuration.get("experiment")
@@ -45,7 +46,7 @@ class MultiverseFolder(Folder):
         return same and name in document["models"]
 
     def plan(self, readings: int | None = None) -> Multiverse:
-        """What the folder is for, of as many readings as the scale has by default.
+        """Return the plan of the folder, with the scale's number of readings by default.
 
         Raises:
             TegotaeError: if the folder holds no multiverse, or one of other settings.
@@ -59,7 +60,7 @@ class MultiverseFolder(Folder):
 
 
 def tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
-    """What was found under each reading: the table of its models that are done, by its number."""
+    """Return the finished table of each reading, by its number."""
     known = {key_of(record.configuration): record for record in records}
     found = {}
     for number, (_, units) in enumerate(plan.by_reading):
@@ -70,5 +71,5 @@ def tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
 
 
 def is_whole(plan: Multiverse, table: Table) -> bool:
-    """Whether a reading's table has all models."""
+    """Return whether a reading's table has all models."""
     return set(plan.models) <= set(table["model"].tolist())

@@ -1,4 +1,4 @@
-"""Which choice decides a claim: rank correlations with the claim's margin, over the readings."""
+"""Influence of choices on a claim: rank correlations with the claim's margin, over the readings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PERMUTATIONS = 20_000
 
 @dataclass(frozen=True)
 class Influence:
-    """How a choice goes with a claim.
+    """Influence of a choice on a claim.
 
     Args:
         choice: what is chosen.
@@ -37,7 +37,7 @@ class Influence:
 
 
 def influences(readings: Sequence[Reading], found: Mapping[int, Finding]) -> list[Influence]:
-    """How each choice goes with a claim's margin (`verdicts.margin`).
+    """Return the influence of each choice on a claim's margin (`verdicts.margin`).
 
     Readings in which the margin is undefined are left out. A rank correlation sees what grows or
     falls with a choice, not what is best in its middle.

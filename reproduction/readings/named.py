@@ -24,7 +24,7 @@ _Name = Annotated[str | None, UNSET]
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions(HopperParameters):
-    """What of all experiments of a study is to be other than it is by itself."""
+    """Overrides for all experiments of a study."""
 
     HEADING = "Experiment"
 

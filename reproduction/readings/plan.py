@@ -56,7 +56,7 @@ class Multiverse:
     scale: str
     """The name of the scale that it was made from."""
     readings: int
-    """How many readings, the standard one among them."""
+    """Number of readings, the standard one among them."""
     models: tuple[str, ...]
     """Names of the models that are trained under each."""
     seeds: int
@@ -64,13 +64,13 @@ class Multiverse:
     cap: int
     """Episodes of training per run at most, also where it is to go on to its plateau."""
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
-    """How is trained."""
+    """Learning algorithm."""
     brief: Algorithm = field(default_factory=_brief)
     """The same where the budget is that of 80 generations of 16: what is tuned for that."""
     design: str = "open"
-    """Which readings: all that the paper leaves open, or those "calibrated" on V."""
+    """Set of readings: all that the paper leaves open, or those "calibrated" on V."""
     stopping: Stopping = field(default_factory=Stopping)
-    """When training is on its plateau; the cap is the multiverse's own."""
+    """Rule of the plateau; the cap is the multiverse's own."""
     timing: Timing = EPISODE
     settle_s: float = SETTLE_S
     protocol: Protocol = field(default_factory=Protocol)
@@ -112,7 +112,7 @@ class Multiverse:
         return Unit(run)
 
     def _training(self, episodes: float) -> tuple[Algorithm, Stopping]:
-        """By which settings, and until when, a budget of training is spent."""
+        """Return the settings and the stopping rule that spend a budget of training."""
         algorithm = self.brief if episodes <= BRIEF else self.algorithm
         generations = max(1, round(min(episodes, self.cap) / algorithm.population))
         if episodes == PLATEAU:

@@ -1,4 +1,4 @@
-"""What the paper leaves open, and a space-filling sample of ways to read it."""
+"""Choices that the paper leaves open, and a space-filling sample of its readings."""
 
 from __future__ import annotations
 
@@ -121,7 +121,8 @@ class Reading:
 
     @property
     def deepest_compression(self) -> float:
-        """How far a fall from the release onto the dropped ground presses an undamped leg [l0]."""
+        """Compression of an undamped leg by a fall from the release onto the dropped ground
+        [l0]."""
         fall = max(self.release - 1.0, 0.0) + self.drop
         rate_squared = self.natural_frequency**2
         return (1.0 + math.sqrt(1.0 + 2.0 * fall * rate_squared)) / rate_squared
@@ -184,7 +185,7 @@ class AnalysisChoice:
         return low + share * (high - low)
 
     def place(self, value: Any) -> float:
-        """Where a value lies between the first (0) and the last (1)."""
+        """Return a value's position between the first (0) and the last (1)."""
         if self.levels:
             return self.values.index(value) / (len(self.values) - 1)
         low, high = self.values
@@ -273,7 +274,7 @@ where the sector starts. The calibration has other values of both, from the co-a
 
 
 def sample(count: int) -> list[Reading]:
-    """That many readings: the standard one, and points of a scrambled Sobol sequence.
+    """Return a number of readings: the standard one, and points of a scrambled Sobol sequence.
 
     The sequence fills the ten-dimensional space of `CHOICES` evenly, and more of it adds points to
     those that were there: reading 7 is the same of 8 and of 64. Reading 0 is what the study uses.

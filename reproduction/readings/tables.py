@@ -56,7 +56,7 @@ def write_tables(readings: Sequence[Reading], found: FindingsByReading, folder: 
 
 
 def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
-    """What `write_tables` wrote: the readings, and what comes of every claim under each.
+    """Read what `write_tables` wrote: the readings, and the findings of every claim under each.
 
     Raises:
         TegotaeError: if a table cannot be read, is none, or has a row twice.

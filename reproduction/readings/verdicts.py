@@ -1,4 +1,4 @@
-"""How often a claim is reproduced over the readings, and how clearly."""
+"""Frequency with which a claim is reproduced over the readings, and its margin."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ CLAIMS: tuple[AtomicClaim, ...] = tuple(
 """The claims that a reading's runs can decide: those with a sign, on the models themselves."""
 
 DRAWS = 1000
-"""How often the runs of every model are drawn anew."""
+"""Number of bootstrap samples of the runs of every model."""
 
 _Z = 1.959964
 """Half the width of a 95 % interval, in standard errors of a normal variable."""
@@ -44,7 +44,7 @@ FindingsByReading = Mapping[int, Mapping[str, list[Finding]]]
 def findings_by_reading(
     tables: Mapping[int, Table], draws: int = DRAWS, models: Iterable[str] | None = None
 ) -> FindingsByReading:
-    """What comes of every claim under each reading, with both ω_t and at each alone.
+    """Return the findings of every claim under each reading, with both ω_t and at each alone.
 
     Counted is in the study's own way: unsettled episodes left out, mean of runs, by design. Under a
     reading that is not done yet, claims are judged that have all of their models.
@@ -69,7 +69,7 @@ def findings_by_reading(
 
 
 def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
-    """Which of some models a claim is about."""
+    """Return the models that a claim is about."""
     about = groups(claim.effect)
     places = {name: design(find(name)) for name in models}
     return {
@@ -84,7 +84,7 @@ def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
 
 
 def of_claim(by_reading: FindingsByReading, name: str, omega: str) -> dict[int, Finding]:
-    """What comes of one claim under every reading, by the number of the reading.
+    """Return the findings of one claim under every reading, by the number of the reading.
 
     Nothing if no reading measures it.
     """
@@ -140,5 +140,5 @@ def shares(found: Iterable[Finding]) -> dict[str, Share]:
 
 
 def margin(finding: Finding) -> float:
-    """How clearly a claim is reproduced, or opposite, in the first way to count."""
+    """Return the margin by which a claim is reproduced, or opposite, in the first way to count."""
     return margin_of(finding.claim, next(iter(finding.by_count.values())))

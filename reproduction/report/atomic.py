@@ -174,16 +174,16 @@ CLAIMED = {
     LESS: "claimed < 0",
     ALIKE: "claimed within {:+.0%} and {:+.0%}".format(*(share - 1.0 for share in EQUIVALENCE)),
 }
-"""What a claim says of its effect, by its sign."""
+"""Claimed effects as text, by sign."""
 
 
 def _is_plain(finding: Finding) -> bool:
-    """Whether an effect is a difference to nothing, which is no size."""
+    """Return whether an effect is a difference to nothing, which is no size."""
     return isinstance(finding.claim.effect, Correlation)
 
 
 def tally(finding: Finding) -> str:
-    """How many ways to count agree with a claim, are too small to tell, and are opposite."""
+    """Count the ways to count that agree with a claim, are too small to tell, and are opposite."""
     found = finding.tally
     counts = [found[word] for word in (finding.agreeing, TOO_SMALL, OPPOSITE)]
     return " / ".join(map(str, counts)) if any(counts) else "–"

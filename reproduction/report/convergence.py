@@ -1,4 +1,4 @@
-"""How the study's trainings converged, architecture by architecture."""
+"""Convergence of the study's trainings, architecture by architecture."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from tegotae.systems.controller_file import SavedController
 
 _UNTIL_S = 30.0
 _ROWS, _COLUMNS = 36, 56
-"""Of a surface: a page holds that of every model, so that each has to be small."""
+"""Size of a surface: a page holds that of every model, so that each has to be small."""
 
 
 def best_of_architectures(table: Table) -> dict[str, str]:
@@ -39,7 +39,7 @@ def best_of_architectures(table: Table) -> dict[str, str]:
 def pages_of_models(
     records: list[Record], table: Table, metrics: tuple[str, ...]
 ) -> dict[str, JsonObject]:
-    """What the report shows of each model, by its name.
+    """Return the report's pages of the models, by name.
 
     It draws hoppers; of what was trained on another body it shows the numbers alone.
 
@@ -84,7 +84,7 @@ def gaits_of_best_run(record: Record) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np.ndarray]]:
-    """Whether the best run has a limit cycle, and the channels of its last seconds.
+    """Return whether the best run has a limit cycle, and the channels of its last seconds.
 
     A record without an episode at the training frequency does not hold them: it is rolled out.
     """

@@ -75,7 +75,8 @@ def shares_table(
 def counts_by_claim(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> dict[str, dict[str, str]]:
-    """In how many readings each claim is reproduced, too small to tell, and opposite, in words.
+    """Return, in words, the numbers of readings in which each claim is reproduced, too small to
+    tell, and opposite.
 
     By the heading of a column: among all readings, and among those that the text allows.
 
@@ -97,7 +98,8 @@ def counts_by_claim(
 
 
 def _counts(found: Iterable[Finding]) -> str:
-    """How many readings agree, are too small to tell, and are opposite; nothing of none."""
+    """Return the numbers of readings that agree, are too small to tell, and are opposite; empty for
+    none."""
     each = shares(found)
     words = (REPRODUCED, TOO_SMALL, OPPOSITE)
     return " / ".join(str(each[word].count) for word in words) if each[REPRODUCED].of else ""

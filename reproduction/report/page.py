@@ -67,7 +67,7 @@ _COUNTS = {
 }
 _OBSERVATIONS = {"F": "F_k", "Fv": "F_k, ẏ"}
 _OWN = "its own"
-"""What stands in a column of the design for an experiment that has no place in it."""
+"""Placeholder in a column of the design for an experiment that has no place in it."""
 
 
 def report(

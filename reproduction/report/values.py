@@ -20,7 +20,7 @@ _SCREEN_PER_IN = 115
 """Pixels of the screen per inch of a figure: its letters of 8 pt are then as tall as small text."""
 
 _COLOURS = 256
-"""Of the palette of a picture."""
+"""Number of colours of a picture's palette."""
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
