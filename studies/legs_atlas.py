@@ -105,7 +105,7 @@ class Explained:
         sets = [curves_of(v, omega) for v in page.visited]  # of units with weights of their own
         numbers |= {name: float(np.mean([x[name] for x in sets])) for name in sets[0]}
         for form in page.forms:
-            numbers[f"kept {form.name}"] = form.kept
+            numbers[f"kept {form.name}"] = form.evaluated.mean.mean / whole.mean.mean
             numbers[f"cloned {form.name}"] = form.cloned.mean.mean / whole.mean.mean
         arrays = {name: np.array(value) for name, value in numbers.items()}
         return CellResult(self.document, tg.load(self.name).software, arrays)

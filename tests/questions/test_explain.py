@@ -9,7 +9,17 @@ import pytest
 import tegotae as tg
 from tegotae import SavedController
 from tegotae.analysis import short_forms
-from tegotae.analysis.explanation import Visits, action_fits, arcs, parking, pushing, reaction_fits
+from tegotae.analysis.explanation import (
+    Evaluated,
+    Visits,
+    action_fits,
+    arcs,
+    mean_feedback,
+    parking,
+    pushing,
+    reaction_fits,
+    without_feedback,
+)
 from tegotae.parts import oscillators, terms
 from tegotae.questions import explaining
 from tegotae.systems.laws import LAWS
@@ -17,12 +27,21 @@ from tegotae.systems.laws import LAWS
 SHORT = {"duration": 12.0, "releases": 3, "retune": 0}
 
 
-def visited(phase, load, force=None, rate=None, action=None, reaction=None) -> Visits:
+def visited(phase, load, force=None, rate=None, action=None, reaction=None, f=None) -> Visits:
     one, nothing = np.ones_like(phase), np.zeros_like(phase)
     given = (action, reaction)
     action, reaction = (one if x is None else x for x in given)
-    force, rate = (nothing if x is None else x for x in (force, rate))
-    return Visits(phase, load, load, rate, nothing, force, action, reaction, one)
+    force, rate, f = (nothing if x is None else x for x in (force, rate, f))
+    return Visits(phase, load, load, rate, f, force, action, reaction, one)
+
+
+def scored(merit, rate=None, sound=None) -> Evaluated:
+    """What has these merits, [releases, frequencies], at ω = 1, 2, ... rad/s."""
+    merit = np.array(merit, float)
+    rate = np.full_like(merit, np.nan) if rate is None else np.array(rate, float)
+    sound = np.full(merit.shape, True) if sound is None else np.array(sound)
+    omega = 1.0 + np.arange(merit.shape[1])
+    return Evaluated(omega, merit, rate, sound, np.full_like(merit, np.nan))
 
 
 PHASE = np.linspace(0.0, 2.0 * np.pi, 1201)[:-1]
@@ -137,6 +156,7 @@ def test_an_interval_may_pass_zero_and_what_is_not_visited():
         (["V-sector-w8", "--duration", "0"], "must be at least 1"),
         (["V-sector-w8", "--retune", "-1"], "retune is -1"),
         (["V-sector-w8", "--retune-seeds", "0"], "retune_seeds is 0"),
+        (["V-sector-w8", "--releases", "1"], "releases is 1; it must be at least 2"),
         (["ART-rF-tphi-w8"], "take zoo:ART-rF-tphi-w8"),
     ],
 )
@@ -167,14 +187,34 @@ def test_the_place_of_the_action_moves_the_push_with_it():
 
 
 def test_the_shortest_form_that_keeps_a_share_is_taken_and_of_several_the_best():
-    def tried(name: str, kept: float, numbers: int) -> short_forms.TriedForm:
+    def tried(name: str, chosen_by: float, numbers: int) -> short_forms.TriedForm:
         saved = law("clock", [1.0, 1.0])
         saved = dataclasses.replace(saved, weights=np.zeros(numbers))
-        return short_forms.TriedForm(name, saved, None, None, kept)  # type: ignore[arg-type]
+        return short_forms.TriedForm(name, saved, None, None, chosen_by, 0.0)  # type: ignore[arg-type]
 
     forms = [tried("a", 0.5, 2), tried("b", 0.9, 4), tried("c", 0.97, 4), tried("d", 1.0, 5)]
     assert [short_forms.shortest(forms, x).name for x in (0.5, 0.8, 0.95, 0.99)] == [*"accd"]  # type: ignore[union-attr]
     assert short_forms.shortest(forms, 1.1) is None
+
+
+def test_a_form_is_chosen_by_half_of_the_releases_as_retuned_and_judged_by_the_others(monkeypatch):
+    """Its first weight is the merit at the releases 0, 2, ..., its second that at the others."""
+    saved = law("clock", [1.0, 1.0])
+
+    class Released:
+        def evaluated(self, controller, weights) -> Evaluated:
+            return scored([[x] for x in (*weights, *weights)])
+
+    released = Released()
+    released.saved = saved  # type: ignore[attr-defined]
+    starts = {"clock": (saved.controller, np.array([0.1, 0.2]))}
+    monkeypatch.setattr(short_forms, "started", lambda *_: starts)
+    found = np.array([[0.3, 0.2], [0.9, 0.6], [0.4, 0.4]]), np.array([1.0, 3.0, 2.0])
+    monkeypatch.setattr(short_forms, "retuned", lambda *_: found)
+    whole = scored(np.ones((4, 1)))
+    (form,) = short_forms.tried_forms(released, whole, [], generations=1, seeds=range(3))  # type: ignore[arg-type]
+    assert (form.chosen_by, form.kept) == pytest.approx((0.9, 0.6))
+    assert form.cloned.mean.mean == pytest.approx(0.15)
 
 
 def test_a_form_is_written_as_a_formula_as_terms_and_as_c():
@@ -208,11 +248,31 @@ def test_a_sector_and_a_reflex_add_up_to_no_more_than_the_largest_force():
     assert "fminf(max_force, fmaxf(0.0f, (pushes ? max_force : 0.0f) + reflex))" in lines
 
 
+def test_a_sector_through_zero_is_left_and_entered_in_one_turn():
+    through, apart = (law("clock", [start, 1.0]) for start in (6.0, 1.0))
+    assert "phase >= 6.0f || phase < 0.716815f" in short_forms.c_line(through)
+    assert "phase >= 1.0f && phase < 2.0f" in short_forms.c_line(apart)
+
+
+def test_a_reflex_starts_and_is_written_with_its_scale():
+    """Outside of its sector this leg pushes with 1.5 N per rad/s of falling feedback."""
+    inside = (PHASE > 1.0) & (PHASE < 2.0)
+    falls = (LOAD > 0.0) & (PHASE > 2.5)
+    force = np.where(inside, 9.0, np.where(falls, 3.0, 0.0))
+    v = visited(PHASE, LOAD, force=force, action=-np.cos(PHASE), f=np.where(falls, -2.0, 0.0))
+    controller, start = short_forms.started(law("clock", [1.0, 1.0]), [v])["latch+reflex"]
+    assert start[-1] == pytest.approx(1.5)
+    form = SavedController.of(controller, start, 4.0)
+    assert "and 1.5 max(0, -f) N besides" in short_forms.plain(form)
+    assert r"+ 1.5 \max(0, -f)" in short_forms.latex(form)
+    assert "float reflex = 1.5f * fmaxf(0.0f, -feedback);" in short_forms.c_line(form)
+
+
 def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
     legs = tg.load("zoo:legs:ART-rF-t+phif+range@quadruped-c")
     controller = short_forms.forms_of_legs()["decay"].on_legs(legs.controller, 1.0)
     saved = SavedController.of(controller, np.zeros(controller.n_weights), 2.0, legs.body)
-    form = short_forms.TriedForm("decay", saved, None, None, 1.0)  # type: ignore[arg-type]
+    form = short_forms.TriedForm("decay", saved, None, None, 1.0, 1.0)  # type: ignore[arg-type]
     assert (form.numbers, form.of_feet) == (4, legs.controller.actuation.n_weights)
 
 
@@ -239,6 +299,86 @@ def test_rates_that_jump_are_not_called_following(vanilla):
     assert ["It follows its command" in text for text in said] == [True, False]
     assert "Its rate is no line over its command" in said[1]
     assert ["times in a turn of its phase" in text for text in said] == [False, True]
+
+
+def with_merits(page, **merits):
+    variants = {
+        name: dataclasses.replace(page.evaluated[name], merit=np.broadcast_to(x, (8, 5)))
+        for name, x in merits.items()
+    }
+    return dataclasses.replace(page, evaluated={**page.evaluated, **variants})
+
+
+NOISE = np.array([-1.0, 1.0] * 4)[:, None] * 0.05
+
+
+@pytest.mark.parametrize(
+    ("cut", "frozen", "said"),
+    [
+        (0.12 + NOISE, 0.1, "its feedback is worth is too small to tell"),
+        (0.128, 0.1, "this controller is a clock with a sector"),
+        (0.2, 0.1, "its feedback costs more than it gains"),
+        (0.05, 0.12 + NOISE, "its changes within a cycle are worth is too small to tell"),
+        (0.05, 0.128, "a clock with a sector of another frequency"),
+        (0.05, 0.05 + NOISE, "make part of the score"),
+        (0.05, 0.05, "make most of the score"),
+    ],
+)
+def test_a_word_on_the_feedback_has_the_paired_interval_behind_it(vanilla, cut, frozen, said):
+    (note,) = with_merits(vanilla, whole=0.128, cut=cut, frozen=frozen)._of_feedback()
+    assert said in note
+
+
+def test_one_release_tells_nothing_of_the_feedback():
+    page = tg.explain("V-sector-w8", duration=12.0, releases=1, retune=0)
+    page = with_merits(page, whole=0.0)
+    one = {name: scored([[0.1, 0.1]]) for name in ("whole", "cut", "frozen")}
+    page = dataclasses.replace(page, evaluated=one)
+    assert "too small to tell" in " ".join(page._of_feedback())
+
+
+def test_a_fast_phase_is_counted_turn_by_turn():
+    """At 200 rad/s the phase passes 4 rad in a frame of 20 ms."""
+    clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 200.0, name="fast clock")
+    (v,) = tg.explain(clock, **{**SHORT, "duration": 4.01, "releases": 2}).visited
+    assert v.rate_rad_per_s == pytest.approx(200.0, rel=1e-3)
+
+
+def test_frozen_is_the_clock_of_the_frequency_that_the_mean_feedback_makes():
+    clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 6.0, name="clock")
+    released = tg.explain(clock, **SHORT).released
+    variants = without_feedback(released, np.full(len(released.omega), 2.0))
+    faster = dataclasses.replace(released, omega=released.omega + 2.0)
+    expected = faster.evaluated(clock.controller, clock.weights)
+    assert variants["frozen"].merit == pytest.approx(expected.merit)
+    assert not np.array_equal(variants["frozen"].merit, variants["cut"].merit)
+
+
+def test_the_mean_feedback_and_the_following_are_those_of_settled_gaits():
+    sound = np.array([[True, False], [True, True], [False, True]])
+    feedback = np.array([[1.0, 90.0], [3.0, 4.0], [90.0, 6.0]])
+    recorded = {"feedback_rad_per_s": np.broadcast_to(feedback, (5, 2, 3, 2))}
+    whole = scored(np.ones((3, 2)), rate=[[1.0, 50.0], [1.0, 2.0], [50.0, 2.0]], sound=sound)
+    assert mean_feedback(whole, recorded) == pytest.approx([2.0, 5.0])
+    assert whole.following == pytest.approx(1.0)
+
+
+def test_only_a_force_without_a_phase_is_said_to_follow_the_feedback_alone(vanilla):
+    for inputs, alone in ((("feedback",), True), (("phase", "feedback"), False)):
+        controller = dataclasses.replace(
+            vanilla.released.saved.controller, actuation=terms.LearnedActuation(inputs, hidden=2)
+        )
+        saved = SavedController.of(controller, np.zeros(controller.n_weights), 8.0)
+        page = with_merits(vanilla, whole=0.1, cut=0.0, frozen=0.0)
+        page = dataclasses.replace(page, released=dataclasses.replace(page.released, saved=saved))
+        assert ("follows the feedback alone" in " ".join(page._of_feedback())) is alone
+
+
+def test_of_a_folder_of_several_controllers_one_is_named_by_its_path(tmp_path, one_line_error):
+    for seed in (0, 1):
+        saved = SavedController.of(tg.build("V-sector-w8"), [1.0 + seed], 8.0, name="V")
+        tg.save(saved, tmp_path / f"V-seed{seed}.json")
+    assert f"such as {tmp_path / 'V-seed0.json'}" in one_line_error("explain", str(tmp_path))
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,10 @@ pushes, what is left of it without feedback, and whether it follows its command.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import jax
 import jax.numpy as jnp
@@ -16,7 +15,13 @@ import numpy as np
 from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
 from tegotae.measures.hopping.metric import LIMIT_CYCLE, REGIME, GaitMetric
 from tegotae.measures.hopping.registry import chosen
-from tegotae.measures.hopping.statistics import POSITIVE, Interval, interval, mean_defined
+from tegotae.measures.hopping.statistics import (
+    POSITIVE,
+    Interval,
+    interval,
+    mean_defined,
+    paired_difference,
+)
 from tegotae.parts.controller import Controller
 from tegotae.parts.held import held
 from tegotae.parts.maths import TWO_PI
@@ -61,6 +66,21 @@ class Evaluated:
     def mean(self) -> Interval:
         """The merit: the mean over frequencies, and over releases with its 95 % interval."""
         return interval(self.merit.mean(axis=1), within=POSITIVE)
+
+    def over(self, baseline: Evaluated, share: float = 1.0) -> Interval:
+        """Difference to a share of a baseline's merit, release by release, with its interval.
+
+        Args:
+            baseline: evaluated from the same releases.
+            share: of its merit.
+        """
+        ours, theirs = self.merit.mean(axis=1), share * baseline.merit.mean(axis=1)
+        return paired_difference(ours, theirs, within=POSITIVE)
+
+    def of_releases(self, releases: slice) -> Evaluated:
+        """The same from some of the releases."""
+        rows = (self.merit, self.rate_rad_per_s, self.sound, self.speed_m_per_s)
+        return Evaluated(self.omega, *(x[releases] for x in rows))
 
     @property
     def rates(self) -> np.ndarray:
@@ -130,15 +150,21 @@ class ReleasedController(ABC):
     def recorded(self) -> dict[str, np.ndarray]:
         """Second halves of the whole controller's episodes, [frames, limbs, releases, frequencies].
 
-        Beside its channels there is `rate_rad_per_s`, φ̇.
+        Beside its channels there is `rate_rad_per_s`, the mean of φ̇ over a frame. Its turns are
+        counted tick by tick: in a frame a fast phase passes more than half a turn.
         """
         system = self.saved.system
         engine = system.engine(KeptChannels((*_CHANNELS, "actuator_force_n")), self.timing)
         path = engine.run(self.lanes(self.saved.weights), self.scenario, system.mechanics)
         arrays = {name: np.asarray(value, float) for name, value in path.channels.items()}
-        turned = np.diff(arrays["phase_rad"], axis=0, prepend=arrays["phase_rad"][:1])
+        frame_s, whole_s = self.timing.frame_s, self.timing.n_frames * self.timing.frame_s
+        every_tick = replace(self.timing, duration_s=whole_s, frame_s=self.timing.tick_s)
+        ticks = system.engine(KeptChannels(("phase_rad",)), every_tick)
+        phase = ticks.run(self.lanes(self.saved.weights), self.scenario, system.mechanics).phase_rad
+        turned = np.diff(phase, axis=0, prepend=phase[:1])
         turned = (turned + np.pi) % TWO_PI - np.pi
-        arrays["rate_rad_per_s"] = turned / self.timing.frame_s
+        turned = turned.reshape(-1, self.timing.ticks_per_frame, *turned.shape[1:]).sum(axis=1)
+        arrays["rate_rad_per_s"] = turned / frame_s
         half = len(turned) // 2
         limbs = arrays["phase_rad"].shape[1:-1] or (1,)
 
@@ -193,7 +219,7 @@ class ReleasedWalker(ReleasedController):
     legged: Legged
 
     def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
-        system = dataclasses.replace(self.saved.system, controller=controller)
+        system = replace(self.saved.system, controller=controller)
         engine = system.engine(self.legged.summary(), self.timing)
         found = lanes_of(engine.run(self.lanes(weights), self.scenario, system.mechanics))
         cost, speed, hz, fall = (

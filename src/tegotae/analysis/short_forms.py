@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -40,10 +41,14 @@ from tegotae.simulation.world import Uniform
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.laws import LAWS, LawForm
+from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
 
 SHARES = (0.8, 0.95, 0.99)
 """Shares of the controller's score that a form is to keep."""
+CHOOSING, JUDGING = slice(0, None, 2), slice(1, None, 2)
+"""Releases that choose the shortest form, and those that judge it."""
+_RETUNING = PGPE(population=64, std=0.3, std_lr=0.1, learning_rate=0.2, max_speed=0.4)
 _REACTIONS: dict[str, Term] = {
     "offset": VanillaReaction(),
     "latch": ReversingReaction(),
@@ -76,13 +81,15 @@ class TriedForm:
         saved: it, with its numbers.
         cloned: how good it was with the numbers of the fitted curves.
         evaluated: how good it is with those that it was retuned to.
-        kept: its score as a share of the controller's.
+        chosen_by: its score as a share of the controller's, over the releases that choose.
+        kept: the same over the releases that judge.
     """
 
     name: str
     saved: SavedController
     cloned: Evaluated
     evaluated: Evaluated
+    chosen_by: float
     kept: float
 
     @property
@@ -112,7 +119,7 @@ def tried_forms(
 
     Args:
         released: the controller, and the releases of the evaluation.
-        whole: its score.
+        whole: its score, which must be above 0 over either half of the releases.
         visited: its curves.
         generations: of the retuning.
         seeds: of the retuning.
@@ -121,7 +128,7 @@ def tried_forms(
     tried: list[TriedForm] = []
     with reporting("forms", len(made)) as reporter:
         for name, controller, start in sorted(made, key=lambda form: form[1].n_weights):
-            most = max((form.kept for form in tried), default=0.0)
+            most = max((form.chosen_by for form in tried), default=0.0)
             if tried and most >= SHARES[-1] and controller.n_weights > len(tried[-1].saved.weights):
                 break
             experiment = training_of(released.saved, controller)
@@ -131,22 +138,30 @@ def tried_forms(
             evaluated = released.evaluated(controller, weights)
             system = dataclasses.replace(released.saved.system, controller=controller)
             saved = SavedController(system, weights, name)
-            kept = evaluated.mean.mean / whole.mean.mean
-            tried.append(TriedForm(name, saved, cloned, evaluated, kept))
-            reporter.update(len(tried), f"{name} {kept:.0%}")
+            shares = (
+                evaluated.of_releases(half).mean.mean / whole.of_releases(half).mean.mean
+                for half in (CHOOSING, JUDGING)
+            )
+            tried.append(TriedForm(name, saved, cloned, evaluated, *shares))
+            reporter.update(len(tried), f"{name} {tried[-1].kept:.0%}")
     return tried
 
 
 def shortest(tried: Sequence[TriedForm], share: float) -> TriedForm | None:
-    """The form of fewest numbers that keeps a share of the score, of several the best; or none."""
-    enough = [form for form in tried if form.kept >= share]
-    return min(enough, key=lambda form: (form.numbers, -form.kept), default=None)
+    """The form of fewest numbers that keeps a share of the score, of several the best; or none.
+
+    The releases that choose decide; `TriedForm.kept` then says what it keeps from the others.
+    """
+    enough = [form for form in tried if form.chosen_by >= share]
+    return min(enough, key=lambda form: (form.numbers, -form.chosen_by), default=None)
 
 
 def retuned(
     experiment: Experiment, starts: np.ndarray, generations: int, seeds: Sequence[int]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Numbers that PGPE finds from some on, and their training fitness.
+
+    A formula has few numbers, of any size: the steps are larger than those of a network's weights.
 
     Args:
         experiment: the training.
@@ -157,7 +172,7 @@ def retuned(
     Returns:
         Numbers, [runs, n_weights], and fitness, [runs].
     """
-    evolution = Evolution(stopping=Stopping.after(generations))
+    evolution = Evolution(algorithm=_RETUNING, stopping=Stopping.after(generations))
     begun = evolution.start(experiment, seeds)
     rows = np.array(np.broadcast_to(starts, begun.best_weights.shape), "float32")
     begun = begun._replace(search=begun.search.replace(mean=rows), best_weights=rows)
@@ -375,7 +390,7 @@ def c_line(saved: SavedController) -> str:
             lines.append(f"float reflex = {scale:.6g}f * fmaxf(0.0f, -feedback);")
             force = f"fminf(max_force, fmaxf(0.0f, ({force}) + reflex))"
         lines.append(f"float force = {force};")
-    return "\n".join(lines)
+    return re.sub(r"(?<![\w.])(?<!e[+-])(\d+)f", r"\1.0f", "\n".join(lines))  # 6f is no C
 
 
 def python(saved: SavedController) -> str:

@@ -37,6 +37,8 @@ from tegotae.analysis.explanation import (
     without_feedback,
 )
 from tegotae.analysis.short_forms import (
+    CHOOSING,
+    JUDGING,
     SHARES,
     TriedForm,
     c_line,
@@ -59,6 +61,7 @@ from tegotae.questions.walking import WalkingTask
 from tegotae.simulation.world import OMEGA
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.legged import random_phases
+from tegotae.systems.resolve import resolve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,6 +85,9 @@ class Explained(Tasks):
     """A controller by name, on a body of this package."""
 
     def named(self, *names: Subject | Task) -> Sequence[Any]:
+        for name in names:
+            if isinstance(name, (str, Path)) and len((several := resolve(name)).controllers) > 1:
+                several.controller()  # refused, with the file of one
         tasks = super().named(*names)
         for task in tasks:
             if isinstance(task, WalkingTask) and not isinstance(unwrapped(task.runs.body), Walker):
@@ -140,6 +146,11 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     require_count("retune", options.retune, least=0)
     require_count("retune_seeds", options.retune_seeds, most=MOST_POINTS)
     require_count("first_seed", options.first_seed, least=0)
+    if options.retune and options.releases < 2:
+        raise TegotaeError(
+            "releases is 1; it must be at least 2, of which one half chooses among the short forms "
+            "and the other judges; or retune none, --retune 0"
+        )
     released = _released(task, options)
     whole = released.evaluated(released.saved.controller, released.saved.weights)
     recorded = released.recorded()
@@ -149,7 +160,8 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     forms: list[TriedForm] = []
     known = released.saved.controller.tegotae is not None or released.saved.body.limbs == 1
     known &= released.saved.experiment is not None or released.saved.body.limbs == 1
-    if options.retune and known and released.saved.omega and whole.mean.mean >= NOTHING:
+    halves = [whole.of_releases(half).mean.mean for half in (CHOOSING, JUDGING)]
+    if options.retune and known and released.saved.omega and min(halves) >= NOTHING:
         forms = tried_forms(released, whole, visited, generations=options.retune, seeds=seeds)
     return Explanation(
         name=task.name,
@@ -291,6 +303,7 @@ class Explanation(AnswerBase):
                 "numbers": form.numbers,
                 "cloned": _short(form.cloned.mean.mean),
                 "retuned": _ranged(form.evaluated.mean),
+                "chosen by": f"{form.chosen_by:.0%}",
                 "keeps": f"{form.kept:.0%}",
                 "settles" if self._hops else "stays up": f"{form.evaluated.sound.mean():.0%}",
                 "following": _short(form.evaluated.following),
@@ -333,29 +346,34 @@ class Explanation(AnswerBase):
 
     def _of_feedback(self) -> list[str]:
         """What cutting and freezing the feedback does to the score."""
-        whole = self.evaluated["whole"].mean.mean
+        whole = self.evaluated["whole"]
         if not self._has_feedback:
             moved = "force" if self._hops else "feet"
             return [f"There is no feedback that could be cut: one network commands the {moved}."]
-        if whole < NOTHING:
+        if whole.mean.mean < NOTHING:
             return ["From these releases it does not get anywhere."]
-        cut, frozen = (self.evaluated[name].mean.mean for name in ("cut", "frozen"))
-        said = f"Cutting the feedback changes the score from {whole:.3g} to {cut:.3g}"
+        cut, frozen = (self.evaluated[name] for name in ("cut", "frozen"))
+        said = f"Cutting the feedback changes the score by {_ranged(cut.over(whole))}"
+        held_at = f"and holding it at its mean by {_ranged(frozen.over(whole))}"
         kind = "a clock with a sector" if self._hops else "a clock"
-        if cut > whole / ALIKE:
+        unknown = "too small to tell from these releases"
+        if cut.over(whole, 1.0 / ALIKE).low > 0.0:
             return [f"{said}: from these releases its feedback costs more than it gains."]
-        if cut >= ALIKE * whole:
+        if cut.over(whole, ALIKE).low >= 0.0:
             return [f"{said}: this controller is {kind}."]
-        held_at = f"and holding it at its mean to {frozen:.3g}"
-        if frozen >= ALIKE * whole:
+        if not cut.over(whole, ALIKE).high < 0.0:
+            return [f"{said}: what its feedback is worth is {unknown}."]
+        if frozen.over(whole, ALIKE).low >= 0.0:
             return [f"{said}, {held_at}: it is {kind} of another frequency."]
-        much = "much of" if max(cut, frozen) > _MUCH * whole else "most of"
-        changes = f"changes of the feedback within a cycle make {much} the score"
+        if not frozen.over(whole, ALIKE).high < 0.0:
+            return [f"{said}, {held_at}: what its changes within a cycle are worth is {unknown}."]
+        most = all(x.over(whole, _MUCH).high < 0.0 for x in (cut, frozen))
+        much = "most" if most else "part"
+        changes = f"changes of the feedback within a cycle make {much} of the score"
         actuation = self.released.saved.controller.actuation
-        if "feedback" in actuation.reads and not (
-            actuation.needs_phase or "phase" in actuation.reads
-        ):
-            changes += ". The force follows the feedback alone, and so cannot do without it"
+        if {*actuation.reads} == {"feedback"} and not actuation.needs_phase:
+            moved = "force follows" if actuation.commands_force else "feet follow"
+            changes += f". The {moved} the feedback alone, and so cannot do without it"
         return [f"{said}, {held_at}: {changes}."]
 
     def _of_command(self) -> list[str]:
@@ -432,7 +450,8 @@ class Explanation(AnswerBase):
             feet = f" beside the {form.of_feet} of its feet" if form.of_feet else ""
             said.append(
                 f"The shortest form that keeps {_listed(shares)} of the score is {form.name}, "
-                f"{form.numbers} numbers{feet}, with {form.kept:.0%} of it: {plain(form.saved)}."
+                f"{form.numbers} numbers{feet}; from the releases that did not choose it, it keeps "
+                f"{form.kept:.0%}: {plain(form.saved)}."
             )
         if none := [f"{share:.0%}" for share, form in self.chosen.items() if form is None]:
             said.append(f"None of the library keeps {' or '.join(none)}.")
@@ -452,7 +471,12 @@ class Explanation(AnswerBase):
         curves = self.curves.reset_index().to_dict("records")
         settings = {"name": self.name, "settings": asdict(self.options)}
         forms = [
-            {"name": form.name, "kept": form.kept, "weights": form.saved.weights}
+            {
+                "name": form.name,
+                "chosen_by": form.chosen_by,
+                "kept": form.kept,
+                "weights": form.saved.weights,
+            }
             for form in self.forms
         ]
         more = {"scores": scores, "curves": curves, "forms": forms, "said": self.notes}
