@@ -215,10 +215,12 @@ class StudyZoo:
     """Name of the study, as in zoo:NAME:ART."""
     out: Path
     """File of the controllers (.npz); their names are then zoo:FILE:MODEL/RUN."""
+    core: bool = False
+    """Keep only the models that an installed package has of the paper's study."""
 
     def run(self) -> None:
         """Write it, and say how to use it."""
-        from reproduction.zoo import entries, write
+        from reproduction.zoo import core, entries, write
         from tegotae.systems.zoo import SUFFIX, ZooName, open_zoo
 
         if self.out.suffix != SUFFIX:
@@ -226,6 +228,8 @@ class StudyZoo:
         if not self.name.replace("-", "").isalnum():
             raise TegotaeError(f"the name is {self.name!r}; it must be letters, digits and hyphens")
         write(output_file(self.out), self.name, entries(_records(Folder(self.dir))))
+        if self.core:
+            write(self.out, self.name, core(open_zoo(self.out)))
         zoo = open_zoo(self.out)
         first = ZooName(str(self.out), next(iter(zoo.models)), "")
         print(

@@ -10,6 +10,7 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pages import blocks
@@ -98,10 +99,10 @@ def test_its_metrics_are_means_over_the_episodes_of_the_evaluation(file, records
         np.testing.assert_array_equal(runs[name], mean_defined(episodes).astype("float32"))
 
 
-def test_evaluating_a_controller_gives_its_metrics(file):
-    name = f"zoo:{file}:{MODEL}/1"
+def evaluated(name):
+    """The metrics of the runs of a name, evaluated anew."""
     (runs,) = collection.read(name)
-    found = evaluate(
+    return evaluate(
         runs.controller,
         runs.weights,
         runs.omega,
@@ -110,6 +111,11 @@ def test_evaluating_a_controller_gives_its_metrics(file):
         start=runs.system.scenario(),
         integrator=runs.system.integrator,
     ).runs()
+
+
+def test_evaluating_a_controller_gives_its_metrics(file):
+    name = f"zoo:{file}:{MODEL}/1"
+    found = evaluated(name)
     kept = load(name).training["evaluation"]
     assert {"cot_inverse", "t0_s", "failed_share"} <= kept.keys()
     for metric in found.keys() & kept.keys():
@@ -179,6 +185,13 @@ def test_a_file_of_a_later_version_is_refused(file, tmp_path):
     text = np.array(json.dumps({**header, "version": 2}))
     with pytest.raises(TegotaeError, match="of version 2; this program reads version 1"):
         open_zoo(with_arrays(file, tmp_path / "later.npz", header=text))
+
+
+def test_the_models_of_an_installed_package_are_an_option_of_the_command(smoke_study, tmp_path):
+    out = tmp_path / "core.npz"
+    words = f"reproduction zoo --dir {smoke_study} --name smoke --out {out} --core"
+    assert main(words.split()) == 0
+    assert list(open_zoo(out).models) == [MODEL, "T-Fv"]
 
 
 def test_a_study_written_twice_gives_the_same_bytes(file, smoke_study, tmp_path):
@@ -271,6 +284,27 @@ def test_every_name_of_the_package_means_one_controller():
         assert saved.training["best_fitness"] == runs["fitness"][best]
         study = f"zoo:{zoo.study}:{saved.name}/{saved.training['run']}"
         np.testing.assert_array_equal(load(study).weights, saved.weights)
+
+
+STATIC = ROOT / "docs" / "_static"
+OF_TABLES = {
+    "legs": ("learned_legs/selection", "cell", "run", {"selection": "score"}),
+    "lost-leg": ("lost_leg/reacting", "body", "run", {"selection": "selection"}),
+}
+"""Where a study's table is, its columns of models and runs, and its names of what the zoo has."""
+
+
+@packaged
+@pytest.mark.parametrize("study", OF_TABLES)
+def test_the_zoos_controllers_are_the_runs_of_the_studys_table(study):
+    name, models, runs, columns = OF_TABLES[study]
+    zoo = open_zoo(FOLDER / f"{study}.npz")
+    table = pd.read_csv(STATIC / f"{name}.csv").drop_duplicates([models, runs])
+    for model in zoo.models:
+        rows = table[table[models].isin([model, model.partition("@")[0]])].sort_values(runs)
+        for of_zoo, of_table in columns.items():
+            kept = zoo.runs(model)[of_zoo]
+            np.testing.assert_allclose(kept, rows[of_table], rtol=1e-6, err_msg=model)
 
 
 def entries(archive: Path) -> list[tuple[str, bytes]]:
