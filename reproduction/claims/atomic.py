@@ -179,7 +179,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         effect=Difference("cot_inverse", _f(*LEARNED_FEEDBACK), _f("T")),
         sign=MORE,
         headline=True,
-        note="On [F_k] the single network's zero is a theorem.",
+        note="On [F_k] the single network's zero is a theorem in continuous time.",
     ),
     AtomicClaim(
         name="sparse-input",
@@ -490,7 +490,7 @@ ATOMIC_CLAIMS: tuple[AtomicClaim, ...] = (
         effect=Difference("cot_inverse", _f("T"), _f(*V)),
         sign=LESS,
         size="zero performance",
-        note="On [F_k] the single network's zero is a theorem.",
+        note="On [F_k] the single network's zero is a theorem in continuous time.",
     ),
     AtomicClaim(
         name="t-viable",

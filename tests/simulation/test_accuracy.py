@@ -15,6 +15,7 @@ import pytest
 
 from oracle import Flown, Law, Leg, fly, is_non_chaotic, learned_art, learned_single, vanilla
 from tegotae import Controller, Engine, Hopper, Scenario, Timing, Trajectory, build
+from tegotae.simulation.integrators import Hold, PredictorCorrector
 
 WITHIN_M = {"float32": 1e-3, "float64": 2.5e-4}
 """In double precision, with the integrator's own error alone, a quarter of what is promised."""
@@ -244,3 +245,28 @@ def test_the_oracle_tells_chaos_from_order():
         law = vanilla(sigma, "reflex")
         flown = fly(law, omega=5.0, duration=DURATION_S)
         assert is_non_chaotic(law, flown, omega=5.0, duration=DURATION_S) == ordered
+
+
+# A force that follows the spring force alone.
+
+
+@pytest.mark.parametrize(
+    ("integrator", "tick_s", "slope", "climbs_m"),
+    [
+        (Hold(), 0.001, 50.0, (0.02, 0.03)),
+        (Hold(), 0.01, 50.0, (0.25, 0.35)),
+        (PredictorCorrector(), 0.001, 50.0, (-0.1, 0.0)),
+        (PredictorCorrector(), 0.001, 1e4, (0.003, 0.006)),
+    ],
+)
+def test_a_feed_forward_network_on_the_spring_force_hops_where_its_force_is_held(
+    integrator, tick_s, slope, climbs_m
+):
+    """4 tanh(slope N) newtons: in continuous time every hop would be lower than the one before."""
+    controller = build("T-F")
+    weights = np.zeros(controller.n_weights)
+    weights[[0, 2]] = slope, 4.0
+    timing = Timing(duration_s=60.0, tick_s=tick_s)
+    engine = Engine(controller=controller, integrator=integrator, timing=timing)
+    last = engine.run(weights, Scenario(omega=0.0)).height_m[-500:]
+    assert climbs_m[0] < float(last.max()) - 1.0 < climbs_m[1]
