@@ -152,7 +152,7 @@ class Asked:
         """Ask, and show the answer."""
         subjects, given, output = self.parsed()
         output.check(self.question)
-        output.show(self.question(*subjects, **given))
+        output.show(self.question.about(subjects, **given))
 
     def parsed(self) -> tuple[Sequence[Any], dict[str, Any], AnswerOutput]:
         """What is named, the options that are given, and the output.

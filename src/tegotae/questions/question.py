@@ -125,6 +125,18 @@ class Question(Generic[A]):
         known = {*options_of(chooser), *(f.name for f in fields(chooser))}
         choosing = {name: given.pop(name) for name in [*given] if name in known}
         subjects = changed(chooser, choosing, self.__name__).named(*(names or self.usual))
+        return self.about(subjects, **given)
+
+    def about(self, subjects: Sequence[Any], **given: Any) -> A:
+        """The answer about subjects that are looked up already.
+
+        Args:
+            subjects: what names mean.
+            given: as for a call, of the subjects' options.
+
+        Raises:
+            TegotaeError: for an option that a subject does not have, or a value that cannot be.
+        """
         asked = [changed(self.options(x), given, called(x)) for x in subjects]
         if not subjects and self.nameless:
             asked = [changed(self.options(None), given, self.__name__)]
