@@ -41,7 +41,11 @@ MISTYPED = {
     "completion fish": "invalid choice 'fish' for argument 'shell'",
     "benchmarks --lanes 1e3": "--lanes is '1e3'; write --lanes INT",
     f"models {'x' * 999} {'y' * 999}": "models takes one name; xxx",
-    f"simulate {'x' * 999}": "File name too long",
+    f"simulate {'x' * 999}": "has 999 bytes; the name of a file has 255 at most",
+    f"simulate {'x' * 300}.py:f": "has 303 bytes",
+    f"simulate --csv {'x' * 300}.csv": "has 304 bytes",
+    f"benchmark run {'x' * 300}.zip": "has 304 bytes",
+    f"figure surface --policy {'x' * 300}.onnx": "has 305 bytes",
     f"simulate {'a' * 5000}": "an argument has 5000 characters; it must have at most 1000",
     "--parts tests models": "there is no module tests; for a file write FILE",
 }

@@ -17,6 +17,23 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 
+LONGEST_NAME = 255
+"""What file systems take as a name [bytes]."""
+
+
+def require_short(place: Path | str) -> None:
+    """Raise `TegotaeError` for a place with a name in it that no file can have."""
+    name = max(Path(place).parts, key=_bytes, default="")
+    if _bytes(name) > LONGEST_NAME:
+        raise TegotaeError(
+            f"{name[:40]}... has {_bytes(name)} bytes; the name of a file has "
+            f"{LONGEST_NAME} at most"
+        )
+
+
+def _bytes(name: str) -> int:
+    return len(os.fsencode(name))
+
 
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write a whole file beside `path`, then put it in its place in one step; make its folder.
@@ -82,8 +99,10 @@ def output_file(path: Path) -> Path:
     """The file's path, its folder tried for writing; nothing is made.
 
     Raises:
-        TegotaeError: if the folder cannot be written to, or the path is a folder itself.
+        TegotaeError: if the folder cannot be written to, the path is a folder itself, or its name
+            is too long.
     """
+    require_short(path)
     check_folder(path.parent)
     if path.is_dir():
         raise TegotaeError(f"cannot write {path}: it is a folder")

@@ -220,6 +220,10 @@ def outputs_of(question: Question) -> dict[str, OptionValue]:
     return known
 
 
+_LONGEST_STEM = 80
+"""Letters of a name that are a part of a file's name, which has few."""
+
+
 def file_stem(name: str) -> str:
     """What something is called, as a part of a file's name.
 
@@ -233,7 +237,7 @@ def file_stem(name: str) -> str:
         name = stem(name)
     last = re.split(r"[/\\\\:]", name)[-1]
     plain = re.sub(r"\.(json|zip|onnx|py)$", "", last)
-    return re.sub(r"[^\w.@+-]+", "-", plain).strip("-.")
+    return re.sub(r"[^\w.@+-]+", "-", plain)[:_LONGEST_STEM].strip("-.")
 
 
 def _plain(word: str, known: dict[str, OptionValue]) -> str:

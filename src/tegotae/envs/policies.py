@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, other_code, require, unknown
+from tegotae._support.files import require_short
 from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, TegotaeHopperSettings
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller
@@ -334,6 +335,7 @@ def network(path: Path) -> tuple[Answers, int | None]:
         TegotaeError: for a file that is not there or no network.
         MissingExtraError: without the package that reads it.
     """
+    require_short(path)
     if not path.is_file():
         raise TegotaeError(f"there is no file {path}")
     return NETWORKS[path.suffix.lower()](path)

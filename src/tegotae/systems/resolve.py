@@ -32,6 +32,7 @@ import numpy as np
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.files import require_short
 from tegotae._support.workplace import is_earlier
 from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.oscillators import PHASE, Oscillator, oscillator_named
@@ -204,6 +205,7 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
         return _of_object(name, vanilla(name))
     if is_reference(name):
         return _of_object(name, named(name, _KINDS, "system"))
+    require_short(path)
     if path.is_dir():
         return _of_folder(name, path)
     if path.exists() or path.suffix or os.sep in name:

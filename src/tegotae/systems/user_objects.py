@@ -18,6 +18,7 @@ from types import ModuleType
 from typing import Any
 
 from tegotae._support.errors import TegotaeError, formatted, other_code, unknown
+from tegotae._support.files import require_short
 from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in
 from tegotae.systems import registry
@@ -146,6 +147,7 @@ def source_of(reference: str) -> Path | None:
 
 
 def _file(path: Path) -> ModuleType:
+    require_short(path)
     if not path.is_file():
         raise TegotaeError(f"there is no file {path}")
     path, name = path.resolve(), path.stem
