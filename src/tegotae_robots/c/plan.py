@@ -61,8 +61,9 @@ class Export(RobotController):
         require_finite("tick", self.tick_s, least=_LEAST_TICK_S, most=_MOST_TICK_S)
         if not is_c_name(self.prefix):
             raise TegotaeError(
-                f"prefix is {self.prefix!r}, which is no name in C; begin with a letter, and go on "
-                "with letters, digits and underscores, such as left_leg (31 at most)"
+                f"prefix is {self.prefix!r}, which is no name in C, or one of its library; begin "
+                "with a letter, and go on with letters, digits and underscores, such as left_leg "
+                "(31 at most)"
             )
         if isinstance(self.body, Body):
             self.body.check_tick(self.tick_s)

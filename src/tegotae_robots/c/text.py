@@ -132,14 +132,44 @@ _RESERVED = frozenset(_WORDS.split())
 """Words that no variable may be called: of C, of its library, of the code around."""
 
 
+_LIBRARY = """
+assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign
+stdarg stdatomic stdbit stdbool stdckdint stddef stdint stdio stdlib stdnoreturn string tgmath
+threads time uchar wchar wctype unistd pthread semaphore sched strings alloca malloc features
+endian arduino library control_loop cmakelists
+atomic mtx cnd thrd tss sem memory clock timer timespec uint8 int8 uint16 int16 uint32 int32 uint64
+int64 size ptrdiff wint div ldiv lldiv file fpos va jmp sig flt dbl ldbl rand
+alignas alignof asm bitint class constexpr decimal128 decimal32 decimal64 delete friend generic
+imaginary namespace new noreturn nullptr operator private protected public static_assert template
+this thread_local throw try typeof typeof_unqual typename using virtual
+abort abs acos acosh asctime asin asinh atan atan2 atanh atexit atof atoi atol atoll bsearch calloc
+cbrt clearerr copysign cosh ctime difftime erf erfc exit exp2 expm1 fabs fclose fdim feof ferror
+fflush fgetc fgets fma fmax fmin fmod fopen fprintf fputc fputs fread free freopen frexp fscanf
+fseek ftell fwrite getc getchar getenv gets gmtime hypot ilogb labs ldexp lgamma llabs llrint
+llround localtime log10 log1p log2 logb longjmp lrint lround memchr memcmp memcpy memmove memset
+mktime modf nan nearbyint nextafter nexttoward null offsetof perror printf putc putchar puts qsort
+raise realloc remove rename remquo rewind rint scalbln scalbn scanf setbuf setvbuf sinh snprintf
+sprintf sqrt srand sscanf stderr stdin stdout strcat strchr strcmp strcoll strcpy strcspn strerror
+strftime strlen strncat strncmp strncpy strpbrk strrchr strspn strstr strtod strtof strtok strtol
+strtold strtoll strtoul strtoull strxfrm system tan tanh tgamma tmpfile tmpnam trunc ungetc
+vfprintf vprintf vsnprintf vsprintf
+"""
+_NO_PREFIX = _RESERVED | frozenset(_LIBRARY.split())
+"""Words with which names and files would clash: headers of C, POSIX and Arduino, files of a
+library, families such as `atomic_init`, words of C23 and C++, and functions."""
+
+
 def is_c_name(text: str) -> bool:
-    """Whether it may begin names in C: a letter, and then letters, digits and underscores.
+    """Whether it may begin names in C: a letter, then letters, digits and single underscores.
+
+    A file system may take `Math.h` for `math.h`, so that capitals make no difference.
 
     Example:
-        >>> is_c_name("left_leg"), is_c_name("2nd"), is_c_name("float")
-        (True, False, False)
+        >>> is_c_name("left_leg"), is_c_name("2nd"), is_c_name("float"), is_c_name("Math")
+        (True, False, False, False)
     """
-    return re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", text) is not None and text not in _RESERVED
+    letters = re.fullmatch(r"[A-Za-z](?!.*_(_|$))[A-Za-z0-9_]{0,30}", text) is not None
+    return letters and text.lower() not in _NO_PREFIX
 
 
 def c_name(text: str, taken: set[str]) -> str:
