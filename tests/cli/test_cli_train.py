@@ -112,6 +112,19 @@ def test_a_training_that_never_gained_says_what_to_try(tiny_training, tmp_path):
         assert [note.startswith("1 of 1 never got better") for note in notes] == [True] * says
 
 
+@pytest.mark.parametrize(
+    ("unit", "cure"), [("generation", "--std"), ("episode", "--learning-rate")]
+)
+def test_a_stuck_training_is_told_options_of_its_own_algorithm(tiny_training, tmp_path, unit, cure):
+    (good, *_) = tiny.controllers(tiny_training)
+    kept = json.loads(good.read_text())
+    kept["training"] |= {f"best_{unit}": 0, f"{unit}s": 100}
+    (path := tmp_path / good.name).write_text(json.dumps(kept))
+    (note,) = TrainedControllers("ART", tmp_path, (path,), unit).notes
+    assert cure in note
+    assert ("cma-es" in note) == (unit == "generation")
+
+
 def test_all_runs_of_a_training_are_evaluated_together(tiny_training):
     trained = TrainedControllers(
         "ART", tiny_training, tuple(tiny.controllers(tiny_training)), "generation"

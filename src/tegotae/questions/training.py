@@ -292,9 +292,12 @@ class TrainedControllers(AnswerBase):
             )
         unit = self.unit
         if stuck := sum(run[f"best_{unit}"] == 0 and run[f"{unit}s"] > 20 for run in self.runs):
+            cure = "Try a smaller --learning-rate, a smaller --noise, and more --episodes."
+            if unit != AgentLearner.UNIT:
+                cure = "A law of a few numbers learns with --algorithm cma-es --std 0.08."
             notes.append(
                 f"{stuck} of {len(fitness)} never got better than they began; their steps may be "
-                "too large. A law of a few numbers learns with --algorithm cma-es --std 0.08."
+                f"too large. {cure}"
             )
         return [*notes, *self.remarks]
 
