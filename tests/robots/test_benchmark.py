@@ -80,6 +80,11 @@ def test_the_interval_is_over_starts_not_over_conditions():
     assert between_starts["low"] < 2.0 < between_starts["high"]
 
 
+def test_more_conditions_from_the_same_starts_narrow_neither_interval():
+    one = np.array([[1.0, np.nan, 3.0, 2.0] * 4])
+    assert summary(np.repeat(one, 6, axis=0)) == pytest.approx(summary(one))
+
+
 @pytest.mark.thorough
 def test_who_folds_all_legs_falls_and_who_keeps_them_stands():
     subject = BriefQuadruped()
