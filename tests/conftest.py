@@ -16,10 +16,10 @@ import jax
 import pytest
 from hypothesis import settings
 
-from tegotae._support import compiled
+from tegotae._support import compiled, engines as engines  # which has JAX keep its programs there
 
 # What tests compile is kept for other processes of theirs, apart from what the user's work does.
-os.environ[compiled.VARIABLE] = str(Path(tempfile.gettempdir(), f"tegotae-tests-{os.getuid()}"))
+os.environ[compiled.VARIABLE] = str(Path(tempfile.gettempdir(), f"tegotae-test-code-{os.getuid()}"))
 compiled.keep_xla_programs()
 jax.config.update("jax_compilation_cache_dir", os.environ["JAX_COMPILATION_CACHE_DIR"])
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)

@@ -16,8 +16,8 @@ import msgspec
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject, differing
 from tegotae._support.errors import TegotaeError, require
-from tegotae._support.files import output_file, output_folder
-from tegotae._support.workplace import earlier, hold, move
+from tegotae._support.files import hold, output_file, output_folder
+from tegotae._support.workplace import earlier, move
 
 if TYPE_CHECKING:
     from optuna.study import Study

@@ -163,12 +163,13 @@ def test_an_environment_that_cannot_be_had_is_told(monkeypatch, one_line_error, 
     assert said in one_line_error("models", "T")
 
 
+@pytest.mark.parametrize("variable", ["JAX_PLATFORMS", "JAX_PLATFORM_NAME"])
 @pytest.mark.parametrize("error", [AssertionError(), RuntimeError("Unable to ...\nmore")])
-def test_a_platform_that_is_not_there_is_told(monkeypatch, one_line_error, error):
+def test_a_platform_that_is_not_there_is_told(monkeypatch, one_line_error, error, variable):
     def start():
         raise error
 
-    monkeypatch.setenv("JAX_PLATFORMS", "cuda")
+    monkeypatch.setenv(variable, "cuda")
     monkeypatch.setattr("jax.local_devices", start)
     said = one_line_error("models", "T")
-    assert "JAX_PLATFORMS is 'cuda', which JAX cannot start here: " in said
+    assert f"{variable} is 'cuda', which JAX cannot start here: " in said

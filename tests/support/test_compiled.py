@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
-import warnings
 
 import numpy as np
 import pytest
+from jax._src import compilation_cache
 
 from lanewise.machine import Code, target_of
-from tegotae._support import compiled
+from tegotae._support import compiled, xla_programs
 from tegotae.cli import main
-from tegotae.cli.console import DEBUG, warn_in_one_line
 
 MODULE = "define void @put(ptr %x) {\n  store i32 7, ptr %x\n  ret void\n}\n"
 
@@ -46,69 +45,132 @@ def test_damaged_code_is_compiled_again(place):
     assert compiled.kept(file.stem) is not None
 
 
-def test_a_folder_that_others_can_write_to_is_not_used(place):
-    compiled.keep("key", b"code")
-    assert compiled.kept("key") == b"code"
-    place.chmod(0o777)
-    assert compiled.folder() is None
-    assert compiled.kept("key") is None
-    compiled.keep("other", b"code")
-    assert not (place / "other.o").exists()
+KEYS = [compiled.key_of(name) for name in "abcd"]
 
 
 def test_of_code_that_there_is_no_space_for_nothing_is_left(place, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    compiled.keep("key", b"code")
+    compiled.keep(KEYS[0], b"code")
     monkeypatch.setattr("os.fsync", full)
-    compiled.keep("other", b"code")
-    assert [file.name for file in place.iterdir()] == ["key.o"]
+    compiled.keep(KEYS[1], b"code")
+    assert sorted(file.name for file in place.iterdir()) == sorted([f"{KEYS[0]}.o", "CACHEDIR.TAG"])
 
 
 @pytest.mark.parametrize("where", ["off", os.devnull])
 def test_where_nothing_can_be_kept_nothing_is(where, monkeypatch):
     monkeypatch.setenv(compiled.VARIABLE, where)
-    compiled.keep("key", b"code")
-    assert compiled.kept("key") is None
+    compiled.keep(KEYS[0], b"code")
+    assert compiled.kept(KEYS[0]) is None
+    compiled.check_folder()
 
 
-def test_the_oldest_code_goes_first(place, monkeypatch):
+@pytest.mark.parametrize("variable", ["HOME", "XDG_CACHE_HOME"])
+def test_an_empty_variable_is_no_folder(variable, monkeypatch, tmp_path):
+    for name in (compiled.VARIABLE, "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv(variable, "")
+    usual = tmp_path / ".cache" / "tegotae"
+    assert compiled.folder() == (None if variable == "HOME" else usual)
+
+
+def test_the_oldest_code_goes_first_and_files_of_the_user_never(place, monkeypatch):
     monkeypatch.setattr(compiled, "_MOST_FILES", 2)
-    for age, key in enumerate(("a", "b", "c")):
+    for age, key in enumerate(KEYS[:3]):
         compiled.keep(key, b"code")
         os.utime(place / f"{key}.o", (age, age))
-    compiled.keep("d", b"code")
-    assert sorted(file.stem for file in place.iterdir()) == ["c", "d"]
+    theirs = [place / "thesis.o", place / "papers" / f"{KEYS[0]}.o"]
+    for file in theirs:
+        file.parent.mkdir(exist_ok=True)
+        file.touch()
+        os.utime(file, (0, 0))
+    compiled.keep(KEYS[3], b"code")
+    assert {f.stem for f in place.glob("*.o")} == {*KEYS[2:], "thesis"}
+    assert all(file.exists() for file in theirs)
 
 
-def test_a_damaged_program_of_xlas_goes_without_a_word(place, monkeypatch, capsys):
-    compiled.keep("key", b"code")
-    damaged = place / "xla-here" / "jit_f-cache"
-    damaged.parent.mkdir()
-    damaged.write_bytes(b"half")
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(damaged.parent))
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    monkeypatch.delenv(DEBUG, raising=False)
-    warn_in_one_line()
-    warnings.showwarning(
-        UserWarning("Error reading persistent compilation cache entry for 'f': truncated"),
-        UserWarning,
-        "compiler.py",
-        1,
-    )
-    assert not damaged.exists()
-    assert compiled.kept("key") == b"code"
-    assert capsys.readouterr().err == ""
+def test_a_folder_with_files_of_the_user_is_refused_and_left_as_it_is(place, one_line_error):
+    place.mkdir()
+    (place / "thesis.tex").touch()
+    (place / "thesis.tex").chmod(0o600)
+    compiled.keep(KEYS[0], b"code")
+    assert compiled.kept(KEYS[0]) is None
+    said = one_line_error("simulate", "paper")
+    assert "TEGOTAE_CACHE is" in said
+    assert "has a file of another program or user, 'thesis.tex'; name a new folder, or off" in said
+    assert [file.name for file in place.iterdir()] == ["thesis.tex"]
 
 
-def test_a_folder_of_programs_that_is_the_users_is_left_alone(place, tmp_path, monkeypatch):
-    theirs = tmp_path / "theirs"
-    theirs.mkdir()
-    (theirs / "jit_f-cache").touch()
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", str(theirs))
-    assert not compiled.forget_xla_programs()
-    assert (theirs / "jit_f-cache").exists()
+def linked(file):
+    os.link(file, file.with_name("other"))
+
+
+def pointed(file):
+    file.rename(file.with_name("other"))
+    file.symlink_to(file.with_name("other"))
+
+
+@pytest.mark.parametrize("change", [lambda file: file.chmod(0o666), linked, pointed])
+def test_a_file_that_another_user_can_have_made_is_not_run(place, change):
+    compiled.keep(KEYS[0], b"code")
+    assert compiled.kept(KEYS[0]) == b"code"
+    change(place / f"{KEYS[0]}.o")
+    assert compiled.kept(KEYS[0]) is None
+
+
+def test_a_file_of_another_user_is_not_run(place, monkeypatch):
+    compiled.keep(KEYS[0], b"code")
+    whole = os.fstat
+
+    def foreign(file):
+        found = [*whole(file)]
+        return os.stat_result([*found[:4], found[4] + 1, *found[5:]])
+
+    monkeypatch.setattr("os.fstat", foreign)
+    assert compiled.kept(KEYS[0]) is None
+
+
+def test_a_file_under_the_name_of_another_is_not_run(place):
+    compiled.keep(KEYS[0], b"code")
+    (place / f"{KEYS[0]}.o").rename(place / f"{KEYS[1]}.o")
+    assert compiled.kept(KEYS[1]) is None
+
+
+def test_a_folder_that_others_can_write_to_is_not_used(place, one_line_error):
+    compiled.keep(KEYS[0], b"code")
+    place.chmod(0o777)
+    assert compiled.folder() is None
+    assert compiled.kept(KEYS[0]) is None
+    compiled.keep(KEYS[1], b"code")
+    assert not (place / f"{KEYS[1]}.o").exists()
+    said = one_line_error("simulate", "paper")
+    assert "which others can write to; name a new folder, or off" in said
+
+
+def test_what_another_user_left_in_a_folder_that_is_not_marked_is_refused(place):
+    place.mkdir()
+    (place / f"{KEYS[0]}.o").symlink_to("elsewhere")
+    assert compiled.folder() is None
+
+
+def test_a_program_of_xlas_is_kept_whole_and_with_a_checksum(place):
+    programs = xla_programs.KeptPrograms(str(place))
+    programs.put("jit_f-key", b"program")
+    assert programs.get("jit_f-key") == b"program"
+    (file,) = place.glob("*.o")
+    file.write_bytes(file.read_bytes()[:-1])
+    assert programs.get("jit_f-key") is None
+    programs.put("jit_f-key", b"program")
+    assert programs.get("jit_f-key") == b"program"
+
+
+def test_jax_keeps_its_programs_so_in_our_folder_and_not_in_the_users(place, tmp_path):
+    kept, _ = compilation_cache.get_file_cache(compiled.xla_folder(place))
+    assert isinstance(kept, xla_programs.KeptPrograms)
+    theirs, _ = compilation_cache.get_file_cache(str(tmp_path / "theirs"))
+    assert not isinstance(theirs, xla_programs.KeptPrograms)
 
 
 def test_help_is_made_once(place, monkeypatch, capsys):

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from importlib.metadata import PackageNotFoundError
 
 import jax
 import pytest
 
+import tegotae
 from tegotae import Engine, Scenario, TegotaeError, Timing, build
 from tegotae._support import engines
 from tegotae._support.engines import EngineWarning, selected
+from tegotae.training.evolution import Evolution
+from tegotae.training.run import Run
 
 
 @pytest.fixture
@@ -42,6 +46,23 @@ def test_native_code_runs_by_default():
 def test_the_environment_names_the_engine(monkeypatch):
     monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
     assert selected() == "xla"
+
+
+@pytest.mark.parametrize("name", ["jax_enable_x64", "jax_debug_nans", "jax_debug_infs"])
+def test_a_setting_of_jax_that_changes_results_is_refused_before_work(name, one_line_error):
+    said = f"{name} is on, and .*; unset {name.upper()}, or"
+    jax.config.update(name, True)
+    try:
+        assert re.search(said, one_line_error("simulate", "paper"))
+        for work in (
+            lambda: tegotae.simulate("paper"),
+            lambda: Run(experiment=tegotae.find("AR").experiment()),
+            lambda: Evolution().start(tegotae.find("AR").experiment(), [0]),
+        ):
+            with pytest.raises(TegotaeError, match=said):
+                work()
+    finally:
+        jax.config.update(name, False)
 
 
 def test_an_unknown_engine_is_refused_in_one_line(monkeypatch, one_line_error):

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from tegotae import TegotaeError
-from tegotae._support.files import output_file, output_folder, write_atomically
+from tegotae._support import files
+from tegotae._support.files import hold, output_file, output_folder, write_atomically
 
 
 @pytest.mark.parametrize(
@@ -29,6 +30,32 @@ def test_a_file_is_replaced_and_nothing_else_is_left_behind(tmp_path):
     write_atomically(path, "new")
     assert path.read_text() == "new"
     assert os.listdir(tmp_path) == ["file"]
+
+
+def test_what_a_killed_process_left_beside_a_file_is_removed_and_what_is_at_work_is_not(tmp_path):
+    abandoned, at_work = tmp_path / ".file.0a1b2c3d", tmp_path / ".file.4e5f6071"
+    others = [tmp_path / ".other.0a1b2c3d", tmp_path / ".file.json", tmp_path / ".file.notes"]
+    for place in (abandoned, *others):
+        place.touch()
+    with at_work.open("xb") as stream:
+        hold(stream.fileno())
+        write_atomically(tmp_path / "file", "new")
+        assert not abandoned.exists()
+        assert {*tmp_path.iterdir()} == {tmp_path / "file", at_work, *others}
+
+
+def test_a_temporary_file_that_is_taken_for_abandoned_is_made_again(tmp_path, monkeypatch):
+    plain, taken = files.hold, []
+
+    def late(file):
+        if not taken:
+            taken.append(next(tmp_path.glob(".file.*")))
+            taken[0].unlink()
+        return plain(file)
+
+    monkeypatch.setattr(files, "hold", late)
+    write_atomically(tmp_path / "file", "new")
+    assert (tmp_path / "file").read_text() == "new"
 
 
 @pytest.mark.parametrize("step", ["os.fsync", "pathlib.Path.replace"])

@@ -6,22 +6,38 @@ import contextlib
 import hashlib
 import os
 import platform
+import re
 import stat
 import sys
+from functools import cache
 from pathlib import Path
 
 from tegotae._support.errors import TegotaeError
 
 VARIABLE = "TEGOTAE_CACHE"
 """Names another folder; `off` keeps nothing."""
+JAX_VARIABLE = "JAX_COMPILATION_CACHE_DIR"
+"""Names the folder of JAX's programs."""
 _MOST_FILES = 1000
 _CHECKSUM_BYTES = hashlib.sha256().digest_size
+_MARKER = "CACHEDIR.TAG"
+_MARK = """Signature: 8a477f597d28d172789f06886806bc55
+# Compiled code of tegotae, which makes it again if it is removed. See https://bford.info/cachedir/
+"""
+_KEPT = re.compile(r"\.?[0-9a-f]{64}\.o(\.[0-9a-f]+)?")
+"""The name of a file of compiled code, or of one that was being written."""
+_OF_JAX = re.compile(r"xla(-[0-9a-f]{16})?")
+"""The name of a folder of programs that JAX itself kept there."""
+_FORMAT = "2"
+"""Version of the files; another one has other keys."""
+_OF_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 def folder() -> Path | None:
     """Where compiled code is kept, made if it is missing; None where it must not be.
 
-    Code from there is run, so nobody else may be able to write to it.
+    Code from there is run, so nobody else may be able to write to it, and files are removed there,
+    so it is marked, and has no other program's files when it is first used.
 
     Example:
         >>> os.environ[VARIABLE] = "off"
@@ -31,24 +47,71 @@ def folder() -> Path | None:
     asked = os.environ.get(VARIABLE, "")
     if asked == "off":
         return None
+    with contextlib.suppress(OSError, RuntimeError):  # no permission, no space, no home
+        place = Path(asked) if asked else _of_user()
+        if place is not None and not _made(place):
+            return place
+    return None
+
+
+def check_folder() -> None:
+    """Raise `TegotaeError` for a `TEGOTAE_CACHE` that has other files, or others can change."""
+    asked = os.environ.get(VARIABLE, "")
+    if asked in ("", "off"):
+        return
+    with contextlib.suppress(OSError):  # where nothing can be kept, nothing is
+        if why := _made(Path(asked)):
+            raise TegotaeError(f"{VARIABLE} is {asked!r}, {why}; name a new folder, or off")
+
+
+def _made(place: Path) -> str:
+    """Make and mark a folder; return why it must not be used, or nothing."""
+    place.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if not _is_of_user(place.stat()):
+        return "which others can write to"
+    if _content(place / _MARKER) == _MARK.encode():
+        return ""
+    for entry in os.scandir(place):
+        ours = any(known.fullmatch(entry.name) for known in (_KEPT, _OF_JAX, re.compile(_MARKER)))
+        if not ours or not _is_of_user(entry.stat(follow_symlinks=False)):
+            return f"which has a file of another program or user, {entry.name!r}"
+    (place / _MARKER).write_text(_MARK)
+    return ""
+
+
+def _is_of_user(found: os.stat_result) -> bool:
+    """Whether a file or folder is this user's alone: no other can change it or has linked it."""
+    if not hasattr(os, "getuid"):
+        return True
+    linked = stat.S_ISLNK(found.st_mode) or (stat.S_ISREG(found.st_mode) and found.st_nlink > 1)
+    return found.st_uid == os.getuid() and not found.st_mode & _OF_OTHERS and not linked
+
+
+def _content(path: Path) -> bytes | None:
+    """The bytes of a plain file of this user's; None of any other."""
     try:
-        place = Path(asked) if asked else _of_user() / "tegotae"
-        place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        found = place.stat()
-    except (OSError, RuntimeError):  # no permission, no space, no home
+        with open(path, "rb", opener=_opened) as file:
+            found = os.fstat(file.fileno())
+            return file.read() if stat.S_ISREG(found.st_mode) and _is_of_user(found) else None
+    except OSError:
         return None
-    ours = not hasattr(os, "getuid") or (
-        found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-    )
-    return place if ours else None
 
 
-def _of_user() -> Path:
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches"
+def _opened(name: str, flags: int) -> int:
+    """The descriptor of a file, which is no link and no pipe that waits for its writer."""
+    return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+
+
+def _of_user() -> Path | None:
+    """The usual folder; None for a user without a home."""
     variable = "LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME"
-    given = os.environ.get(variable, "")
-    return Path(given) if given else Path.home() / ".cache"
+    given = Path(os.environ.get(variable, ""))
+    if sys.platform != "darwin" and given.is_absolute():
+        return given / "tegotae"
+    home = Path.home()
+    if home == Path(home.anchor):  # an empty HOME
+        return None
+    return home / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "tegotae"
 
 
 def key_of(*parts: str) -> str:
@@ -57,7 +120,7 @@ def key_of(*parts: str) -> str:
     Args:
         parts: source, processor, options, version of the compiler.
     """
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    return hashlib.sha256("\0".join((_FORMAT, *parts)).encode()).hexdigest()
 
 
 def kept(key: str) -> bytes | None:
@@ -67,14 +130,14 @@ def kept(key: str) -> bytes | None:
         key: as `key_of` makes it.
     """
     place = folder()
-    if place is None:
-        return None
-    try:
-        whole = (place / f"{key}.o").read_bytes()
-    except OSError:
-        return None
+    whole = b"" if place is None else _content(place / f"{key}.o") or b""
     checksum, content = whole[:_CHECKSUM_BYTES], whole[_CHECKSUM_BYTES:]
-    return content if hashlib.sha256(content).digest() == checksum else None
+    return content if _checksum(key, content) == checksum else None
+
+
+def _checksum(key: str, content: bytes) -> bytes:
+    """A hash of code with its key, so that no file passes under another one's name."""
+    return hashlib.sha256(key.encode() + content).digest()
 
 
 def keep(key: str, content: bytes) -> None:
@@ -90,13 +153,13 @@ def keep(key: str, content: bytes) -> None:
     if place is None:
         return
     with contextlib.suppress(OSError, TegotaeError):
-        write_atomically(place / f"{key}.o", hashlib.sha256(content).digest() + content)
+        write_atomically(place / f"{key}.o", _checksum(key, content) + content, mode=0o600)
         _remove_oldest(place)
 
 
 def _remove_oldest(place: Path) -> None:
-    files = [path for path in place.rglob("*") if path.is_file()]
-    files.sort(key=lambda path: path.stat().st_mtime)
+    files = [path for path in place.iterdir() if _KEPT.fullmatch(path.name)]
+    files.sort(key=lambda path: path.lstat().st_mtime)
     for path in files[:-_MOST_FILES]:
         path.unlink(missing_ok=True)
 
@@ -104,32 +167,28 @@ def _remove_oldest(place: Path) -> None:
 def keep_xla_programs() -> None:
     """Let JAX keep its programs there, too, unless it has a folder already; before it is imported.
 
-    It is a setting of the whole process, for programs of ours alone.
+    It is a setting of the whole process, for programs of ours alone. JAX's own files can be cut
+    short by two processes, and are not checked: `tegotae._support.xla_programs` keeps them.
     """
     place = folder()
-    if place is None or "JAX_COMPILATION_CACHE_DIR" in os.environ:
+    if place is None or JAX_VARIABLE in os.environ:
         return
-    # Its own key does not name the processor.
-    processor = key_of(platform.machine(), *_processor())[:16]
-    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(place / f"xla-{processor}")
+    os.environ[JAX_VARIABLE] = xla_folder(place)
     os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
     os.environ["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "-1"
 
 
-def forget_xla_programs() -> bool:
-    """Remove the programs that JAX kept here, one of which is damaged; False if it keeps none here.
-
-    A process that is killed leaves half a file, and JAX never writes another in its place.
-    """
-    place, ours = Path(os.environ.get("JAX_COMPILATION_CACHE_DIR", "")), folder()
-    if ours is None or place.parent != ours:
-        return False
-    for file in place.glob("*"):
-        with contextlib.suppress(OSError):
-            file.unlink()
-    return True
+def xla_folder(place: Path | None) -> str:
+    """The folder that JAX is given, which is never made while its programs are kept for it."""
+    return "" if place is None else str(place / "xla")
 
 
+def key_of_xla_program(key: str) -> str:
+    """The name under which a program of JAX's is kept: its own key does not name the processor."""
+    return key_of(key, platform.machine(), *_processor())
+
+
+@cache
 def _processor() -> list[str]:
     """Return Linux's description of the first processor; elsewhere its name."""
     try:

@@ -9,8 +9,12 @@ from importlib.metadata import PackageNotFoundError, version
 
 import jax
 
+from tegotae._support import compiled
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.workers import CORES
+from tegotae._support.xla_programs import use_kept_programs
+
+use_kept_programs()
 
 NATIVE = "native"
 XLA = "xla"
@@ -124,12 +128,39 @@ def require_workers(count: int) -> None:
         )
 
 
+_SETTINGS = {
+    "jax_enable_x64": "results are of 32 bits, and would be others",
+    "jax_debug_nans": "NaN is a value here, of what is undefined",
+    "jax_debug_infs": "infinity is a value here, of what has no limit",
+}
+"""Settings of JAX that must be off, with the reason."""
+
+
+def check_jax() -> None:
+    """Raise `TegotaeError` where a setting of JAX would change results, or end a command midway.
+
+    Example:
+        >>> with jax.enable_x64(True):
+        ...     check_jax()
+        Traceback (most recent call last):
+        ...
+        tegotae.TegotaeError: jax_enable_x64 is on, and ...
+    """
+    for name, why in _SETTINGS.items():
+        if getattr(jax.config, name):
+            raise TegotaeError(
+                f"{name} is on, and {why}; unset {name.upper()}, or jax.config.update({name!r}, "
+                "False)"
+            )
+
+
 def check_environment() -> None:
     """See that what the environment asks for can be had.
 
     Raises:
-        TegotaeError: for a `TEGOTAE_CORES` that is no number or beyond sense, a `JAX_PLATFORMS`
-            that JAX cannot start, or a `TEGOTAE_ENGINE` that cannot be had.
+        TegotaeError: for a `TEGOTAE_CORES` that is no number or beyond sense, a `TEGOTAE_CACHE`
+            that is no folder of its own, a `JAX_PLATFORMS` or `JAX_PLATFORM_NAME` that JAX cannot
+            start, other settings of JAX (`check_jax`), or a `TEGOTAE_ENGINE` that cannot be had.
     """
     asked = os.environ.get(CORES, "")
     if asked and not _is_core_count(asked):
@@ -137,13 +168,16 @@ def check_environment() -> None:
             f"{CORES} is {asked!r}; on this machine of {_own_cores()} cores it must be a whole "
             f"number from 1 to {_most_cores()}"
         )
+    compiled.check_folder()
     check_engine()
-    platforms = os.environ.get("JAX_PLATFORMS", "")
-    if platforms not in ("", "cpu"):
-        try:
-            jax.local_devices()
-        except (AssertionError, RuntimeError) as error:  # the former where there is no such device
-            why = (str(error).splitlines() or ["there is no such device"])[0]
-            raise TegotaeError(
-                f"JAX_PLATFORMS is {platforms!r}, which JAX cannot start here: {why}"
-            ) from None
+    check_jax()
+    for variable in ("JAX_PLATFORMS", "JAX_PLATFORM_NAME"):
+        platforms = os.environ.get(variable, "")
+        if platforms not in ("", "cpu"):
+            try:
+                jax.local_devices()
+            except (AssertionError, RuntimeError) as error:  # the former where it has no device
+                why = (str(error).splitlines() or ["there is no such device"])[0]
+                raise TegotaeError(
+                    f"{variable} is {platforms!r}, which JAX cannot start here: {why}"
+                ) from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import hashlib
 import io
 import os
@@ -16,6 +17,11 @@ from typing import BinaryIO
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
+
+try:
+    import fcntl
+except ImportError:  # not on Windows: there two programs must not share a folder
+    fcntl = None
 
 LONGEST_NAME = 255
 """What file systems take as a name [bytes]."""
@@ -35,8 +41,15 @@ def _bytes(name: str) -> int:
     return len(os.fsencode(name))
 
 
-def write_atomically(path: Path, content: str | bytes) -> None:
+def write_atomically(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
     """Write a whole file beside `path`, then put it in its place in one step; make its folder.
+
+    What a process left that was killed meanwhile is removed.
+
+    Args:
+        path: the file.
+        content: all of it.
+        mode: its permissions, less what the user's umask takes away.
 
     Raises:
         TegotaeError: if it cannot be written (no permission, no space left).
@@ -44,21 +57,72 @@ def write_atomically(path: Path, content: str | bytes) -> None:
     # Halves of characters, which a file's name can have, are in no encoding: they are spelled out.
     text = isinstance(content, str)
     data = content.encode(errors="backslashreplace") if text else content
-    # Opened like any new file, so that it gets the permissions that the user's umask asks for.
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    temporary = path
     try:
         if not path.parent.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
-        with temporary.open("xb") as stream:
+        _remove_abandoned(path)
+        temporary, stream = _temporary(path, mode)
+        with stream:
             stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
-        temporary.replace(path)
+            if fcntl is None:
+                stream.close()  # as Windows asks for, where it is not locked
+            temporary.replace(path)
     except OSError as error:
         raise TegotaeError(f"cannot write {path}: {error.strerror}") from None
     finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+        if temporary != path:
+            with contextlib.suppress(OSError):
+                temporary.unlink()
+
+
+_RANDOM_BYTES = 4
+"""Random bytes in a temporary file's name."""
+_BINARY = getattr(os, "O_BINARY", 0)
+"""A flag of Windows, which else changes the ends of lines."""
+
+
+def _temporary(path: Path, mode: int) -> tuple[Path, BinaryIO]:
+    """A new file beside `path`, locked for as long as it is open."""
+    while True:
+        place = path.with_name(f".{path.name}.{secrets.token_hex(_RANDOM_BYTES)}")
+        number = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _BINARY, mode)
+        stream = os.fdopen(number, "wb")
+        with contextlib.suppress(BlockingIOError):
+            hold(stream.fileno())
+            if place.exists():  # else another process has just taken it for abandoned
+                return place, stream
+        stream.close()
+
+
+def _remove_abandoned(path: Path) -> None:
+    """Remove temporary files of `path` whose writers have ended without doing so."""
+    for place in path.parent.glob(f".{glob.escape(path.name)}.{'[0-9a-f]' * 2 * _RANDOM_BYTES}"):
+        with contextlib.suppress(OSError), place.open("rb") as stream:
+            if hold(stream.fileno()):
+                place.unlink()
+
+
+def hold(file: int) -> bool:
+    """Lock an open file until it is closed; False where the file system has no locks.
+
+    Args:
+        file: its descriptor.
+
+    Raises:
+        BlockingIOError: if another process holds it.
+    """
+    if fcntl is None:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except OSError:
+        return False
+    return True
 
 
 def output_folder(path: Path) -> Path:

@@ -11,12 +11,7 @@ from itertools import count
 from pathlib import Path
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_folder
-
-try:
-    import fcntl
-except ImportError:  # not on Windows: there two programs must not share a folder
-    fcntl = None
+from tegotae._support.files import hold, output_folder
 
 
 @contextmanager
@@ -57,26 +52,6 @@ def locked(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(lock)
-
-
-def hold(file: int) -> bool:
-    """Lock an open file until it is closed; False where the file system has no locks.
-
-    Args:
-        file: its descriptor.
-
-    Raises:
-        BlockingIOError: if another process holds it.
-    """
-    if fcntl is None:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise
-    except OSError:
-        return False
-    return True
 
 
 _EARLIER = ".earlier"

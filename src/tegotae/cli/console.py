@@ -20,7 +20,6 @@ from typing import Any
 from rich.cells import cell_len, set_cell_size
 
 from tegotae._start import INTERRUPTED, end_on_ctrl_c
-from tegotae._support.compiled import forget_xla_programs
 from tegotae._support.errors import TegotaeError, shortened
 from tegotae._support.spelling import IN_ASCII
 
@@ -193,8 +192,6 @@ def warn_in_one_line() -> None:
     def show(message: Warning | str, *where: Any, **more: Any) -> None:
         if is_debugging():
             in_full(message, *where, **more)
-        elif "persistent compilation cache" in str(message) and forget_xla_programs():
-            return  # what could not be read or kept is compiled again
         elif (line := one_line(str(message))) not in shown:
             shown.add(line)
             with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_type_hints
 
+from tegotae._support.engines import check_jax
 from tegotae._support.errors import TegotaeError
 from tegotae.questions.answer import AnswerBase
 from tegotae.questions.options import changed, options_of
@@ -121,6 +122,7 @@ class Question(Generic[A]):
             TegotaeError: for a name that means nothing, an option that a subject does not have, or
                 a value that cannot be; before long work begins.
         """
+        check_jax()
         chooser = self.subjects()
         known = {*options_of(chooser), *(f.name for f in fields(chooser))}
         choosing = {name: given.pop(name) for name in [*given] if name in known}

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae._support.documents import JsonObject
+from tegotae._support.engines import check_jax
 from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import require_memory
 from tegotae.measures.hopping.statistics import mean_defined
@@ -223,7 +224,11 @@ class Evolution:
         """Start every seed, independently of the other seeds.
 
         Warns of a part that could not be saved with what it learns.
+
+        Raises:
+            TegotaeError: for settings of JAX with which results would be others.
         """
+        check_jax()
         try:
             check_kept((self.algorithm, experiment.controller))
         except TegotaeError as error:

@@ -29,7 +29,7 @@ from tegotae._support.documents import (
     fitted,
     parse,
 )
-from tegotae._support.engines import require_engine
+from tegotae._support.engines import check_jax, require_engine
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.files import read_arrays, write_atomically
 from tegotae._support.progress import reporting
@@ -70,8 +70,8 @@ class Run(Generic[LearnerT]):
         seeds: one training from random weights each.
 
     Raises:
-        TegotaeError: for seeds that are no distinct numbers from 0 to 2^31 - 1, or an experiment
-            that this learner cannot learn.
+        TegotaeError: for seeds that are no distinct numbers from 0 to 2^31 - 1, an experiment that
+            this learner cannot learn, or settings of JAX with which results would be others.
 
     Example:
         >>> from tegotae import find
@@ -84,6 +84,7 @@ class Run(Generic[LearnerT]):
     seeds: tuple[int, ...] = (0, 1, 2)
 
     def __post_init__(self) -> None:
+        check_jax()
         require_count("seeds", len(self.seeds))
         for seed in self.seeds:
             require_count("seed", seed, least=0, most=2**31 - 1)

@@ -1,0 +1,54 @@
+"""Programs of XLA, kept as all compiled code is: whole, checked, in a folder of this user's."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from tegotae._support import compiled
+
+
+class KeptPrograms:
+    """Compiled code in the place of a cache of JAX's.
+
+    Args:
+        path: the folder.
+    """
+
+    def __init__(self, path: str) -> None:
+        self._path = Path(path)
+
+    def get(self, key: str) -> bytes | None:
+        """The program of a key; None if there is none that is whole."""
+        return compiled.kept(compiled.key_of_xla_program(key))
+
+    def put(self, key: str, value: bytes) -> None:
+        """Keep a program."""
+        compiled.keep(compiled.key_of_xla_program(key), value)
+
+
+def use_kept_programs() -> None:
+    """Have JAX keep its programs so where its folder is ours; another folder stays as it is.
+
+    JAX has no public way to that. Where this one is lacking, it keeps none.
+    """
+    try:
+        from jax._src import compilation_cache
+
+        plain = compilation_cache.get_file_cache
+    except (ImportError, AttributeError):
+        if os.environ.get(compiled.JAX_VARIABLE) == compiled.xla_folder(compiled.folder()):
+            jax.config.update("jax_compilation_cache_dir", None)
+        return
+
+    def cache_of(path: str) -> Any:
+        return (
+            (KeptPrograms(path), path)
+            if path == compiled.xla_folder(compiled.folder())
+            else plain(path)
+        )
+
+    compilation_cache.get_file_cache = cache_of  # pyright: ignore
