@@ -47,25 +47,25 @@ class Emitter:
 
     def values(self, node: Node) -> list[str]:
         """A node's registers, one a vector."""
-        for known in reversed(self._values):
-            if node in known:
-                return known[node]
+        for scope in reversed(self._values):
+            if node in scope:
+                return scope[node]
         w = self._writer
         if node.operation == "literal":
             return [w.number(node.detail, node.kind)] * self._vectors
         where = self._leaf(node)
         assert where is not None, f"{node.operation} is not computed yet"
         if isinstance(where, str):
-            found = [w.spread(where, node.kind)] * self._vectors
+            copies = [w.spread(where, node.kind)] * self._vectors
         else:
             base, offset, spread = where
             if spread:
-                found = [w.load(base, offset, node.kind, spread=True)] * self._vectors
+                copies = [w.load(base, offset, node.kind, spread=True)] * self._vectors
             else:
                 size = w.bytes_of(node.kind)
-                found = [w.load(base, offset + u * size, node.kind) for u in range(self._vectors)]
-        self._values[-1][node] = found
-        return found
+                copies = [w.load(base, offset + u * size, node.kind) for u in range(self._vectors)]
+        self._values[-1][node] = copies
+        return copies
 
     def _products_within_sums(self) -> dict[Node, int]:
         """Return, for sums that absorb a product, the index of that input."""
@@ -79,8 +79,8 @@ class Emitter:
             if a is b or not products:
                 continue
             fused[node] = min(products, key=lambda i: (uses[node.inputs[i]], i))
-        for node, which in fused.items():
-            uses[node.inputs[which]] -= 1
+        for node, position in fused.items():
+            uses[node.inputs[position]] -= 1
         return fused
 
     def _emit(self, region: Region) -> None:
@@ -88,41 +88,43 @@ class Emitter:
             self._compute(node)
 
     def _compute(self, node: Node) -> None:
-        known = self._values[-1]
+        scope = self._values[-1]
         if node.operation == "mul" and not self._regions.uses[node]:
             return  # all that use it take it with them
         if node.operation == "branch":
             self._branch(node)
         elif node.operation == "loop":
             self._loop(node)
-        elif node.operation in ("given", "part") or node in known:
+        elif node.operation in ("given", "part") or node in scope:
             return
         elif node.operation == "row":
-            known[node] = self._row(node)
+            scope[node] = self._row(node)
         elif node in self._fused:
-            known[node] = self._fused_sum(node)
+            scope[node] = self._fused_sum(node)
         else:
             emission = OPERATIONS[node.operation].llvm
             assert emission is not None, node.operation
-            operands = [self.values(each) for each in node.inputs]
-            known[node] = [
+            operands = [self.values(operand) for operand in node.inputs]
+            scope[node] = [
                 emission(self._writer, node, *registers)
                 for registers in zip(*operands, strict=True)
             ]
 
     def _fused_sum(self, node: Node) -> list[str]:
         """a b + c, or with either sign, rounded once."""
-        w, which = self._writer, self._fused[node]
-        product, other = node.inputs[which], node.inputs[1 - which]
+        w, position = self._writer, self._fused[node]
+        product, addend = node.inputs[position], node.inputs[1 - position]
         kind = w.type(node.kind)
-        found = []
-        for a, b, c in zip(*(self.values(each) for each in (*product.inputs, other)), strict=True):
-            if node.operation == "sub" and which == 1:
+        registers = []
+        for a, b, c in zip(
+            *(self.values(operand) for operand in (*product.inputs, addend)), strict=True
+        ):
+            if node.operation == "sub" and position == 1:
                 a = w.do(f"fneg {kind} {a}")
-            if node.operation == "sub" and which == 0:
+            if node.operation == "sub" and position == 0:
                 c = w.do(f"fneg {kind} {c}")
-            found.append(w.call("fma", (node.kind,), a, b, c))
-        return found
+            registers.append(w.call("fma", (node.kind,), a, b, c))
+        return registers
 
     def _branch(self, node: Node) -> None:
         fork: Fork = node.detail
@@ -154,8 +156,8 @@ class Emitter:
 
     def _is_small(self, side: Region) -> bool:
         nodes = self._regions.nodes.get(side, ())
-        inner = any(node.operation in _SLOW for node in nodes)
-        return len(nodes) < _SMALLEST_SIDE and not inner
+        slow = any(node.operation in _SLOW for node in nodes)
+        return len(nodes) < _SMALLEST_SIDE and not slow
 
     def _if_any(
         self,
@@ -166,28 +168,28 @@ class Emitter:
     ) -> dict[Node, list[str]]:
         """Results of a side, for lanes that take it; computed if any does."""
         w = self._writer
-        inside, after = w.label("taken"), w.label("joined")
-        w.go_if(w.any(masks), inside, after, rarely=otherwise is not None)
-        before = w.block
+        inside, rejoin = w.label("taken"), w.label("joined")
+        w.go_if(w.any(masks), inside, rejoin, rarely=otherwise is not None)
+        origin = w.block
         w.begin(inside)
         self._values.append({})
         self._emit(side)
-        found = {}
+        merged = {}
         for part, node in results.items():
-            found[part] = self.values(node)
+            merged[part] = self.values(node)
             if otherwise is not None:
-                found[part] = self._chosen(masks, part, found[part], otherwise[part])
+                merged[part] = self._chosen(masks, part, merged[part], otherwise[part])
         self._values.pop()
         end = w.block
-        w.go(after)
-        w.begin(after)
+        w.go(rejoin)
+        w.begin(rejoin)
         joined = {}
-        for part, values in found.items():
+        for part, values in merged.items():
             none = [w.number(0, part.kind)] * self._vectors
-            others = none if otherwise is None else otherwise[part]
+            alternatives = none if otherwise is None else otherwise[part]
             joined[part] = [
-                w.either(part.kind, (value, end), (other, before))
-                for value, other in zip(values, others, strict=True)
+                w.either(part.kind, (value, end), (alternative, origin))
+                for value, alternative in zip(values, alternatives, strict=True)
             ]
         return joined
 
@@ -199,32 +201,32 @@ class Emitter:
         carried = [loop.carried[slot] for slot in slots]
         begins = [self.values(node.inputs[slot]) for slot in slots]
         going = self._goes_on(node, carried, begins)
-        inside, latch, after = w.label("round"), w.label("latch"), w.label("ended")
-        before = w.block
-        w.go_if(w.any(going), inside, after, rarely=True)
+        inside, latch, ended = w.label("round"), w.label("latch"), w.label("ended")
+        origin = w.block
+        w.go_if(w.any(going), inside, ended, rarely=True)
         w.begin(inside)
-        now = [
+        phis = [
             [
-                w.either(each.kind, (value, before), (f"%{latch}.{slot}.{u}", latch))
+                w.either(entry.kind, (value, origin), (f"%{latch}.{slot}.{u}", latch))
                 for u, value in enumerate(values)
             ]
-            for each, slot, values in zip(carried, slots, begins, strict=True)
+            for entry, slot, values in zip(carried, slots, begins, strict=True)
         ]
         goes = [
-            w.either("bool", (mask, before), (f"%{latch}.goes.{u}", latch))
+            w.either("bool", (mask, origin), (f"%{latch}.goes.{u}", latch))
             for u, mask in enumerate(going)
         ]
-        self._values.append(dict(zip(carried, now, strict=True)))
+        self._values.append(dict(zip(carried, phis, strict=True)))
         self._emit(regions.rounds[node])
         moved = [
             [
-                w.select(*each, name=f"%{latch}.{slot}.{u}")
-                for u, each in enumerate(
+                w.select(*entry, name=f"%{latch}.{slot}.{u}")
+                for u, entry in enumerate(
                     zip(goes, [carry.kind] * len(goes), self.values(new), old, strict=True)
                 )
             ]
             for carry, slot, new, old in zip(
-                carried, slots, [loop.onwards[slot] for slot in slots], now, strict=True
+                carried, slots, [loop.onwards[slot] for slot in slots], phis, strict=True
             )
         ]
         self._values.pop()
@@ -232,13 +234,13 @@ class Emitter:
             w.do(f"or {w.type('bool')} {mask}, {mask}", name=f"%{latch}.goes.{u}")
         w.go(latch)
         w.begin(latch)
-        w.go_if(w.any([f"%{latch}.goes.{u}" for u in range(len(goes))]), inside, after)
-        w.begin(after)
+        w.go_if(w.any([f"%{latch}.goes.{u}" for u in range(len(goes))]), inside, ended)
+        w.begin(ended)
         for slot, first, last in zip(slots, begins, moved, strict=True):
             part = regions.part_of(node, slot)
             if part is not None:
                 self._values[-1][part] = [
-                    w.either(part.kind, (b, before), (m, latch))
+                    w.either(part.kind, (b, origin), (m, latch))
                     for b, m in zip(first, last, strict=True)
                 ]
 
@@ -263,9 +265,9 @@ class Emitter:
         condition = node.detail.goes_on
         self._values.append(dict(zip(carried, values, strict=True)))
         needed = set(reachable((condition,)))
-        for each in self._regions.nodes.get(self._regions.rounds[node], ()):
-            if each in needed:
-                self._compute(each)
-        found = self.values(condition)
+        for computed in self._regions.nodes.get(self._regions.rounds[node], ()):
+            if computed in needed:
+                self._compute(computed)
+        masks = self.values(condition)
         self._values.pop()
-        return found
+        return masks

@@ -74,15 +74,15 @@ def compile_episode(
     Raises:
         CannotLower: for an operation that has no native code, by its name and place.
     """
-    chosen = target_of(target)
+    machine = target_of(target)
     with jax.enable_x64(dtype == "float64"):
         lanes = jax.tree.map(_of_one_lane, lanes_shapes)
         shared = jax.tree.map(_shape, shared_shapes)
         stages, channels = _read(episode, lanes, shared)
     recorded = _recorded(stages.channels, jax.tree.leaves(channels))
-    module = EpisodeModule(stages, _kinds(lanes), recorded, chosen, dtype, vectors)
+    module = EpisodeModule(stages, _kinds(lanes), recorded, machine, dtype, vectors)
     return Kernel(
-        channels, module, _kinds(shared), Code.compiled(module.text(), chosen, store=store)
+        channels, module, _kinds(shared), Code.compiled(module.text(), machine, store=store)
     )
 
 
@@ -186,8 +186,8 @@ class Kernel:
             run.work(next_first)
             return
         with ThreadPoolExecutor(threads) as pool:
-            for done in [pool.submit(run.work, next_first) for _ in range(threads)]:
-                done.result()
+            for future in [pool.submit(run.work, next_first) for _ in range(threads)]:
+                future.result()
 
     def _uniform(self, shared: Tree) -> np.ndarray:
         """Compute the values that all lanes share, once."""
@@ -231,13 +231,13 @@ class _Run:
         module, code, lanes = self.kernel.module, self.kernel.code, self.rows[0].shape[-1]
         block, row = module.block, module.block * self.group
         tables = (module.lane_rows, module.invariant_rows, module.state_rows)
-        given, invariant, state = (rows.memory(block) for rows in tables)
+        inputs, invariant, state = (rows.memory(block) for rows in tables)
         out = module.recorded.memory(self.frames, row)
         start, episode = code.function("start", 4), code.function("episode", 5, 4)
-        at = [memory.ctypes.data for memory in (given, self.uniform, invariant, state, out)]
+        pointers = [memory.ctypes.data for memory in (inputs, self.uniform, invariant, state, out)]
         ends = itertools.accumulate(len(leaf) for leaf in self.rows)
         leaves = [
-            module.lane_rows.view(given, end - len(leaf), end, block)
+            module.lane_rows.view(inputs, end - len(leaf), end, block)
             for leaf, end in zip(self.rows, ends, strict=True)
         ]
         while (first := next_first()) is not None:
@@ -249,8 +249,8 @@ class _Run:
                 for leaf, rows in zip(self.rows, leaves, strict=True):
                     rows[:, :held] = leaf[:, lane : lane + held]
                     rows[:, held:] = leaf[:, -1:]
-                start(*at[:-1])
-                episode(*at, self.frames, self.ticks, row, number * block)
+                start(*pointers[:-1])
+                episode(*pointers, self.frames, self.ticks, row, number * block)
             collected = min(blocks * block, ahead)
             arrays = module.recorded.views(out, self.frames, row)
             for array in arrays:  # a block has filled itself up

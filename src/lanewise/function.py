@@ -89,9 +89,9 @@ def compile_function(
         3.0
     """
     with jax.enable_x64(dtype == "float64"):
-        trace, (after, outputs) = jax.make_jaxpr(function, return_shape=True)(state, inputs)
+        trace, (result, outputs) = jax.make_jaxpr(function, return_shape=True)(state, inputs)
         layout = _fields(state), _fields(inputs), _fields(outputs)
-        assert _fields(after) == layout[0], "the new state differs from the old in its shape"
+        assert _fields(result) == layout[0], "the new state differs from the old in its shape"
         arrays = [*given_arrays("state", state), *given_arrays("inputs", inputs)]
         results = scalars(NativeReader().read(trace, arrays))
     if not lanes:
@@ -154,8 +154,8 @@ def _text(results: Sequence[Node], layout: StepLayout, width: int = 1, lanes: in
         w.begin("end")
         bits = target_of("host").vector_bits
         wide = f'"prefer-vector-width"="{bits}" "min-legal-vector-width"="{bits}" '
-    whole = w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")
-    return module_text([whole], declared, wide)
+    text = w.function("@step(ptr %state, ptr %inputs, ptr %outputs)")
+    return module_text([text], declared, wide)
 
 
 def _places(fields: Fields, lanes: int, base: str) -> list[tuple[str, int, bool]]:
@@ -168,7 +168,7 @@ def _places(fields: Fields, lanes: int, base: str) -> list[tuple[str, int, bool]
     for name, _, shape in fields:
         begin, step = kind.fields[name][1], kind[name].base.itemsize * (lanes or 1)  # type: ignore[index]
         rows = bool(lanes and shape)
-        here = f"{base}.here" if rows else base
+        row_base = f"{base}.here" if rows else base
         numbers = range(math.prod(shape[:-1] if rows else shape))
-        places += [(here, begin + step * n, bool(lanes) and not rows) for n in numbers]
+        places += [(row_base, begin + step * n, bool(lanes) and not rows) for n in numbers]
     return places

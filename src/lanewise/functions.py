@@ -104,9 +104,9 @@ def _signed(magnitude: jax.Array, x: jax.Array) -> jax.Array:
 def _exp_reduced(x: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """n, r and exp(r) - 1, with x = n ln 2 + r."""
     f = _format(x)
-    n, whole = _nearest(x * math.log2(math.e))
+    n, integer = _nearest(x * math.log2(math.e))
     r = (x - n * f.ln2[0]) - n * f.ln2[1]
-    return whole, r, _exp_less_one(r)
+    return integer, r, _exp_less_one(r)
 
 
 def _exp_less_one(r: jax.Array) -> jax.Array:
@@ -116,24 +116,24 @@ def _exp_less_one(r: jax.Array) -> jax.Array:
 
 def exp(x: jax.Array) -> jax.Array:
     """e to the power of x."""
-    whole, _, less_one = _exp_reduced(_within(x, *_format(x).exp_range))
-    return _scaled(1.0 + less_one, whole)
+    integer, _, less_one = _exp_reduced(_within(x, *_format(x).exp_range))
+    return _scaled(1.0 + less_one, integer)
 
 
 def exp2(x: jax.Array) -> jax.Array:
     """Two to the power of x."""
     f = _format(x)
     x = _within(x, -f.bias - f.fraction - 2.0, f.bias + 2.0)
-    n, whole = _nearest(x)
-    return _scaled(1.0 + _exp_less_one((x - n) * math.log(2.0)), whole)
+    n, integer = _nearest(x)
+    return _scaled(1.0 + _exp_less_one((x - n) * math.log(2.0)), integer)
 
 
 def expm1(x: jax.Array) -> jax.Array:
     """e to the power of x, less one."""
-    whole, _, less_one = _exp_reduced(_within(x, -40.0, _format(x).exp_range[1]))
-    half = _power_of_two(whole - 1, x)
+    integer, _, less_one = _exp_reduced(_within(x, -40.0, _format(x).exp_range[1]))
+    half = _power_of_two(integer - 1, x)
     result = 2.0 * (less_one * half + (half - 0.5))
-    return jnp.where(x == 0.0, x, jnp.where(whole == 0, less_one, result))
+    return jnp.where(x == 0.0, x, jnp.where(integer == 0, less_one, result))
 
 
 def _log_parts(x: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -142,8 +142,8 @@ def _log_parts(x: jax.Array) -> tuple[jax.Array, jax.Array]:
     tiny = x < 2.0 ** (1 - fmt.bias)
     bits = _bits(jnp.where(tiny, x * 2.0 ** (fmt.fraction + 2), x))
     root = int(np.asarray(math.sqrt(0.5), x.dtype).view(fmt.whole))
-    one = fmt.bias << fmt.fraction
-    bits = bits + (one - root)
+    bits_of_one = fmt.bias << fmt.fraction
+    bits = bits + (bits_of_one - root)
     exponent = (bits >> fmt.fraction) - fmt.bias
     mantissa = lax.bitcast_convert_type((bits & ((1 << fmt.fraction) - 1)) + root, x.dtype)
     exponent = exponent - jnp.where(tiny, fmt.whole(fmt.fraction + 2), fmt.whole(0))
@@ -170,9 +170,9 @@ def log(x: jax.Array) -> jax.Array:
 def log1p(x: jax.Array) -> jax.Array:
     """The natural logarithm of one more than x."""
     u = 1.0 + x
-    lost = jnp.where(x > 1.0, 1.0 - (u - x), x - (u - 1.0)) / u
+    correction = jnp.where(x > 1.0, 1.0 - (u - x), x - (u - 1.0)) / u
     value = log(u)
-    value = jnp.where((u > 0.0) & (u < jnp.inf), value + lost, value)
+    value = jnp.where((u > 0.0) & (u < jnp.inf), value + correction, value)
     return jnp.where(x == 0.0, x, value)
 
 
@@ -205,10 +205,10 @@ def cosh(x: jax.Array) -> jax.Array:
 def asinh(x: jax.Array) -> jax.Array:
     """The inverse of the hyperbolic sine."""
     size = jnp.abs(x)
-    most = jnp.full_like(x, 2.0**28)
-    small = lax.min(size, most)
+    limit = jnp.full_like(x, 2.0**28)
+    small = lax.min(size, limit)
     value = log1p(small + small * small / (1.0 + jnp.sqrt(small * small + 1.0)))
-    return _signed(jnp.where(size > most, log(size) + math.log(2.0), value), x)
+    return _signed(jnp.where(size > limit, log(size) + math.log(2.0), value), x)
 
 
 def acosh(x: jax.Array) -> jax.Array:
@@ -236,10 +236,10 @@ def _sin_cos(x: jax.Array) -> tuple[jax.Array, jax.Array]:
     sine = r + r * z * _polynomial(of_sine, z)
     cosine = 1.0 + z * _polynomial(of_cosine, z)
     swap = (quadrant & 1) == 1
-    one, other = jnp.where(swap, cosine, sine), jnp.where(swap, sine, cosine)
+    first, second = jnp.where(swap, cosine, sine), jnp.where(swap, sine, cosine)
     return (
-        jnp.where((quadrant & 2) == 0, one, -one),
-        jnp.where(((quadrant + 1) & 2) == 0, other, -other),
+        jnp.where((quadrant & 2) == 0, first, -first),
+        jnp.where(((quadrant + 1) & 2) == 0, second, -second),
     )
 
 
@@ -262,10 +262,10 @@ def tan(x: jax.Array) -> jax.Array:
 def atan2(y: jax.Array, x: jax.Array) -> jax.Array:
     """The angle [rad] of the point (x, y)."""
     width, height = jnp.abs(x), jnp.abs(y)
-    less, more = lax.min(width, height), lax.max(width, height)
-    diagonal = less == more
-    far = (less > _TAN_EIGHTH * more) | (diagonal & (more > 0.0))
-    ratio = jnp.where(far, less - more, less) / jnp.where(far, less + more, more)
+    smaller, larger = lax.min(width, height), lax.max(width, height)
+    diagonal = smaller == larger
+    far = (smaller > _TAN_EIGHTH * larger) | (diagonal & (larger > 0.0))
+    ratio = jnp.where(far, smaller - larger, smaller) / jnp.where(far, smaller + larger, larger)
     t = jnp.where(diagonal, 0.0, ratio)
     z = t * t
     terms = [(-1.0) ** n / (2 * n + 1) for n in range(1, _format(x).atan_terms)]
@@ -310,8 +310,8 @@ def _log_in_two(x: jax.Array) -> tuple[jax.Array, jax.Array]:
     a, b = k * high, 2.0 * s
     total = a + b
     back = total - a
-    rest = (a - (total - back)) + (b - back)
-    return total, rest + (k * low + (2.0 * s_low + s * _log_tail(s)))
+    remainder = (a - (total - back)) + (b - back)
+    return total, remainder + (k * low + (2.0 * s_low + s * _log_tail(s)))
 
 
 def _power(x: jax.Array, y: jax.Array) -> jax.Array:
@@ -326,9 +326,9 @@ def _power(x: jax.Array, y: jax.Array) -> jax.Array:
     beyond = bounded != large + small
     large, small = jnp.where(beyond, bounded, large), jnp.where(beyond, 0.0, small)
     high, low = _format(x).ln2
-    n, whole = _nearest(large * math.log2(math.e))
+    n, integer = _nearest(large * math.log2(math.e))
     r = (large - n * high) + (small - n * low)
-    return _scaled(1.0 + _exp_less_one(r), whole)
+    return _scaled(1.0 + _exp_less_one(r), integer)
 
 
 def _high(x: jax.Array) -> jax.Array:
@@ -345,26 +345,26 @@ def power(x: jax.Array, y: jax.Array) -> jax.Array:
         return power(x.astype(jnp.float64), y.astype(jnp.float64)).astype(jnp.float32)
     size = jnp.abs(x)
     plain = (size > 0.0) & (size < jnp.inf) & (jnp.abs(y) < jnp.inf)
-    one = jnp.ones_like(x)
-    usual = _power(jnp.where(plain, size, one), jnp.where(plain, y, one))
+    ones = jnp.ones_like(x)
+    regular = _power(jnp.where(plain, size, ones), jnp.where(plain, y, ones))
     limit = exp(y * log(size))
-    value = jnp.where(plain, usual, limit)
-    whole = jnp.floor(y) == y
-    odd = whole & (jnp.floor(0.5 * y) * 2.0 != y) & (jnp.abs(y) < jnp.inf)
+    value = jnp.where(plain, regular, limit)
+    is_integer = jnp.floor(y) == y
+    odd = is_integer & (jnp.floor(0.5 * y) * 2.0 != y) & (jnp.abs(y) < jnp.inf)
     value = jnp.where(odd & (_bits(x) < 0), -value, value)
-    value = jnp.where((x < 0.0) & (x > -jnp.inf) & ~whole, jnp.nan, value)
+    value = jnp.where((x < 0.0) & (x > -jnp.inf) & ~is_integer, jnp.nan, value)
     one_always = (y == 0.0) | (x == 1.0) | ((x == -1.0) & (jnp.abs(y) == jnp.inf))
     return jnp.where(one_always, 1.0, value)
 
 
 def integer_power(x: jax.Array, y: int) -> jax.Array:
     """x to the power of a known whole number, by repeated squaring."""
-    value, square, left = None, x, abs(y)
-    while left:
-        if left & 1:
+    value, square, remaining = None, x, abs(y)
+    while remaining:
+        if remaining & 1:
             value = square if value is None else value * square
-        left >>= 1
-        square = square * square if left else square
+        remaining >>= 1
+        square = square * square if remaining else square
     if value is None:
         return jnp.ones_like(x)
     return value if y > 0 else 1.0 / value
@@ -374,12 +374,12 @@ def remainder(x: jax.Array, y: jax.Array) -> jax.Array:
     """Return the remainder of a division, with the sign of x; exact for quotients that the type
     counts."""
     if not jnp.issubdtype(x.dtype, jnp.floating):
-        left = x - lax.div(x, y) * y
-        return jnp.where(y == 0, x, left)
+        difference = x - lax.div(x, y) * y
+        return jnp.where(y == 0, x, difference)
     quotient = x / y
     cut = _signed(jnp.floor(jnp.abs(quotient)), quotient)
-    left = x - cut * y
-    size, step = _signed_as(left, x), jnp.abs(y)
+    difference = x - cut * y
+    size, step = _signed_as(difference, x), jnp.abs(y)
     size = jnp.where(size < 0.0, size + step, jnp.where(size >= step, size - step, size))
     finite = jnp.abs(x) < jnp.inf
     return jnp.where((step == jnp.inf) & finite, x, _signed(jnp.abs(size), x) + (x - x))
@@ -399,8 +399,8 @@ def rounded_away(x: jax.Array) -> jax.Array:
 
 def sign(x: jax.Array) -> jax.Array:
     """-1, 0 or 1."""
-    one = jnp.ones_like(x)
-    return jnp.where(x > 0, one, jnp.where(x < 0, -one, x))
+    ones = jnp.ones_like(x)
+    return jnp.where(x > 0, ones, jnp.where(x < 0, -ones, x))
 
 
 def _within(x: jax.Array, low: float, high: float) -> jax.Array:
@@ -440,6 +440,6 @@ def function(equation: Traced) -> Traced | None:
 
 @functools.cache
 def _trace(name: str, dtypes: tuple[str, ...], details: tuple[tuple[str, int], ...]) -> Traced:
-    whole = functools.partial(_FUNCTIONS[name], **dict(details))
+    function = functools.partial(_FUNCTIONS[name], **dict(details))
     with jax.enable_x64(True):
-        return jax.make_jaxpr(whole)(*(jax.ShapeDtypeStruct((), dtype) for dtype in dtypes))
+        return jax.make_jaxpr(function)(*(jax.ShapeDtypeStruct((), dtype) for dtype in dtypes))

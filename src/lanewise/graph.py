@@ -81,8 +81,8 @@ class Reader(ABC):
         """A loop of unknown length."""
         raise self._refused("while", origin)
 
-    def _refused(self, operation: str, origin: Traced, why: str = "") -> CannotLower:
-        return CannotLower(operation, place_of(origin), why or self.advice, self.target)
+    def _refused(self, operation: str, origin: Traced, reason: str = "") -> CannotLower:
+        return CannotLower(operation, place_of(origin), reason or self.advice, self.target)
 
     def _constant(self, value: ArrayLike, origin: Traced) -> np.ndarray:
         try:
@@ -101,20 +101,20 @@ class Reader(ABC):
         return self._run(trace.jaxpr, constants, inputs, None)
 
     def _run(
-        self, jaxpr: Traced, constants: Arrays, inputs: Arrays, outer: Traced
+        self, jaxpr: Traced, constants: Arrays, inputs: Arrays, caller: Traced
     ) -> list[np.ndarray]:
-        known: dict[Traced, np.ndarray] = dict(zip(jaxpr.constvars, constants, strict=True))
-        known.update(zip(jaxpr.invars, inputs, strict=True))
+        values: dict[Traced, np.ndarray] = dict(zip(jaxpr.constvars, constants, strict=True))
+        values.update(zip(jaxpr.invars, inputs, strict=True))
 
         def value(atom: Traced) -> np.ndarray:
             if hasattr(atom, "val"):  # a number that stands in the program
-                return self._constant(np.asarray(atom.val, atom.aval.dtype), outer)
-            return known[atom]
+                return self._constant(np.asarray(atom.val, atom.aval.dtype), caller)
+            return values[atom]
 
         for equation in jaxpr.eqns:
             arguments = [value(atom) for atom in equation.invars]
-            results = self._apply(equation, arguments, outer or equation)
-            known.update(zip(equation.outvars, results, strict=True))
+            results = self._apply(equation, arguments, caller or equation)
+            values.update(zip(equation.outvars, results, strict=True))
         return [value(atom) for atom in jaxpr.outvars]
 
     def _apply(
@@ -148,20 +148,20 @@ class Reader(ABC):
         self, parameters: Parameters, arguments: Arrays, origin: Traced
     ) -> list[np.ndarray]:
         """Select the taken branch by a chain of forks."""
-        which, *inputs = arguments
+        index, *inputs = arguments
         branches = [self._run_closed(x, inputs, origin) for x in parameters["branches"]]
         taken = branches[0]
         for number, branch in enumerate(branches[1:], 1):
-            taken = self._fork(self._reaches(which, number, origin), taken, branch, origin)
+            taken = self._fork(self._reaches(index, number, origin), taken, branch, origin)
         return taken
 
-    def _reaches(self, which: np.ndarray, number: int, origin: Traced) -> np.ndarray:
+    def _reaches(self, index: np.ndarray, number: int, origin: Traced) -> np.ndarray:
         """Return whether the branch of an index, or a later one, is taken."""
-        node = which.item()
+        node = index.item()
         if node.kind == "bool":
-            return which
-        least = array_of([self._number(number, node.kind)], ())
-        return self._entrywise("ge", "bool", [which, least], None)
+            return index
+        bound = array_of([self._number(number, node.kind)], ())
+        return self._entrywise("ge", "bool", [index, bound], None)
 
     def _number(self, value: float, kind: str) -> Node:
         """A constant that the reader itself needs."""
@@ -188,10 +188,10 @@ class Reader(ABC):
     def _pairwise(self, operation: str, origin: Traced) -> np.ufunc:
         """An operation between two nodes, for arrays of them."""
 
-        def both(a: Node, b: Node) -> Node:
+        def conjunction(a: Node, b: Node) -> Node:
             return self._node(operation, b.kind, (a, b), None, origin)
 
-        return np.frompyfunc(both, 2, 1)
+        return np.frompyfunc(conjunction, 2, 1)
 
     def _reduced(
         self, operation: str, array: np.ndarray, axes: Sequence[int], origin: Traced
@@ -212,11 +212,11 @@ class Reader(ABC):
         ((left_sums, right_sums), (left_batch, right_batch)) = parameters["dimension_numbers"]
         if left_batch or right_batch:
             raise self._refused("dot_general", origin, "of batches of matrices")
-        left = np.moveaxis(arrays[0], left_sums, range(len(left_sums)))
+        left_rows = np.moveaxis(arrays[0], left_sums, range(len(left_sums)))
         right = np.moveaxis(arrays[1], right_sums, range(len(right_sums)))
-        inner = math.prod(left.shape[: len(left_sums)])
-        free = (*left.shape[len(left_sums) :], *right.shape[len(right_sums) :])
-        rows, columns = left.reshape(inner, -1).T, right.reshape(inner, -1).T
+        terms = math.prod(left_rows.shape[: len(left_sums)])
+        free = (*left_rows.shape[len(left_sums) :], *right.shape[len(right_sums) :])
+        rows, columns = left_rows.reshape(terms, -1).T, right.reshape(terms, -1).T
         times, plus = (self._pairwise(name, origin) for name in ("mul", "add"))
         entries = [plus.reduce(times(row, column)) for row in rows for column in columns]
         return array_of(entries, free)
@@ -247,10 +247,10 @@ def elementwise(node: Callable[..., Node], arrays: Arrays) -> np.ndarray:
 
 def called(parameters: Parameters) -> tuple[Traced, Sequence[ArrayLike], str]:
     """Return the trace that an operation calls, its constants, and its origin."""
-    inner = parameters.get("jaxpr", parameters.get("call_jaxpr"))
-    jaxpr, constants = getattr(inner, "jaxpr", inner), getattr(inner, "consts", ())
-    about = getattr(jaxpr, "debug_info", None)
-    return jaxpr, constants, getattr(about, "func_src_info", None) or ""
+    closed = parameters.get("jaxpr", parameters.get("call_jaxpr"))
+    jaxpr, constants = getattr(closed, "jaxpr", closed), getattr(closed, "consts", ())
+    info = getattr(jaxpr, "debug_info", None)
+    return jaxpr, constants, getattr(info, "func_src_info", None) or ""
 
 
 def in_shapes(nodes: Sequence[Node], shapes: Sequence[tuple[int, ...]]) -> list[np.ndarray]:
@@ -265,10 +265,10 @@ def in_shapes(nodes: Sequence[Node], shapes: Sequence[tuple[int, ...]]) -> list[
 
 def _in_dimensions(array: np.ndarray, parameters: Parameters) -> np.ndarray:
     shape = parameters["shape"]
-    whole = [1] * len(shape)
+    shape_in = [1] * len(shape)
     for axis, dimension in enumerate(parameters["broadcast_dimensions"]):
-        whole[dimension] = array.shape[axis]
-    return np.broadcast_to(array.reshape(whole), shape)
+        shape_in[dimension] = array.shape[axis]
+    return np.broadcast_to(array.reshape(shape_in), shape)
 
 
 def _slice(array: np.ndarray, parameters: Parameters) -> np.ndarray:
@@ -330,8 +330,8 @@ def _moved(equation: Traced, arguments: Arrays) -> list[np.ndarray]:
 
 def _known(node: Node, name: str) -> int:
     if node.operation != "literal":
-        why = "it picks an entry by a number that is computed; pick it by jnp.where"
-        raise CannotLower(name, why=why)
+        reason = "it picks an entry by a number that is computed; pick it by jnp.where"
+        raise CannotLower(name, reason=reason)
     return int(node.detail)
 
 

@@ -145,8 +145,8 @@ class Code:
         """
         llvm = _llvm()
         machine = llvm.Target.from_default_triple().create_target_machine(reloc="pic")
-        own = machine.emit_object(llvm.parse_assembly(""))
-        if _format(object_file) != _format(own):
+        empty = machine.emit_object(llvm.parse_assembly(""))
+        if _format(object_file) != _format(empty):
             raise LanewiseError(
                 "the code is for another processor or system than "
                 f"{llvm.get_process_triple()}; compile it for this one"
@@ -217,13 +217,13 @@ def sealed(content: bytes) -> bytes:
     return hashlib.sha256(content).digest() + content
 
 
-def unsealed(whole: bytes) -> bytes:
+def unsealed(data: bytes) -> bytes:
     """Return the sealed content.
 
     Raises:
         LanewiseError: where a byte differs, is missing or was added.
     """
-    checksum, content = whole[:_CHECKSUM_BYTES], whole[_CHECKSUM_BYTES:]
+    checksum, content = data[:_CHECKSUM_BYTES], data[_CHECKSUM_BYTES:]
     if hashlib.sha256(content).digest() != checksum:
         raise LanewiseError("the machine code is truncated or altered; compile it again")
     return content
@@ -284,9 +284,9 @@ class NativeStep:
         """All memory as it is."""
         return tuple(memory.copy() for memory in self._memory)
 
-    def restore(self, kept: tuple[np.ndarray, ...]) -> None:
+    def restore(self, snapshot: tuple[np.ndarray, ...]) -> None:
         """Put all memory where it was kept."""
-        for memory, content in zip(self._memory, kept, strict=True):
+        for memory, content in zip(self._memory, snapshot, strict=True):
             memory[...] = content
 
     def reset(self, **state: np.ndarray) -> None:

@@ -198,8 +198,8 @@ class EpisodeModule:
 
     def _uniform(self, w: FunctionWriter) -> str:
         def leaf(node: Node) -> Address | None:
-            given = node.operation == "given" and node.detail[0] == "shared"
-            return ("%shared", 8 * node.detail[1], False) if given else None
+            is_input = node.operation == "given" and node.detail[0] == "shared"
+            return ("%shared", 8 * node.detail[1], False) if is_input else None
 
         emitted = Emitter(w, 1, self.stages.uniform, leaf)
         for node, offset in self._shared.items():
@@ -236,8 +236,8 @@ class EpisodeModule:
         w.go("tick")
         w.begin("tick")
         w.also("%index = phi i32 [ %first, %frame ], [ %next.index, %ticked ]")
-        after = [stages.tick[slot] for slot in stages.slots]
-        self._store_state(w, after, Emitter(w, self.vectors, after, self._leaf("%index")))
+        next_state = [stages.tick[slot] for slot in stages.slots]
+        self._store_state(w, next_state, Emitter(w, self.vectors, next_state, self._leaf("%index")))
         w.go("ticked")
         w.begin("ticked")
         w.also("%next.index = add i32 %index, 1")
@@ -288,8 +288,8 @@ class EpisodeModule:
             frame = w.do(f"add i64 {begin}, {w.do(f'mul i64 %f, {size}')}")
             column = w.do(f"mul i64 %column, {dtype.itemsize}")
             for number in range(scalars):
-                before = w.do(f"add i64 {frame}, {number * dtype.itemsize}")
-                place = w.do(f"add i64 {w.do(f'mul i64 {before}, %row')}, {column}")
+                byte = w.do(f"add i64 {frame}, {number * dtype.itemsize}")
+                place = w.do(f"add i64 {w.do(f'mul i64 {byte}, %row')}, {column}")
                 base = w.do(f"getelementptr i8, ptr %out, i64 {place}")
                 node = next(nodes)
                 w.store(base, 0, node.kind, *emitted.values(node))

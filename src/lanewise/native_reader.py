@@ -72,8 +72,8 @@ class NativeReader(Reader):
 
     def _guarded(self, over: Node, under: Node, origin: Traced) -> Node:
         """A ratio that only some lanes need: divided only where any does."""
-        needed, one, real = under.inputs
-        no = self._node("div", over.kind, (over, one), None, origin)
+        needed, unit, real = under.inputs
+        no = self._node("div", over.kind, (over, unit), None, origin)
         yes = self._shared(folded(Node("div", over.kind, (over, real))))
         return self._decided(needed, [no], [yes])[0]
 
@@ -86,22 +86,22 @@ class NativeReader(Reader):
         """
         kind = over.kind
 
-        def node(operation: str, *inputs: Node, of: str = kind) -> Node:
-            return self._node(operation, of, inputs, None, origin)
+        def node(operation: str, *inputs: Node, kind_of_node: str = kind) -> Node:
+            return self._node(operation, kind_of_node, inputs, None, origin)
 
-        one = self._number(1, kind)
-        inverse = self._shared(folded(Node("div", kind, (one, under))))
+        unit = self._number(1, kind)
+        inverse = self._shared(folded(Node("div", kind, (unit, under))))
         guess = node("mul", over, inverse)
-        left = node("sub", over, node("mul", guess, under))
-        better = node("add", guess, node("mul", left, inverse))
+        residual = node("sub", over, node("mul", guess, under))
+        better = node("add", guess, node("mul", residual, inverse))
         zero = self._number(0, kind)
-        return node("select_n", node("differ", left, zero, of="bool"), guess, better)
+        return node("select_n", node("differ", residual, zero, kind_of_node="bool"), guess, better)
 
     def _between_entries(
         self, name: str, kind: str, arguments: Arrays, equation: Traced, origin: Traced
     ) -> np.ndarray:
-        whole = function(equation)
-        if whole is None:
+        result = function(equation)
+        if result is None:
             operation = OPERATIONS.get(name)
             if operation is None or operation.llvm is None:
                 raise self._refused(name, origin)
@@ -109,21 +109,21 @@ class NativeReader(Reader):
 
         def entry(*nodes: Node) -> Node:
             inputs = [array_of([node], ()) for node in nodes]
-            constants = [self._constant(value, origin) for value in whole.consts]
-            return self._run(whole.jaxpr, constants, inputs, origin)[0].item()
+            constants = [self._constant(value, origin) for value in result.consts]
+            return self._run(result.jaxpr, constants, inputs, origin)[0].item()
 
         return elementwise(entry, arguments)
 
     def _call(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
-        jaxpr, constants, about = called(parameters)
-        known = [self._constant(value, origin) for value in constants]
-        return self._run(jaxpr, known, arguments, origin if is_of_jax(about) else None)
+        jaxpr, constants, info = called(parameters)
+        constant_nodes = [self._constant(value, origin) for value in constants]
+        return self._run(jaxpr, constant_nodes, arguments, origin if is_of_jax(info) else None)
 
-    def _reaches(self, which: np.ndarray, number: int, origin: Traced) -> np.ndarray:
-        node = which.item()
+    def _reaches(self, index: np.ndarray, number: int, origin: Traced) -> np.ndarray:
+        node = index.item()
         if node.operation == "convert_element_type" and node.inputs[0].kind == "bool":
             return array_of(node.inputs, ())
-        return super()._reaches(which, number, origin)
+        return super()._reaches(index, number, origin)
 
     def _fork(
         self, condition: np.ndarray, no: Arrays, yes: Arrays, origin: Traced
@@ -180,9 +180,9 @@ class NativeReader(Reader):
         ]
         inputs = [*fixed, *in_shapes(carried, shapes), *read]
         onwards = scalars(self._run_closed(parameters["jaxpr"], inputs, origin))
-        one, length = (self._number(n, "int32_t") for n in (1, parameters["length"]))
+        unit, length = (self._number(n, "int32_t") for n in (1, parameters["length"]))
         goes_on = self._node("lt", "bool", (number, length), None, origin)
-        following = self._node("add", "int32_t", (number, one), None, origin)
+        following = self._node("add", "int32_t", (number, unit), None, origin)
         loop = Loop((number, *carried), goes_on, (following, *onwards))
         first = (self._number(0, "int32_t"), *scalars(begins))
         node = Node("loop", "", (*first, *loop.outside()), loop)
@@ -212,8 +212,8 @@ def _is_guarded(under: Node) -> bool:
     """Return whether a number is one wherever a condition does not hold."""
     match under.operation, under.inputs:
         case "select_n", (condition, no, yes):
-            one = no.operation == "literal" and no.detail == 1.0
-            return condition.kind == "bool" and one and yes.operation != "literal"
+            is_one = no.operation == "literal" and no.detail == 1.0
+            return condition.kind == "bool" and is_one and yes.operation != "literal"
     return False
 
 

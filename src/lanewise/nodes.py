@@ -38,11 +38,11 @@ def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
     """
     import jax  # nodes need no JAX, nor does compiled code
 
-    apart = jax.jit(function)
+    compiled = jax.jit(function)
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
-        return (apart if _kept.get() else function)(*args, **kwargs)
+        return (compiled if _kept.get() else function)(*args, **kwargs)
 
     return call
 
@@ -154,13 +154,13 @@ class CannotLower(LanewiseError):  # noqa: N818 - it says what cannot be done
         self,
         operation: str,
         place: Place | None = None,
-        why: str = "",
+        reason: str = "",
         target: str = "native code",
     ) -> None:
-        named = repr(operation) if operation.isidentifier() else operation
+        label = repr(operation) if operation.isidentifier() else operation
         where = "" if place is None else f" ({place.file.name}, line {place.line})"
-        super().__init__(f"{named}{where} has no {target}{why and ': '}{why}")
-        self.operation, self.place, self.why = operation, place, why
+        super().__init__(f"{label}{where} has no {target}{reason and ': '}{reason}")
+        self.operation, self.place, self.why = operation, place, reason
 
 
 KINDS = {
@@ -261,12 +261,12 @@ def literal(value: Detail, kind: str) -> Node:
 def reachable(nodes: Iterable[Node]) -> list[Node]:
     """All that the nodes are made of, in an order in which it can be computed."""
     met: set[Node] = set()
-    left = list(nodes)
-    while left:
-        node = left.pop()
+    pending = list(nodes)
+    while pending:
+        node = pending.pop()
         if node not in met:
             met.add(node)
-            left += node.inputs
+            pending += node.inputs
     return sorted(met, key=lambda node: node.number)
 
 

@@ -98,14 +98,14 @@ def _divided(w: FunctionWriter, node: Node, a: str, b: str) -> str:
     kind = w.type(node.kind)
     if node.kind in FLOATS:
         return w.do(f"fdiv {kind} {a}, {b}")
-    one, all_set = w.number(1, node.kind), w.number(-1, node.kind)
+    unit, all_set = w.number(1, node.kind), w.number(-1, node.kind)
     zero = w.do(f"icmp eq {kind} {b}, zeroinitializer")
-    over = w.select(zero, node.kind, one, b)
+    over = w.select(zero, node.kind, unit, b)
     if node.kind[0] == "u":
         ratio = w.do(f"udiv {kind} {a}, {over}")
     else:  # the lowest number by minus one is beyond the range
         back = w.do(f"icmp eq {kind} {b}, {all_set}")
-        ratio = w.do(f"sdiv {kind} {a}, {w.select(back, node.kind, one, over)}")
+        ratio = w.do(f"sdiv {kind} {a}, {w.select(back, node.kind, unit, over)}")
         ratio = w.select(back, node.kind, _negated(w, node, a), ratio)
     return w.select(zero, node.kind, all_set, ratio)
 
@@ -154,32 +154,34 @@ def _inverted(w: FunctionWriter, node: Node, x: str) -> str:
     return w.do(f"xor {w.type(node.kind)} {x}, {ones}")
 
 
-def _selected(w: FunctionWriter, node: Node, which: str, *cases: str) -> str:
-    of = node.inputs[0].kind
-    if of == "bool":
+def _selected(w: FunctionWriter, node: Node, index: str, *cases: str) -> str:
+    index_kind = node.inputs[0].kind
+    if index_kind == "bool":
         no, yes = cases
-        return w.select(which, node.kind, yes, no)
+        return w.select(index, node.kind, yes, no)
     taken = cases[0]
     for number, case in enumerate(cases[1:], 1):
-        here = w.do(f"icmp sge {w.type(of)} {which}, {w.number(number, of)}")
-        taken = w.select(here, node.kind, case, taken)
+        mask = w.do(f"icmp sge {w.type(index_kind)} {index}, {w.number(number, index_kind)}")
+        taken = w.select(mask, node.kind, case, taken)
     return taken
 
 
-def _cut_off(w: FunctionWriter, of: str, to: str, x: str) -> str:
+def _cut_off(w: FunctionWriter, source: str, to: str, x: str) -> str:
     """The whole part of a float, the nearest there is beyond the range, zero for no number.
 
     LLVM's own saturating conversion takes a vector apart into its numbers.
     """
-    before, after = w.type(of), w.type(to)
+    source_type, target_type = w.type(source), w.type(to)
     bits = _bits(to) - (to[0] != "u")
-    lowest, zero = w.number(0.0 if to[0] == "u" else -(2.0**bits), of), "zeroinitializer"
-    above = w.do(f"fcmp oge {before} {x}, {w.number(2.0**bits, of)}")
-    within = w.do(f"fcmp oge {before} {x}, {lowest}")
-    safe = w.select(above, of, zero, w.select(within, of, x, lowest))
-    whole = w.do(f"{'fptoui' if to[0] == 'u' else 'fptosi'} {before} {safe} to {after}")
-    whole = w.select(above, to, w.number(2**bits - 1, to), whole)
-    return w.select(w.do(f"fcmp uno {before} {x}, {x}"), to, zero, whole)
+    lowest, zero = w.number(0.0 if to[0] == "u" else -(2.0**bits), source), "zeroinitializer"
+    above = w.do(f"fcmp oge {source_type} {x}, {w.number(2.0**bits, source)}")
+    within = w.do(f"fcmp oge {source_type} {x}, {lowest}")
+    safe = w.select(above, source, zero, w.select(within, source, x, lowest))
+    converted = w.do(
+        f"{'fptoui' if to[0] == 'u' else 'fptosi'} {source_type} {safe} to {target_type}"
+    )
+    converted = w.select(above, to, w.number(2**bits - 1, to), converted)
+    return w.select(w.do(f"fcmp uno {source_type} {x}, {x}"), to, zero, converted)
 
 
 def _bits(kind: str) -> int:
@@ -188,29 +190,33 @@ def _bits(kind: str) -> int:
 
 def _converted(w: FunctionWriter, node: Node, x: str) -> str:
     """Another type; floats that become whole are cut off towards zero, and kept in the range."""
-    of, to = node.inputs[0].kind, node.kind
-    before, after = w.type(of), w.type(to)
-    if of == to:
+    source, to = node.inputs[0].kind, node.kind
+    source_type, target_type = w.type(source), w.type(to)
+    if source == to:
         return x
     if to == "bool":
-        test = "fcmp une" if of in FLOATS else "icmp ne"
-        return w.do(f"{test} {before} {x}, zeroinitializer")
-    if of in FLOATS and to in FLOATS:
-        return w.do(f"{'fpext' if to == 'double' else 'fptrunc'} {before} {x} to {after}")
-    if of in FLOATS:
-        return _cut_off(w, of, to, x)
-    unsigned = of == "bool" or of[0] == "u"
+        test = "fcmp une" if source in FLOATS else "icmp ne"
+        return w.do(f"{test} {source_type} {x}, zeroinitializer")
+    if source in FLOATS and to in FLOATS:
+        return w.do(
+            f"{'fpext' if to == 'double' else 'fptrunc'} {source_type} {x} to {target_type}"
+        )
+    if source in FLOATS:
+        return _cut_off(w, source, to, x)
+    unsigned = source == "bool" or source[0] == "u"
     if to in FLOATS:
-        return w.do(f"{'uitofp' if unsigned else 'sitofp'} {before} {x} to {after}")
-    if _bits(of) == _bits(to):
+        return w.do(f"{'uitofp' if unsigned else 'sitofp'} {source_type} {x} to {target_type}")
+    if _bits(source) == _bits(to):
         return x
     longer = "zext" if unsigned else "sext"
-    return w.do(f"{longer if _bits(to) > _bits(of) else 'trunc'} {before} {x} to {after}")
+    return w.do(
+        f"{longer if _bits(to) > _bits(source) else 'trunc'} {source_type} {x} to {target_type}"
+    )
 
 
 def _as_bits(w: FunctionWriter, node: Node, x: str) -> str:
-    of, to = w.type(node.inputs[0].kind), w.type(node.kind)
-    return x if of == to else w.do(f"bitcast {of} {x} to {to}")
+    source, to = w.type(node.inputs[0].kind), w.type(node.kind)
+    return x if source == to else w.do(f"bitcast {source} {x} to {to}")
 
 
 def _shift(instruction: str) -> Emission:
@@ -221,9 +227,9 @@ def _shift(instruction: str) -> Emission:
         amount = node.inputs[1]
         if amount.operation == "literal" and 0 <= int(amount.detail) <= last:
             return w.do(f"{instruction} {kind} {x}, {by}")
-        most = w.number(last, node.kind)
-        within = w.do(f"icmp ule {kind} {by}, {most}")
-        shifted = w.do(f"{instruction} {kind} {x}, {w.select(within, node.kind, by, most)}")
+        limit = w.number(last, node.kind)
+        within = w.do(f"icmp ule {kind} {by}, {limit}")
+        shifted = w.do(f"{instruction} {kind} {x}, {w.select(within, node.kind, by, limit)}")
         if instruction == "ashr":
             return shifted
         return w.select(within, node.kind, shifted, "zeroinitializer")
@@ -321,9 +327,9 @@ def exact(node: Node) -> Node | None:
         case "neg" | "not", (a,) if a.operation == node.operation:
             return a.inputs[0]
         case ("and" | "or") as operation, (a, b) if kind == "bool":
-            for one, other in ((a, b), (b, a)):
-                if one.operation == "literal":
-                    return other if bool(one.detail) == (operation == "and") else one
+            for literal, operand in ((a, b), (b, a)):
+                if literal.operation == "literal":
+                    return operand if bool(literal.detail) == (operation == "and") else literal
         case "add", (a, b) if kind not in FLOATS and (_is(a, 0) or _is(b, 0)):
             return b if _is(a, 0) else a
     return None

@@ -33,16 +33,16 @@ class Stages:
     def slots(self) -> tuple[int, ...]:
         """The entries of the state that what is recorded depends on, sooner or later."""
         needed: set[int] = set()
-        left = list(self.channels)
-        while left:
+        pending = list(self.channels)
+        while pending:
             read = {
                 node.detail[1]
-                for node in reachable(left)
+                for node in reachable(pending)
                 if node.operation == "given" and node.detail[0] == "state"
             }
             new = read - needed
             needed |= new
-            left = [node for i in new for node in (self.tick[i], self.frame[i])]
+            pending = [node for i in new for node in (self.tick[i], self.frame[i])]
         return tuple(sorted(needed))
 
     @cached_property
@@ -58,22 +58,22 @@ class Stages:
 
     @property
     def _later(self) -> list[Node]:
-        kept = [nodes[i] for nodes in (self.tick, self.frame) for i in self.slots]
-        return [*kept, *self.channels]
+        carried = [nodes[i] for nodes in (self.tick, self.frame) for i in self.slots]
+        return [*carried, *self.channels]
 
 
 def _read(results: Sequence[Node], stage: int) -> tuple[Node, ...]:
     """The nodes of a stage that later stages read."""
     read: set[Node] = set()
     met: set[Node] = set()
-    left = list(results)
-    while left:
-        node = left.pop()
+    pending = list(results)
+    while pending:
+        node = pending.pop()
         if node in met:
             continue
         met.add(node)
         if node.stage > stage:
-            left += node.inputs
+            pending += node.inputs
         elif node.stage == stage and node.operation != "literal":
             read.add(node)
     return tuple(sorted(read, key=lambda node: node.number))
@@ -132,16 +132,16 @@ class Regions:
 
     def _live(self) -> set[Node]:
         live: set[Node] = set()
-        left = list(self.results)
+        pending = list(self.results)
 
         def carry(loop: Node, slot: int) -> None:
             slots = self.parts[loop]
             if slot not in slots:
                 slots.append(slot)
-                left.extend((loop.inputs[slot], loop.detail.onwards[slot]))
+                pending.extend((loop.inputs[slot], loop.detail.onwards[slot]))
 
-        while left:
-            node = left.pop()
+        while pending:
+            node = pending.pop()
             if node in self._carriers:
                 carry(*self._carriers[node])
                 live.add(node)
@@ -153,23 +153,23 @@ class Regions:
                 self.parts.setdefault(node, [])
                 loop: Loop = node.detail
                 self._carriers.update((x, (node, i)) for i, x in enumerate(loop.carried))
-                left.append(loop.goes_on)
+                pending.append(loop.goes_on)
             elif node.operation == "branch":
                 self.parts.setdefault(node, [])
-                left.append(node.inputs[0])
+                pending.append(node.inputs[0])
             elif node.operation == "part":
-                (of,) = node.inputs
-                self._parts[of, node.detail] = node
-                if of not in live:
-                    left += [node, of]
+                (operand,) = node.inputs
+                self._parts[operand, node.detail] = node
+                if operand not in live:
+                    pending += [node, operand]
                     live.discard(node)
-                elif of.operation == "loop":
-                    carry(of, node.detail)
-                elif node.detail not in self.parts[of]:
-                    self.parts[of].append(node.detail)
-                    left += [of.detail.no[node.detail], of.detail.yes[node.detail]]
+                elif operand.operation == "loop":
+                    carry(operand, node.detail)
+                elif node.detail not in self.parts[operand]:
+                    self.parts[operand].append(node.detail)
+                    pending += [operand.detail.no[node.detail], operand.detail.yes[node.detail]]
             else:
-                left += node.inputs
+                pending += node.inputs
         for slots in self.parts.values():
             slots.sort()
         return live
@@ -188,25 +188,25 @@ class Regions:
         for node in self.results:
             use(node, self.top)
         for node in reversed(live):
-            here = region[node]
+            home = region[node]
             if node.operation == "branch":
                 branch: Fork = node.detail
-                no, yes = self.sides[node] = here.within(), here.within()
-                use(node.inputs[0], here)
+                no, yes = self.sides[node] = home.within(), home.within()
+                use(node.inputs[0], home)
                 for part in self.parts[node]:
                     use(branch.no[part], no)
                     use(branch.yes[part], yes)
             elif node.operation == "loop":
                 loop: Loop = node.detail
-                rounds = self.rounds[node] = here.within(node)
+                rounds = self.rounds[node] = home.within(node)
                 use(loop.goes_on, rounds)
                 for part in self.parts[node]:
                     region.setdefault(loop.carried[part], rounds)
-                    use(node.inputs[part], here)
+                    use(node.inputs[part], home)
                     use(loop.onwards[part], rounds)
             elif node not in self._carriers:
                 for x in node.inputs:
-                    use(x, here)
+                    use(x, home)
         return region
 
     def _out_of_loops(self, node: Node, where: Region) -> Region:

@@ -99,8 +99,10 @@ class FunctionWriter:
 
     def select(self, mask: str, kind: str, yes: str, no: str, name: str = "") -> str:
         """One of two values, lane by lane."""
-        of = self.type(kind)
-        return self.do(f"select {self.type('bool')} {mask}, {of} {yes}, {of} {no}", name)
+        type_name = self.type(kind)
+        return self.do(
+            f"select {self.type('bool')} {mask}, {type_name} {yes}, {type_name} {no}", name
+        )
 
     def any(self, masks: list[str]) -> str:
         """Emit the test whether a mask holds for any lane of any vector."""
@@ -123,8 +125,8 @@ class FunctionWriter:
 
     def either(self, kind: str, *cases: tuple[str, str]) -> str:
         """The value that the block before gave, from pairs of value and block."""
-        of = ", ".join(f"[ {value}, %{block} ]" for value, block in cases)
-        return self.do(f"phi {self.type(kind)} {of}")
+        pairs = ", ".join(f"[ {value}, %{block} ]" for value, block in cases)
+        return self.do(f"phi {self.type(kind)} {pairs}")
 
     def bytes_of(self, kind: str) -> int:
         """Bytes of a vector in memory."""
@@ -159,11 +161,11 @@ class FunctionWriter:
         """A number in a register of its own, over all lanes."""
         return self._spread(scalar, TYPES[kind])
 
-    def _spread(self, scalar: str, of: str) -> str:
+    def _spread(self, scalar: str, type_name: str) -> str:
         if self.lanes == 1:
             return scalar
-        wide = self._wide(of)
-        first = self.do(f"insertelement {wide} poison, {of} {scalar}, i64 0")
+        wide = self._wide(type_name)
+        first = self.do(f"insertelement {wide} poison, {type_name} {scalar}, i64 0")
         zeros = f"<{self.lanes} x i32> zeroinitializer"
         return self.do(f"shufflevector {wide} {first}, {wide} poison, {zeros}")
 

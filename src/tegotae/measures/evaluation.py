@@ -198,7 +198,7 @@ def evaluate(
         >>> f"{result.summary()['cot_inverse'].mean:.2f} m/J"
         '0.44 m/J'
     """
-    body, protocol, asked = body or Hopper(), protocol or Protocol(), chosen(metrics)
+    body, protocol, selected = body or Hopper(), protocol or Protocol(), chosen(metrics)
     require_evaluable(controller, body, protocol)
     omegas = np.array(protocol.omegas(controller, omega_t))
     rows = as_lanes(controller, body, weights, Scenario(0.0), "float64").weights.T
@@ -226,7 +226,7 @@ def evaluate(
         protocol,
         CONTINUOUS if integrator is None else integrator,
     )
-    needed = with_needed(asked)
+    needed = with_needed(selected)
     values: dict[str, np.ndarray] = {}
     recording: dict[str, np.ndarray] = {}
     if recorded or not all(isinstance(metric, ClampedMetric) for metric in needed):
@@ -241,7 +241,7 @@ def evaluate(
     return Evaluation(
         protocol,
         omegas,
-        {m.name: _per_lane(m, values[m.name], runs * n_omegas).reshape(runs, -1) for m in asked},
+        {m.name: _per_lane(m, values[m.name], runs * n_omegas).reshape(runs, -1) for m in selected},
         {name: value.reshape(-1, runs, n_omegas) for name, value in recording.items()},
     )
 
@@ -364,17 +364,17 @@ class EvaluatedEpisodes:
         The channels are those of the undisturbed part, [frames, lanes]. Where a metric is about it,
         the ground drops at the first apex after that.
         """
-        own, protocol = built_in_gait(), self.protocol
-        channels = tuple(dict.fromkeys((*channels_of((*own, *metrics)), *recorded)))
+        gait_metrics, protocol = built_in_gait(), self.protocol
+        channels = tuple(dict.fromkeys((*channels_of((*gait_metrics, *metrics)), *recorded)))
         if any(metric.disturbed for metric in metrics):
             trajectory, drop_time_s = self.disturbed(channels)
         else:
             trajectory, drop_time_s = self.undisturbed(channels), None
         # The package's own are always computed together, by one program, whatever else is asked
         # for: their numbers do not depend on which others there are.
-        users = tuple(metric for metric in metrics if metric not in own)
+        users = tuple(metric for metric in metrics if metric not in gait_metrics)
         values: dict[str, np.ndarray] = {}
-        for together in (own, users) if users else (own,):
+        for together in (gait_metrics, users) if users else (gait_metrics,):
             of_gait = gait(
                 trajectory,
                 omega=jnp.asarray(self.scenario.omega, "float32"),

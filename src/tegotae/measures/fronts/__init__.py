@@ -75,8 +75,8 @@ class SpeedFront:
         Args:
             speed: any shape.
         """
-        own, cost = self.columns["speed"], self.columns["cost_of_transport"]
-        return np.interp(np.asarray(speed, float), own, cost, left=np.nan, right=np.nan)
+        speeds, cost = self.columns["speed"], self.columns["cost_of_transport"]
+        return np.interp(np.asarray(speed, float), speeds, cost, left=np.nan, right=np.nan)
 
     def reaches(self, speed: float) -> bool:
         """Return whether a point lies within `NEAR` of a speed: elsewhere a cost is a guess."""
@@ -85,7 +85,7 @@ class SpeedFront:
     def nearest(self, speed: float) -> dict[str, float]:
         """The numbers of the point nearest to a speed: its columns but for the texts."""
         k = int(np.abs(self.columns["speed"] - speed).argmin())
-        return {n: float(own[k]) for n, own in self.columns.items() if n not in _TEXT}
+        return {n: float(column[k]) for n, column in self.columns.items() if n not in _TEXT}
 
 
 def front(system: str, family: str = "vanilla") -> SpeedFront:
@@ -106,11 +106,11 @@ def front(system: str, family: str = "vanilla") -> SpeedFront:
         True
     """
     table = front_table(system)
-    known = list(dict.fromkeys(table["family"].tolist()))
-    if family not in known:
-        raise unknown(f"front of {system}", family, known)
-    own = table["family"] == family
-    columns = {name: values[own] for name, values in table.items()}
+    families = list(dict.fromkeys(table["family"].tolist()))
+    if family not in families:
+        raise unknown(f"front of {system}", family, families)
+    rows = table["family"] == family
+    columns = {name: values[rows] for name, values in table.items()}
     order = np.argsort(columns["speed"])
     return SpeedFront(system, family, {name: values[order] for name, values in columns.items()})
 
@@ -123,9 +123,9 @@ def front_table(system: str) -> dict[str, np.ndarray]:
         TegotaeError: for a system without fronts.
     """
     folder = files("tegotae.measures.fronts")
-    known = sorted(f.name.removesuffix(".csv") for f in folder.iterdir() if f.name.endswith(".csv"))
-    if system not in known:
-        raise unknown("system with a front", system, known)
+    names = sorted(f.name.removesuffix(".csv") for f in folder.iterdir() if f.name.endswith(".csv"))
+    if system not in names:
+        raise unknown("system with a front", system, names)
     table = parse_csv((folder / f"{system}.csv").read_text(encoding="utf-8"))
     return {
         name: np.asarray(values, str) if name in _TEXT else numbers(values)

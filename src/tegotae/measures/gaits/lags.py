@@ -110,8 +110,8 @@ def over_strides(lag: AnyArray, frames_per_stride: AnyArray) -> jax.Array:
     begins = jnp.broadcast_to(begins, turned.shape)
 
     def within(total: jax.Array) -> jax.Array:
-        before = jnp.take_along_axis(total, jnp.maximum(begins, 0), axis=0)
-        return total - jnp.where(begins >= 0, before, jnp.zeros_like(before))
+        begin = jnp.take_along_axis(total, jnp.maximum(begins, 0), axis=0)
+        return total - jnp.where(begins >= 0, begin, jnp.zeros_like(begin))
 
     return jnp.where(within(count) > 0, _place(within(turned)), jnp.nan)
 
@@ -138,8 +138,8 @@ def time_to_lock(lag: AnyArray, final: AnyArray, time_s: AnyArray, tolerance: fl
     time = jnp.asarray(time_s)
     time = jnp.broadcast_to(time if time.ndim == 2 else time[:, None], stays.shape)
     first = jnp.argmax(stays, axis=0)
-    found = jnp.take_along_axis(time, first[None], axis=0)[0]
-    return jnp.where(stays[-1], found, jnp.nan)
+    lock_time = jnp.take_along_axis(time, first[None], axis=0)[0]
+    return jnp.where(stays[-1], lock_time, jnp.nan)
 
 
 def moved(lag: AnyArray) -> jax.Array:
@@ -208,8 +208,8 @@ def steps_to_latest(x: AnyArray) -> jax.Array:
     """
     x = jnp.asarray(x)
     frame = jnp.arange(x.shape[0]).reshape(-1, *[1] * (x.ndim - 1))
-    at = jax.lax.cummax(jnp.where(jnp.isfinite(x), frame, -1), axis=0)
-    return jnp.where(at >= 0, jnp.take_along_axis(x, jnp.maximum(at, 0), axis=0), jnp.nan)
+    index = jax.lax.cummax(jnp.where(jnp.isfinite(x), frame, -1), axis=0)
+    return jnp.where(index >= 0, jnp.take_along_axis(x, jnp.maximum(index, 0), axis=0), jnp.nan)
 
 
 class Rhythm(ABC):
@@ -263,11 +263,11 @@ class OfTouchdowns(Rhythm):
         """Lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
         touchdowns = jnp.asarray(trajectory.touchdown_time_s)
         latest = steps_to_latest(touchdowns)
-        own, earlier = latest[:, reference], jnp.roll(latest[:, reference], 1, axis=0)
+        reference_time, earlier = latest[:, reference], jnp.roll(latest[:, reference], 1, axis=0)
         new = jnp.isfinite(touchdowns[:, reference]) & jnp.isfinite(earlier)
         new = new.at[0].set(False)
-        stride = steps_to_latest(jnp.where(new, own - earlier, jnp.nan))
-        return ((latest - own[:, None]) / stride[:, None]) % 1.0
+        stride = steps_to_latest(jnp.where(new, reference_time - earlier, jnp.nan))
+        return ((latest - reference_time[:, None]) / stride[:, None]) % 1.0
 
     def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
         """Touchdowns of the reference leg per second, [lanes]."""
@@ -367,30 +367,34 @@ def lags_at_sections(phase_rad: AnyArray, cycles: int, reference: int = 0) -> ja
     phase = jnp.asarray(phase_rad) / TURN
     begun = phase[:1] % 1.0
     turns = jnp.concatenate([begun, begun + jnp.cumsum(apart(phase[1:], phase[:-1]), axis=0)])
-    own = turns[:, reference]
-    levels = jnp.floor(own[0])[None] + 1.0 + jnp.arange(cycles, dtype=own.dtype)[:, None]
-    return jax.vmap(lambda level: _at(turns, own, level))(levels)
+    reference_turns = turns[:, reference]
+    levels = (
+        jnp.floor(reference_turns[0])[None]
+        + 1.0
+        + jnp.arange(cycles, dtype=reference_turns.dtype)[:, None]
+    )
+    return jax.vmap(lambda level: _at(turns, reference_turns, level))(levels)
 
 
-def _at(turns: jax.Array, own: jax.Array, level: jax.Array) -> jax.Array:
+def _at(turns: jax.Array, reference: jax.Array, level: jax.Array) -> jax.Array:
     """The lags where the reference leg has made so many turns, [limbs, lanes]."""
-    past = own >= level[None]
-    after = jnp.argmax(past, axis=0)
-    last = len(own) - 1
-    there = past.any(axis=0) & (after >= 2) & (after < last)
-    at = jnp.clip(after - 1, 1, last - 2)
+    past = reference >= level[None]
+    next_frame = jnp.argmax(past, axis=0)
+    last = len(reference) - 1
+    valid = past.any(axis=0) & (next_frame >= 2) & (next_frame < last)
+    nearest = jnp.clip(next_frame - 1, 1, last - 2)
 
     def near(x: jax.Array, offset: int) -> jax.Array:
-        index = jnp.broadcast_to(at + offset, x.shape[1:])[None]
+        index = jnp.broadcast_to(nearest + offset, x.shape[1:])[None]
         return jnp.take_along_axis(x, index, axis=0)[0]
 
-    four = [near(own, k) - level for k in (-1, 0, 1, 2)]
+    four = [near(reference, k) - level for k in (-1, 0, 1, 2)]
     share = -four[1] / (four[2] - four[1])
     for _ in range(_NEWTON_STEPS):
         value, slope = jax.jvp(lambda s: _cubic(four, s), (share,), (jnp.ones_like(share),))
         share = share - value / slope
     legs = _cubic([near(turns, k) for k in (-1, 0, 1, 2)], share[None])
-    return jnp.where(there[None], (level[None] - legs) % 1.0, jnp.nan)
+    return jnp.where(valid[None], (level[None] - legs) % 1.0, jnp.nan)
 
 
 def _cubic(four: list[jax.Array], s: jax.Array) -> jax.Array:
@@ -443,16 +447,16 @@ def _of_leg(start: np.ndarray, end: np.ndarray, gained: np.ndarray) -> tuple[Sta
     length = end - start
     on = gained > _NOTHING * length
     edges = np.diff(np.concatenate([[False], on, [False]]).astype(int))
-    found = []
-    for first, after in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
-        last = after - 1
-        if first == last:
-            touchdown, liftoff = end[first] - gained[first], end[first]
+    stances = []
+    for begin, stop in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+        last = stop - 1
+        if begin == last:
+            touchdown, liftoff = end[begin] - gained[begin], end[begin]
         else:
-            touchdown = end[first] - min(gained[first], length[first])
+            touchdown = end[begin] - min(gained[begin], length[begin])
             liftoff = start[last] + min(gained[last], length[last])
-        found.append(StanceInterval(round(float(touchdown), 6), round(float(liftoff), 6)))
-    return tuple(found)
+        stances.append(StanceInterval(round(float(touchdown), 6), round(float(liftoff), 6)))
+    return tuple(stances)
 
 
 def support_margin_m(body: Walker, lost: tuple[int, ...] = ()) -> float:
@@ -475,10 +479,12 @@ def support_margin_m(body: Walker, lost: tuple[int, ...] = ()) -> float:
     for leg in lost:
         if not 0 <= leg < body.limbs:
             raise TegotaeError(f"leg {leg} is lost; this body has the legs 0 ... {body.limbs - 1}")
-    left = [k for k in range(body.limbs) if body.present[k] > 0.5 and k not in lost]
-    if len(left) < 3:
-        raise TegotaeError(f"{len(left)} legs are left; a polygon of support has three or more")
-    hips = np.array([body.hips_x_m, body.hips_y_m]).T[left]
+    remaining = [k for k in range(body.limbs) if body.present[k] > 0.5 and k not in lost]
+    if len(remaining) < 3:
+        raise TegotaeError(
+            f"{len(remaining)} legs are left; a polygon of support has three or more"
+        )
+    hips = np.array([body.hips_x_m, body.hips_y_m]).T[remaining]
     sides = _sides(hips)
     mass = np.array([body.com_x_m, body.com_y_m])
     return min(_left_of(mass, *side) for side in sides)

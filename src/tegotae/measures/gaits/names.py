@@ -44,18 +44,18 @@ def names_of(forward_m: ArrayLike, left_m: ArrayLike) -> tuple[str, ...]:
         >>> names_of((-1, -0.3, 0.3, 1), (0, 0, 0, 0))
         ('1', '2', '3', '4')
     """
-    forward, left = np.asarray(forward_m, float), np.asarray(left_m, float)
-    if forward.ndim != 1 or forward.shape != left.shape:
+    forward, leftward = np.asarray(forward_m, float), np.asarray(left_m, float)
+    if forward.ndim != 1 or forward.shape != leftward.shape:
         raise TegotaeError(
-            f"hips have {forward.size} places along the body and {left.size} across it; each needs "
-            "one of both"
+            f"hips have {forward.size} places along the body and {leftward.size} across it; each "
+            "needs one of both"
         )
     rows = np.unique(forward.round(6))
-    sides = np.sign(left.round(6)).astype(int)
+    sides = np.sign(leftward.round(6)).astype(int)
     row_names = _ROWS.get(len(rows), ("",) * len(rows))
     names = [
-        ("", "L", "R")[side] + row_names[int(np.searchsorted(rows, at))]
-        for side, at in zip(sides, forward.round(6), strict=True)
+        ("", "L", "R")[side] + row_names[int(np.searchsorted(rows, position))]
+        for side, position in zip(sides, forward.round(6), strict=True)
     ]
     if len(set(names)) == len(forward) and all(names):
         return tuple(names)
@@ -87,8 +87,8 @@ def leg_names(body: Body) -> tuple[str, ...]:
     forward = getattr(body, "hips_x_m", getattr(body, "hips_m", None))
     if forward is None:
         return tuple(str(leg) for leg in range(1, body.limbs + 1))
-    left = getattr(body, "hips_y_m", getattr(body, "hips_z_m", np.zeros(len(forward))))
-    return names_of(forward, left)
+    leftward = getattr(body, "hips_y_m", getattr(body, "hips_z_m", np.zeros(len(forward))))
+    return names_of(forward, leftward)
 
 
 HEADING = ("time_s", "x_m", "y_m", "yaw_rad")
@@ -193,10 +193,12 @@ def _of_four(name: str, lh: float, lf: float, rh: float, rf: float, source: str)
     return Pattern(name, {"LH": lh, "LF": lf, "RH": rh, "RF": rf}, source)
 
 
-def _of_six(name: str, left: tuple[float, ...], right: tuple[float, ...], source: str) -> Pattern:
+def _of_six(
+    name: str, left_lags: tuple[float, ...], right_lags: tuple[float, ...], source: str
+) -> Pattern:
     """Lags of hind, middle and fore legs, left and right."""
     legs = ("LH", "LM", "LF", "RH", "RM", "RF")
-    return Pattern(name, dict(zip(legs, (*left, *right), strict=True)), source)
+    return Pattern(name, dict(zip(legs, (*left_lags, *right_lags), strict=True)), source)
 
 
 _THIRD, _SIXTH = 1 / 3, 1 / 6
@@ -240,13 +242,13 @@ def patterns_for(legs: Sequence[str]) -> tuple[Pattern, ...]:
         >>> [pattern.name for pattern in patterns_for(("H", "F"))]
         ['in phase', 'antiphase']
     """
-    found: list[Pattern] = []
+    matches: list[Pattern] = []
     for pattern in PATTERNS:
         if set(pattern.lags) == set(legs):
             mirror = pattern.mirrored()
-            same = distance(_row(pattern, legs), _row(mirror, legs))[0] < 1e-9
-            found += [pattern] if same else [pattern, mirror]
-    return tuple(found) or (Pattern("in phase", dict.fromkeys(legs, 0.0), _COLLINS),)
+            symmetric = distance(_row(pattern, legs), _row(mirror, legs))[0] < 1e-9
+            matches += [pattern] if symmetric else [pattern, mirror]
+    return tuple(matches) or (Pattern("in phase", dict.fromkeys(legs, 0.0), _COLLINS),)
 
 
 def distance(lag: ArrayLike, pattern: ArrayLike) -> np.ndarray:
@@ -305,7 +307,7 @@ def _nearest(
 
 
 def gait_of(
-    found: Coordination,
+    gait: Coordination,
     legs: Sequence[str],
     tolerance: float = TOLERANCE,
 ) -> np.ndarray:
@@ -316,7 +318,7 @@ def gait_of(
     pattern, if no other one is nearer than the tolerance.
 
     Args:
-        found: the coordination of the legs.
+        gait: the coordination of the legs.
         legs: their names.
         tolerance: as for `named`.
 
@@ -328,20 +330,20 @@ def gait_of(
         >>> gait_of(Coordination(**values), ("H", "F")).tolist()
         ['antiphase', 'as released']
     """
-    name = named(found.lag, legs, tolerance).astype(object)
+    name = named(gait.lag, legs, tolerance).astype(object)
     patterns = tuple(p for p in patterns_for(legs) if p.name in _RUNNING)
     if patterns:
         wide = max(tolerance, RUNNING_TOLERANCE)
         free = np.isin(name, (IN_BETWEEN, *_RUNNING))
-        name = np.where(free, _nearest(found.lag, legs, patterns, wide), name)
-        runs = np.mean(found.duty_factor, axis=0) < MOST_DUTY
-        flies = np.asarray(found.flight_share) >= LEAST_FLIGHT
+        name = np.where(free, _nearest(gait.lag, legs, patterns, wide), name)
+        runs = np.mean(gait.duty_factor, axis=0) < MOST_DUTY
+        flies = np.asarray(gait.flight_share) >= LEAST_FLIGHT
         holds = runs & (flies | (name == _CANTER))
         name = np.where(np.isin(name, _RUNNING) & ~holds, IN_BETWEEN, name)
-    name = np.where(np.isfinite(found.lock_time_s), name, NOT_LOCKED)
-    name = np.where(np.asarray(found.moved) <= UNMOVED, AS_RELEASED, name)
-    name = np.where(np.asarray(found.cycle_frequency_hz) > 0.0, name, STANDING)
-    return np.where(np.isfinite(found.fall_time_s), FALLEN, name).astype(str)
+    name = np.where(np.isfinite(gait.lock_time_s), name, NOT_LOCKED)
+    name = np.where(np.asarray(gait.moved) <= UNMOVED, AS_RELEASED, name)
+    name = np.where(np.asarray(gait.cycle_frequency_hz) > 0.0, name, STANDING)
+    return np.where(np.isfinite(gait.fall_time_s), FALLEN, name).astype(str)
 
 
 def _row(pattern: Pattern, legs: Sequence[str]) -> np.ndarray:

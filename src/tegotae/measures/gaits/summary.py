@@ -120,7 +120,7 @@ class CoordinationSummary(Part):
     channels: tuple[str, ...] = ()
 
     @classmethod
-    def on(cls, controller: Controller, body: Body, **more: Any) -> Self:
+    def on(cls, controller: Controller, body: Body, **settings: Any) -> Self:
         """The summary of a controller on a body: of its oscillators, or else of its footfalls.
 
         Args:
@@ -135,16 +135,16 @@ class CoordinationSummary(Part):
             raise TegotaeError(
                 f"a {type(body).__name__} has one leg; a gait is how several legs go together"
             )
-        require_count("reference", more.get("reference", 0), least=0, most=body.limbs - 1)
+        require_count("reference", settings.get("reference", 0), least=0, most=body.limbs - 1)
         has_phase = controller.oscillator is not None and controller.oscillator.has_phase
         # Legs of one network for the whole body do not follow oscillators of their own.
         has_phase &= not isinstance(controller.actuation, WholeBody)
-        known = declared(controller, body)
+        channels = declared(controller, body)
         return cls(
             **{
                 "rhythm": OfPhases() if has_phase else OfTouchdowns(),
-                "channels": tuple(name for name in _OF_SOME if name in known),
-                **more,
+                "channels": tuple(name for name in _OF_SOME if name in channels),
+                **settings,
             }
         )
 
@@ -210,16 +210,18 @@ def coordination(
     def over_window(total: AnyArray) -> jax.Array:
         """Return the change of a total, or of a position, over the window."""
         total = jnp.asarray(total)
-        at = jnp.broadcast_to(first.reshape(1, *[1] * (total.ndim - 2), -1), (1, *total.shape[1:]))
-        return total[-1] - jnp.take_along_axis(total, at, axis=0)[0]
+        start = jnp.broadcast_to(
+            first.reshape(1, *[1] * (total.ndim - 2), -1), (1, *total.shape[1:])
+        )
+        return total[-1] - jnp.take_along_axis(total, start, axis=0)[0]
 
     time = over_window(t.time_s)
     fell = t.failed[-1]
     power = over_window(t.work_absolute_j) / time
-    nothing = jnp.full_like(time, jnp.nan)
+    undefined = jnp.full_like(time, jnp.nan)
     travels = "x_m" in t.channels
     places = [t.channels[name] for name in ("x_m", "y_m") if name in t.channels]
-    speed = length([over_window(place) for place in places]) / time if travels else nothing
+    speed = length([over_window(place) for place in places]) / time if travels else undefined
     body = unwrapped(body)
     weight = total_mass_kg(body) * body.gravity_m_per_s2  # type: ignore[attr-defined]
     slip = t.channels.get("slid_m")
@@ -243,11 +245,11 @@ def coordination(
         duty_factor=of_standing(over_window(t.stance_time_s) / time[None]),
         flight_share=of_standing(jnp.clip(jnp.nanmean(flies, axis=0), 0.0, 1.0)),
         power_w=of_standing(power),
-        distance_m=length([place[-1] - place[0] for place in places]) if travels else nothing,
+        distance_m=length([place[-1] - place[0] for place in places]) if travels else undefined,
         speed_m_per_s=of_standing(speed),
         cost_of_transport=of_standing(power / (weight * speed)),
         froude=of_standing(speed**2 / (body.gravity_m_per_s2 * body.rest_length_m)),  # type: ignore[attr-defined]
-        slip_m=nothing if slip is None else over_limbs(slip[-1] - slip[0], limbs),
+        slip_m=undefined if slip is None else over_limbs(slip[-1] - slip[0], limbs),
         fall_time_s=jnp.where(
             fell,
             jnp.take_along_axis(t.time_s, jnp.argmax(t.failed, axis=0)[None], axis=0)[0],
@@ -258,8 +260,8 @@ def coordination(
 
 def total_mass_kg(body: Body) -> Number:
     """Return the total mass of a body [kg]: `total_mass_kg`, if its `mass_kg` is that of a leg."""
-    named = "total_mass_kg" if hasattr(body, "total_mass_kg") else "mass_kg"
-    return getattr(body, named)
+    field = "total_mass_kg" if hasattr(body, "total_mass_kg") else "mass_kg"
+    return getattr(body, field)
 
 
 def has_mass(body: Body) -> bool:

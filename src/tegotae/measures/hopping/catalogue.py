@@ -40,10 +40,10 @@ def over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
 
     Zero for a body at rest or one that does no work, and undefined without a limit cycle.
     """
-    done = episode.work_j
-    efficiency = signals.cot_inverse(episode.over_cycles(climbed_m), done)
+    work = episode.work_j
+    efficiency = signals.cot_inverse(episode.over_cycles(climbed_m), work)
     # Negative work (and work that was not recorded) has no efficiency.
-    value = jnp.where(done > -1e-6, efficiency, jnp.nan)
+    value = jnp.where(work > -1e-6, efficiency, jnp.nan)
     return jnp.where(episode.regime == AT_REST, 0.0, episode.where_settled(value))
 
 
@@ -104,8 +104,8 @@ def t1_s(episode: Episode) -> jax.Array:
     if episode.disturbed_at_s is None:
         return jnp.full_like(episode.cycle.time_s, jnp.nan)
     touchdowns = jnp.asarray(episode.whole.touchdown_time_s)
-    after = touchdowns > jnp.asarray(episode.disturbed_at_s, touchdowns.dtype).reshape(1, -1)
-    touchdown = jnp.min(jnp.where(after, touchdowns, jnp.inf), axis=0)
+    later = touchdowns > jnp.asarray(episode.disturbed_at_s, touchdowns.dtype).reshape(1, -1)
+    touchdown = jnp.min(jnp.where(later, touchdowns, jnp.inf), axis=0)
     again = episode.settles_again(touchdown)
     fell = episode.whole.failed[-1]
     return episode.where_settled(jnp.where(fell, jnp.nan, again.time_s - touchdown))
@@ -318,9 +318,9 @@ def phase_share(episode: Episode) -> jax.Array:
     number = jnp.clip(jnp.floor(place), 0, _BINS - 1)
     place = place - number - 0.5
 
-    def left(of: jax.Array) -> jax.Array:
+    def residual(bin_number: jax.Array) -> jax.Array:
         """Variance in one bin beside a line, over all of stance."""
-        inside = stance & (number == of)
+        inside = stance & (number == bin_number)
         share = episode.mean_where(inside.astype(force.dtype), stance)
 
         def mean(values: jax.Array) -> jax.Array:
@@ -331,9 +331,9 @@ def phase_share(episode: Episode) -> jax.Array:
         slope = jnp.where(spread > 0.0, mean(x * y) / jnp.where(spread > 0.0, spread, 1.0), 0.0)
         return share * mean((y - slope[None] * x) ** 2)
 
-    unexplained = jnp.sum(jax.lax.map(left, jnp.arange(_BINS, dtype=place.dtype)), axis=0)
-    whole = episode.mean_where(force**2, stance)
-    share = unexplained / jnp.where(whole > _STILL**2 * size, whole, jnp.nan)
+    unexplained = jnp.sum(jax.lax.map(residual, jnp.arange(_BINS, dtype=place.dtype)), axis=0)
+    variance = episode.mean_where(force**2, stance)
+    share = unexplained / jnp.where(variance > _STILL**2 * size, variance, jnp.nan)
     return episode.where_settled(jnp.clip(share, 0.0, 1.0))
 
 

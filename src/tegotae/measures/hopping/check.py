@@ -72,7 +72,7 @@ def check_metric(metric: Metric) -> None:
         _require_value(metric, _attempt(metric, _clamped_episodes()))
     else:
         trial.names(".of", metric.of)
-        values = {other: _values_of(other, seed) for seed, other in enumerate(metric.of)}
+        values = {source: _values_of(source, seed) for seed, source in enumerate(metric.of)}
         conditions = Conditions(Hopper() if metric.needs_body else None, drop_m=0.2)
         _require_value(metric, _attempt(metric, values, conditions), ranged=False)
 
@@ -118,8 +118,8 @@ def _recordings() -> dict[str, np.ndarray]:
         columns = {"phase_rad": omega * time_s, "force_n": 2.0 + np.cos(omega * time_s)}
         frames = from_samples(time_s, height, rest_length_m=1.0, frame_s=_FRAME_S, **columns)
         lanes.append(frames.channels)
-    whole = {n: np.concatenate([x[n][:_FRAMES] for x in lanes], axis=1) for n in lanes[0]}
-    return {n: x if n in HOP_CHANNELS else np.nan_to_num(x) for n, x in whole.items()}
+    joined = {n: np.concatenate([x[n][:_FRAMES] for x in lanes], axis=1) for n in lanes[0]}
+    return {n: x if n in HOP_CHANNELS else np.nan_to_num(x) for n, x in joined.items()}
 
 
 def _check_gait(metric: GaitMetric, dtype: str) -> None:
@@ -127,14 +127,14 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
     # What only some bodies or oscillators record is made up; what is not declared is not there.
     channels = dict.fromkeys(metric.channels, 1.0 + 0.1 * recorded["height_m"])
     channels |= {n: x for n, x in recorded.items() if n in (*HOP_CHANNELS, *metric.channels)}
-    whole = Trajectory(
+    trajectory = Trajectory(
         **{n: jnp.asarray(x, None if x.dtype == bool else dtype) for n, x in channels.items()}
     )
     half_s = 0.5 * _FRAMES * _FRAME_S
 
-    def compute(whole: Trajectory, omega: jax.Array) -> jax.Array:
+    def compute(trajectory: Trajectory, omega: jax.Array) -> jax.Array:
         of_gait = gait(
-            whole,
+            trajectory,
             omega=omega,
             rest_length_m=1.0,
             max_force_n=4.0,
@@ -145,10 +145,13 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
         )
         return of_gait.values[metric.name]
 
-    trial, given = probing.PartTrial(f"{metric.name}.compute"), (whole, jnp.asarray(_OMEGA, dtype))
-    value = trial.attempt(" of the channels that it declares", compute, *given)
+    trial, arguments = (
+        probing.PartTrial(f"{metric.name}.compute"),
+        (trajectory, jnp.asarray(_OMEGA, dtype)),
+    )
+    value = trial.attempt(" of the channels that it declares", compute, *arguments)
     _require_value(metric, value, dtype)
-    trial.independent("", compute, *given)
+    trial.independent("", compute, *arguments)
 
 
 def _clamped_episodes() -> ClampedEpisodes:
@@ -181,13 +184,13 @@ def _require_value(
     metric: Metric, value: Any, dtype: str = "float64", *, ranged: bool = True
 ) -> None:
     trial = probing.PartTrial(f"{metric.name}.compute", dtype)
-    one = hasattr(value, "shape")
-    trial.require(one, f" returns a {type(value).__name__}; it must return one array")
+    scalar = hasattr(value, "shape")
+    trial.require(scalar, f" returns a {type(value).__name__}; it must return one array")
     trial.arrays("", value, events=True)
-    values, (least, most) = np.asarray(value), metric.range
-    outside = values[(values < least - _ROUNDING) | (values > most + _ROUNDING)]
+    values, (lower, upper) = np.asarray(value), metric.range
+    outside = values[(values < lower - _ROUNDING) | (values > upper + _ROUNDING)]
     if ranged and len(outside):
         raise TegotaeError(
-            f"{trial.name} returns {outside[0]:g}, outside of the range ({least:g}, {most:g}) that "
-            f"{metric.name} says it has"
+            f"{trial.name} returns {outside[0]:g}, outside of the range ({lower:g}, {upper:g}) "
+            f"that {metric.name} says it has"
         )

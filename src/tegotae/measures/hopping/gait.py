@@ -120,8 +120,8 @@ def gait(
         frames = int(undisturbed_s / settings["frame_s"] + 1e-6)
         window = jax.tree.map(lambda recorded: recorded[:frames], trajectory)
     episode = Episode(trajectory=window, whole=trajectory, **settings)
-    chosen = built_in_gait() if metrics is None else metrics
-    return Gait({REGIME: episode.regime} | {m.name: m.compute(episode) for m in chosen})
+    selected = built_in_gait() if metrics is None else metrics
+    return Gait({REGIME: episode.regime} | {m.name: m.compute(episode) for m in selected})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,10 +184,10 @@ def contradictions(
     """
     first, last = (int(table.frame[row]) for row in span)
     hops, swings = span[1] - span[0], _swings(frames.height_m[first : last + 1, 0])
-    said = []
+    texts = []
     times = max(1.0, np.round(hops / swings)) if swings else 1.0
     if abs(hops - times * swings) > max(1.0, _HOPS * times * swings):
-        said.append(
+        texts.append(
             f"hops and spectrum contradict each other: {hops} hops, while the height swings "
             f"{swings:.3g} times"
         )
@@ -196,7 +196,7 @@ def contradictions(
     by_hops = float(np.sum(over_ground - rest_length_m))
     climbed = float(frames.climb_flight_m[last, 0] - frames.climb_flight_m[first, 0])
     if abs(climbed - by_hops) > _CLIMB * by_hops + _BOUNCE * rest_length_m * hops:
-        said.append(
+        texts.append(
             f"hops and climb contradict each other: {climbed:.3g} m climbed in flight, while the "
             f"apexes of {hops} hops rise {by_hops:.3g} m over the rest length"
         )
@@ -204,7 +204,7 @@ def contradictions(
         "noise, bounces too low to be hops, a wrong rest length or a wrong unit do that: look at "
         "--plot, or set --lowpass"
     )
-    return (*said, cause) if said else ()
+    return (*texts, cause) if texts else ()
 
 
 def _swings(height_m: np.ndarray) -> float:
@@ -363,13 +363,13 @@ def measure(
     conditions = Conditions(body, work, 0.0 if at_s is None else np.inf)
     follow = derived({name: np.asarray(x) for name, x in of_gait.values.items()}, conditions)
     values = {**of_gait.values, **{name: float(value) for name, value in follow.items()}}
-    table, known = _hops_of(frames, rest_length_m), _missing(samples, omega, max_force_n)
+    table, missing = _hops_of(frames, rest_length_m), _missing(samples, omega, max_force_n)
     if at_s is None:
-        known["disturbance"] = "there was no disturbance"
+        missing["disturbance"] = "there was no disturbance"
     if values[REGIME] != LIMIT_CYCLE:
-        known["cycle"] = _no_cycle(int(values[REGIME]), table, end_s, limit_cycle)
+        missing["cycle"] = _no_cycle(int(values[REGIME]), table, end_s, limit_cycle)
     if body is None:
-        known["body"] = "it takes the body, which is not given"
+        missing["body"] = "it takes the body, which is not given"
     undefined = {name for name, value in values.items() if np.isnan(value)}
     settles = values[REGIME] == LIMIT_CYCLE
     span = _span(table, end_s, of_gait.limit_cycle_period, of_gait.t0_s)
@@ -377,7 +377,7 @@ def measure(
     return Measured(
         values,
         {
-            metric.name: _why_undefined(metric, undefined, known)
+            metric.name: _why_undefined(metric, undefined, missing)
             for metric in metrics()
             if isinstance(metric, ClampedMetric) or metric.name in undefined
         },
@@ -397,9 +397,15 @@ def measure(
 def _hops_of(frames: Trajectory, rest_length_m: float) -> Hops:
     """The hops of the one lane, without rows after its last."""
     apex_m, ground_m = frames.apex_height_m[:, 0], frames.ground_m[:, 0]
-    at = np.flatnonzero(apex_m >= hop_height_m(rest_length_m, ground_m))
-    phase_rad = frames.apex_phase_rad[at, 0] % (2.0 * np.pi)
-    return Hops(frames.apex_time_s[at, 0], apex_m[at], phase_rad, at, np.asarray(len(at)))
+    indices = np.flatnonzero(apex_m >= hop_height_m(rest_length_m, ground_m))
+    phase_rad = frames.apex_phase_rad[indices, 0] % (2.0 * np.pi)
+    return Hops(
+        frames.apex_time_s[indices, 0],
+        apex_m[indices],
+        phase_rad,
+        indices,
+        np.asarray(len(indices)),
+    )
 
 
 def _span(table: Hops, end_s: float, period: float, t0_s: float) -> tuple[int, int] | None:
@@ -433,8 +439,8 @@ def _since_release(at_s: float | None, began_s: float, ended_s: float) -> float 
 def _own_totals(names: list[str]) -> list[str]:
     """A sentence on the running totals that stand in place of what follows from samples."""
     listed = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
-    own = "the recording's own running totals, not computed from its samples"
-    return [f"{listed}: {own}"] if names else []
+    remark = "the recording's own running totals, not computed from its samples"
+    return [f"{listed}: {remark}"] if names else []
 
 
 def _efficiency(
@@ -453,19 +459,19 @@ _OF_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
 
 def _missing(samples: Samples, omega: float | None, max_force_n: float | None) -> dict[str, str]:
     """Return the reasons why channels and parameters of metrics are missing, by their names."""
-    why: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     if "force_n" not in samples:
         unmoved = "neither the actuator force nor its work was recorded"
-        why |= {} if "work_j" in samples else dict.fromkeys(_OF_WORK, unmoved)
+        reasons |= {} if "work_j" in samples else dict.fromkeys(_OF_WORK, unmoved)
         of_force = ("impulse_ns", "actuator_force_n")
-        why |= dict.fromkeys(of_force, "the actuator force was not recorded")
+        reasons |= dict.fromkeys(of_force, "the actuator force was not recorded")
     for channel in ("spring_force_n", "feedback_rad_per_s", "energy_j"):
-        why[channel] = f"a recording has no {channel}"
+        reasons[channel] = f"a recording has no {channel}"
     if omega is None:
-        why["omega"] = "the prescribed frequency ω is not given"
+        reasons["omega"] = "the prescribed frequency ω is not given"
     if max_force_n is None:
-        why["max_force_n"] = "the largest actuator force α is not given"
-    return why
+        reasons["max_force_n"] = "the largest actuator force α is not given"
+    return reasons
 
 
 def _why_undefined(metric: Metric, undefined: set[str], missing: Mapping[str, str]) -> str:
@@ -487,9 +493,9 @@ def _why_undefined(metric: Metric, undefined: set[str], missing: Mapping[str, st
         return missing["disturbance"]
     if "cycle" in missing:
         return missing["cycle"]
-    for name, why in missing.items():
+    for name, reason in missing.items():
         if name in (*metric.channels, *metric.parameters):
-            return why
+            return reason
     if metric.disturbed:
         return "the gait does not settle again before the recording ends"
     negative = set(metric.channels) & set(_OF_WORK)
@@ -520,12 +526,12 @@ def _no_cycle(regime: int, table: Hops, end_s: float, limit_cycle: LimitCycle) -
     periods = [k for k in range(1, limit_cycle.max_period + 1) if count >= needed * k]
     period = min(periods, key=lambda k: (spread(k) / allowed).max())
     far, units = spread(period), ((1e3, 3, "mm in height"), (1.0, 2, "rad in phase"))
-    apart = [
-        f"{scale * x:.{digits}g} {unit} ({scale * most:g} are allowed)"
-        for x, most, (scale, digits, unit) in zip(far, allowed, units, strict=True)
-        if x > most
+    distances = [
+        f"{scale * x:.{digits}g} {unit} ({scale * limit:g} are allowed)"
+        for x, limit, (scale, digits, unit) in zip(far, allowed, units, strict=True)
+        if x > limit
     ]
-    if not apart:
+    if not distances:
         return f"the hops stop at {table.time_s[count - 1]:.1f} s, before the recording ends"
     every = "each other" if period == 1 else f"every {period} hops"
-    return f"the last {needed * period} hops differ from {every} by {' and '.join(apart)}"
+    return f"the last {needed * period} hops differ from {every} by {' and '.join(distances)}"

@@ -51,20 +51,20 @@ def dies_out(last_hop_s: Numeric, duration_s: Numeric) -> AnyArray | np.bool | b
     return last_hop_s < (1.0 - REST_SHARE) * duration_s
 
 
-def left_out(whole: AnyArray) -> jax.Array:
+def left_out(count: AnyArray) -> jax.Array:
     """Return the number of whole hops omitted at the beginning: one of an odd number of three or
     more.
 
     So a gait that alternates between two hops is credited for both alike.
 
     Args:
-        whole: number of whole hops, any shape.
+        count: number of whole hops, any shape.
 
     Example:
         >>> left_out(jnp.arange(6)).tolist()
         [0, 0, 0, 1, 0, 1]
     """
-    return jnp.where((whole > 2) & (whole % 2 == 1), 1, 0)
+    return jnp.where((count > 2) & (count % 2 == 1), 1, 0)
 
 
 class WholeHops(NamedTuple):
@@ -166,9 +166,9 @@ def hops(trajectory: Trajectory, rest_length_m: Numeric) -> Hops:
             "metrics of hopping are made for bodies of one limb; this recording has "
             f"{trajectory.apex_phase_rad.shape[1]}"
         )
-    least = hop_height_m(rest_length_m, trajectory.ground_m)
+    lowest = hop_height_m(rest_length_m, trajectory.ground_m)
     # NaN in frames without an apex compares as false.
-    is_hop = jnp.asarray(trajectory.apex_height_m >= least)
+    is_hop = jnp.asarray(trajectory.apex_height_m >= lowest)
     frames, lanes = is_hop.shape
     counted = jnp.cumsum(is_hop, axis=0, dtype=jnp.int32)
     row = jnp.where(is_hop, counted - 1, frames)
@@ -270,7 +270,8 @@ def settled(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) 
     """
     rows, lanes = hops.time_s.shape
     start_s, end_s = (
-        jnp.broadcast_to(jnp.asarray(at, hops.time_s.dtype), (lanes,)) for at in (start_s, end_s)
+        jnp.broadcast_to(jnp.asarray(bound, hops.time_s.dtype), (lanes,))
+        for bound in (start_s, end_s)
     )
     first = jnp.sum(hops.time_s <= start_s[None], axis=0, dtype=jnp.int32)
     last = jnp.sum(hops.time_s <= end_s[None], axis=0, dtype=jnp.int32) - 1
@@ -290,8 +291,8 @@ def settled(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) 
 
         close = inside & (jnp.abs(height - counterpart(height)) <= settings.height_tolerance_m)
         if math.isfinite(settings.phase_tolerance_rad):
-            apart = jnp.abs((phase - counterpart(phase) + jnp.pi) % (2.0 * jnp.pi) - jnp.pi)
-            close &= apart <= settings.phase_tolerance_rad
+            distance = jnp.abs((phase - counterpart(phase) + jnp.pi) % (2.0 * jnp.pi) - jnp.pi)
+            close &= distance <= settings.phase_tolerance_rad
         first_far = jnp.argmin(close, axis=0).astype(jnp.int32)
         repeats = jnp.where(close.all(axis=0), rows, first_far)
         # The last hop ends a cycle: the next is as far off as the first of that cycle was.
@@ -299,13 +300,13 @@ def settled(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) 
         is_cycle = (repeats >= k * (settings.min_repeats + 1)) & hops_on
         period = jnp.where(is_cycle, float(k), period)
         run = jnp.where(is_cycle, repeats, run)
-    found = jnp.isfinite(period)
-    part_of_cycle = (run - 1) % jnp.where(found, period, 1.0).astype(run.dtype)
-    steps = jnp.where(found, run - 1 - part_of_cycle, 0)
+    exists = jnp.isfinite(period)
+    part_of_cycle = (run - 1) % jnp.where(exists, period, 1.0).astype(run.dtype)
+    steps = jnp.where(exists, run - 1 - part_of_cycle, 0)
     first_settled = at_frame(time, jnp.maximum(run - 1, 0))
     return Settled(
         period=period,
-        time_s=jnp.where(found, first_settled, jnp.nan),
-        from_hop=jnp.where(found, last - steps, 0),
-        to_hop=jnp.where(found, last, 0),
+        time_s=jnp.where(exists, first_settled, jnp.nan),
+        from_hop=jnp.where(exists, last - steps, 0),
+        to_hop=jnp.where(exists, last, 0),
     )

@@ -240,8 +240,8 @@ class Metric:
 
         def made(compute: Callable[..., Any]) -> Self:
             about = (inspect.getdoc(compute) or "").partition("\n")[0]
-            named = {"name": compute.__name__, "about": about, "compute": compute}
-            return cls(**named, **fields)
+            entries = {"name": compute.__name__, "about": about, "compute": compute}
+            return cls(**entries, **fields)
 
         return made
 
@@ -329,9 +329,9 @@ class DerivedMetric(Metric):
     compute: Callable[[Mapping[str, np.ndarray], Conditions], np.ndarray]
     needs_body: bool = False
 
-    def values(self, known: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
+    def values(self, metrics: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
         """Its values, of those of other metrics, arrays of one shape."""
-        inputs = {name: known[name] for name in self.of}
+        inputs = {name: metrics[name] for name in self.of}
         if self.needs_body and conditions.body is None:
             return np.full(np.shape(next(iter(inputs.values()))), np.nan)
         return np.asarray(self.compute(inputs, conditions), float)

@@ -83,16 +83,16 @@ def checked(columns: Mapping[str, ArrayLike | None], rest_length_m: float) -> Sa
     Raises:
         TegotaeError: for samples that `from_samples` refuses.
     """
-    if more := [name for name in columns if name not in COLUMNS]:
-        raise unknown("column of a recording", more[0], COLUMNS)
+    if extra := [name for name in columns if name not in COLUMNS]:
+        raise unknown("column of a recording", extra[0], COLUMNS)
     require_finite("rest_length_m", rest_length_m, above=0.0, most=_MOST)
     time = _checked_time(columns["time_s"])
-    given = {"ground_m": 0.0, **{name: x for name, x in columns.items() if x is not None}}
-    if not np.shape(given["ground_m"]):
-        given["ground_m"] = np.broadcast_to(given["ground_m"], len(time))
+    filled = {"ground_m": 0.0, **{name: x for name, x in columns.items() if x is not None}}
+    if not np.shape(filled["ground_m"]):
+        filled["ground_m"] = np.broadcast_to(filled["ground_m"], len(time))
     samples = {
         name: time if name == "time_s" else _checked(name, column, len(time))
-        for name, column in given.items()
+        for name, column in filled.items()
     }
     _check_spikes(samples["height_m"], rest_length_m)
     for name in TOTALS:
@@ -101,7 +101,7 @@ def checked(columns: Mapping[str, ArrayLike | None], rest_length_m: float) -> Sa
     return samples
 
 
-def _checked(name: str, values: Any, samples: int, most: float = _MOST) -> np.ndarray:
+def _checked(name: str, values: Any, samples: int, limit: float = _MOST) -> np.ndarray:
     """The values as float64 [samples], all finite."""
     try:
         array = np.asarray(values, float)
@@ -119,9 +119,9 @@ def _checked(name: str, values: Any, samples: int, most: float = _MOST) -> np.nd
             "(cut the recording, or fill the gap)"
         )
     where = int(np.argmax(np.abs(array)))
-    if abs(array[where]) > most:
+    if abs(array[where]) > limit:
         raise TegotaeError(
-            f"{name} is {array[where]:g} at sample {where}; no recording holds more than {most:g}"
+            f"{name} is {array[where]:g} at sample {where}; no recording holds more than {limit:g}"
         )
     return array
 
@@ -131,7 +131,7 @@ def _checked_time(time_s: Any) -> np.ndarray:
     samples = np.shape(time_s)
     if len(samples) != 1 or samples[0] < 3:
         raise TegotaeError(f"time_s has shape {samples}; it must be one row of at least 3 times")
-    time = _checked("time_s", time_s, samples[0], most=math.inf)
+    time = _checked("time_s", time_s, samples[0], limit=math.inf)
     steps = np.diff(time)
     if not (steps > 0.0).all():
         where = int(np.argmin(steps > 0.0))
@@ -152,8 +152,8 @@ def _checked_time(time_s: Any) -> np.ndarray:
 
 def _check_spikes(height: np.ndarray, rest_length_m: float) -> None:
     """Raise `TegotaeError` for a sample that lies off both its neighbours by over a rest length."""
-    before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
-    off = np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    rise, fall = height[1:-1] - height[:-2], height[1:-1] - height[2:]
+    off = np.where(rise * fall > 0.0, np.minimum(np.abs(rise), np.abs(fall)), 0.0)
     where = int(np.argmax(off))
     if off[where] > rest_length_m:
         raise TegotaeError(
@@ -171,9 +171,9 @@ def _check_total(name: str, total: np.ndarray) -> None:
     """
     steps = np.diff(total)
     beside = np.abs(np.concatenate([[0.0], steps, [0.0]]))
-    most = steps.max(initial=0.0)
-    restarts = -steps > _RESTART * np.maximum(np.maximum(beside[:-2], beside[2:]), most)
-    if restarts.any() and most > 0.0:
+    largest = steps.max(initial=0.0)
+    restarts = -steps > _RESTART * np.maximum(np.maximum(beside[:-2], beside[2:]), largest)
+    if restarts.any() and largest > 0.0:
         where = int(np.argmax(restarts))
         raise TegotaeError(
             f"{name} falls from {total[where]:g} to {total[where + 1]:g} at sample {where + 1}: a "
@@ -204,7 +204,7 @@ def frames_of(
     """
     require_finite("frame_s", frame_s, above=0.0)
     height, ground, step = samples["height_m"], samples["ground_m"], step_of(samples)
-    time, nothing = np.arange(len(height)) * step, np.full(len(height), np.nan)
+    time, undefined = np.arange(len(height)) * step, np.full(len(height), np.nan)
     frames = int(np.floor(time[-1] / frame_s + 1e-6))
     if frame_s < step * (1.0 - _UNIFORM):
         raise TegotaeError(
@@ -217,14 +217,14 @@ def frames_of(
             f"({3 * frame_s:g} s)"
         )
     phase = np.unwrap(samples["phase_rad"]) if "phase_rad" in samples else np.zeros(len(height))
-    force, climb = samples.get("force_n", nothing), np.diff(height)
+    force, climb = samples.get("force_n", undefined), np.diff(height)
     mean_force = 0.5 * (force[1:] + force[:-1])
     over_touchdown = np.maximum(height, rest_length_m + ground)
     # A ground that moves during a step is where it is after it.
-    before = np.maximum(height[:-1], rest_length_m + ground[1:])
+    previous = np.maximum(height[:-1], rest_length_m + ground[1:])
     gains = {
         "work_j": mean_force * climb,
-        "climb_flight_m": np.maximum(over_touchdown[1:] - before, 0.0),
+        "climb_flight_m": np.maximum(over_touchdown[1:] - previous, 0.0),
         "climb_m": np.maximum(climb, 0.0),
     } | {name: np.diff(samples[name]) for name in TOTALS if name in samples}
     work = absolute = positive = gains["work_j"]
@@ -239,9 +239,9 @@ def frames_of(
     def running(steps: np.ndarray) -> np.ndarray:
         return at_ends(np.concatenate([[0.0], np.cumsum(steps)]))
 
-    def events(at: np.ndarray, value: np.ndarray) -> np.ndarray:
+    def events(index: np.ndarray, value: np.ndarray) -> np.ndarray:
         column = np.full((frames, 1), np.nan)
-        frame = np.ceil(at / frame_s - 1e-9).astype(int) - 1
+        frame = np.ceil(index / frame_s - 1e-9).astype(int) - 1
         inside = (frame >= 0) & (frame < frames)
         column[frame[inside], 0] = value[inside]
         return column
@@ -290,12 +290,12 @@ def _apexes(
         from scipy.signal import peak_prominences  # slow to import
 
         highest = highest[peak_prominences(ended, highest)[0] >= prominence_m]
-    left, top, right = height[highest - 1], height[highest], height[highest + 1]
-    curvature = left - 2.0 * top + right
+    earlier, top, later = height[highest - 1], height[highest], height[highest + 1]
+    curvature = earlier - 2.0 * top + later
     shift = np.where(
-        curvature < 0.0, 0.5 * (left - right) / np.where(curvature < 0.0, curvature, -1.0), 0.0
+        curvature < 0.0, 0.5 * (earlier - later) / np.where(curvature < 0.0, curvature, -1.0), 0.0
     )
-    return (highest + shift) * step, top - 0.25 * (left - right) * shift
+    return (highest + shift) * step, top - 0.25 * (earlier - later) * shift
 
 
 def _touchdowns(clearance: np.ndarray, step: float) -> np.ndarray:
@@ -414,8 +414,8 @@ def cleaned(
 
     best = min(((cutoff, *_low_passed(samples, step_s, cutoff)) for cutoff in cutoffs), key=risk)
     chosen_hz, smooth, frequency, gain = best
-    left, rate_left = (math.sqrt(np.mean(by**2)) for by in (gain, gain * frequency))
-    return Cleaned(smooth, noise, noise * left, noise * rate_left, chosen_hz)
+    residual, rate_left = (math.sqrt(np.mean(by**2)) for by in (gain, gain * frequency))
+    return Cleaned(smooth, noise, noise * residual, noise * rate_left, chosen_hz)
 
 
 def _check_cutoff(cutoff_hz: float, step_s: float, samples: int) -> None:
@@ -479,15 +479,15 @@ def work_under_noise(
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _last_known_sign(values: np.ndarray, least: float) -> np.ndarray:
+def _last_known_sign(values: np.ndarray, threshold: float) -> np.ndarray:
     """Sign of the values, where they are within `least` that of the last beyond it."""
-    if least == 0.0:
+    if threshold == 0.0:
         return np.sign(values)
-    known = np.abs(values) > least
-    if not known.any():
+    significant = np.abs(values) > threshold
+    if not significant.any():
         return np.full(len(values), np.sign(values.mean()))
-    last = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))
-    return np.sign(values[np.where(last < 0, int(np.argmax(known)), last)])
+    last = np.maximum.accumulate(np.where(significant, np.arange(len(values)), -1))
+    return np.sign(values[np.where(last < 0, int(np.argmax(significant)), last)])
 
 
 class Denoised(NamedTuple):
@@ -568,8 +568,8 @@ def denoised(
                 rougher = cleaned(height, step_s, floor=0.0, cutoff_hz=cutoff_hz).samples
             direction = np.sign(np.diff(of_height.samples))
             smooth["work_j"] = work_under_noise(force, rougher, direction, step_s, work)
-    left = {"height_tolerance_m": of_height.left, "phase_tolerance_rad": apex_rad}
-    wider = {name: _rounded_up(SURE * math.sqrt(2.0) * x) for name, x in left.items()}
+    tolerances = {"height_tolerance_m": of_height.left, "phase_tolerance_rad": apex_rad}
+    wider = {name: _rounded_up(SURE * math.sqrt(2.0) * x) for name, x in tolerances.items()}
     wider = {name: x for name, x in wider.items() if x > getattr(limit_cycle, name)}
     if wider:
         units = {"height_tolerance_m": (1e3, "mm"), "phase_tolerance_rad": (1.0, "rad")}
@@ -595,14 +595,14 @@ def _curvature(height: np.ndarray, step_s: float) -> float:
     return float(np.median(bends[height[1:-1] >= np.median(height)])) or 1.0
 
 
-def _on_height(of: Cleaned) -> tuple[str, ...]:
-    found = f"the height holds noise of about {_short(1e3 * of.noise)} mm (standard deviation)"
-    if math.isinf(of.cutoff_hz):
-        return (found + ", and is not filtered",) if of.noise else ()
-    passed = f"low-passed at {of.cutoff_hz:.3g} Hz"
-    if not of.noise:
+def _on_height(signal: Cleaned) -> tuple[str, ...]:
+    remark = f"the height holds noise of about {_short(1e3 * signal.noise)} mm (standard deviation)"
+    if math.isinf(signal.cutoff_hz):
+        return (remark + ", and is not filtered",) if signal.noise else ()
+    passed = f"low-passed at {signal.cutoff_hz:.3g} Hz"
+    if not signal.noise:
         return (f"the height is {passed}",)
-    return (f"{found}: {passed}, which leaves about {_short(1e3 * of.left)} mm",)
+    return (f"{remark}: {passed}, which leaves about {_short(1e3 * signal.left)} mm",)
 
 
 def _short(value: float) -> str:

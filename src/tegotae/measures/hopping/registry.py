@@ -46,31 +46,31 @@ def built_in_gait() -> tuple[GaitMetric, ...]:
     return tuple(metric for metric in built_in() if isinstance(metric, GaitMetric))
 
 
-def channels_of(asked: Iterable[Metric]) -> tuple[str, ...]:
+def channels_of(selected: Iterable[Metric]) -> tuple[str, ...]:
     """The channels of a recording that some metrics are computed from."""
-    more = (channel for m in asked if isinstance(m, GaitMetric) for channel in m.channels)
-    return tuple(dict.fromkeys((*HOP_CHANNELS, *more)))
+    further = (channel for m in selected if isinstance(m, GaitMetric) for channel in m.channels)
+    return tuple(dict.fromkeys((*HOP_CHANNELS, *further)))
 
 
-def metrics(shown: str | None = None) -> tuple[Metric, ...]:
+def metrics(place: str | None = None) -> tuple[Metric, ...]:
     """All metrics, the package's own first; only those shown at a place, if one is named.
 
     Example:
         >>> [metric.label for metric in metrics("figure")][:3]
         ['CoT⁻¹', 'of optimum', 'T0']
     """
-    there = (*built_in(), *_registered.values())
-    return tuple(metric for metric in there if shown is None or shown in metric.shown)
+    available = (*built_in(), *_registered.values())
+    return tuple(metric for metric in available if place is None or place in metric.shown)
 
 
-def names(shown: str | None = None) -> tuple[str, ...]:
+def names(place: str | None = None) -> tuple[str, ...]:
     """The names of the same."""
-    return tuple(metric.name for metric in metrics(shown))
+    return tuple(metric.name for metric in metrics(place))
 
 
 def measured_own() -> tuple[Metric, ...]:
     """A user's metrics that are measured in an episode, and do not follow from others alone."""
-    return tuple(each for each in _registered.values() if not isinstance(each, DerivedMetric))
+    return tuple(metric for metric in _registered.values() if not isinstance(metric, DerivedMetric))
 
 
 def code_noted(metric: Metric) -> str | None:
@@ -100,18 +100,18 @@ def register(metric: Metric) -> Metric:
             f"{metric!r} is no metric; make a GaitMetric, ClampedMetric or DerivedMetric of "
             "tegotae.measures.hopping"
         )
-    if metric.name in {own.name for own in built_in()} | {REGIME, ALL}:
+    if metric.name in {builtin.name for builtin in built_in()} | {REGIME, ALL}:
         raise TegotaeError(f"the name {metric.name!r} is taken by the package; choose another")
-    before = _registered.get(metric.name)
-    if before is not None and _origin(before) != _origin(metric):
+    previous = _registered.get(metric.name)
+    if previous is not None and _origin(previous) != _origin(metric):
         raise TegotaeError(
-            f"there are two metrics named {metric.name!r}, of {_origin(before)} and "
+            f"there are two metrics named {metric.name!r}, of {_origin(previous)} and "
             f"{_origin(metric)}; rename one"
         )
     for name in metric.of if isinstance(metric, DerivedMetric) else ():
         if name != REGIME:
             find(name)
-    if before is not metric:
+    if previous is not metric:
         _registered[metric.name], _codes[metric.name] = metric, _code(metric)
     return metric
 
@@ -137,33 +137,33 @@ def find(name: str) -> Metric:
     raise unknown("metric", name, names())
 
 
-def chosen(asked: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
+def chosen(requested: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
     """The metrics that are asked for, in the order of all; every one by default.
 
     Args:
-        asked: names, or metrics that are registered.
+        requested: names, or metrics that are registered.
 
     Raises:
         TegotaeError: for one that is not there.
     """
-    wanted: set[str] = set()
-    for named in (ALL,) if asked is None else asked:
-        if named == ALL:
+    names: set[str] = set()
+    for item in (ALL,) if requested is None else requested:
+        if item == ALL:
             return metrics()
-        metric = find(named if isinstance(named, str) else named.name)
-        if isinstance(named, Metric) and named != metric:
-            raise TegotaeError(f"{named.name} is not registered; tegotae.register it first")
-        wanted.add(metric.name)
-    return tuple(metric for metric in metrics() if metric.name in wanted)
+        metric = find(item if isinstance(item, str) else item.name)
+        if isinstance(item, Metric) and item != metric:
+            raise TegotaeError(f"{item.name} is not registered; tegotae.register it first")
+        names.add(metric.name)
+    return tuple(metric for metric in metrics() if metric.name in names)
 
 
-def with_needed(asked: Iterable[Metric]) -> tuple[Metric, ...]:
+def with_needed(requested: Iterable[Metric]) -> tuple[Metric, ...]:
     """The same with the metrics that they are derived from, those first."""
     needed: dict[str, Metric] = {}
-    for metric in asked:
-        of = metric.of if isinstance(metric, DerivedMetric) else ()
-        for before in with_needed(find(name) for name in of if name != REGIME):
-            needed.setdefault(before.name, before)
+    for metric in requested:
+        sources = metric.of if isinstance(metric, DerivedMetric) else ()
+        for source in with_needed(find(name) for name in sources if name != REGIME):
+            needed.setdefault(source.name, source)
         needed.setdefault(metric.name, metric)
     return tuple(needed.values())
 
@@ -183,13 +183,13 @@ def derived(values: Mapping[str, np.ndarray], conditions: Conditions) -> dict[st
         >>> sorted(found), f"{found['optimum_share'][0]:.2f}"
         (['optimum_share'], '0.50')
     """
-    known = dict(values)
+    results = dict(values)
     for metric in with_needed(m for m in metrics() if isinstance(m, DerivedMetric)):
-        if not isinstance(metric, DerivedMetric) or metric.name in known:
+        if not isinstance(metric, DerivedMetric) or metric.name in results:
             continue
-        if known.keys() >= {*metric.of}:
-            known[metric.name] = metric.values(known, conditions)
-    return {name: known[name] for name in known if name not in values}
+        if results.keys() >= {*metric.of}:
+            results[metric.name] = metric.values(results, conditions)
+    return {name: results[name] for name in results if name not in values}
 
 
 def range_of(name: str) -> Range:

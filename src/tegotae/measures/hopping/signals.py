@@ -103,40 +103,40 @@ def spectrum(height_m: AnyArray, sample_s: float, first: Numeric = 0) -> Spectru
     )
 
 
-def peak(of: Spectrum) -> tuple[jax.Array, jax.Array]:
+def peak(spectrum: Spectrum) -> tuple[jax.Array, jax.Array]:
     """Frequency w_peak [rad/s] of the highest peak, and A_peak.
 
     The peak is refined by a parabola through the logarithm of three bins. A_peak is the square
     root of the share of the power inside the peak's main lobe: 1 for a pure sinusoid.
     Both have shape [lanes].
     """
-    power = of.power
-    inner = power[1:-1]
-    bin_number = jnp.arange(1, 1 + len(inner), dtype=jnp.int32)[:, None]
+    power = spectrum.power
+    interior = power[1:-1]
+    bin_number = jnp.arange(1, 1 + len(interior), dtype=jnp.int32)[:, None]
     # The first of the highest, as argmax finds it, in two reductions that XLA makes vector code of.
     # Either may compute the power anew, with another last digit: so "highest" leaves room for it.
-    least = (1.0 - 4.0 * jnp.finfo(power.dtype).eps) * inner.max(axis=0, keepdims=True)
-    highest = jnp.where(inner >= least, bin_number, len(inner)).min(axis=0)
+    threshold = (1.0 - 4.0 * jnp.finfo(power.dtype).eps) * interior.max(axis=0, keepdims=True)
+    highest = jnp.where(interior >= threshold, bin_number, len(interior)).min(axis=0)
 
     def neighbour(offset: int) -> jax.Array:
         return jnp.take_along_axis(power, highest[None] + offset, axis=0)[0]
 
     shift = _parabola_shift(neighbour(-1), neighbour(0), neighbour(1))
-    w_peak = (highest.astype(power.dtype) + shift) * of.angular_frequency[1]
-    distance = jnp.abs(of.angular_frequency[:, None] - w_peak[None])
-    in_lobe = distance <= MAIN_LOBE_BINS * of.resolution[None]
+    w_peak = (highest.astype(power.dtype) + shift) * spectrum.angular_frequency[1]
+    distance = jnp.abs(spectrum.angular_frequency[:, None] - w_peak[None])
+    in_lobe = distance <= MAIN_LOBE_BINS * spectrum.resolution[None]
     total = jnp.sum(power, axis=0)
     share = jnp.sum(jnp.where(in_lobe, power, 0.0), axis=0) / jnp.where(total > 0.0, total, 1.0)
     return w_peak, jnp.sqrt(share)
 
 
-def _parabola_shift(left: jax.Array, centre: jax.Array, right: jax.Array) -> jax.Array:
+def _parabola_shift(lower: jax.Array, centre: jax.Array, upper: jax.Array) -> jax.Array:
     """Return the peak of a parabola through the logarithm of three powers, in bins from the centre,
     -½ ... ½."""
-    left, centre, right = (jnp.log(power + 1e-30) for power in (left, centre, right))
-    curvature = left - 2.0 * centre + right
+    lower, centre, upper = (jnp.log(power + 1e-30) for power in (lower, centre, upper))
+    curvature = lower - 2.0 * centre + upper
     bends = curvature < 0.0
-    shift = 0.5 * (left - right) / jnp.where(bends, curvature, -1.0)
+    shift = 0.5 * (lower - upper) / jnp.where(bends, curvature, -1.0)
     return jnp.clip(jnp.where(bends, shift, 0.0), -0.5, 0.5)
 
 
@@ -160,14 +160,14 @@ def rest_delta_omega(omega: Numeric) -> Numeric:
     return delta_omega(omega, 0.0, 0.0)
 
 
-def delta_w(of: Spectrum, omega: Numeric) -> jax.Array:
+def delta_w(spectrum: Spectrum, omega: Numeric) -> jax.Array:
     """`Δw = Σ_p |w_p - ω| A_p` over the peaks p with `A_p >= ½ A_max` [rad/s] (paper equation 14).
 
     Every local maximum of the spectrum |Y| is a peak. The highest has the amplitude A_peak
     (`peak`), and the others in proportion to their height, `A_p = A_peak |Y_p| / |Y_peak|`.
 
     Args:
-        of: the spectrum, [bins, lanes].
+        spectrum: the spectrum, [bins, lanes].
         omega: prescribed frequency ω [rad/s], one or [lanes].
 
     Returns:
@@ -179,16 +179,16 @@ def delta_w(of: Spectrum, omega: Numeric) -> jax.Array:
         >>> f"{float(delta_w(spectrum(height_m, 0.02), 5.0)[0]):.1f} rad/s"  # (1 + 2 · 0.8) · 0.78
         '2.0 rad/s'
     """
-    power = of.power
-    left, centre, right = power[:-2], power[1:-1], power[2:]
+    power = spectrum.power
+    lower, centre, upper = power[:-2], power[1:-1], power[2:]
     highest = jnp.max(centre, axis=0, keepdims=True)
     relative = jnp.sqrt(centre / jnp.where(highest > 0.0, highest, 1.0))
-    is_peak = (centre > left) & (centre >= right) & (relative >= 0.5)
-    shift = _parabola_shift(left, centre, right) * of.angular_frequency[1]
-    frequency = of.angular_frequency[1:-1, None] + shift
+    is_peak = (centre > lower) & (centre >= upper) & (relative >= 0.5)
+    shift = _parabola_shift(lower, centre, upper) * spectrum.angular_frequency[1]
+    frequency = spectrum.angular_frequency[1:-1, None] + shift
     away = jnp.abs(frequency - jnp.asarray(omega, power.dtype).reshape(1, -1))
     distance = jnp.where(is_peak, away * relative, 0.0)
-    return peak(of)[1] * jnp.sum(distance, axis=0)
+    return peak(spectrum)[1] * jnp.sum(distance, axis=0)
 
 
 FORCE_PERIOD_S = 0.02

@@ -207,8 +207,8 @@ def stratified_difference(
         '1.00'
     """
     pairs = [(_row("values", values), _row("baseline", base)) for values, base in strata]
-    used = [pair for pair in pairs if all(_has_mean(row, single_is_exact) for row in pair)]
-    rows, baselines = [a for a, _ in used], [b for _, b in used]
+    valid = [pair for pair in pairs if all(_has_mean(row, single_is_exact) for row in pair)]
+    rows, baselines = [a for a, _ in valid], [b for _, b in valid]
     return balanced_difference(rows, baselines, single_is_exact=single_is_exact, within=within)
 
 
@@ -237,9 +237,9 @@ def balanced_difference(
         '5.10'
     """
     checked = [_row("values", row, within) for row in values]
-    others = [_row("baseline", row, within) for row in baseline]
+    baselines = [_row("baseline", row, within) for row in baseline]
     ours, theirs = (
-        [row for row in rows if _has_mean(row, single_is_exact)] for rows in (checked, others)
+        [row for row in rows if _has_mean(row, single_is_exact)] for rows in (checked, baselines)
     )
     terms = [_mean_and_error(row) for row in (*ours, *theirs)]
     count = sum(n for _, _, n in terms)
@@ -323,12 +323,12 @@ _Z = 1.959963984540054
 """The normal quantile of 97.5 %."""
 
 
-def wilson(count: int, of: int) -> tuple[float, float]:
+def wilson(count: int, total: int) -> tuple[float, float]:
     """95 % interval of a share, `count / of`, by Wilson's score.
 
     Args:
         count: how many starts have it.
-        of: of how many.
+        total: of how many.
 
     Raises:
         TegotaeError: unless 0 <= count <= of, and of > 0.
@@ -340,10 +340,10 @@ def wilson(count: int, of: int) -> tuple[float, float]:
         >>> [round(end, 3) for end in wilson(24, 24)]
         [0.862, 1.0]
     """
-    require_count("of", of)
-    require_count("count", count, least=0, most=of)
-    share, z2 = count / of, _Z**2 / of
+    require_count("of", total)
+    require_count("count", count, least=0, most=total)
+    share, z2 = count / total, _Z**2 / total
     middle = (share + z2 / 2) / (1 + z2)
-    half = _Z * math.sqrt(share * (1 - share) / of + z2 / (4 * of)) / (1 + z2)
+    half = _Z * math.sqrt(share * (1 - share) / total + z2 / (4 * total)) / (1 + z2)
     # Of none, and of all, the ends are 0 and 1, which rounding would miss.
-    return (middle - half if count else 0.0), (middle + half if count < of else 1.0)
+    return (middle - half if count else 0.0), (middle + half if count < total else 1.0)

@@ -135,9 +135,9 @@ class Fitness(_SettledHops):
     @property
     def data(self) -> FitnessData:
         """The definition of work, and what ΔΩ counts for."""
-        chosen = [float(definition == self.work) for definition in WORK]
+        selected = [float(definition == self.work) for definition in WORK]
         return FitnessData(
-            np.array(chosen, "float32"),
+            np.array(selected, "float32"),
             np.float32(self.frequency_weight if self.follow_omega else 0.0),
         )
 
@@ -164,7 +164,7 @@ class Fitness(_SettledHops):
         moves_m = height.max(axis=0) - height.min(axis=0)
         gap = _gap(height[::STRIDE], moves_m, scenario.omega, timing.frame_s)
         return HopOutcome(
-            cot_inverse=jnp.stack([cot_inverse(climb, each) for each in work]),
+            cot_inverse=jnp.stack([cot_inverse(climb, joules) for joules in work]),
             delta_omega=gap,
             climb_m=trajectory.climb_m[-1],
         )
@@ -219,16 +219,16 @@ class HoppingLegs(_SettledHops):
         t = trajectory
         first = round(self.settle_s / timing.frame_s)
         hips, ground = t.hip_m[first:], t.ground_m[first:, None]
-        rest = jnp.asarray(body.rest_length_m)
+        rest_length = jnp.asarray(body.rest_length_m)
         work = t.work_absolute_j[-1] - t.work_absolute_j[first]
-        cot = cot_inverse(climb_in_flight(hips - ground, rest), work)
+        cot = cot_inverse(climb_in_flight(hips - ground, rest_length), work)
         gap = jnp.zeros_like(cot)
         if self.follow_omega:
             limbs, lanes = hips.shape[1:]
-            wanted = jnp.broadcast_to(scenario.omega, (limbs, lanes)).reshape(-1)
+            command = jnp.broadcast_to(scenario.omega, (limbs, lanes)).reshape(-1)
             heights = hips[::STRIDE].reshape(-1, limbs * lanes)
             moves_m = heights.max(axis=0) - heights.min(axis=0)
-            of_legs = _gap(heights, moves_m, wanted, timing.frame_s)
+            of_legs = _gap(heights, moves_m, command, timing.frame_s)
             gap = of_legs.reshape(limbs, lanes).mean(axis=0)
         return HopOutcome(cot, gap, t.climb_m[-1])
 

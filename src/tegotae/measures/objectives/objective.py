@@ -166,20 +166,20 @@ def scores(objective: Objective, episode: EpisodeOutcome, data: Any) -> dict[str
         TegotaeError: for a fitness that is not one number per lane.
     """
     failed = episode.failed
-    found = objective.score(episode.outcome, data)
-    fitness = found["fitness"]
+    scored = objective.score(episode.outcome, data)
+    fitness = scored["fitness"]
     if jnp.shape(fitness) != jnp.shape(failed):
         method = "outcome" if type(objective).score is Objective.score else "score"
         raise TegotaeError(
             f"{type(objective).__name__}.{method} returned a fitness of shape "
             f"{jnp.shape(fitness)}; it must be one number per lane, {jnp.shape(failed)}"
         )
-    if "cot_inverse" in found:
-        cot_inverse = jnp.where(failed, 0.0, found["cot_inverse"])
+    if "cot_inverse" in scored:
+        cot_inverse = jnp.where(failed, 0.0, scored["cot_inverse"])
     else:
         cot_inverse = jnp.full_like(fitness, jnp.nan)
     return {
-        **found,
+        **scored,
         # The later a rollout failed, the better.
         "fitness": jnp.where(failed, FAILED_FITNESS + episode.survived, fitness),
         "cot_inverse": cot_inverse,

@@ -58,11 +58,11 @@ class _SettledWalk(Objective):
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
-        least = self.settle_s + 2.0 * timing.frame_s
-        if timing.duration_s < least:
+        shortest = self.settle_s + 2.0 * timing.frame_s
+        if timing.duration_s < shortest:
             raise TegotaeError(
                 f"an episode of {timing.duration_s:g} s leaves nothing after settling for "
-                f"{self.settle_s:g} s; make it at least {least:g} s"
+                f"{self.settle_s:g} s; make it at least {shortest:g} s"
             )
 
     def outcome(

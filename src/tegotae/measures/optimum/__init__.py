@@ -98,8 +98,8 @@ def share(cot_inverse: ArrayLike, hop_rate: ArrayLike, period: ArrayLike = 1) ->
         >>> f"{share(0.5 * curve().at('cot_inverse', 4.0), 4.0):.1f}"
         '0.5'
     """
-    kept = curve()
-    one = kept.at("cot_inverse", hop_rate)
-    largest = np.where(np.asarray(period) == 1, one, kept.bound("upper_bound_any", hop_rate))
-    largest = np.where(np.isnan(one), np.nan, largest)
+    optimum = curve()
+    best = optimum.at("cot_inverse", hop_rate)
+    largest = np.where(np.asarray(period) == 1, best, optimum.bound("upper_bound_any", hop_rate))
+    largest = np.where(np.isnan(best), np.nan, largest)
     return np.where(np.isnan(period), np.nan, cot_inverse / largest)
