@@ -57,15 +57,15 @@ def save_animation(moving: Animation, path: Path) -> Path:
     writer = GifWriter(moving.artists) if gif else FFMpegWriter(fps=FRAMES_PER_S)
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
-            whole = Path(folder) / path.name
+            temporary = Path(folder) / path.name
             with reporting("animation", sum(1 for _ in moving.new_saved_frame_seq())) as reporter:
                 moving.save(
-                    whole,
+                    temporary,
                     writer=writer,
                     dpi=90,
                     progress_callback=lambda frame, _: reporter.update(frame + 1),
                 )
-            write_atomically(path, whole.read_bytes())
+            write_atomically(path, temporary.read_bytes())
     except subprocess.CalledProcessError:
         raise TegotaeError(f"ffmpeg failed to write {path}; use .gif") from None
     except OSError as error:
@@ -110,16 +110,16 @@ class GifWriter(PillowWriter):
 
     def grab_frame(self, **_: Any) -> None:
         """Draw the figure as it is now."""
-        before, self.fig.dpi = self.fig.dpi, self.dpi
+        dpi, self.fig.dpi = self.fig.dpi, self.dpi
         if not self._moving or not self._pictures:
             self._renderer = RendererAgg(*self.frame_size, self.dpi)
-            shown = [artist for artist in self._moving if artist.get_visible()]
+            visible = [artist for artist in self._moving if artist.get_visible()]
             # Drawing moves a title to above what it sees, and of a hidden one it sees nothing.
-            titles = [(a, a.get_position()) for a in shown if isinstance(a, Text)]
-            for artist in shown:
+            titles = [(a, a.get_position()) for a in visible if isinstance(a, Text)]
+            for artist in visible:
                 artist.set_visible(False)
             self.fig.draw(self._renderer)
-            for artist in shown:
+            for artist in visible:
                 artist.set_visible(True)
             for title, place in titles:
                 title.set_position(place)
@@ -127,22 +127,23 @@ class GifWriter(PillowWriter):
         self._renderer.restore_region(self._background)
         for artist in self._moving:
             artist.draw(self._renderer)
-        self.fig.dpi = before
+        self.fig.dpi = dpi
         drawn = Image.frombytes("RGBA", self.frame_size, bytes(self._renderer.buffer_rgba()))
         self._pictures.append(drawn.convert("RGB"))
 
     def finish(self) -> None:
         """Write the file."""
         some = self._pictures[:: -(-len(self._pictures) // _PICTURES_FOR_COLOURS)]
-        strip = Image.fromarray(np.concatenate([np.asarray(each) for each in some]))
+        strip = Image.fromarray(np.concatenate([np.asarray(picture) for picture in some]))
         colours = strip.quantize(256, method=Image.Quantize.FASTOCTREE)
-        first, *others = (
-            each.quantize(palette=colours, dither=Image.Dither.NONE) for each in self._pictures
+        first, *further = (
+            picture.quantize(palette=colours, dither=Image.Dither.NONE)
+            for picture in self._pictures
         )
         first.save(
             self.outfile,
             save_all=True,
-            append_images=others,
+            append_images=further,
             duration=int(1000 / self.fps),
             loop=0,
         )
@@ -212,9 +213,9 @@ def animated(
     """
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    found = Animation(figure, draw, frames=frames, interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
-    found.artists = artists
-    return found
+    animation = Animation(figure, draw, frames=frames, interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
+    animation.artists = artists
+    return animation
 
 
 WIDTH, HEIGHT = 480, 360
@@ -243,15 +244,15 @@ def film_animation(replay: Replay) -> Animation:
     figure.set_layout_engine("none")
     axes = figure.add_axes((0.0, 0.0, 1.0, HEIGHT / (HEIGHT + 24)))
     axes.set_axis_off()
-    shown = axes.imshow(pictures[0])
+    image = axes.imshow(pictures[0])
     title = axes.set_title("0.00 s", pad=3)
 
     def draw(index: int):
-        shown.set_data(pictures[index])
+        image.set_data(pictures[index])
         title.set_text(f"{index / FRAMES_PER_S:.2f} s")
-        return shown, title
+        return image, title
 
-    return animated(figure, draw, range(len(pictures)), (shown, title))
+    return animated(figure, draw, range(len(pictures)), (image, title))
 
 
 def film(replay: Replay) -> list[np.ndarray]:
@@ -280,28 +281,28 @@ def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
 
     mujoco = require("mujoco", "mujoco")
     lanes, every, sensed = ModelLanes(settings, 1), np.ones(1, bool), sensing(settings)
-    shown = _at(replay).tolist()
+    frames = _at(replay).tolist()
     states: dict[int, np.ndarray] = {}
     try:
-        seen = lanes.reset(replay.seed, every)
-        high = max(float(seen[0][sensed.names.index("root_height")]), 1e-2)
+        observation = lanes.reset(replay.seed, every)
+        high = max(float(observation[0][sensed.names.index("root_height")]), 1e-2)
         far = max(
             _DISTANCE * high, 2.0 * float(np.ptp(started(sensed.model).xpos[1:, :2], 0).max())
         )
         for step, action in enumerate(replay.episode.action):
             lanes.step(action[None].astype(float), every)
-            if step in shown:
+            if step in frames:
                 states[step] = lanes.batch.states[0]
     finally:
         lanes.close()
     with model_camera(sensed.model, far) as picture:
         data = mujoco.MjData(sensed.model)
-        found = {}
+        pictures = {}
         for step, state in states.items():
             mujoco.mj_setState(sensed.model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
             mujoco.mj_forward(sensed.model, data)
-            found[step] = picture(data)
-    return [found[step] for step in shown]
+            pictures[step] = picture(data)
+    return [pictures[step] for step in frames]
 
 
 @contextmanager
@@ -331,10 +332,10 @@ def model_camera(model: MjModel, distance_m: float) -> Iterator[Callable[[MjData
         camera.type = mujoco.mjtCamera.mjCAMERA_TRACKING
         camera.trackbodyid = 1
         camera.distance, camera.azimuth, camera.elevation = distance_m, 90.0, -8.0
-        everything = mujoco.mjtCatBit.mjCAT_ALL
+        categories = mujoco.mjtCatBit.mjCAT_ALL
 
         def picture(data: MjData) -> np.ndarray:
-            mujoco.mjv_updateScene(model, data, option, None, camera, everything, scene)
+            mujoco.mjv_updateScene(model, data, option, None, camera, categories, scene)
             _mark_ground(mujoco, scene, data, distance_m)
             mujoco.mjr_render(area, scene, drawing)
             pixels = np.empty((HEIGHT, WIDTH, 3), np.uint8)
@@ -368,16 +369,16 @@ def _context() -> Any:
     Raises:
         TegotaeError: if it has none.
     """
-    chosen = os.environ.get("MUJOCO_GL", "").lower()
+    backend = os.environ.get("MUJOCO_GL", "").lower()
     if sys.platform != "linux":
-        ways = ["cgl" if sys.platform == "darwin" else "glfw"]
-    elif chosen in ("egl", "osmesa", "glfw"):
-        ways = [chosen]
+        backends = ["cgl" if sys.platform == "darwin" else "glfw"]
+    elif backend in ("egl", "osmesa", "glfw"):
+        backends = [backend]
     else:
-        ways = ["egl", "osmesa", *(["glfw"] if os.environ.get("DISPLAY") else [])]
-    for way in ways:
+        backends = ["egl", "osmesa", *(["glfw"] if os.environ.get("DISPLAY") else [])]
+    for candidate in backends:
         try:
-            return import_module(f"mujoco.{way}").GLContext(WIDTH, HEIGHT)
+            return import_module(f"mujoco.{candidate}").GLContext(WIDTH, HEIGHT)
         except Exception:  # drivers fail in ways of their own
             continue
     raise TegotaeError(_NO_CONTEXT)
@@ -389,19 +390,19 @@ def _of_environment(replay: Replay) -> list[np.ndarray]:
     if "MUJOCO_GL" not in os.environ and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ["MUJOCO_GL"] = "egl"
     drawn = replace(spec, settings=(*spec.settings, ("render_mode", "rgb_array")))
-    wanted = {*_at(replay).tolist()}
-    found: dict[int, np.ndarray] = {}
+    frames = {*_at(replay).tolist()}
+    pictures: dict[int, np.ndarray] = {}
     env = drawn.make()
     try:
         env.reset(seed=replay.seed)
         for step, action in enumerate(replay.episode.action):
             env.step(action.astype(env.action_space.dtype))
-            if step in wanted:
-                found[step] = np.asarray(env.render(), np.uint8)
+            if step in frames:
+                pictures[step] = np.asarray(env.render(), np.uint8)
     except Exception as error:  # somebody else's program draws
         raise TegotaeError(
             f"{spec.env} cannot be drawn: {formatted(error)}; leave --animate out"
         ) from None
     finally:
         env.close()
-    return [found[step] for step in _at(replay).tolist()]
+    return [pictures[step] for step in _at(replay).tolist()]

@@ -158,23 +158,23 @@ def draw_path(axes: Axes, x: np.ndarray, spring_force_n: np.ndarray) -> None:
 
 def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool, max_force_n: float) -> None:
     """Actuator force, and feedback (or, without phase, spring force), along the limit cycle."""
-    other = axes.twinx()
-    other.spines["right"].set_visible(True)
+    twin = axes.twinx()
+    twin.spines["right"].set_visible(True)
     x = broken(orbit.phase_rad) if with_phase else orbit.time_s
     along = orbit.feedback_rad_per_s if with_phase else orbit.spring_force_n
     axes.plot(x, orbit.actuator_force_n, color=COLOURS[0])
     axes.set_ylabel("actuator $F_a$ [N]", color=COLOURS[0])
     axes.set_ylim(0.0, max(axes.get_ylim()[1], _NEGLIGIBLE * max_force_n))
-    other.plot(x, along, color=COLOURS[4], ls="--")
+    twin.plot(x, along, color=COLOURS[4], ls="--")
     if with_phase:
         phase_axis(axes)
-        low, high = other.get_ylim()
-        other.set_ylim(min(low, -_SMALL_FEEDBACK), max(high, _SMALL_FEEDBACK))
-        other.set_ylabel("feedback f [rad/s]", color=COLOURS[4])
+        low, high = twin.get_ylim()
+        twin.set_ylim(min(low, -_SMALL_FEEDBACK), max(high, _SMALL_FEEDBACK))
+        twin.set_ylabel("feedback f [rad/s]", color=COLOURS[4])
     else:
         axes.set(xlabel="time since the apex [s]", xlim=(0.0, orbit.period_s))
-        other.set_ylabel("spring $F_k$ [N]", color=COLOURS[4])
-        other.set_ylim(bottom=0.0)
+        twin.set_ylabel("spring $F_k$ [N]", color=COLOURS[4])
+        twin.set_ylim(bottom=0.0)
 
 
 # Portraits.
@@ -231,9 +231,9 @@ def portrait_table(paths: Trajectory) -> pd.DataFrame:
     """Return the data of the figure, a row a frame and release."""
     height, velocity, spring, _, actuator = SIGNALS
     names = (height, velocity, "phase_rad", spring, actuator)
-    shown = {name: paths.channels[name].T for name in names if name in paths.channels}
+    columns = {name: paths.channels[name].T for name in names if name in paths.channels}
     axes = ("release_height_m", paths.height_m[0]), ("time_s", paths.time_s[:, 0])
-    return long_table(*axes, shown)
+    return long_table(*axes, columns)
 
 
 # The return map.
@@ -257,8 +257,8 @@ def poincare_figure(section: Poincare, transient: np.ndarray, note: str = "") ->
     simulated = {"color": COLOURS[0], "ms": 3, "mfc": "none", "label": "simulated"}
     decay.semilogy(turns, predicted(section), color="black", lw=0.9, label="linear map")
     decay.semilogy(turns, section.distance, "o", **simulated)
-    shown = np.flatnonzero(section.distance > NUMERICAL)
-    decay.set(xlim=(-0.5, shown[-1] + 1.5), ylim=(NUMERICAL, 3.0 * np.nanmax(section.distance)))
+    indices = np.flatnonzero(section.distance > NUMERICAL)
+    decay.set(xlim=(-0.5, indices[-1] + 1.5), ylim=(NUMERICAL, 3.0 * np.nanmax(section.distance)))
     decay.set_xlabel("hops" if section.hops == 1 else f"turns of {section.hops} hops")
     decay.set_ylabel("distance from x* [m, rad]")
     decay.xaxis.set_major_locator(MaxNLocator(5, integer=True))
@@ -350,20 +350,20 @@ def phase_response_figure(response: pd.DataFrame, note: str = "") -> Figure:
     pushes: Any = list(response.groupby("push_ns", sort=False))
     _, first = pushes[0]
     x, stance = first["cycle_phase_rad"].to_numpy() / (2.0 * np.pi), first["stance"].tolist()
-    whole = {"transform": axes.get_xaxis_transform(), "step": "post"}
-    axes.fill_between(x, 0.0, 1.0, where=stance, color="0.88", lw=0, **whole)
+    style = {"transform": axes.get_xaxis_transform(), "step": "post"}
+    axes.fill_between(x, 0.0, 1.0, where=stance, color="0.88", lw=0, **style)
     axes.axhline(0.0, color="0.5", lw=0.6)
-    for i, (push, own) in enumerate(pushes):
+    for i, (push, curve) in enumerate(pushes):
         look: Any = {"ls": ("-", "--", "-.", ":")[i % 4], "color": COLOURS[(0, 4, 2, 5)[i % 4]]}
-        shift = broken(own["shift_rad"].to_numpy())
+        shift = broken(curve["shift_rad"].to_numpy())
         axes.plot(x, shift, label=f"push of {1e3 * push:+.3g} mN s", **look)
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, -2.0 * NEGLIGIBLE_RAD), max(high, 2.0 * NEGLIGIBLE_RAD))
     shifts = np.abs(response["shift_rad"].dropna().to_numpy())
     words = "the gait never returns to its limit cycle"
     if shifts.size:
-        most, share = shifts.max(), shifts.max() / (2.0 * np.pi)
-        words = f"negligible response: at most {most:.1g} rad,\n{share:.1g} of a period"
+        largest, share = shifts.max(), shifts.max() / (2.0 * np.pi)
+        words = f"negligible response: at most {largest:.1g} rad,\n{share:.1g} of a period"
     if not shifts.size or shifts.max() < NEGLIGIBLE_RAD:
         axes.text(0.5, 0.95, words, transform=axes.transAxes, ha="center", va="top")
     axes.set(xlabel="when the push comes, t / T since the apex", xlim=(0.0, 1.0), title=note)

@@ -61,8 +61,8 @@ def explanation_figure(
         reaction.text(0.5, 0.5, "no feedback", ha="center", transform=reaction.transAxes)
     if surface is None:
         phase_axis(force)
-        least = min(0.0, *(float(v.rate_rad_per_s.min()) for v in visited))
-        force.set(ylabel="rate φ̇ [rad/s]", ylim=(least, None))
+        lowest = min(0.0, *(float(v.rate_rad_per_s.min()) for v in visited))
+        force.set(ylabel="rate φ̇ [rad/s]", ylim=(lowest, None))
     else:
         _force(figure, force, surface, visited[0])
     _rates(rate, evaluated)
@@ -86,8 +86,8 @@ def forms_figure(
     means = np.array([(x.mean, x.mean - x.low, x.high - x.mean) for _, _, x in forms]).T
     ends = np.nan_to_num(means[1:])
     axes.errorbar(means[0], rows, xerr=ends, fmt="o", ms=3, color=COLOURS[0])
-    for (name, of), style in zip(evaluated.items(), ("-", "--", ":"), strict=False):
-        axes.axvline(of.mean.mean, color=COLOURS[2], lw=0.8, ls=style, label=name)
+    for (name, result), style in zip(evaluated.items(), ("-", "--", ":"), strict=False):
+        axes.axvline(result.mean.mean, color=COLOURS[2], lw=0.8, ls=style, label=name)
     axes.set_yticks(rows, [f"{name} ({numbers})" for name, numbers, _ in forms])
     axes.invert_yaxis()
     axes.set(xlim=(0.0, None), xlabel=f"score, mean CoT⁻¹ [{unit}]", ylabel="form (numbers)")
@@ -105,8 +105,8 @@ def _density(axes: Axes, visited: Sequence[Visits]) -> None:
     stance = np.concatenate([v.stance for v in visited])
     parts = [phase[~stance], phase[stance]]
     weights = [np.full(len(x), 1.0 / max(1, len(phase))) for x in parts]
-    shown = {"stacked": True, "color": ["#dddddd", "#999999"], "label": ["flight", "stance"]}
-    behind.hist(parts, bins=60, range=(0.0, TWO_PI), weights=weights, **shown)
+    style = {"stacked": True, "color": ["#dddddd", "#999999"], "label": ["flight", "stance"]}
+    behind.hist(parts, bins=60, range=(0.0, TWO_PI), weights=weights, **style)
     behind.set_ylabel("share of the time")
     behind.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
@@ -130,15 +130,15 @@ def _force(figure: Figure, axes: Axes, surface: Surface, v: Visits) -> None:
 
 def _rates(axes: Axes, evaluated: Mapping[str, Evaluated]) -> None:
     """Hops or turns a second over the commanded frequency; the command as a thin line."""
-    whole = evaluated["whole"]
+    complete = evaluated["whole"]
     axes.set_ylabel("rate [rad/s]")
-    if np.isnan(whole.omega).all():
+    if np.isnan(complete.omega).all():
         axes.set_xticks([])
-        axes.plot(np.zeros_like(whole.rates), whole.rates, "o", color=COLOURS[0])
+        axes.plot(np.zeros_like(complete.rates), complete.rates, "o", color=COLOURS[0])
         return
-    axes.plot(whole.omega, whole.omega, color="#dddddd", lw=4.0, label="command")
-    for (name, found), marker in zip(evaluated.items(), "osx", strict=False):
-        if np.isfinite(found.rates).any():
-            axes.plot(found.omega, found.rates, marker=marker, ms=4, label=name)
+    axes.plot(complete.omega, complete.omega, color="#dddddd", lw=4.0, label="command")
+    for (name, result), marker in zip(evaluated.items(), "osx", strict=False):
+        if np.isfinite(result.rates).any():
+            axes.plot(result.omega, result.rates, marker=marker, ms=4, label=name)
     axes.set_xlabel("command ω [rad/s]")
     axes.legend()

@@ -25,14 +25,14 @@ _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 """Lines and marks, for those who print in grey."""
 
 
-def curves_figure(done: Sequence[Done], disturbances: Sequence[Disturbance]) -> Figure:
+def curves_figure(results: Sequence[Done], disturbances: Sequence[Disturbance]) -> Figure:
     """A panel a disturbance: the share of each controller's runs that keep their gait.
 
     Of more controllers than there are colours all are one line.
     """
-    groups = {tested.name: [(tested, outcome)] for tested, outcome in done}
+    groups = {tested.name: [(tested, outcome)] for tested, outcome in results}
     if len(groups) > MOST_LINES:
-        groups = {f"{len(done)} controllers": list(done)}
+        groups = {f"{len(results)} controllers": list(results)}
     return groups_figure(groups, disturbances)
 
 
@@ -48,18 +48,22 @@ def groups_figure(
         disturbances: those that at least one of them met are shown.
     """
     lines = {label: _shares(members, disturbances) for label, members in groups.items()}
-    shown = [each for each in disturbances if any(each.name in line for line in lines.values())]
-    moving = all(each.measure == "moves" for each in shown)
-    columns = min(_COLUMNS, len(shown))
-    rows = math.ceil(len(shown) / columns)
+    selected = [
+        disturbance
+        for disturbance in disturbances
+        if any(disturbance.name in line for line in lines.values())
+    ]
+    moving = all(disturbance.measure == "moves" for disturbance in selected)
+    columns = min(_COLUMNS, len(selected))
+    rows = math.ceil(len(selected) / columns)
     figure = new_figure(PAGE_IN, 0.5 + 1.35 * rows)
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
-    for ax, each in zip(axes.ravel(), shown, strict=False):
-        _panel(ax, each, lines)
-        unit = f" [{each.unit}]" if each.unit else ""
-        counts = ", still moving" if each.measure == "moves" and not moving else ""
-        ax.set_xlabel(literal(each.label + unit + counts))
-    for ax in axes.ravel()[len(shown) :]:
+    for ax, disturbance in zip(axes.ravel(), selected, strict=False):
+        _panel(ax, disturbance, lines)
+        unit = f" [{disturbance.unit}]" if disturbance.unit else ""
+        counts = ", still moving" if disturbance.measure == "moves" and not moving else ""
+        ax.set_xlabel(literal(disturbance.label + unit + counts))
+    for ax in axes.ravel()[len(selected) :]:
         ax.set_axis_off()
     for ax in axes[:, 0]:
         ax.set_ylabel("share that\nstill moves" if moving else "share that keeps\nits gait")
@@ -76,40 +80,48 @@ Line = Mapping[str, pd.DataFrame]
 
 def _shares(members: Sequence[Done], disturbances: Sequence[Disturbance]) -> Line:
     frames = [outcome.table for _, outcome in members]
-    whole = pd.concat(frames, keys=range(len(frames)), names=["member", None])
-    whole["whose"] = whole["run"].astype(str) + " of " + whole.index.get_level_values(0).astype(str)
-    met, line = set(whole["condition"]), {}
-    for each in disturbances:
-        if each.name in met:
-            rows = whole[(whole["condition"] == each.name) & whole[MEASURES[each.measure]]]
-            counts = {"kept": (each.measure, "sum"), "had": (each.measure, "size")}
-            line[each.name] = rows.groupby("level").agg(**counts, runs=("whose", "nunique"))
+    combined = pd.concat(frames, keys=range(len(frames)), names=["member", None])
+    combined["whose"] = (
+        combined["run"].astype(str) + " of " + combined.index.get_level_values(0).astype(str)
+    )
+    met, line = set(combined["condition"]), {}
+    for disturbance in disturbances:
+        if disturbance.name in met:
+            rows = combined[
+                (combined["condition"] == disturbance.name)
+                & combined[MEASURES[disturbance.measure]]
+            ]
+            counts = {"kept": (disturbance.measure, "sum"), "had": (disturbance.measure, "size")}
+            line[disturbance.name] = rows.groupby("level").agg(**counts, runs=("whose", "nunique"))
     return line
 
 
-def _panel(ax: Axes, each: Disturbance, lines: Mapping[str, Line]) -> None:
+def _panel(ax: Axes, disturbance: Disturbance, lines: Mapping[str, Line]) -> None:
     for number, (label, line) in enumerate(lines.items()):
         look: Any = {"color": COLOURS[number], "ls": _DASHES[number % len(_DASHES)], "label": label}
-        if each.name not in line:
+        if disturbance.name not in line:
             ax.plot([], [], **look)
             continue
-        levels = line[each.name]
+        levels = line[disturbance.name]
         shares = {
-            x: (kept / had, *share_interval(kept, had, runs))
-            for x, kept, had, runs in levels.itertuples()
+            x: (retained / had, *share_interval(retained, had, runs))
+            for x, retained, had, runs in levels.itertuples()
         }
-        shares[each.neutral] = (1.0, 1.0, 1.0)  # by definition
+        shares[disturbance.neutral] = (1.0, 1.0, 1.0)  # by definition
         level = sorted(shares)
         share, low, high = zip(*(shares[x] for x in level), strict=True)
         ax.plot(level, share, marker=_MARKERS[number], markersize=2.5, **look)
         if max(levels["runs"].tolist(), default=0) >= FEW:
             ax.fill_between(level, low, high, color=look["color"], alpha=0.15, linewidth=0)
-    ax.axvline(each.neutral, color="0.6", linewidth=0.6, linestyle=":")
+    ax.axvline(disturbance.neutral, color="0.6", linewidth=0.6, linestyle=":")
     ax.axhline(0.5, color="0.85", linewidth=0.6, zorder=0)
-    if each.neutral == 1.0 and min(each.levels) > 0.0:
+    if disturbance.neutral == 1.0 and min(disturbance.levels) > 0.0:
         ax.set_xscale("log")
         ticks = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
-        lowest, highest = min(*each.levels, each.neutral), max(*each.levels, each.neutral)
+        lowest, highest = (
+            min(*disturbance.levels, disturbance.neutral),
+            max(*disturbance.levels, disturbance.neutral),
+        )
         within = [x for x in ticks if 0.95 * lowest <= x <= 1.05 * highest]
         ax.set_xticks(within, [f"{x:g}" for x in within], minor=False)
         ax.set_xticks([], minor=True)

@@ -51,20 +51,20 @@ def algorithms_figure(curves: pd.DataFrame) -> Figure:
             panel.set_visible(False)
         # Intervals of few runs reach far beyond what any run did.
         values = curves.loc[curves["model"] == model, measure].to_numpy()
-        most, least = float(values.max()), min(0.0, float(values.min()))
-        room = 0.1 * (most - least) or 1.0
+        highest, lowest = float(values.max()), min(0.0, float(values.min()))
+        room = 0.1 * (highest - lowest) or 1.0
         for i, (panel, algorithm) in enumerate(zip(panels.flat, algorithms, strict=False)):
             title, key = f"{model}: {algorithm_title(algorithm)}", (model, algorithm)
             if len(title) >= 36:
                 title = title.replace(": ", ":\n", 1)
             panel.set_title("\n".join(map(literal, title.split("\n"))), loc="left")
-            panel.set(ylim=(least - room if least < 0.0 else 0.0, most + room), xscale="log")
+            panel.set(ylim=(lowest - room if lowest < 0.0 else 0.0, highest + room), xscale="log")
             panel.tick_params(labelleft=i % across == 0)
             if i % across == 0:
                 panel.set_ylabel(LABELS[measure])
-            for other in algorithms:
-                if other != algorithm and (model, other) in means:
-                    _draw_mean(panel, means[model, other], color=_OTHERS, lw=0.8)
+            for algorithm_name in algorithms:
+                if algorithm_name != algorithm and (model, algorithm_name) in means:
+                    _draw_mean(panel, means[model, algorithm_name], color=_OTHERS, lw=0.8)
             if key in means:
                 colour = COLOURS[algorithms.index(algorithm) % len(COLOURS)]
                 _draw_runs(panel, runs_of[key], means[key], colour)
@@ -84,8 +84,8 @@ def algorithm_title(name: str) -> str:
         >>> algorithm_title("pgpe, usual settings"), algorithm_title("mine")
         ('PGPE, usual settings', 'mine')
     """
-    first, comma, rest = name.partition(",")
-    return _TITLES.get(first, first) + comma + rest
+    first, comma, settings = name.partition(",")
+    return _TITLES.get(first, first) + comma + settings
 
 
 def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:
@@ -96,8 +96,8 @@ def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:
         handles.append(Patch(color="black", alpha=0.15, lw=0, label="its 95 % interval"))
         handles.append(Line2D([], [], color="black", lw=0.4, alpha=0.6, label="runs"))
     if several_algorithms:
-        others = "means of the other algorithms" if several_runs else "other algorithms"
-        handles.append(Line2D([], [], color=_OTHERS, lw=0.8, label=others))
+        caption = "means of the other algorithms" if several_runs else "other algorithms"
+        handles.append(Line2D([], [], color=_OTHERS, lw=0.8, label=caption))
     return handles
 
 
@@ -139,24 +139,29 @@ def algorithms_tables(curves: pd.DataFrame) -> dict[str, Table]:
     for (model, algorithm), runs in groups(curves).items():
         mean = _mean(runs).rename(columns={"value": measure_of(curves)})
         means.append(mean.assign(algorithm=algorithm, model=model, runs=len(runs)))
-    whole = pd.concat(means, ignore_index=True).set_index(["algorithm", "model", "runs"])
-    return {"": curves, "mean": whole.reset_index()}
+    combined = pd.concat(means, ignore_index=True).set_index(["algorithm", "model", "runs"])
+    return {"": curves, "mean": combined.reset_index()}
 
 
 def algorithms_compared(curves: pd.DataFrame) -> pd.DataFrame:
     """Late in training: each algorithm, and how far PGPE is above it on the same model."""
-    called = "CoT⁻¹" if measure_of(curves) == COT else "fitness"
+    quantity = "CoT⁻¹" if measure_of(curves) == COT else "fitness"
     runs_of, rows = groups(curves), []
     for (model, algorithm), runs in sorted(runs_of.items(), key=lambda group: group[0]):
         pgpe = runs_of.get((model, "pgpe"), []) if algorithm != "pgpe" else []
-        of_model = [run for (other, _), group in runs_of.items() if other == model for run in group]
+        of_model = [
+            run
+            for (model_name, _), group in runs_of.items()
+            if model_name == model
+            for run in group
+        ]
         shortest = min(float(run["simulated_s"].iloc[-1]) for run in of_model)
         row = {"model": model, "algorithm": algorithm, "runs": len(runs)}
         row["learned from"] = f"{runs[0]['simulated_s'].iloc[-1]:.0f} s"
         for when, time in (("at the end", np.inf), ("after equal time", shortest)):
-            late, others = ([late_mean(run, time) for run in group] for group in (runs, pgpe))
-            row[f"{called} {when}"] = _words(interval(late, within=_range(curves)))
-            row[f"PGPE's lead {when}"] = _words(difference(others, late)) if pgpe else ""
+            late, values = ([late_mean(run, time) for run in group] for group in (runs, pgpe))
+            row[f"{quantity} {when}"] = _words(interval(late, within=_range(curves)))
+            row[f"PGPE's lead {when}"] = _words(difference(values, late)) if pgpe else ""
         rows.append(row)
     return pd.DataFrame(rows).set_index(["model", "algorithm"])
 

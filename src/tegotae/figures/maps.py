@@ -88,21 +88,21 @@ def draw_categories(
     ]
 
 
-def regime_legend(figure: Figure, present: AnyArray, *more: Artist, **how: Any) -> None:
+def regime_legend(figure: Figure, present: AnyArray, *artists: Artist, **options: Any) -> None:
     """Say below the panels what the colours without a value mean.
 
     Args:
         present: regimes that occur.
         more: further handles.
     """
-    handles = [*more]
+    handles = [*artists]
     for kind in (AT_REST, UNSETTLED, FAILED):
         if np.any(present == kind):
             look = {**_REST, "hatch": _REST["hatch"] if kind == AT_REST else None}
             handles.append(Patch(facecolor=_FILL[kind], lw=0.5, label=REGIMES[kind], **look))
     if handles:
-        how = {"ncols": 3, "handlelength": 1.6, **how}
-        figure.legend(handles=handles, loc="outside lower center", **how)
+        options = {"ncols": 3, "handlelength": 1.6, **options}
+        figure.legend(handles=handles, loc="outside lower center", **options)
 
 
 _MOST = 5  # limit cycles with a colour of their own
@@ -112,8 +112,8 @@ _MOST = 5  # limit cycles with a colour of their own
 def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
     """Draw the limit cycle that each release ends in; the legend shows its frequency."""
     labels = [describe(cycle) for cycle in basin.cycles[:_MOST].itertuples()]
-    if len(rest := basin.cycles[_MOST:]):
-        labels.append(f"{len(rest)} other limit cycles ({sum(rest['share']):.1%})")
+    if len(rare := basin.cycles[_MOST:]):
+        labels.append(f"{len(rare)} other limit cycles ({sum(rare['share']):.1%})")
     figure = new_figure(COLUMN_IN, 2.9 + 0.13 * min(len(labels), _MOST))
     axes = figure.subplots()
     height, across = basin.axes
@@ -149,8 +149,8 @@ def phase_locking_figure(sweep: GainSweep, cut_sigma: float, note: str = "") -> 
         cut_sigma: the gain of the cut [rad/(s N)]; the nearest of the sweep's is taken.
         note: a title.
     """
-    known = {None: -1, **{ratio: number for number, ratio in enumerate(_RATIOS)}}
-    category = np.vectorize(lambda ratio: known.get(ratio, len(_RATIOS)))(
+    codes = {None: -1, **{ratio: number for number, ratio in enumerate(_RATIOS)}}
+    category = np.vectorize(lambda ratio: codes.get(ratio, len(_RATIOS)))(
         locking_ratios(sweep.outcome)
     )
     labels = [*(f"{_words(ratio)} turns : hops" for ratio in _RATIOS), "another ratio"]
@@ -210,8 +210,8 @@ def vanilla_sweep_figure(sweep: VanillaSweep, *, fitness: str = "fitness") -> Fi
     axes.plot(
         columns, np.argmax(sweep.fitness, axis=0), "o", ms=3, mfc="white", mec="black", mew=0.6
     )
-    shown = rows[:: max(1, len(rows) // 8)]
-    axes.set_yticks(shown, [f"{sweep.sigma[i]:.2g}" for i in shown])
+    selected = rows[:: max(1, len(rows) // 8)]
+    axes.set_yticks(selected, [f"{sweep.sigma[i]:.2g}" for i in selected])
     axes.set_xticks(columns, [f"{omega:.3g}" for omega in sweep.omega])
     axes.set(xlabel="frequency ω [rad/s]", ylabel="gain σ [rad/(s N)]")
     return figure

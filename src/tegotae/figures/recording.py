@@ -116,9 +116,9 @@ def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
     axes.plot(across, up, ".", color="0.5", ms=4)
     axes.plot(across[inside], up[inside], ".", color=COLOURS[0], ms=5)
     # A cycle is a point: the axes show at least a centimetre, or noise would look like a gait.
-    shown = up if with_phase else np.append(up, across)
-    middle = 0.5 * float(shown.min() + shown.max())
-    room = max(0.55 * float(np.ptp(shown)), 0.005)
+    values = up if with_phase else np.append(up, across)
+    middle = 0.5 * float(values.min() + values.max())
+    room = max(0.55 * float(np.ptp(values)), 0.005)
     axes.set_ylim(middle - room, middle + room)
     if with_phase:
         phase_ticks(axes.xaxis)
@@ -130,8 +130,8 @@ def _draw_section(axes: Axes, measured: Measured, with_phase: bool) -> None:
 
 
 def _draw_spectrum(axes: Axes, measured: Measured) -> None:
-    of = _spectrum(measured)
-    frequency, share = np.asarray(of.angular_frequency), _share(of)
+    spectrum = _spectrum(measured)
+    frequency, share = np.asarray(spectrum.angular_frequency), _share(spectrum)
     reach = frequency[np.flatnonzero(share >= _SHOWN)[-1]] if share.any() else frequency[-1]
     axes.plot(frequency, share, color=COLOURS[0])
     if np.isfinite(measured.omega):
@@ -144,15 +144,15 @@ def _draw_spectrum(axes: Axes, measured: Measured) -> None:
 def _spectrum(measured: Measured) -> Spectrum:
     """The spectrum of the height, over the settled part or, without one, the whole."""
     frames, start = measured.frames, np.nan_to_num(measured.t0_s)
-    whole = frames.height_m
+    height = frames.height_m
     end = measured.efficiency.end_s if measured.efficiency and start else np.inf
     inside = int(np.sum(frames.time_s[:, 0] <= end + FORCE_PERIOD_S))
-    return _transform(whole[:inside], FORCE_PERIOD_S, np.floor(start / FORCE_PERIOD_S))
+    return _transform(height[:inside], FORCE_PERIOD_S, np.floor(start / FORCE_PERIOD_S))
 
 
 _transform = jax.jit(spectrum, static_argnums=1)
 
 
-def _share(of: Spectrum) -> np.ndarray:
-    power = np.asarray(of.power)[:, 0]
+def _share(spectrum: Spectrum) -> np.ndarray:
+    power = np.asarray(spectrum.power)[:, 0]
     return power / power.max() if power.max() > 0.0 else power

@@ -86,8 +86,8 @@ def literal(name: str) -> str:
         >>> print(literal("cost_$5"))
         cost_\$5
     """
-    shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)
-    return shown.replace("$", r"\$")
+    printable = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)
+    return printable.replace("$", r"\$")
 
 
 def figure_file(path: Path | str) -> Path:
@@ -150,9 +150,9 @@ def write_tables(figure: Path, tables: Mapping[str, Table]) -> list[Path]:
     Raises:
         TegotaeError: if a file cannot be written.
     """
-    written = []
+    paths = []
     for name, table in tables.items():
         path = figure.with_suffix(f".{name}.csv" if name else ".csv")
         write_csv(path, dict(pd.DataFrame(dict(table))), digits=9)
-        written.append(path)
-    return written
+        paths.append(path)
+    return paths

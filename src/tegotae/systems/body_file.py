@@ -59,12 +59,12 @@ def body_text(body: Body, reasons: Mapping[str, str] | None = None) -> str:
 
 def _lines(document: Mapping[str, Any], table: str, reasons: Mapping[str, str]) -> list[str]:
     lines: list[str] = []
-    inner: list[str] = []
+    nested: list[str] = []
     for name, value in document.items():
         if isinstance(value, Mapping):
             place, part = f"{table}.{name}".lstrip("."), cast(Mapping[str, Any], value)
-            inner += ["", f"[{place}]", *_lines(part, place, reasons)]
+            nested += ["", f"[{place}]", *_lines(part, place, reasons)]
         else:
-            why = f"  # {reasons[name]}" if name in reasons else ""
-            lines.append(f"{name} = {json.dumps(value)}{why}")
-    return lines + inner
+            comment = f"  # {reasons[name]}" if name in reasons else ""
+            lines.append(f"{name} = {json.dumps(value)}{comment}")
+    return lines + nested

@@ -174,9 +174,9 @@ def load(path: Path | str) -> SavedController:
             for a name that stands for several.
     """
     if is_zoo_name(str(path)):
-        (name, document), *others = zoo_documents(str(path))
-        if others:
-            raise TegotaeError(f"{path} holds {1 + len(others)} controllers; name one, as {name}")
+        (name, document), *further = zoo_documents(str(path))
+        if further:
+            raise TegotaeError(f"{path} holds {1 + len(further)} controllers; name one, as {name}")
         return restored(document, name)
     path = Path(path)
     try:
@@ -184,8 +184,8 @@ def load(path: Path | str) -> SavedController:
     except FileNotFoundError:
         raise TegotaeError(f"no controller file at {path}") from None
     except DamagedDocumentError as error:
-        what = f"is damaged: {error}" if begins_as_ours(path) else NOT_OURS
-        raise TegotaeError(f"{path} {what}") from None
+        complaint = f"is damaged: {error}" if begins_as_ours(path) else NOT_OURS
+        raise TegotaeError(f"{path} {complaint}") from None
     return restored(document, str(path))
 
 
@@ -218,8 +218,8 @@ def restored(document: Json, path: str) -> SavedController:
     except TegotaeError as error:
         raise TegotaeError(f"{path} is damaged: {error}") from None
     _check_weights(system.controller, weights, path)
-    known = entries.name, trained, entries.task, entries.training, entries.software
-    return SavedController(system, weights, *known)
+    fields = entries.name, trained, entries.task, entries.training, entries.software
+    return SavedController(system, weights, *fields)
 
 
 def is_controller(document: Json) -> TypeGuard[JsonObject]:

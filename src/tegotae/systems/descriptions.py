@@ -40,9 +40,9 @@ def describe(value: object) -> Any:
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         kind, code = registry.kind_of(value), registry.code_noted(type(value))
-        named: JsonObject = {} if kind is None else {"kind": kind}
-        named |= {} if code is None else {registry.CODE: code}
-        return named | {name: describe(x) for name, x in described_fields(value).items()}
+        header: JsonObject = {} if kind is None else {"kind": kind}
+        header |= {} if code is None else {registry.CODE: code}
+        return header | {name: describe(x) for name, x in described_fields(value).items()}
     if isinstance(value, Mapping):
         entries = cast(Mapping[object, object], value)
         return {str(name): describe(entry) for name, entry in entries.items()}
@@ -109,22 +109,26 @@ def check_kept(value: object) -> None:
         description = describe(part)
         try:
             document = json.loads(json.dumps(description))
-            kept = describe(restore(document, type(part), "part"))
-            why = "" if json.loads(json.dumps(kept)) == document else "it comes back as another one"
+            restored_document = describe(restore(document, type(part), "part"))
+            complaint = (
+                ""
+                if json.loads(json.dumps(restored_document)) == document
+                else "it comes back as another one"
+            )
         except (DamagedDocumentError, TypeError, RecursionError) as error:
-            why = (str(error).splitlines() or [type(error).__name__])[0]
-        if why:
+            complaint = (str(error).splitlines() or [type(error).__name__])[0]
+        if complaint:
             raise TegotaeError(
-                f"a {type(part).__name__} cannot be saved and read again: {why}; its fields must "
-                "be numbers, texts, parts, or tuples of these, as their annotations say"
+                f"a {type(part).__name__} cannot be saved and read again: {complaint}; its fields "
+                "must be numbers, texts, parts, or tuples of these, as their annotations say"
             )
 
 
 def _restored(document: dict[str, Any], options: Sequence[type], name: str) -> object:
     """The dataclass of a document, of one of some classes or contracts."""
     kind = _kind(document, options, name)
-    named = ("kind", registry.CODE)
-    entries = {name: value for name, value in document.items() if name not in named}
+    reserved = ("kind", registry.CODE)
+    entries = {name: value for name, value in document.items() if name not in reserved}
     if registry.CODE in document and document[registry.CODE] != registry.code_noted(kind):
         raise UsersPartError(
             f"was made with other code of {registry.name_of(kind)} than there is now; put that "
@@ -148,22 +152,24 @@ def _restored(document: dict[str, Any], options: Sequence[type], name: str) -> o
 def _kind(document: Mapping[str, Any], options: Sequence[type], name: str) -> type:
     """The class of a document: a part by its kind, another one by its `NAME`, or its place."""
     contracts = tuple(kind for kind in options if registry.contract_of(kind) is not None)
-    others = [kind for kind in options if kind not in contracts]
-    called: str | None = fitted(document.get("kind"), cast(Any, str | None), "kind")
-    for kind in others:
-        if vars(kind).get("NAME") == called:
+    candidates = [kind for kind in options if kind not in contracts]
+    kind_name: str | None = fitted(document.get("kind"), cast(Any, str | None), "kind")
+    for kind in candidates:
+        if vars(kind).get("NAME") == kind_name:
             return kind
-    if called is None:
+    if kind_name is None:
         raise DamagedDocumentError("it has no entry 'kind'")
-    kind = registry.kinds().get(called)
+    kind = registry.kinds().get(kind_name)
     if kind is None:
         raise UsersPartError(
-            f"needs your part {reprlib.repr(called)[1:-1]} ({name}): add --parts FILE.py, or "
+            f"needs your part {reprlib.repr(kind_name)[1:-1]} ({name}): add --parts FILE.py, or "
             "register it"
         )
     if not issubclass(kind, contracts):
-        what = " or ".join(contract.__name__.lower() for contract in contracts)
-        raise DamagedDocumentError(f"its {name} is a {called!r}, which is no {what} known here")
+        contract_names = " or ".join(contract.__name__.lower() for contract in contracts)
+        raise DamagedDocumentError(
+            f"its {name} is a {kind_name!r}, which is no {contract_names} known here"
+        )
     return kind
 
 

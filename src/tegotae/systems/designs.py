@@ -109,11 +109,13 @@ class Design:
     @property
     def timing(self) -> Timing:
         """An episode of training: the hopper's, or for a walker long enough to settle."""
-        own = self.system.timing
+        timing = self.system.timing
         if not isinstance(unwrapped(self.system.body), Walker):
             return EPISODE
         return Timing(
-            duration_s=EPISODE_SHARE * own.duration_s, tick_s=own.tick_s, frame_s=own.frame_s
+            duration_s=EPISODE_SHARE * timing.duration_s,
+            tick_s=timing.tick_s,
+            frame_s=timing.frame_s,
         )
 
     def experiment(self, *, budget: int = BUDGET, **settings: object) -> Experiment:
@@ -169,8 +171,8 @@ def is_design(name: str) -> bool:
         >>> is_design("ART@quadruped-c"), is_design("ART-rF-tphif-w8")
         (True, False)
     """
-    family, at, _ = name.partition("@")
-    return bool(at) and not set(family) & set("/\\:")
+    family, separator, _ = name.partition("@")
+    return bool(separator) and not set(family) & set("/\\:")
 
 
 def design(name: str) -> Design:
@@ -187,16 +189,20 @@ def design(name: str) -> Design:
         >>> design("ARG-w3@hexapod").name
         'ARG-rF-gF-w3@hexapod'
     """
-    own, _, called = name.partition("@")
-    parts = _OMEGA.fullmatch(own)
+    family_name, _, system_name = name.partition("@")
+    parts = _OMEGA.fullmatch(family_name)
     if parts is None:
-        raise unknown("family", own, FAMILIES)
+        raise unknown("family", family_name, FAMILIES)
     try:
         omega = None if parts["omega"] is None else float(parts["omega"])
     except ValueError:
         raise TegotaeError(f"{name} has no frequency behind -w; write a number, as -w3") from None
-    legged = system(called)
-    short = Path(called).stem if is_walker_file(called) else called.rpartition(":")[2] or called
+    legged = system(system_name)
+    short = (
+        Path(system_name).stem
+        if is_walker_file(system_name)
+        else system_name.rpartition(":")[2] or system_name
+    )
     return Design(family_named(parts["family"]), legged, short, omega)
 
 

@@ -90,7 +90,9 @@ class Experiment(OnSystem):
         )
         self.measure.check(self.timing)
         if self.omega is not None:
-            varied = [each.extremes for each in self.conditions if each.name == OMEGA]
+            varied = [
+                condition.extremes for condition in self.conditions if condition.name == OMEGA
+            ]
             omegas = cast(tuple[float, ...], varied[0] if varied else (self.omega,))
             self.objective.check_frequencies(min(omegas), max(omegas))
 

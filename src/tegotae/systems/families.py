@@ -137,8 +137,10 @@ def _meaning(observation: str) -> str:
     return OBSERVATIONS[observation]
 
 
-def _sensed(names: tuple[str, ...], body: Body, observation: str, found: object) -> tuple[str, ...]:
-    if not found or not set(names) <= set(body.SENSES):
+def _sensed(
+    names: tuple[str, ...], body: Body, observation: str, inputs: object
+) -> tuple[str, ...]:
+    if not inputs or not set(names) <= set(body.SENSES):
         raise TegotaeError(
             f"a {type(body).__name__} does not sense {OBSERVATIONS[observation]} ({observation}); "
             f"it senses {', '.join(body.SENSES)}"
@@ -192,26 +194,28 @@ def family_named(name: str) -> Family:
         ('VG-gF', "one network for all legs, on its load and the body's pitch and roll")
     """
     if name == "cos":
-        about = "the cosine law φ̇ = ω - c N (cos φ + o)"
-        return Family(name=name, about=about, make=_cosine_law)
+        description = "the cosine law φ̇ = ω - c N (cos φ + o)"
+        return Family(name=name, about=description, make=_cosine_law)
     if name == "wary":
-        about = "a clock with balance, whose steps are shorter and higher after a tilt, 11 numbers"
-        return Family(name=name, about=about, make=_wary)
+        description = (
+            "a clock with balance, whose steps are shorter and higher after a tilt, 11 numbers"
+        )
+        return Family(name=name, about=description, make=_wary)
     law, _, step = name.partition("-")
     if law in (*LAWS_OF_LEGS, *(["clock"] if step else [])) and step in ("", *_STEPS):
         feedback = LAWS[law].about.replace("cos φ", "cos(φ - p)")
-        about = f"the short law {feedback}" if LAWS[law].action else "a clock"
-        about += f", and {_STEPS[step][1]}" if step else ""
-        return Family(name=name, about=about, make=partial(_short_law, law=law, step=step))
-    if found := _NETWORK.fullmatch(name):
-        kind, observation = found["kind"], found["observation"]
+        description = f"the short law {feedback}" if LAWS[law].action else "a clock"
+        description += f", and {_STEPS[step][1]}" if step else ""
+        return Family(name=name, about=description, make=partial(_short_law, law=law, step=step))
+    if match := _NETWORK.fullmatch(name):
+        kind, observation = match["kind"], match["observation"]
         on = f"on {_meaning(observation)}"
         if kind == "T":
-            about = f"a network a leg without an oscillator, {on}"
+            description = f"a network a leg without an oscillator, {on}"
             make = partial(_network_per_leg, observation=observation)
-            return Family(name=name, about=about, make=make, has_rhythm=False)
+            return Family(name=name, about=description, make=make, has_rhythm=False)
         clock, added = "phi" in kind, "+" in kind
-        about = "".join(
+        description = "".join(
             [
                 f"one network for all legs, {on}",
                 " and a clock" * clock,
@@ -219,24 +223,24 @@ def family_named(name: str) -> Family:
             ]
         )
         make = partial(_network_of_body, observation=observation, clock=clock, added=added)
-        return Family(name=name, about=about, make=make, has_rhythm=clock)
+        return Family(name=name, about=description, make=make, has_rhythm=clock)
     terms = learned_terms(name)
     if terms is None:
         raise unknown("family", name, FAMILIES)
-    about = f"Tegotae with {', '.join(terms.learned)} learned, a unit a leg"
+    description = f"Tegotae with {', '.join(terms.learned)} learned, a unit a leg"
     if not terms.learned:
-        about = "vanilla Tegotae: its gain σ alone"
-    return Family(name=terms.name, about=about, make=partial(_tegotae, terms=terms))
+        description = "vanilla Tegotae: its gain σ alone"
+    return Family(name=terms.name, about=description, make=partial(_tegotae, terms=terms))
 
 
 def _tegotae(legged: Legged, budget: int, *, terms: LearnedTerms) -> Controller:
     """The system's controller with networks in place of the learned terms."""
-    own = require_system(legged).controller
+    controller = require_system(legged).controller
     if not terms.learned:
-        return own
+        return controller
     added = terms.actuation is not None and terms.actuation.startswith(ADDED)
     return terms.learned_upon(
-        own,
+        controller,
         terms.name,
         lambda observation: all_of(observation, legged.body),
         budget,
@@ -247,10 +251,10 @@ def _tegotae(legged: Legged, budget: int, *, terms: LearnedTerms) -> Controller:
 
 def _cosine_law(legged: Legged, budget: int) -> Controller:
     """The system's controller with another action; two weights, whatever the budget."""
-    own = require_system(legged).controller
+    controller = require_system(legged).controller
     shared_out("cos", {}, 2, budget)
     terms = Tegotae(OffsetAction(), VanillaReaction(), ConstantGain(start=usual_gain(legged)))
-    return dataclasses.replace(own, tegotae=terms)
+    return dataclasses.replace(controller, tegotae=terms)
 
 
 def _wary(legged: Legged, budget: int) -> Controller:
@@ -259,15 +263,15 @@ def _wary(legged: Legged, budget: int) -> Controller:
     Raises:
         TegotaeError: for an ellipse that the system does not have.
     """
-    own = require_system(legged).controller
-    made = dataclasses.replace(
-        own,
+    controller = require_system(legged).controller
+    wary = dataclasses.replace(
+        controller,
         actuation=WaryFoot(ellipse_of(legged)),
         oscillator=WaryOscillator(),
         tegotae=Tegotae(UnitAction(), TiltReaction(), ConstantGain()),
     )
-    shared_out("wary", {}, made.n_weights, budget)
-    return made
+    shared_out("wary", {}, wary.n_weights, budget)
+    return wary
 
 
 def _short_law(legged: Legged, budget: int, *, law: str, step: str) -> Controller:
@@ -276,12 +280,12 @@ def _short_law(legged: Legged, budget: int, *, law: str, step: str) -> Controlle
     Raises:
         TegotaeError: for an ellipse that the system does not have.
     """
-    own = require_system(legged).controller
+    controller = require_system(legged).controller
     if step:
-        own = dataclasses.replace(own, actuation=_STEPS[step][0](ellipse_of(legged)))
-    found = LAWS[law].on_legs(own, usual_gain(legged))
-    shared_out(law, {}, found.n_weights, budget)
-    return found
+        controller = dataclasses.replace(controller, actuation=_STEPS[step][0](ellipse_of(legged)))
+    law_controller = LAWS[law].on_legs(controller, usual_gain(legged))
+    shared_out(law, {}, law_controller.n_weights, budget)
+    return law_controller
 
 
 def _network_per_leg(legged: Legged, budget: int, *, observation: str) -> Controller:
@@ -300,16 +304,16 @@ def _network_of_body(
     of_each = of_leg(observation, body)
     common = (*(["phase"] if clock else []), *of_body(observation, body))
     kind: type[WholeBody] = WholeBody
-    more: dict[str, Any] = {}
+    options: dict[str, Any] = {}
     if legged.controller.actuation.COMMANDS == FOOT:
-        kind, more = WholeBodyFoot, {"reach_m": reach_m(legged)}
+        kind, options = WholeBodyFoot, {"reach_m": reach_m(legged)}
     if added:
         kind = WholeBodyCorrectedFoot
-        more |= {"around": ellipse_of(legged), "lead_rad": alternating_rad(legged.names)}
-    cost = kind(of_each, common, limbs, 1, **more).n_weights
+        options |= {"around": ellipse_of(legged), "lead_rad": alternating_rad(legged.names)}
+    cost = kind(of_each, common, limbs, 1, **options).n_weights
     name = f"W{'+' * added}{'phi' * clock}-{observation}"
     hidden = shared_out(name, {"W": cost}, 0, budget)["W"]
-    network = kind(of_each, common, limbs, hidden, **more)
+    network = kind(of_each, common, limbs, hidden, **options)
     if not clock:
         return Controller(network, limbs=limbs)
     return Controller(network, require_system(legged).controller.oscillator, limbs=limbs)
@@ -409,10 +413,10 @@ def alternating_rad(legs: Sequence[str]) -> tuple[float, ...]:
         >>> [round(lead, 2) for lead in alternating_rad(("LF", "RF", "LH", "RH"))]
         [0.0, 3.14, 3.14, 0.0]
     """
-    known = {pattern.name: pattern for pattern in patterns_for(legs)}
+    patterns = {pattern.name: pattern for pattern in patterns_for(legs)}
     for name in ALTERNATING:
-        if name in known:
-            lags = known[name].lags
+        if name in patterns:
+            lags = patterns[name].lags
             return tuple(2.0 * math.pi * ((lags[legs[0]] - lags[leg]) % 1.0) for leg in legs)
     raise TegotaeError(
         f"no gait by halves of a cycle is known of the legs {', '.join(legs)}; leave the + out"

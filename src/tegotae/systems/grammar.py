@@ -77,8 +77,8 @@ class LearnedTerms:
     @property
     def name(self) -> str:
         """The architecture, and what its terms sense."""
-        given = {"r": self.reaction, "g": self.gain, "t": self.actuation}
-        return "-".join([self.architecture, *(f"{k}{x}" for k, x in given.items() if x)])
+        inputs = {"r": self.reaction, "g": self.gain, "t": self.actuation}
+        return "-".join([self.architecture, *(f"{k}{x}" for k, x in inputs.items() if x)])
 
     @property
     def learned(self) -> tuple[str, ...]:
@@ -108,8 +108,8 @@ class LearnedTerms:
 
     def learned_upon(
         self,
-        own: Controller,
-        called: str,
+        controller: Controller,
+        name: str,
         senses: Callable[[str], tuple[str, ...]],
         budget: int,
         *,
@@ -119,8 +119,8 @@ class LearnedTerms:
         """A vanilla controller with networks in place of the terms that are learned.
 
         Args:
-            own: the vanilla controller.
-            called: the name of what is learned, for errors.
+            controller: the vanilla controller.
+            name: the name of what is learned, for errors.
             senses: the signals of an observation such as "F".
             budget: largest number of weights.
             sigma: where a gain that is no network starts.
@@ -129,18 +129,19 @@ class LearnedTerms:
         Raises:
             TegotaeError: for a budget that does not give every network a neuron.
         """
-        terms = own.tegotae
+        terms = controller.tegotae
         assert terms is not None  # of a vanilla controller
         learned = networks(
-            called,
+            name,
             self.inputs(senses),
             budget,
-            commands=len(own.actuation.COMMANDS),
-            others=(self.gain is None) + (own.oscillator.n_weights if own.oscillator else 0),
+            commands=len(controller.actuation.COMMANDS),
+            other_weights=(self.gain is None)
+            + (controller.oscillator.n_weights if controller.oscillator else 0),
         )
         return dataclasses.replace(
-            own,
-            actuation=own.actuation
+            controller,
+            actuation=controller.actuation
             if "T" not in learned
             else actuation(learned["T"].inputs, learned["T"].hidden),
             tegotae=dataclasses.replace(
@@ -165,60 +166,62 @@ def learned_terms(name: str) -> LearnedTerms | None:
         >>> learned_terms("ARG-rFv").name
         'ARG-rFv-gF'
     """
-    found = _NAME.fullmatch(name)
-    if found is None:
+    match = _NAME.fullmatch(name)
+    if match is None:
         return None
-    learned = {"r": "R" in found["feedback"], "g": bool(found["G"]), "t": bool(found["T"])}
-    for term, given in learned.items():
-        if found[term] and not given:
+    learned = {"r": "R" in match["feedback"], "g": bool(match["G"]), "t": bool(match["T"])}
+    for term, is_learned in learned.items():
+        if match[term] and not is_learned:
             raise TegotaeError(f"{name} says what {term.upper()} senses, and it is not learned")
-    chosen = {term: found[term] or _USUAL[term] for term, given in learned.items() if given}
+    inputs = {
+        term: match[term] or _USUAL[term] for term, is_learned in learned.items() if is_learned
+    }
     return LearnedTerms(
-        action="A" in found["feedback"],
-        reaction=chosen.get("r"),
-        gain=chosen.get("g"),
-        actuation=chosen.get("t"),
+        action="A" in match["feedback"],
+        reaction=inputs.get("r"),
+        gain=inputs.get("g"),
+        actuation=inputs.get("t"),
     )
 
 
 def networks(
-    called: str,
+    name: str,
     inputs: Mapping[str, tuple[str, ...]],
     budget: int,
     *,
     commands: int = 1,
-    others: int = 0,
+    other_weights: int = 0,
 ) -> dict[str, Network]:
     """A network for each term, as large as the budget allows.
 
     Args:
-        called: whose networks they are, for an error.
+        name: whose networks they are, for an error.
         inputs: the signals that each reads, by term.
         budget: largest number of weights in all.
         commands: numbers that the actuation T commands, a network's neurons of each.
-        others: trained numbers beside the networks.
+        other_weights: trained numbers beside the networks.
 
     Raises:
         TegotaeError: for a budget that does not give every network a neuron.
 
     Example:
-        >>> networks("AR", {"A": ("phase",), "R": ("spring_force",)}, 96, others=1)["A"].hidden
+        >>> networks("AR", {"A": ("phase",), "R": ("spring_force",)}, 96, other_weights=1)["A"].hidden
         14
     """
     costs = {term: len(Network(names, 1).reads) + 2 for term, names in inputs.items()}
     if "T" in costs:
         costs["T"] *= commands
-    sizes = shared_out(called, costs, others, budget)
+    sizes = shared_out(name, costs, other_weights, budget)
     return {term: Network(inputs[term], size) for term, size in sizes.items()}
 
 
-def shared_out(called: str, costs: dict[str, int], others: int, budget: int) -> dict[str, int]:
+def shared_out(name: str, costs: dict[str, int], other_weights: int, budget: int) -> dict[str, int]:
     """Hidden neurons of each network, as evenly as the budget allows (`hidden_sizes`).
 
     Args:
-        called: whose networks they are, for an error.
+        name: whose networks they are, for an error.
         costs: weights of a hidden neuron, by network.
-        others: trained numbers beside the networks.
+        other_weights: trained numbers beside the networks.
         budget: largest number of weights in all.
 
     Raises:
@@ -228,10 +231,10 @@ def shared_out(called: str, costs: dict[str, int], others: int, budget: int) -> 
         >>> shared_out("ART", {"A": 4, "R": 3, "T": 10}, 1, 96)
         {'A': 5, 'R': 5, 'T': 6}
     """
-    least = sum(costs.values()) + others
-    if budget < least:
-        raise TegotaeError(f"budget is {budget}, too small: {called} has at least {least} weights")
-    sizes = hidden_sizes([cost - 2 for cost in costs.values()], budget - others)
+    minimum = sum(costs.values()) + other_weights
+    if budget < minimum:
+        raise TegotaeError(f"budget is {budget}, too small: {name} has at least {minimum} weights")
+    sizes = hidden_sizes([cost - 2 for cost in costs.values()], budget - other_weights)
     return dict(zip(costs, sizes, strict=True))
 
 

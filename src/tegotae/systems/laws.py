@@ -64,10 +64,10 @@ class LawForm:
         terms = None if self.action is None else self._terms(self.action, 1.0)
         return Controller(push, PhaseOscillator(), terms)
 
-    def on_legs(self, own: Controller, sigma: float) -> Controller:
+    def on_legs(self, controller: Controller, sigma: float) -> Controller:
         """A system's controller with this feedback, from such a gain on."""
         terms = None if self.action is None else self._terms(ShiftedAction(), sigma)
-        return dataclasses.replace(own, tegotae=terms)
+        return dataclasses.replace(controller, tegotae=terms)
 
     def _terms(self, action: Term, sigma: float) -> Tegotae:
         return Tegotae(action, self.reaction, ConstantGain(start=sigma))

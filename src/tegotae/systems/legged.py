@@ -89,9 +89,9 @@ class Legged(OnSystem):
     @property
     def dimensionless(self) -> bool:
         """True if length, mass and gravity are 1, so that "m" is l0 and "s" is √(l0 / g)."""
-        own = unwrapped(self.body)
-        return isinstance(own, Walker) and (
-            own.rest_length_m == own.gravity_m_per_s2 == own.mass_kg == 1.0
+        body = unwrapped(self.body)
+        return isinstance(body, Walker) and (
+            body.rest_length_m == body.gravity_m_per_s2 == body.mass_kg == 1.0
         )
 
     @property
@@ -136,18 +136,18 @@ class Legged(OnSystem):
         """
         return dataclasses.replace(self, system=self.system.on(body))
 
-    def scenario(self, phase_rad: LaneNumbers, **more: LaneNumbers) -> Scenario:
+    def scenario(self, phase_rad: LaneNumbers, **entries: LaneNumbers) -> Scenario:
         """A release.
 
         Args:
             phase_rad: phases of the oscillators [rad], a number, [lanes] or [limbs, lanes].
             more: other entries of the scenario.
         """
-        return self.system.scenario(phase_rad=phase_rad, **more)
+        return self.system.scenario(phase_rad=phase_rad, **entries)
 
-    def summary(self, kind: type[S] = CoordinationSummary, **more: Any) -> S:
+    def summary(self, kind: type[S] = CoordinationSummary, **settings: Any) -> S:
         """The summary of how its legs are coordinated; `more` are arguments of its kind."""
-        return kind.on(self.controller, self.body, **{"reference": self.reference, **more})
+        return kind.on(self.controller, self.body, **{"reference": self.reference, **settings})
 
     def engine(self, summary: Summary, timing: Timing | None = None) -> Engine:
         """Return the engine that advances the system, by its own timing by default."""
@@ -193,14 +193,14 @@ def random_phases(limbs: int, starts: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (starts, limbs)).T
 
 
-def lanes_of(found: T) -> T:
+def lanes_of(result: T) -> T:
     """A summary's arrays in double precision, of NumPy."""
 
     def lanes(x: AnyArray) -> np.ndarray:
         array = np.asarray(x)
         return np.asarray(array, float) if array.dtype.kind == "f" else array
 
-    return jax.tree.map(lanes, found)
+    return jax.tree.map(lanes, result)
 
 
 HOPPING_S = 60.0
@@ -209,26 +209,26 @@ LIGHT, HEAVY = 0.6, 1.6
 """Inertia ratios on either side of 1, where the legs do not feel each other."""
 
 
-def hopping(about: str, body: Body) -> Legged:
+def hopping(description: str, body: Body) -> Legged:
     """The paper's legs under a bar or a plate; sector, ω 8, σ 1.
 
     Lags are measured from the (left) hind leg.
 
     Args:
-        about: the system in one line.
+        description: the system in one line.
         body: a bar or a plate.
     """
     controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
     system = System(
         controller=controller, body=body, omega=8.0, timing=Timing(duration_s=HOPPING_S)
     )
-    return Legged(about=about, system=system, weights=(1.0,))
+    return Legged(about=description, system=system, weights=(1.0,))
 
 
 def bar(inertia_ratio: float) -> Legged:
     """Two of the paper's legs under a bar."""
-    about = f"two hopper legs under a bar, j = {inertia_ratio:g}"
-    return hopping(about, Bar(inertia_ratio=inertia_ratio))
+    description = f"two hopper legs under a bar, j = {inertia_ratio:g}"
+    return hopping(description, Bar(inertia_ratio=inertia_ratio))
 
 
 def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
@@ -247,7 +247,7 @@ def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
 
 
 def walking(
-    about: str,
+    description: str,
     body: Body,
     foot: EllipticFoot,
     sigma: float,
@@ -260,7 +260,7 @@ def walking(
     hind leg, or the first one where there is none.
 
     Args:
-        about: the system in one line.
+        description: the system in one line.
         body: the torso and where its legs are, a `Walker`, perhaps in wrappers.
         foot: the ellipse.
         sigma: gain σ [rad/(s N)].
@@ -269,7 +269,7 @@ def walking(
     """
     controller = dataclasses.replace(build("V-sector-w8"), actuation=foot, limbs=body.limbs)
     system = usual_system(controller, body, omega, tick)
-    return Legged(about=about, system=system, weights=(sigma,))
+    return Legged(about=description, system=system, weights=(sigma,))
 
 
 class _WalkerDocument(msgspec.Struct, forbid_unknown_fields=True):
@@ -297,18 +297,18 @@ def walker_of(document: object) -> Legged:
         >>> walker_of({"about": "mine", "sigma": 1.0, "omega": 2.0, "foot": {}}).names
         ('LF', 'RF', 'LH', 'RH')
     """
-    known = documents.fitted(document, _WalkerDocument)
-    require_finite("sigma", known.sigma)
-    body: dict[str, Json] = {**known.body, "kind": "Walker"}
-    if known.senses is not None:
-        body = {"body": body, **known.senses, "kind": "Sensors"}
+    fields = documents.fitted(document, _WalkerDocument)
+    require_finite("sigma", fields.sigma)
+    body: dict[str, Json] = {**fields.body, "kind": "Walker"}
+    if fields.senses is not None:
+        body = {"body": body, **fields.senses, "kind": "Sensors"}
     return walking(
-        known.about,
+        fields.about,
         restore(body, Body, "body"),
-        restore({**known.foot, "kind": "EllipticFoot"}, EllipticFoot, "foot"),
-        known.sigma,
-        known.omega,
-        WALKING_TICK * known.ticks,
+        restore({**fields.foot, "kind": "EllipticFoot"}, EllipticFoot, "foot"),
+        fields.sigma,
+        fields.omega,
+        WALKING_TICK * fields.ticks,
     )
 
 
@@ -367,7 +367,7 @@ def system(name: str) -> Legged:
     raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
 
 
-def settling(system: System, weights: LaneNumbers, about: str = "") -> Legged:
+def settling(system: System, weights: LaneNumbers, description: str = "") -> Legged:
     """A system with its weights, timed so that it settles whatever its release.
 
     Gaits lock in some 20 to 60 √(l0 / g), which is more than an episode of training.
@@ -375,14 +375,14 @@ def settling(system: System, weights: LaneNumbers, about: str = "") -> Legged:
     Args:
         system: the system.
         weights: shape [n_weights].
-        about: the system in one line; the kind of its body by default.
+        description: the system in one line; the kind of its body by default.
 
     Raises:
         TegotaeError: for a body of one leg, or weights of the wrong number.
     """
     timing = dataclasses.replace(system.timing, duration_s=settling_s(system.mechanics))
     return Legged(
-        about=about or type(system.body).__name__,
+        about=description or type(system.body).__name__,
         system=dataclasses.replace(system, timing=timing),
         weights=tuple(map(float, weights)),
     )
@@ -390,10 +390,10 @@ def settling(system: System, weights: LaneNumbers, about: str = "") -> Legged:
 
 def settling_s(body: Body) -> float:
     """Time in which the legs of a body settle into a gait, whatever the release [s]."""
-    own = unwrapped(body)
-    if not isinstance(own, Walker):
+    inner = unwrapped(body)
+    if not isinstance(inner, Walker):
         return HOPPING_S
-    return WALKING * math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
+    return WALKING * math.sqrt(inner.rest_length_m / inner.gravity_m_per_s2)
 
 
 _MOST_LATE = 1000
@@ -412,17 +412,19 @@ def terrain_of(words: Sequence[str]) -> Terrain:
     """
     kind, numbers = words[0], assignments("--terrain", words[1:])
     if is_reference(kind):
-        found = named(kind, Terrain, "terrain")
+        terrain = named(kind, Terrain, "terrain")
     else:
-        known = {name.lower(): each for name, each in kinds_of(Terrain).items()}
-        if kind.lower() not in known:
-            raise unknown("terrain", kind, known)
-        found = known[kind.lower()]()  # pyright: ignore[reportAbstractUsage] - no abstract one is known
-    own = [field.name for field in dataclasses.fields(found)]  # type: ignore[arg-type]
+        terrains = {
+            name.lower(): terrain_class for name, terrain_class in kinds_of(Terrain).items()
+        }
+        if kind.lower() not in terrains:
+            raise unknown("terrain", kind, terrains)
+        terrain = terrains[kind.lower()]()  # pyright: ignore[reportAbstractUsage] - no abstract one is known
+    names = [field.name for field in dataclasses.fields(terrain)]  # type: ignore[arg-type]
     for name in numbers:
-        if name not in own:
-            raise unknown(f"number of the terrain {kind}", name, own)
-    return dataclasses.replace(found, **numbers)  # type: ignore[type-var]
+        if name not in names:
+            raise unknown(f"number of the terrain {kind}", name, names)
+    return dataclasses.replace(terrain, **numbers)  # type: ignore[type-var]
 
 
 def felt(legged: Legged, delay_s: float, noise: float) -> Body:
@@ -454,14 +456,14 @@ def assignments(option: str, texts: Iterable[str]) -> dict[str, float]:
         option: that the texts are of, for errors.
         texts: NAME=NUMBER each.
     """
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for text in texts:
         name, _, value = text.partition("=")
         try:
             number = float(value)
         except ValueError:
             raise TegotaeError(f"{option} {text} sets nothing; write NAME=NUMBER") from None
-        if name in found:
+        if name in values:
             raise TegotaeError(f"{option} names {name} twice; give it one value")
-        found[name] = number
-    return found
+        values[name] = number
+    return values

@@ -76,15 +76,15 @@ class Preset:
             TegotaeError: for another actuation.
         """
         sector = self.sector
-        known: dict[str, Actuation] = {
+        actuations: dict[str, Actuation] = {
             "sector": sector,
             "reflex": Reflex(),
             "both": SectorAndReflex(sector.start_rad, sector.width_rad, sector.duration_s),
         }
-        if actuation not in known:
-            raise unknown("actuation", actuation, known)
+        if actuation not in actuations:
+            raise unknown("actuation", actuation, actuations)
         terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
-        return Controller(known[actuation], oscillator, terms)
+        return Controller(actuations[actuation], oscillator, terms)
 
 
 PRESETS: dict[str, Preset] = {
@@ -165,8 +165,8 @@ class Model:
         """The stable name."""
         if self.is_single_network:
             return f"T-{self.actuation[1:]}"
-        given = "" if self.terms.actuation else f"-{self.actuation}"
-        name = f"{self.terms.name}{given}-w{self.omega_t:g}"
+        suffix = "" if self.terms.actuation else f"-{self.actuation}"
+        name = f"{self.terms.name}{suffix}-w{self.omega_t:g}"
         return name if self.oscillator == PHASE else f"{name}+{self.oscillator}"
 
     @property
@@ -196,8 +196,8 @@ class Model:
             inputs = {"T": _OBSERVATIONS[self.actuation[1:]]}
             network = networks(self.name, inputs, budget)["T"]
             return Controller(LearnedActuation(network.inputs, network.hidden))
-        given = "sector" if self.terms.actuation else self.actuation
-        vanilla = PRESETS["paper"].controller(given, oscillator_named(self.oscillator))
+        actuation = "sector" if self.terms.actuation else self.actuation
+        vanilla = PRESETS["paper"].controller(actuation, oscillator_named(self.oscillator))
         return self.terms.learned_upon(vanilla, self.name, _OBSERVATIONS.__getitem__, budget)
 
     def experiment(self, *, budget: int = BUDGET, **settings: object) -> Experiment:

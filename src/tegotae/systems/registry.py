@@ -89,7 +89,7 @@ def register(part: P) -> P:
     if contract is None:
         raise TegotaeError(
             f"{kind.__name__} is no part: a part is a subclass of one of "
-            f"{', '.join(each.__name__ for each in contracts())}"
+            f"{', '.join(kept_contract.__name__ for kept_contract in contracts())}"
         )
     if not is_part(kind):
         raise TegotaeError(
@@ -103,10 +103,10 @@ def register(part: P) -> P:
             "give its field another name"
         )
     name = name_of(kind)
-    other = kinds().get(name)
-    if other is not None and _origin(other) != _origin(kind):
+    previous = kinds().get(name)
+    if previous is not None and _origin(previous) != _origin(kind):
         raise TegotaeError(
-            f"{kind.__name__} cannot be registered: {other.__module__} has a part called "
+            f"{kind.__name__} cannot be registered: {previous.__module__} has a part called "
             f"{name} already; choose another name"
         )
     _registered[name] = kind
@@ -142,8 +142,8 @@ def kind_of(part: object) -> str | None:
     if contract_of(kind) is None:
         return vars(kind).get("NAME")
     name = name_of(kind)
-    known = kinds().get(name)
-    if known is not kind:
+    registered = kinds().get(name)
+    if registered is not kind:
         raise TegotaeError(
             f"a {kind.__name__} cannot be saved: it is not registered; "
             f"call tegotae.register({kind.__name__}) first"
@@ -195,8 +195,8 @@ def parts_in(value: object) -> list[object]:
     """All parts that a description (a dataclass, a tuple, a part) is made of, itself included."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         inside = [getattr(value, field.name) for field in dataclasses.fields(value)]
-        own = [value] if contract_of(type(value)) is not None else []
-        return own + [part for each in inside for part in parts_in(each)]
+        parts = [value] if contract_of(type(value)) is not None else []
+        return parts + [part for entry in inside for part in parts_in(entry)]
     if isinstance(value, (tuple, list)):
-        return [part for each in cast(Sequence[object], value) for part in parts_in(each)]
+        return [part for entry in cast(Sequence[object], value) for part in parts_in(entry)]
     return []

@@ -86,7 +86,7 @@ class Resolved:
         """The body, or the interface of limbs elsewhere; of several systems that of the first."""
         systems = [self.system, *(saved.system for _, saved in self.controllers)]
         systems += [experiment.system for experiment in self.experiments]
-        return next(each.body for each in systems if each is not None)
+        return next(system.body for system in systems if system is not None)
 
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
         """The controllers with their weights.
@@ -97,14 +97,14 @@ class Resolved:
         if self.controllers:
             return self.controllers
         for experiment in self.experiments[:1]:
-            called = experiment.name
+            name = experiment.name
             files = is_reference(self.name) or is_walker_file(self.name)
-            trained = self.name if files else called
-            ready = f"{zoo.PREFIX}{called}"
-            way = f"take {ready}, or train it" if ready in zoo.names() else "first"
+            trained = self.name if files else name
+            ready = f"{zoo.PREFIX}{name}"
+            remedy = f"take {ready}, or train it" if ready in zoo.names() else "first"
             raise TegotaeError(
-                f"{called} has weights to train and no file was given; "
-                f"{way}: tegotae train {trained} --out FOLDER"
+                f"{name} has weights to train and no file was given; "
+                f"{remedy}: tegotae train {trained} --out FOLDER"
             )
         raise TegotaeError(
             f"{self.name} is a System, which has no weights; make a SavedController or a Legged "
@@ -117,15 +117,16 @@ class Resolved:
         Raises:
             TegotaeError: if there is none, or there are several.
         """
-        (path, saved), *others = self.weighted()
-        if others and path.suffix == ".npz":
+        (path, saved), *further = self.weighted()
+        if further and path.suffix == ".npz":
             raise TegotaeError(
-                f"{self.name} is a study of {1 + len(others)} controllers, and one is asked for; "
+                f"{self.name} is a study of {1 + len(further)} controllers, and one is asked for; "
                 "name a file of one"
             )
-        if others:
+        if further:
             raise TegotaeError(
-                f"{self.name} holds {1 + len(others)} controllers; name one of them, such as {path}"
+                f"{self.name} holds {1 + len(further)} controllers; name one of them, such as "
+                f"{path}"
             )
         return saved
 
@@ -140,12 +141,14 @@ class Resolved:
         if self.experiments:
             raise TegotaeError(f"{self.name} holds {len(self.experiments)} experiments; name one")
         if self.legged is not None:
-            why = "which has nothing to learn"
+            reason = "which has nothing to learn"
             hint = f"; name a design upon it, such as AR@{self.name}"
         else:
-            why, hint = "which does not say what is to be trained", ""
+            reason, hint = "which does not say what is to be trained", ""
         kind = "legged system" if self.legged else "System" if self.system else "controller"
-        raise TegotaeError(f"{self.name} is no experiment: it is a {kind}, {why}{hint or _SUCH_AS}")
+        raise TegotaeError(
+            f"{self.name} is no experiment: it is a {kind}, {reason}{hint or _SUCH_AS}"
+        )
 
     def legs(self) -> Legged:
         """The one legged system with its weights, timed so that it settles whatever its release.
@@ -187,8 +190,8 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
     name = str(name)
     law = short_law(name)
     if law is not None or is_design(name) or _is_model(name):
-        made = law or (design(name) if is_design(name) else find(name))
-        experiment = made.experiment(budget=BUDGET if budget is None else budget)
+        recipe = law or (design(name) if is_design(name) else find(name))
+        experiment = recipe.experiment(budget=BUDGET if budget is None else budget)
         return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
     if budget is not None:
         raise TegotaeError(
@@ -210,8 +213,8 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
         return _of_folder(name, path)
     if path.exists() or path.suffix or os.sep in name:
         return _of_file(name, path)
-    known = [*_architectures(), *all_models(), *LAWS, *SYSTEMS, *PRESETS]
-    raise unknown("model or system", name, known)
+    names = [*_architectures(), *all_models(), *LAWS, *SYSTEMS, *PRESETS]
+    raise unknown("model or system", name, names)
 
 
 def legged_system(name: str) -> Legged:
@@ -288,31 +291,31 @@ Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
 _KINDS = (SavedController, Experiment, System, Legged, list, tuple)
 
 
-def _of_object(name: str, found: object) -> Resolved:
-    if isinstance(found, Legged):
-        saved = SavedController(found.system, np.array(found.weights), name)
-        return Resolved(name=name, controllers=((Path(name), saved),), legged=found)
-    if isinstance(found, SavedController):
-        found = dataclasses.replace(found, name=found.name or name.rpartition(":")[2])
-        return _with_weights(name, ((Path(name), found),))
-    if isinstance(found, Experiment):
-        return Resolved(name=name, experiments=(found,))
-    if isinstance(found, System):
-        return Resolved(name=name, system=found)
+def _of_object(name: str, value: object) -> Resolved:
+    if isinstance(value, Legged):
+        saved = SavedController(value.system, np.array(value.weights), name)
+        return Resolved(name=name, controllers=((Path(name), saved),), legged=value)
+    if isinstance(value, SavedController):
+        value = dataclasses.replace(value, name=value.name or name.rpartition(":")[2])
+        return _with_weights(name, ((Path(name), value),))
+    if isinstance(value, Experiment):
+        return Resolved(name=name, experiments=(value,))
+    if isinstance(value, System):
+        return Resolved(name=name, system=value)
     experiments: list[Experiment] = []
-    for each in cast(Iterable[object], found):
-        if not isinstance(each, Experiment):
-            raise TegotaeError(f"{name} holds a {type(each).__name__}, which is no experiment")
-        experiments.append(each)
+    for item in cast(Iterable[object], value):
+        if not isinstance(item, Experiment):
+            raise TegotaeError(f"{name} holds a {type(item).__name__}, which is no experiment")
+        experiments.append(item)
     return Resolved(name=name, experiments=tuple(experiments))
 
 
 def _of_zoo(name: str) -> Resolved:
-    found = [
-        (Path(each), controller_file.restored(document, each))
-        for each, document in zoo.documents(name)
+    controllers = [
+        (Path(place), controller_file.restored(document, place))
+        for place, document in zoo.documents(name)
     ]
-    return _with_weights(name, tuple(found))
+    return _with_weights(name, tuple(controllers))
 
 
 def _of_folder(name: str, folder: Path) -> Resolved:
@@ -331,18 +334,20 @@ def _of_file(name: str, path: Path) -> Resolved:
         experiments = _experiments_in(path)
     except DamagedDocumentError as error:
         ours = controller_file.begins_as_ours(path)
-        what = "is damaged" if ours else f"{controller_file.NOT_OURS}, nor of experiments"
-        raise TegotaeError(f"{path} {what}: {error}") from None
+        complaint = "is damaged" if ours else f"{controller_file.NOT_OURS}, nor of experiments"
+        raise TegotaeError(f"{path} {complaint}: {error}") from None
     if experiments is not None:
         return Resolved(name=name, experiments=experiments)
     return _with_weights(name, ((path, controller_file.load(path)),))
 
 
-def _with_weights(name: str, found: tuple[tuple[Path, SavedController], ...]) -> Resolved:
+def _with_weights(name: str, controllers: tuple[tuple[Path, SavedController], ...]) -> Resolved:
     """Controllers, and what they were trained in where they are one training's."""
-    trained = [saved.experiment for _, saved in found if saved.experiment is not None]
-    same = len(trained) == len(found) and all(each == trained[0] for each in trained)
-    return Resolved(name=name, controllers=found, experiments=tuple(trained[:1]) if same else ())
+    trained = [saved.experiment for _, saved in controllers if saved.experiment is not None]
+    alike = len(trained) == len(controllers) and all(training == trained[0] for training in trained)
+    return Resolved(
+        name=name, controllers=controllers, experiments=tuple(trained[:1]) if alike else ()
+    )
 
 
 def _beside(name: str) -> tuple[tuple[Path, SavedController], ...]:
@@ -365,7 +370,7 @@ def _experiments_in(path: Path) -> tuple[Experiment, ...] | None:
     if not listed or not all(map(_is_experiment, listed)):
         return None
     try:
-        return tuple(Experiment.of(cast(JsonObject, each)) for each in listed)
+        return tuple(Experiment.of(cast(JsonObject, entry)) for entry in listed)
     except TegotaeError as error:
         raise TegotaeError(f"{path}: {error}") from None
 
@@ -378,8 +383,8 @@ def _is_experiment(document: Json) -> TypeGuard[JsonObject]:
 
 def _is_model(name: str) -> bool:
     plain = name.partition("+")[0]
-    known = plain in all_models() or plain in _architectures()
-    return known or at_another_omega(plain) is not None
+    is_listed = plain in all_models() or plain in _architectures()
+    return is_listed or at_another_omega(plain) is not None
 
 
 def _architectures() -> list[str]:
@@ -413,5 +418,5 @@ def _is_controller(path: Path) -> bool:
     except FileNotFoundError as error:  # a link to nowhere
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     except DamagedDocumentError as error:
-        what = f"damaged: {error}" if path.stat().st_size else "empty"
-        raise TegotaeError(f"{path} is {what}; remove it from the folder") from None
+        complaint = f"damaged: {error}" if path.stat().st_size else "empty"
+        raise TegotaeError(f"{path} is {complaint}; remove it from the folder") from None

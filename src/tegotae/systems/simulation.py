@@ -48,8 +48,8 @@ class Result:
     def apexes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times [s], heights [m] and phases [rad] of the flight apexes."""
         t = self.trajectory
-        at = ~np.isnan(t.apex_time_s)
-        return t.apex_time_s[at], t.apex_height_m[at], t.apex_phase_rad[at]
+        mask = ~np.isnan(t.apex_time_s)
+        return t.apex_time_s[mask], t.apex_height_m[mask], t.apex_phase_rad[mask]
 
     def summary(self) -> JsonObject:
         """The result as JSON values; null for what is not finite, or undefined after a failure."""

@@ -36,7 +36,7 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
     """
     described = documents.read(folder / DESCRIPTION)
     experiments = described.get("experiments") if isinstance(described, dict) else None
-    found: list[tuple[Path, SavedController]] = []
+    controllers: list[tuple[Path, SavedController]] = []
     damaged: list[str] = []
     for path in sorted((folder / RECORDS).glob(f"*{SUFFIX}")):
         try:
@@ -50,7 +50,7 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
             continue  # of another study that was here
         experiment = Experiment.of(document)
         training = {n: x for n, x in configuration.items() if n not in NOT_OF_THE_TRAINING}
-        found += [
+        controllers += [
             (
                 path,
                 SavedController(
@@ -64,6 +64,6 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
             )
             for seed, weights in zip(configuration["seeds"], result.arrays["weights"], strict=True)
         ]
-    if not found:
+    if not controllers:
         raise TegotaeError(f"{folder} has no record that is whole: {'; '.join(damaged) or 'none'}")
-    return tuple(found)
+    return tuple(controllers)

@@ -92,14 +92,14 @@ class Release:
             entries: entries of the scenario in place of the release's.
         """
         by_limb = isinstance(self.phase_rad, tuple)
-        own = {
+        given_entries = {
             "height_m": self.height_m,
             "velocity_m_per_s": self.velocity_m_per_s,
             "phase_rad": np.array(self.phase_rad)[:, None] if by_limb else self.phase_rad,
             "initial_pose": dict(self.initial_pose),
             "oscillator_state": dict(self.oscillator_state),
         }
-        return Scenario.of(omega, **{**own, **entries})
+        return Scenario.of(omega, **{**given_entries, **entries})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,13 +181,13 @@ class System:
             >>> hopper.replaced({"omega": 6.0, "height_m": 1.1}).release.height_m
             1.1
         """
-        own = dict(changes)
-        of_release = {name: own.pop(name) for name in list(own) if name in _OF_RELEASE}
+        overrides = dict(changes)
+        of_release = {name: overrides.pop(name) for name in list(overrides) if name in _OF_RELEASE}
         if of_release:
-            own["release"] = dataclasses.replace(
-                cast(Release, own.get("release", self.release)), **of_release
+            overrides["release"] = dataclasses.replace(
+                cast(Release, overrides.get("release", self.release)), **of_release
             )
-        return dataclasses.replace(self, **own)
+        return dataclasses.replace(self, **overrides)
 
     def on(self, body: Body) -> System:
         """The system on another body, released as high over where its legs touch the ground.
@@ -345,15 +345,15 @@ def usual_system(
     Raises:
         TegotaeError: for what does not go together.
     """
-    own = body if isinstance(body, Interface) else unwrapped(body)
-    if not isinstance(own, Walker):
+    inner = body if isinstance(body, Interface) else unwrapped(body)
+    if not isinstance(inner, Walker):
         return System(controller=controller, body=body, omega=omega)
-    unit_s = math.sqrt(own.rest_length_m / own.gravity_m_per_s2)
+    unit_s = math.sqrt(inner.rest_length_m / inner.gravity_m_per_s2)
     press_m = getattr(controller.actuation, "press_m", 0.0)
     return System(
         controller=controller,
         body=body,
         omega=omega,
-        release=Release(height_m=own.standing_height_m + press_m),
+        release=Release(height_m=inner.standing_height_m + press_m),
         timing=Timing(duration_s=WALKING * unit_s, tick_s=tick * unit_s, frame_s=0.08 * unit_s),
     )

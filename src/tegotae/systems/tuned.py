@@ -97,14 +97,14 @@ class TunedFamily:
             legged: the system.
             free: those that are tuned, [walkers].
         """
-        own = ellipse_of(legged)
+        ellipse = ellipse_of(legged)
         count = len(next(iter(free.values())))
         fixed = {
             "omega": legged.omega,
             "sigma": 0.0 if self.lags is not None else legged.weights[0],
             "offset": 0.0,
-            "stride": own.stride_m, "lift": own.lift_m,
-            "press": own.press_m, "shift": own.shift_rad,
+            "stride": ellipse.stride_m, "lift": ellipse.lift_m,
+            "press": ellipse.press_m, "shift": ellipse.shift_rad,
         }  # fmt: skip
         return {name: np.asarray(free.get(name, np.full(count, fixed[name]))) for name in NUMBERS}
 
@@ -135,8 +135,8 @@ class TunedFamily:
         """
         deeper = np.asarray(numbers["press"], float) - ellipse_of(legged).press_m
         height = legged.system.release.height_m + deeper
-        found = legged.scenario(phase_rad, height_m=height)
-        return found._replace(omega=np.asarray(numbers["omega"], float))
+        scenario = legged.scenario(phase_rad, height_m=height)
+        return scenario._replace(omega=np.asarray(numbers["omega"], float))
 
     def walker(self, legged: Legged, numbers: Mapping[str, float]) -> Legged:
         """One walker as a system of its own, released at phase 0, or in the phases of its gait.
@@ -194,10 +194,10 @@ def family(legged: Legged, name: str) -> TunedFamily:
     Raises:
         TegotaeError: for an unknown one, or a system that has none.
     """
-    known = families(legged)
-    if name not in known:
-        raise unknown("family", name, known)
-    return known[name]
+    families_by_name = families(legged)
+    if name not in families_by_name:
+        raise unknown("family", name, families_by_name)
+    return families_by_name[name]
 
 
 def ellipse_of(legged: Legged) -> EllipticFoot:
@@ -207,13 +207,15 @@ def ellipse_of(legged: Legged) -> EllipticFoot:
         TegotaeError: for a system without units of length, mass and gravity, or without vanilla
             feedback and an ellipse.
     """
-    own = legged.controller.actuation
-    if not (isinstance(own, EllipticFoot) and legged.dimensionless and len(legged.weights) == 1):
+    actuation = legged.controller.actuation
+    if not (
+        isinstance(actuation, EllipticFoot) and legged.dimensionless and len(legged.weights) == 1
+    ):
         raise TegotaeError(
             f"{legged.about} has no front: a front is of a dimensionless walker with vanilla "
             "feedback and feet on an ellipse, such as quadruped-c"
         )
-    return own
+    return actuation
 
 
 def _number(numbers: Mapping[str, float], name: str) -> float:
@@ -256,13 +258,13 @@ def front_walker(name: str) -> Legged:
     except ValueError:
         raise TegotaeError(f"{name}: {parts[-1]!r} is no speed; write such as 0.4") from None
     require_finite("the speed of a front", speed, above=0.0)
-    found = front(body, kind)
-    if not found.reaches(speed):
-        near = found.nearest(speed)["speed"]
+    speed_front = front(body, kind)
+    if not speed_front.reaches(speed):
+        near = speed_front.nearest(speed)["speed"]
         raise TegotaeError(
             f"{name}: this front has no walker within {NEAR:g} of that speed; the nearest has "
             f"{near:.2f}"
         )
-    point = found.nearest(speed)
+    point = speed_front.nearest(speed)
     legged = system(body)
     return family(legged, kind).walker(legged, point)

@@ -113,17 +113,17 @@ def require_named(text: str, document: str) -> None:
 
 def _absolute(text: str) -> str:
     """A place or a reference, the file in it by its absolute path."""
-    place, dot_py, rest = text.rpartition(".py")
-    return f"{Path(place).resolve()}{dot_py}{rest}" if rest[:1] in ("", ":") and place else text
+    place, dot_py, tail = text.rpartition(".py")
+    return f"{Path(place).resolve()}{dot_py}{tail}" if tail[:1] in ("", ":") and place else text
 
 
 def _imported(place: str) -> ModuleType:
     """A user's module, with its parts registered."""
-    before = len(sys.path)
+    length = len(sys.path)
     try:
         module = _file(Path(place)) if place.endswith(".py") else _module(place)
     except TegotaeError:
-        del sys.path[before:]
+        del sys.path[length:]
         raise
     for part in list(vars(module).values()):
         is_own_part = registry.is_part(part) and part.__module__ == module.__name__
@@ -142,8 +142,8 @@ def source_of(reference: str) -> Path | None:
     place = reference.rpartition(":")[0]
     if place.endswith(".py"):
         return Path(place) if Path(place).is_file() else None
-    found = _spec(place)
-    return Path(found.origin) if found and found.origin and found.has_location else None
+    spec = _spec(place)
+    return Path(spec.origin) if spec and spec.origin and spec.has_location else None
 
 
 def _file(path: Path) -> ModuleType:
@@ -155,11 +155,11 @@ def _file(path: Path) -> ModuleType:
         raise TegotaeError(
             f"{path.name} cannot be imported: name it with letters, digits and _ alone"
         )
-    found = _spec(name)
-    if found is not None and (found.origin is None or Path(found.origin).resolve() != path):
+    spec = _spec(name)
+    if spec is not None and (spec.origin is None or Path(spec.origin).resolve() != path):
         raise TegotaeError(
             f"{path.name} cannot be imported: there is a module {name} already "
-            f"({found.origin or 'built in'}); give the file another name"
+            f"({spec.origin or 'built in'}); give the file another name"
         )
     _add_to_path(path.parent)
     return _import(name, str(path))
@@ -191,8 +191,8 @@ def _import(name: str, place: str) -> ModuleType:
     except TegotaeError as error:
         raise TegotaeError(f"{place} cannot be imported: {error}") from None
     except (Exception, SystemExit) as error:  # anything may go wrong in a user's file
-        own = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == place]
-        line = getattr(error, "lineno", None) or (own[-1].lineno if own else None)
+        frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == place]
+        line = getattr(error, "lineno", None) or (frames[-1].lineno if frames else None)
         where = "" if line is None else f", line {line}"
         raise TegotaeError(
             f"{os.path.basename(place)} cannot be imported{where}: {formatted(error)}"

@@ -110,9 +110,9 @@ def _with_settings(state: SearchState, settings: dict[str, float]) -> SearchStat
     return state.replace(opt_state=optimiser._replace(hyperparams=hyperparams))
 
 
-def _require_pairs(population: int, what: str) -> None:
+def _require_pairs(population: int, label: str) -> None:
     if population % 2:
-        raise TegotaeError(f"population is {population}; {what} samples pairs, so it must be even")
+        raise TegotaeError(f"population is {population}; {label} samples pairs, so it must be even")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -276,8 +276,8 @@ class OpenES(Algorithm):
             """evosax's deviation is a part of the program."""
 
             def _tell(self, key, population, fitness, state, params):
-                after = super()._tell(key, population, fitness, state, params)
-                return after.replace(std=state.std)
+                updated = super()._tell(key, population, fitness, state, params)
+                return updated.replace(std=state.std)
 
         optimizer: Any = optax.inject_hyperparams(optax.adam)(self.learning_rate)
         return FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)

@@ -53,44 +53,50 @@ def distinct(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, Controlle
     Raises:
         TegotaeError: for runs that two names hold.
     """
-    for (place, runs), (other, later) in combinations(sets, 2):
+    for (place, runs), (other_place, later) in combinations(sets, 2):
         if _is_within(runs, later) or _is_within(later, runs):
             raise TegotaeError(
-                f"{place} and {other} hold the same runs of {runs.name}, with equal weights; name "
-                "them once"
+                f"{place} and {other_place} hold the same runs of {runs.name}, with equal weights; "
+                "name them once"
             )
     return sets
 
 
-def sets_of(found: Resolved) -> list[ControllerSet]:
+def sets_of(resolved: Resolved) -> list[ControllerSet]:
     """The controllers of what a name was resolved to, a set a training.
 
     Raises:
         TegotaeError: if it has no weights.
     """
-    searched = _searched(found)
-    return group(found.weighted()) if searched is None else [searched]
+    searched = _searched(resolved)
+    return group(resolved.weighted()) if searched is None else [searched]
 
 
-def controller_of(found: Resolved) -> SavedController:
+def controller_of(resolved: Resolved) -> SavedController:
     """The one controller of what a name was resolved to; a σ that is not known is found by search.
 
     Raises:
         TegotaeError: if it has no weights, or several controllers.
     """
-    runs = _searched(found)
+    runs = _searched(resolved)
     if runs is None:
-        return found.controller()
+        return resolved.controller()
     return SavedController(runs.system, runs.weights[0], runs.name, runs.experiment)
 
 
-def _searched(found: Resolved) -> ControllerSet | None:
+def _searched(resolved: Resolved) -> ControllerSet | None:
     """Return a system whose only parameter is σ with its best σ; None for all others."""
-    if not (found.is_untrained and len(found.experiments) == 1 and found.experiment().is_searched):
+    if not (
+        resolved.is_untrained
+        and len(resolved.experiments) == 1
+        and resolved.experiment().is_searched
+    ):
         return None
-    own = found.experiment()
-    gain, _ = best_gain(own)
-    return ControllerSet(own.name, own.system, np.array([[gain]]), ("search",), experiment=own)
+    experiment = resolved.experiment()
+    gain, _ = best_gain(experiment)
+    return ControllerSet(
+        experiment.name, experiment.system, np.array([[gain]]), ("search",), experiment=experiment
+    )
 
 
 def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
@@ -101,15 +107,19 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
     """
     trainings: dict[tuple, list[tuple[Path, SavedController]]] = {}
     for path, saved in files:
-        what = json.dumps(_document(saved), sort_keys=True)
-        trainings.setdefault((saved.name, what), []).append((path, saved))
-    sets = [_once(each) for members in trainings.values() for each in _apart(members)]
+        key = json.dumps(_document(saved), sort_keys=True)
+        trainings.setdefault((saved.name, key), []).append((path, saved))
+    sets = [
+        _once(members_of_set)
+        for members in trainings.values()
+        for members_of_set in _apart(members)
+    ]
     names = [members[0][1].name or members[0][0].stem for members in sets]
     labels = [""] * len(sets)
     for name, count in Counter(names).items():
         if count > 1:
-            own = [i for i, each in enumerate(names) if each == name]
-            for i, label in zip(own, _differences([sets[i] for i in own]), strict=True):
+            indices = [i for i, members_of_set in enumerate(names) if members_of_set == name]
+            for i, label in zip(indices, _differences([sets[i] for i in indices]), strict=True):
                 labels[i] = f" ({label})"
     return [
         ControllerSet(
@@ -149,13 +159,16 @@ def _once(members: list[tuple[Path, SavedController]]) -> list[tuple[Path, Saved
     return list(first.values())
 
 
-def _is_within(runs: ControllerSet, other: ControllerSet) -> bool:
+def _is_within(runs: ControllerSet, candidate: ControllerSet) -> bool:
     """Return whether another set contains all runs of a set: equal weights, trained alike."""
     ours, theirs = (
-        {np.asarray(row, float).tobytes() for row in each.weights} for each in (runs, other)
+        {np.asarray(row, float).tobytes() for row in controllers.weights}
+        for controllers in (runs, candidate)
     )
-    alike = all(getattr(runs, x) == getattr(other, x) for x in ("system", "training", "experiment"))
-    return ours <= theirs and alike
+    same_training = all(
+        getattr(runs, x) == getattr(candidate, x) for x in ("system", "training", "experiment")
+    )
+    return ours <= theirs and same_training
 
 
 def _apart(
@@ -174,21 +187,21 @@ def _apart(
 def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
     """Return the differences between sets of runs of one model, a text each, no two alike."""
     documents = [_document(members[0][1]) for members in sets]
-    found = (name for other in documents[1:] for name in differing(documents[0], other))
-    names = list(dict.fromkeys(found))
+    differing_names = (name for other in documents[1:] for name in differing(documents[0], other))
+    names = list(dict.fromkeys(differing_names))
     if "algorithm.name" in names:  # whose settings differ, too
         names = ["algorithm.name", *(n for n in names if not n.startswith("algorithm."))]
     if "parameters" in names:
         names.remove("controller")
-    more = len(names) - _MOST_SHOWN
-    end = [f"{more} more differ"] if more > 0 else []
+    hidden = len(names) - _MOST_SHOWN
+    end = [f"{hidden} more differ"] if hidden > 0 else []
     labels = [
         ", ".join([*(_formatted(document, name) for name in names[:_MOST_SHOWN]), *end])
         for document in documents
     ]
     if len(set(labels)) < len(labels):  # of another length, or of what a word cannot express
         folders = [f"in {members[0][0].parent}" for members in sets]
-        labels = [", ".join(filter(None, each)) for each in zip(labels, folders, strict=True)]
+        labels = [", ".join(filter(None, parts)) for parts in zip(labels, folders, strict=True)]
     counts = Counter(labels)
     return [
         f"{label}, no. {i}" if counts[label] > 1 else label for i, label in enumerate(labels, 1)
@@ -198,17 +211,17 @@ def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
 def _document(saved: SavedController) -> JsonObject:
     """All that decides what a controller became, but for its seed, as JSON values."""
     training = {name: value for name, value in saved.training.items() if name not in _OF_A_RUN}
-    about = {} if saved.experiment is None else describe(saved.experiment)
-    about.pop("system", None)
-    about.pop("name", None)
-    whole = {
+    description = {} if saved.experiment is None else describe(saved.experiment)
+    description.pop("system", None)
+    description.pop("name", None)
+    document = {
         "parameters": saved.controller.n_weights,
         **describe(saved.system),
         **training,
-        **about,
+        **description,
         **({} if saved.task is None else msgspec.to_builtins(saved.task)),
     }
-    return json.loads(json.dumps(whole))
+    return json.loads(json.dumps(document))
 
 
 def _formatted(document: Mapping[str, Json], name: str) -> str:
@@ -224,5 +237,5 @@ def _formatted(document: Mapping[str, Json], name: str) -> str:
         value = value.get("kind", "")
     if isinstance(value, list):
         return name if value else f"no {name}"
-    shown = f"{value:g}" if isinstance(value, float) else str(value)
-    return f"{name.removesuffix('.name')} {shown}".strip()
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{name.removesuffix('.name')} {text}".strip()

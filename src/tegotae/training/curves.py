@@ -48,8 +48,8 @@ def read_curves(places: Sequence[Path], measure: str | None = COT) -> pd.DataFra
     tables = [_in_table(place) for place in places if place.suffix == ".csv"]
     trainings = [t for place in places if place.suffix != ".csv" for t in _in_folder(place)]
     if measure is None:
-        known = [bool(points[COT].notna().any()) for *_, points in trainings]
-        measure = COT if all(known + [COT in table for table in tables]) else FITNESS
+        has_cot = [bool(points[COT].notna().any()) for *_, points in trainings]
+        measure = COT if all(has_cot + [COT in table for table in tables]) else FITNESS
     for table in tables:
         if measure not in table:
             raise TegotaeError(f"a table contains the {measure_of(table)}, not the {measure}")
@@ -144,17 +144,19 @@ def _labelled(trainings: Sequence[_Training], measure: str) -> Iterator[pd.DataF
                 "was trained: --of fitness"
             )
         settings = run["algorithm"]
-        alike = [t["algorithm"] for _, t, _ in trainings]
-        alike = [other for other in alike if other["name"] == settings["name"]]
+        algorithms = [t["algorithm"] for _, t, _ in trainings]
+        algorithms = [
+            algorithm for algorithm in algorithms if algorithm["name"] == settings["name"]
+        ]
         label = str(settings["name"])
         for name, value in settings.items():
-            if any(other.get(name) != value for other in alike):
+            if any(algorithm.get(name) != value for algorithm in algorithms):
                 words = "+".join(map(str, value)) or "none" if isinstance(value, list) else value
                 label += f", {name} {words}"
         model = run["experiment"]["name"]
         labelled = points.assign(algorithm=label, model=model, seed=points["seed"].astype(int))
-        named = labelled.rename(columns={"step": "episode"})
-        yield named.reindex(columns=[*COLUMNS[:-1], measure])
+        renamed = labelled.rename(columns={"step": "episode"})
+        yield renamed.reindex(columns=[*COLUMNS[:-1], measure])
 
 
 def _in_table(path: Path) -> pd.DataFrame:

@@ -60,12 +60,12 @@ class Evaluator(AbstractContextManager["Evaluator"]):
         """Evaluation repeats per candidate."""
 
     @abstractmethod
-    def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
+    def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
         """Scores of rows of weights, [going, rows].
 
         Args:
             weights: of the seeds that are going, [going, rows, n_weights].
-            others: how many rows of a seed come first that do not meet the evaluation set.
+            per_seed: how many rows of a seed come first that do not meet the evaluation set.
             generation: the seeds, and their generation.
         """
 
@@ -86,9 +86,9 @@ class Evaluator(AbstractContextManager["Evaluator"]):
             """[seeds, candidates], over the rows of each."""
             again = values[:, others:].reshape(len(values), -1, self.repeats)
             together = again.any(axis=-1) if values.dtype == bool else self.mean(again)
-            whole = np.zeros(candidates.shape[:2], values.dtype)
-            whole[going] = np.concatenate([values[:, :others], together], axis=1)
-            return whole
+            padded = np.zeros(candidates.shape[:2], values.dtype)
+            padded[going] = np.concatenate([values[:, :others], together], axis=1)
+            return padded
 
         return Scores(*map(of_candidates, self.scored(rows, others, generation)))
 
@@ -151,23 +151,23 @@ class EngineEvaluator(Evaluator):
     def engine(self) -> str:
         """The engine that rolls the episodes out."""
         engine, *_ = self.program
-        one = np.zeros((1, 1, engine.controller.n_weights))
+        sample = np.zeros((1, 1, engine.controller.n_weights))
         episode = self.varied.evaluation_set(1, self.episodes)
-        return engine.runs_on(self._lanes(one, np.array([True]), episode), self.varied.body)
+        return engine.runs_on(self._lanes(sample, np.array([True]), episode), self.varied.body)
 
     @property
     def repeats(self) -> int:
         """Evaluation repeats per candidate."""
         return self.varied.repeats(self.episodes)
 
-    def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
+    def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
         """Scores of rows of weights; ended seeds cost nothing, but for a block's rest."""
         going, of_set = generation.going, self.repeats * self.episodes
         if generation.number is None:
             candidates = len(going) * weights.shape[1] // self.repeats
             episode = self.varied.evaluation_set(candidates, of_set)
         else:
-            drawn = generation.number, others, self.episodes, of_set
+            drawn = generation.number, per_seed, self.episodes, of_set
             episode = self.varied.generation(generation.seeds, *drawn)
         engine, fitness, _ = self.program
         outcome = engine.run_lanes(self._lanes(weights, going, episode), self.varied.body)

@@ -106,13 +106,13 @@ class Stopping(Part):
         Args:
             fitness: of the distribution's mean, generation by generation, shape [generations].
         """
-        done = len(fitness)
-        before = done - math.ceil(self.share * done)
-        if done >= self.least and before >= 1:
-            gain = np.max(fitness) - np.max(fitness[:before])
+        generations = len(fitness)
+        first = generations - math.ceil(self.share * generations)
+        if generations >= self.least and first >= 1:
+            gain = np.max(fitness) - np.max(fitness[:first])
             if gain <= self.tolerance:
                 return PLATEAU
-        return CAP if done >= self.generations else RUNNING
+        return CAP if generations >= self.generations else RUNNING
 
     def reasons(self, curves: np.ndarray) -> list[str]:
         """The same for runs side by side; a run's curve ends in NaN where it has ended.
@@ -270,8 +270,8 @@ class Evolution:
                 candidates = np.asarray(drawn)
                 scores = evaluator.evaluate(candidates, Generation(tuple(seeds), going, len(curve)))
                 arguments = parameters, progress, search, candidates, scores, numbers, going
-                after = _tell(algorithm.program, *arguments)
-                progress, curves = jax.tree.map(np.asarray, after)
+                updated = _tell(algorithm.program, *arguments)
+                progress, curves = jax.tree.map(np.asarray, updated)
                 curve.append(curves.centre_fitness)
                 yield progress, curves
 
@@ -295,11 +295,11 @@ class Evolution:
         begun = self._progress(run, state.arrays) if state.arrays else None
         episodes = self.algorithm.population * experiment.episodes
         for progress, curves in self.evolve(experiment, seeds, begun, _fitness(points, seeds)):
-            done = int(np.max(progress.generation))
-            simulated_s = (done - 1) * episodes * experiment.duration_s
+            generation = int(np.max(progress.generation))
+            simulated_s = (generation - 1) * episodes * experiment.duration_s
             rows = zip(seeds, *curves, strict=True)
             new = tuple(
-                CurvePoint(seed, done - 1, simulated_s, *map(float, row))
+                CurvePoint(seed, generation - 1, simulated_s, *map(float, row))
                 for seed, *row in rows
                 if not math.isnan(row[0])
             )
@@ -314,12 +314,12 @@ class Evolution:
             ValueError or KeyError: for arrays of another training.
         """
         progress = self._progress(run, arrays)
-        done = len(_fitness(points, run.seeds))
-        if np.max(progress.generation) != done:
+        generation = len(_fitness(points, run.seeds))
+        if np.max(progress.generation) != generation:
             raise ValueError("curves and progress differ in length")
-        if done > self.stopping.generations:
+        if generation > self.stopping.generations:
             raise TegotaeError(
-                f"generations is {self.stopping.generations}, and {done} have been trained "
+                f"generations is {self.stopping.generations}, and {generation} have been trained "
                 "already; ask for as many or more, or choose another folder with --out"
             )
         return self._state(run, points, progress)
@@ -327,11 +327,11 @@ class Evolution:
     def _progress(self, run: Run[Any], arrays: Arrays) -> Progress:
         """The progress of a state's arrays."""
         leaves, structure = jax.tree.flatten(self.start(run.experiment, run.seeds))
-        kept = [arrays[f"leaf{i}"] for i in range(len(leaves))]
-        for ours, theirs in zip(leaves, kept, strict=True):
+        stored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
+        for ours, theirs in zip(leaves, stored, strict=True):
             if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
                 raise ValueError("shapes or types differ")
-        return jax.tree.unflatten(structure, kept)
+        return jax.tree.unflatten(structure, stored)
 
     def _state(
         self, run: Run[Any], points: Points, progress: Progress, new: Points = ()
@@ -381,8 +381,8 @@ class Evolution:
 def _fitness(points: Sequence[CurvePoint], seeds: Sequence[int]) -> np.ndarray:
     """Return the fitness of the distributions' means, [generations, seeds]; NaN where a seed has
     ended."""
-    done = max((round(point.step) + 1 for point in points), default=0)
-    fitness = np.full((done, len(seeds)), np.nan)
+    generations = max((round(point.step) + 1 for point in points), default=0)
+    fitness = np.full((generations, len(seeds)), np.nan)
     for point in points:
         fitness[round(point.step), seeds.index(point.seed)] = point.fitness
     return fitness
@@ -447,7 +447,7 @@ def _ask(
 def _tell(
     algorithm: Algorithm,
     parameters: Parameters,
-    before: Progress,
+    previous: Progress,
     search: SearchState,
     candidates: jax.Array,
     scores: Scores,
@@ -455,22 +455,22 @@ def _tell(
     going: jax.Array,
 ) -> tuple[Progress, Curves]:
     """Update the training with the scores; return its state and the generation's curves."""
-    strategy = algorithm.strategy(before.best_weights.shape[-1])
-    _, key = _keys(before, seeds)
+    strategy = algorithm.strategy(previous.best_weights.shape[-1])
+    _, key = _keys(previous, seeds)
     samples, centre = candidates[:, :-1], candidates[:, -1]
     fitness, of_centre = scores.fitness[:, :-1], scores.fitness[:, -1]
     search, _ = algorithm.of_seeds(lambda *of_seed: strategy.tell(*of_seed, parameters))(
         key, samples, -fitness, search
     )
-    better = of_centre > before.best_fitness
+    better = of_centre > previous.best_fitness
     pick = better[:, None]
-    after = Progress(
-        before.generation + 1,
+    updated = Progress(
+        previous.generation + 1,
         search,
-        jnp.where(better, of_centre, before.best_fitness),
-        jnp.where(pick, centre, before.best_weights),
-        jnp.where(pick, _per_weight(before.search.std, centre), before.best_std),
-        jnp.where(better, before.generation, before.best_generation),
+        jnp.where(better, of_centre, previous.best_fitness),
+        jnp.where(pick, centre, previous.best_weights),
+        jnp.where(pick, _per_weight(previous.search.std, centre), previous.best_std),
+        jnp.where(better, previous.generation, previous.best_generation),
     )
     sound = ~scores.failed[:, :-1]
     count = jnp.maximum(sound.sum(axis=1, dtype=fitness.dtype), 1.0)
@@ -485,5 +485,5 @@ def _tell(
     def where_going(new: jax.Array, old: jax.Array) -> jax.Array:
         return jnp.where(going.reshape(-1, *[1] * (new.ndim - 1)), new, old)
 
-    after = jax.tree.map(where_going, after, before)
-    return after, jax.tree.map(lambda x: jnp.where(going, x, jnp.nan), curves)
+    updated = jax.tree.map(where_going, updated, previous)
+    return updated, jax.tree.map(lambda x: jnp.where(going, x, jnp.nan), curves)

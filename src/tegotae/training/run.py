@@ -208,7 +208,7 @@ def claim(out: Path, configuration: Mapping[str, Json], software: Mapping[str, s
         TegotaeError: if the folder holds another training, one that another engine or other
             versions of the programs have begun, or cannot be written.
     """
-    wanted = json.loads(json.dumps(configuration))
+    expected = json.loads(json.dumps(configuration))
     if any(out.glob("checkpoint*")) or any(out.glob("*-seed*.json")):
         try:
             begun = run_document(out)
@@ -216,7 +216,7 @@ def claim(out: Path, configuration: Mapping[str, Json], software: Mapping[str, s
             raise TegotaeError(
                 f"{out} holds a training but no run.json; choose another folder with --out"
             ) from None
-        if names := differing(begun["configuration"], wanted):
+        if names := differing(begun["configuration"], expected):
             name = begun["configuration"]["experiment"]["name"]
             raise TegotaeError(
                 f"{out} holds a training of {name} that differs in {', '.join(names)}; {_OTHER}"
@@ -224,15 +224,15 @@ def claim(out: Path, configuration: Mapping[str, Json], software: Mapping[str, s
         holder = f"{out} holds a training"
         theirs = begun["software"]
         require_engine(theirs["engine"], holder, _OTHER, software["engine"])
-        others = [name for name in software if theirs.get(name, software[name]) != software[name]]
-        if others:  # the rest would have other bits
-            made = ", ".join(f"{name} {theirs[name]}" for name in others)
-            here = ", ".join(f"{name} {software[name]}" for name in others)
+        changed = [name for name in software if theirs.get(name, software[name]) != software[name]]
+        if changed:  # the rest would have other bits
+            recorded = ", ".join(f"{name} {theirs[name]}" for name in changed)
+            installed = ", ".join(f"{name} {software[name]}" for name in changed)
             raise TegotaeError(
-                f"{holder} made with {made}, and here is {here}, whose numbers may differ; install "
-                f"those versions, {_OTHER}"
+                f"{holder} made with {recorded}, and here is {installed}, whose numbers may "
+                f"differ; install those versions, {_OTHER}"
             )
-    document = {"configuration": wanted, "software": dict(software)}
+    document = {"configuration": expected, "software": dict(software)}
     write_atomically(out / "run.json", json.dumps(document, indent=1) + "\n")
 
 

@@ -54,7 +54,7 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
         omegas = [experiment.omega + offset for offset in experiment.search_offsets]
         tried_in = [experiment.replaced(omega=omega) for omega in omegas]
     gains = experiment.gains
-    tried = [gains_tried(there, gains, workers).fitness for there in tried_in]
+    tried = [gains_tried(place, gains, workers).fitness for place in tried_in]
     fitness = np.mean(tried, axis=0)
     best = int(np.argmax(fitness))
     return float(gains[best]), float(fitness[best])
@@ -118,19 +118,19 @@ def sweep_vanilla(
     at_omega = [
         dataclasses.replace(
             experiment,
-            wiring=dataclasses.replace(experiment.wiring, omega=float(one)),
+            wiring=dataclasses.replace(experiment.wiring, omega=float(frequency)),
             omegas=(),
             episodes=experiment.episodes // among,
             evaluation_episodes=experiment.evaluation_episodes // among,
         )
-        for one in omega
+        for frequency in omega
     ]
     gains = np.concatenate([[0.0], experiment.gains])
     tried: list[Scores] = []
     with reporting(f"{experiment.name} on {experiment.spec.env}", len(omega)) as reporter:
-        for there in at_omega:
-            tried.append(gains_tried(there, gains, workers))
-            best = f"ω {there.omega:g} rad/s  fitness {tried[-1].fitness.max():+.3f}"
+        for experiment_there in at_omega:
+            tried.append(gains_tried(experiment_there, gains, workers))
+            best = f"ω {experiment_there.omega:g} rad/s  fitness {tried[-1].fitness.max():+.3f}"
             reporter.update(len(tried), best)
     columns = (np.stack(column, axis=1) for column in zip(*tried, strict=True))
     return VanillaSweep(gains, np.asarray(omega, float), *columns)

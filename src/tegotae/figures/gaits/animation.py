@@ -44,17 +44,17 @@ class LegPositions(NamedTuple):
         cos, sin = np.cos(self.heading_rad), np.sin(self.heading_rad)
 
         def turned(xy: np.ndarray) -> np.ndarray:
-            c, s = (each.reshape(-1, *[1] * (xy.ndim - 2)) for each in (cos, sin))
+            c, s = (component.reshape(-1, *[1] * (xy.ndim - 2)) for component in (cos, sin))
             return np.stack(
                 [c * xy[..., 0] + s * xy[..., 1], c * xy[..., 1] - s * xy[..., 0]], axis=-1
             )
 
         middle = self.hips_m[..., :2].mean(axis=1)
-        way = np.cumsum(turned(np.diff(middle, axis=0, prepend=middle[:1])), axis=0)
+        path = np.cumsum(turned(np.diff(middle, axis=0, prepend=middle[:1])), axis=0)
 
         def moved(places: np.ndarray) -> np.ndarray:
             off = turned(places[..., :2] - middle[:, None])
-            return np.concatenate([way[:, None] + off, places[..., 2:]], axis=-1)
+            return np.concatenate([path[:, None] + off, places[..., 2:]], axis=-1)
 
         return self._replace(hips_m=moved(self.hips_m), feet_m=moved(self.feet_m))
 
@@ -164,7 +164,7 @@ def moving(
             for name, on in zip(names, shape.stands[index], strict=True)
         )
         label.set_text(f"{time:6.2f} {legged.units[1]}   {note(index)}   {standing}")
-        return [label, *(each for artist in artists for each in artist.draw(index))]
+        return [label, *(drawn for artist in artists for drawn in artist.draw(index))]
 
     draw(int(frames[0]))
     return animated(figure, draw, frames.tolist())

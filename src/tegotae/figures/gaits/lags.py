@@ -45,8 +45,8 @@ def footfall_figure(run: GaitRun, note: str = "") -> Figure:
     axes.set_xlim(begin, end)
     axes.set_xlabel(f"time [{run.legged.units[1]}]")
     duty = axes.secondary_yaxis("right")
-    shown = run.found.duty_factor[:, 0]
-    duty.set_yticks(range(len(rows)), [f"{shown[leg]:.2f}" for leg in rows])
+    duty_factor = run.found.duty_factor[:, 0]
+    duty.set_yticks(range(len(rows)), [f"{duty_factor[leg]:.2f}" for leg in rows])
     duty.set_ylabel("duty factor")
     for side in (axes, duty):
         side.tick_params(axis="y", length=0)
@@ -66,11 +66,11 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
         note: the title.
     """
     names, reference = run.legged.names, run.legged.reference
-    others = [leg for leg in by_side(names) if leg != reference]
+    other_legs = [leg for leg in by_side(names) if leg != reference]
     time = np.asarray(run.trajectory.time_s)
     figure = new_figure(COLUMN_IN, 2.2)
     axes = figure.subplots()
-    for number, leg in enumerate(others):
+    for number, leg in enumerate(other_legs):
         colour = COLOURS[number % len(COLOURS)]
         axes.plot(time, broken(run.lag[:, leg], turn=1.0), color=colour, label=names[leg])
         final = float(run.found.lag[leg, 0] % 1.0)
@@ -81,7 +81,7 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
     axes.set_xlabel(f"time [{run.legged.units[1]}]")
     axes.set_ylabel(f"lag behind {names[reference]} [cycles]")
     axes.legend(
-        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(others), title=note or None
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(other_legs), title=note or None
     )
     return figure
 
@@ -106,18 +106,20 @@ def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
     if not np.isfinite(sweep.frame["speed_m_per_s"]).any():
         quantities = {"cycle_frequency_hz": f"strides [1/{time}]", "power_w": "power [W]"}
     figure = new_figure(COLUMN_IN, 4.6)
-    names, lags, *others = figure.subplots(4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0))
+    names, lags, *quantity_axes = figure.subplots(
+        4, 1, sharex=True, height_ratios=(0.55, 1.6, 1.0, 1.0)
+    )
     _names(names, sweep, note)
     _lags(lags, sweep)
-    for axes, (quantity, label) in zip(others, quantities.items(), strict=True):
-        for way, style in ((UP, "-"), (DOWN, "--")):
-            own = sweep.frame[sweep.frame["direction"] == way]
-            middle = own.groupby(_OMEGA)[quantity].median()
+    for axes, (quantity, label) in zip(quantity_axes, quantities.items(), strict=True):
+        for direction, style in ((UP, "-"), (DOWN, "--")):
+            rows = sweep.frame[sweep.frame["direction"] == direction]
+            middle = rows.groupby(_OMEGA)[quantity].median()
             axes.plot(middle.index, middle, style, color=COLOURS[0], lw=0.7)
-            dots = {"color": COLOURS[0], "ms": 2.6, "mew": 0.6, **_WAYS[way]}
-            axes.plot(own[_OMEGA], own[quantity], "o", **dots)
+            dots = {"color": COLOURS[0], "ms": 2.6, "mew": 0.6, **_WAYS[direction]}
+            axes.plot(rows[_OMEGA], rows[quantity], "o", **dots)
         axes.set_ylabel(label)
-    others[-1].set_xlabel(f"frequency ω [rad/{time}]")
+    quantity_axes[-1].set_xlabel(f"frequency ω [rad/{time}]")
     return figure
 
 
@@ -132,10 +134,10 @@ def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
         name: {"color": gait_colour(name), "hatch": HATCHES.get(name), "lw": 0, **THIN}
         for name in map(str, shares.columns)
     }
-    for row, way in enumerate(_WAYS):
+    for row, direction in enumerate(_WAYS):
         bottom = np.full(len(sweep.omega), float(row))
         for name, look in looks.items():
-            height = 0.86 * shares.loc[way, name].to_numpy()
+            height = 0.86 * shares.loc[direction, name].to_numpy()
             axes.bar(sweep.omega, height, sweep.omega[1] - sweep.omega[0], bottom, **look)
             bottom += height
     axes.set_yticks([0.43, 1.43], ["up ●", "down ○"])
@@ -150,21 +152,23 @@ def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
 
 def _lags(axes: Axes, sweep: GaitSweep) -> None:
     names, reference = sweep.legged.names, sweep.legged.reference
-    others = [names[leg] for leg in by_side(names) if leg != reference]
-    for number, leg in enumerate(others):
+    leg_names = [names[leg] for leg in by_side(names) if leg != reference]
+    for number, leg in enumerate(leg_names):
         marker, colour = MARKERS[number % len(MARKERS)], COLOURS[number % len(COLOURS)]
-        for way, look in _WAYS.items():
-            frame = sweep.frame[(sweep.frame["direction"] == way) & (sweep.frame["gait"] != FALLEN)]
+        for direction, look in _WAYS.items():
+            frame = sweep.frame[
+                (sweep.frame["direction"] == direction) & (sweep.frame["gait"] != FALLEN)
+            ]
             lag = (frame[f"lag_cycles_{leg}"] + 0.2) % 1.0 - 0.2
-            size = 2.4 if way == UP else 3.2
-            name = leg if way == UP else None
+            size = 2.4 if direction == UP else 3.2
+            name = leg if direction == UP else None
             axes.plot(
                 frame[_OMEGA], lag, marker, color=colour, ms=size, mew=0.6, label=name, **look
             )
     axes.set(ylim=(-0.22, 0.82), yticks=np.linspace(0.0, 0.75, 4))
-    what = f"lag of {others[0]}" if len(others) == 1 else "lag"
-    axes.set_ylabel(f"{what} behind {names[reference]}\n[cycles]")
-    if len(others) > 1:
+    label = f"lag of {leg_names[0]}" if len(leg_names) == 1 else "lag"
+    axes.set_ylabel(f"{label} behind {names[reference]}\n[cycles]")
+    if len(leg_names) > 1:
         axes.legend(
-            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(others), handletextpad=0.0
+            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=len(leg_names), handletextpad=0.0
         )

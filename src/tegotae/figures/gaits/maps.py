@@ -42,31 +42,33 @@ _COMMON = 0.002
 
 
 @styled()
-def map_figure(found: GaitMap, note: str = "") -> Figure:
+def map_figure(gait_map: GaitMap, note: str = "") -> Figure:
     """The gait of most starts, pale where they disagree; one lag of it; and its cost of transport.
 
     The lag is that of the next leg on the reference leg's side: of four legs the fore leg's behind
     the hind one's. Of a body that does not travel, the time to lock is in the cost's place.
 
     Args:
-        found: the map.
+        gait_map: the map.
         note: the title.
     """
-    shape = len(found.y.values), len(found.x.values)
-    cells = {name: x.to_numpy().reshape(shape) for name, x in found.cells.items()}
-    grid = np.array(found.x.values), np.array(found.y.values)
+    shape = len(gait_map.y.values), len(gait_map.x.values)
+    cells = {name: x.to_numpy().reshape(shape) for name, x in gait_map.cells.items()}
+    grid = np.array(gait_map.x.values), np.array(gait_map.y.values)
     figure = new_figure(PAGE_IN, 3.1)
-    gaits, *others = figure.subplots(1, 3, sharex=True, sharey=True)
+    gaits, *quantity_axes = figure.subplots(1, 3, sharex=True, sharey=True)
     _gaits(figure, gaits, grid, cells)
     gaits.set_title(note, loc="left")
-    gaits.set_ylabel(label(found.y, found.legged))
-    for axes, shown in zip(others, (_lag(found, cells), _quantity(found, cells)), strict=True):
-        values, what, scale, bar = shown
-        known = np.ma.masked_invalid(values)
-        mesh = axes.pcolormesh(*grid, known, rasterized=True, **scale)
-        figure.colorbar(mesh, ax=axes, location="top", aspect=30, label=what, **bar)
-    for axes in (gaits, *others):
-        axes.set_xlabel(label(found.x, found.legged))
+    gaits.set_ylabel(label(gait_map.y, gait_map.legged))
+    for axes, panel in zip(
+        quantity_axes, (_lag(gait_map, cells), _quantity(gait_map, cells)), strict=True
+    ):
+        values, title, scale, bar = panel
+        defined = np.ma.masked_invalid(values)
+        mesh = axes.pcolormesh(*grid, defined, rasterized=True, **scale)
+        figure.colorbar(mesh, ax=axes, location="top", aspect=30, label=title, **bar)
+    for axes in (gaits, *quantity_axes):
+        axes.set_xlabel(label(gait_map.x, gait_map.legged))
         axes.spines[["top", "right"]].set_visible(True)
         axes.set_facecolor("0.92")
     return figure
@@ -81,8 +83,8 @@ def _gaits(figure: Figure, axes: Axes, grid: Grid, cells: Cells) -> None:
     gait = cells["gait"]
     colours = np.array([_rgb(name) for name in gait.ravel()]).reshape(*gait.shape, 3)
     split = (cells["share"] < 1.0)[..., None]
-    shown = np.where(split, colours + _PALE * (1.0 - colours), colours)
-    axes.pcolormesh(*grid, shown, rasterized=True)
+    colours_shown = np.where(split, colours + _PALE * (1.0 - colours), colours)
+    axes.pcolormesh(*grid, colours_shown, rasterized=True)
     for name, hatch in HATCHES.items():
         inside = (gait == name).astype(float)
         if inside.sum() > 1 and min(gait.shape) > 1:
@@ -104,30 +106,30 @@ Shown = tuple[np.ndarray, str, dict[str, Any], dict[str, Any]]
 """Values, what they are, and how they and their colours are drawn."""
 
 
-def _lag(found: GaitMap, cells: Cells) -> Shown:
-    names, reference = found.legged.names, found.legged.reference
+def _lag(gait_map: GaitMap, cells: Cells) -> Shown:
+    names, reference = gait_map.legged.names, gait_map.legged.reference
     order = by_side(names)
     leg = names[order[(order.index(reference) + 1) % len(order)]]
     # Lags of what does not lock, or of starts that only share a name, would say nothing.
     unlocked = np.isin(cells["gait"].astype(str), (NOT_LOCKED, STANDING, AS_RELEASED))
     values = np.where(unlocked, np.nan, cells[f"lag_cycles_{leg}"])
-    what = f"lag of {leg} behind {names[reference]} [cycles]"
+    label = f"lag of {leg} behind {names[reference]} [cycles]"
     return (
         values,
-        what,
+        label,
         {"cmap": "twilight", "vmin": 0, "vmax": 1},
         {"ticks": np.linspace(0, 1, 5)},
     )
 
 
-def _quantity(found: GaitMap, cells: Cells) -> Shown:
+def _quantity(gait_map: GaitMap, cells: Cells) -> Shown:
     travels = np.isfinite(cells["cost_of_transport"]).any()
     values = cells["cost_of_transport" if travels else "lock_time_s"]
-    known = values[np.isfinite(values)]
+    defined = values[np.isfinite(values)]
     # A body that hardly moves has any cost: the scale ends where nine tenths of the cells do.
-    low, high = np.quantile(known, (0.0, 0.9)) if known.size else (0.0, 1.0)
-    what = "cost of transport" if travels else f"time to lock [{found.legged.units[1]}]"
-    return values, what, {"cmap": quantities(), "vmin": low, "vmax": high}, {"extend": "max"}
+    low, high = np.quantile(defined, (0.0, 0.9)) if defined.size else (0.0, 1.0)
+    label = "cost of transport" if travels else f"time to lock [{gait_map.legged.units[1]}]"
+    return values, label, {"cmap": quantities(), "vmin": low, "vmax": high}, {"extend": "max"}
 
 
 def _rgb(name: str) -> tuple[float, float, float]:
@@ -157,11 +159,11 @@ def front_figure(table: Mapping[str, Any] | pd.DataFrame, note: str = "") -> Fig
     figure = new_figure(COLUMN_IN * 1.2, 2.6 + 0.09 * len(names))
     axes = figure.subplots()
     for name in sorted(names, key=lambda name: name not in _FREE):
-        own = family == name
-        order = np.argsort(speed[own])
-        x, y = speed[own][order], cost[own][order]
-        apart = np.flatnonzero(np.diff(x) > _APART) + 1
-        x, y = (np.insert(values, apart, np.nan) for values in (x, y))
+        mask = family == name
+        order = np.argsort(speed[mask])
+        x, y = speed[mask][order], cost[mask][order]
+        gaps = np.flatnonzero(np.diff(x) > _APART) + 1
+        x, y = (np.insert(values, gaps, np.nan) for values in (x, y))
         forced = name.startswith(FORCED)
         gait = name.removeprefix(FORCED)
         colour = gait_colour(gait) if forced else _SHADES[_FREE.index(name)]
@@ -212,11 +214,13 @@ def basin_figure(basin: Releases, note: str = "") -> Figure:
 
 
 def _shares(axes: Axes, outcomes: Any, starts: int, unit: str) -> None:
-    for row, each in enumerate(outcomes.itertuples()):
-        axes.barh(row, each.share, height=0.6, color=gait_colour(each.gait))
-        axes.plot([each.low, each.high], [row, row], color="k", lw=0.8)
-        locked = np.isfinite(each.lock_time_s)
-        label = f"{each.count}" + (f", locks in {each.lock_time_s:.3g} {unit}" if locked else "")
+    for row, outcome in enumerate(outcomes.itertuples()):
+        axes.barh(row, outcome.share, height=0.6, color=gait_colour(outcome.gait))
+        axes.plot([outcome.low, outcome.high], [row, row], color="k", lw=0.8)
+        locked = np.isfinite(outcome.lock_time_s)
+        label = f"{outcome.count}" + (
+            f", locks in {outcome.lock_time_s:.3g} {unit}" if locked else ""
+        )
         axes.text(1.03, row, label, va="center", fontsize=7, transform=axes.get_yaxis_transform())
     axes.set_yticks(range(len(outcomes)), outcomes["gait"])
     axes.set(xlim=(0.0, 1.0), ylim=(max(len(outcomes), 3) - 0.4, -0.6))
@@ -225,21 +229,21 @@ def _shares(axes: Axes, outcomes: Any, starts: int, unit: str) -> None:
 
 def _from_release(axes: Axes, basin: Releases) -> None:
     reference = basin.legged.names[basin.legged.reference]
-    other = basin.legged.names[1 - basin.legged.reference]
-    phase = (basin.frame[f"release_phase_rad_{leg}"].to_numpy() for leg in (reference, other))
+    second = basin.legged.names[1 - basin.legged.reference]
+    phase = (basin.frame[f"release_phase_rad_{leg}"].to_numpy() for leg in (reference, second))
     released = np.subtract(*phase) / (2.0 * np.pi) % 1.0
-    _dots(axes, basin, released, _drawn(basin, other))
-    axes.set_xlabel(f"lag of {other} behind {reference} at release [cycles]")
+    _dots(axes, basin, released, _drawn(basin, second))
+    axes.set_xlabel(f"lag of {second} behind {reference} at release [cycles]")
     axes.set_ylabel("and in the end [cycles]")
 
 
 def _of_two_legs(axes: Axes, basin: Releases) -> None:
     reference, names = basin.legged.reference, basin.legged.names
     order = by_side(names)
-    at = order.index(reference)
+    position = order.index(reference)
     # The next leg of the same side, and the same leg of the other side.
-    along, across = order[(at + 1) % len(order)], order[-1 - at]
-    across = across if across not in (reference, along) else order[(at + 2) % len(order)]
+    along, across = order[(position + 1) % len(order)], order[-1 - position]
+    across = across if across not in (reference, along) else order[(position + 2) % len(order)]
     _dots(axes, basin, _drawn(basin, names[along]), _drawn(basin, names[across]))
     axes.set_xlabel(f"lag of {names[along]} behind {names[reference]} [cycles]")
     axes.set_ylabel(f"lag of {names[across]} [cycles]")
@@ -247,9 +251,9 @@ def _of_two_legs(axes: Axes, basin: Releases) -> None:
 
 def _dots(axes: Axes, basin: Releases, x: np.ndarray, y: np.ndarray) -> None:
     for gait in basin.outcomes["gait"]:
-        own = basin.frame["gait"].to_numpy() == gait
+        mask = basin.frame["gait"].to_numpy() == gait
         colour, marker = gait_colour(gait), gait_marker(gait)
-        axes.scatter(x[own], y[own], s=18, color=colour, marker=marker, lw=0, alpha=0.6)
+        axes.scatter(x[mask], y[mask], s=18, color=colour, marker=marker, lw=0, alpha=0.6)
     ticks = np.linspace(0.0, 1.0, 5)
     axes.set(xlim=(-0.13, 1.0), ylim=(-0.13, 1.0), xticks=ticks, yticks=ticks, aspect="equal")
 
@@ -260,102 +264,102 @@ def _drawn(basin: Releases, leg: str) -> np.ndarray:
 
 
 @styled()
-def stability_figure(found: GaitStability, note: str = "") -> Figure:
+def stability_figure(result: GaitStability, note: str = "") -> Figure:
     """Above the moduli of all multipliers, the largest filled; below what the fit leaves over.
 
     Lines join the largest ones. A cross marks where the largest multiplier crosses one. In between,
     a row a gait, are the values at which the body, unkicked, stays in it to the end.
 
     Args:
-        found: the return maps.
+        result: the return maps.
         note: the title.
     """
-    rows = 0.12 * len(found.jacobians)
+    rows = 0.12 * len(result.jacobians)
     figure = new_figure(COLUMN_IN, 3.4 + rows)
     moduli, stays, residual = figure.subplots(
         3, 1, sharex=True, height_ratios=(2.4, 0.9 * rows, 1.0)
     )
     moduli.axhline(1.0, color="0.6", lw=0.6, zorder=0)
-    frame: Any = found.frame
-    for row, (gait, own) in enumerate(frame.groupby("gait", sort=False)):
-        values = own[found.over.name]
+    frame: Any = result.frame
+    for row, (gait, group) in enumerate(frame.groupby("gait", sort=False)):
+        values = group[result.over.name]
         look: Any = {"color": gait_colour(str(gait)), "marker": gait_marker(str(gait))}
-        there = values[own["stays"]]
-        alike = {"color": look["color"], "ms": 3, "clip_on": False}
-        stays.plot(there, np.full(len(there), row), "s", **alike)
-        if own["largest"].notna().any():
+        stable = values[group["stays"]]
+        style = {"color": look["color"], "ms": 3, "clip_on": False}
+        stays.plot(stable, np.full(len(stable), row), "s", **style)
+        if group["largest"].notna().any():
             line: Any = {**look, "ms": 3, "lw": 0.8, "label": gait}
-            moduli.plot(values, own["largest"], **line)
-            residual.plot(values, own["unexplained"], **line)
-            for k in range(2, len(found.legged.names)):
-                parts = (own[f"multiplier_{k}_{part}"] for part in ("real", "imaginary"))
+            moduli.plot(values, group["largest"], **line)
+            residual.plot(values, group["unexplained"], **line)
+            for k in range(2, len(result.legged.names)):
+                parts = (group[f"multiplier_{k}_{part}"] for part in ("real", "imaginary"))
                 smaller: Any = {**look, "ls": "", "ms": 2.6, "mew": 0.5, "fillstyle": "none"}
                 moduli.plot(values, np.hypot(*parts), **smaller)
-    moduli.plot(found.crossings["at"], np.ones(len(found.crossings)), "x", color="k", ms=5,
+    moduli.plot(result.crossings["at"], np.ones(len(result.crossings)), "x", color="k", ms=5,
                 mew=0.8, zorder=3)  # fmt: skip
     moduli.set_ylabel("|multipliers| per cycle")
     moduli.set_ylim(bottom=0.0)
     moduli.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, title=note or None)
-    stays.set(ylim=(len(found.jacobians) - 0.4, -0.6), yticks=[])
+    stays.set(ylim=(len(result.jacobians) - 0.4, -0.6), yticks=[])
     stays.set_ylabel("stays", rotation=0, ha="right", va="center")
     stays.tick_params(axis="x", length=0)
     residual.set(ylim=(0.0, 1.0), ylabel="unexplained")
-    residual.set_xlabel(label(found.over, found.legged))
-    residual.set_xlim(found.over.values[0], found.over.values[-1])
+    residual.set_xlabel(label(result.over, result.legged))
+    residual.set_xlim(result.over.values[0], result.over.values[-1])
     return figure
 
 
 @styled()
-def lesion_figure(found: Aftermath, note: str = "") -> Figure:
+def lesion_figure(aftermath: Aftermath, note: str = "") -> Figure:
     """Left the shares of starts that stand, and that are locked, over time; right the lags.
 
     Args:
-        found: what followed.
+        aftermath: what followed.
         note: the title.
     """
     figure = new_figure(PAGE_IN, 2.5)
     shares, lags = figure.subplots(1, 2, width_ratios=(1.3, 1.0))
-    _shares_lesion(shares, found)
+    _shares_lesion(shares, aftermath)
     shares.set_title(note, loc="left")
-    _lags(lags, found)
+    _lags(lags, aftermath)
     return figure
 
 
-def _shares_lesion(axes: Axes, found: Aftermath) -> None:
-    time = found.legged.units[1]
-    end = found.legged.timing.duration_s - found.lesion.at_s
-    frame: Any = found.frame
+def _shares_lesion(axes: Axes, aftermath: Aftermath) -> None:
+    time = aftermath.legged.units[1]
+    end = aftermath.legged.timing.duration_s - aftermath.lesion.at_s
+    frame: Any = aftermath.frame
     stood = frame[frame["stood_before"]]
-    at = np.linspace(0.0, end, 400)[:, None]
+    times = np.linspace(0.0, end, 400)[:, None]
     if len(stood):
-        standing = 1.0 - (stood["after_fall_time_s"].to_numpy() <= at).mean(axis=1)
-        again = (stood["after_lock_time_s"].to_numpy() <= at).mean(axis=1)
-        axes.plot(at, standing, color=COLOURS[0], label="standing")
-        axes.plot(at, again, "--", color=COLOURS[1], label="locked for good")
-        share, low, high = found.share
+        standing = 1.0 - (stood["after_fall_time_s"].to_numpy() <= times).mean(axis=1)
+        again = (stood["after_lock_time_s"].to_numpy() <= times).mean(axis=1)
+        axes.plot(times, standing, color=COLOURS[0], label="standing")
+        axes.plot(times, again, "--", color=COLOURS[1], label="locked for good")
+        share, low, high = aftermath.share
         axes.errorbar(
             end, share, [[share - low], [high - share]],
             color=COLOURS[0], capsize=2, lw=0.8, clip_on=False,
         )  # fmt: skip
     axes.set(xlim=(0.0, end), ylim=(-0.02, 1.04))
-    axes.set_xlabel(f"time since {literal(found.lesion.label)} [{time}]")
+    axes.set_xlabel(f"time since {literal(aftermath.lesion.label)} [{time}]")
     axes.set_ylabel(f"share of {len(stood)} starts that stood")
     axes.legend(loc="center right")
 
 
-def _lags(axes: Axes, found: Aftermath) -> None:
-    names, reference, frame = found.legged.names, found.reference, found.frame
+def _lags(axes: Axes, aftermath: Aftermath) -> None:
+    names, reference, frame = aftermath.legged.names, aftermath.reference, aftermath.frame
     order = [leg for leg in by_side(names) if leg != reference]
     for row, leg in enumerate(order):
         marker: Any = {
             "marker": MARKERS[row % len(MARKERS)], "color": COLOURS[row % len(COLOURS)], "ls": ""
         }  # fmt: skip
-        before = frame.loc[frame["stood_before"], f"before_lag_cycles_{names[leg]}"] % 1.0
+        lags_before = frame.loc[frame["stood_before"], f"before_lag_cycles_{names[leg]}"] % 1.0
         low, high = (np.full(len(frame), row + off) for off in (-0.14, 0.14))
-        axes.plot(before, low[: len(before)], ms=3.4, mew=0.6, fillstyle="none", **marker)
-        if leg in found.left:
-            after = frame.loc[frame["stays_up"], f"after_lag_cycles_{names[leg]}"] % 1.0
-            axes.plot(after, high[: len(after)], ms=3.0, **marker)
+        axes.plot(lags_before, low[: len(lags_before)], ms=3.4, mew=0.6, fillstyle="none", **marker)
+        if leg in aftermath.left:
+            lags_after = frame.loc[frame["stays_up"], f"after_lag_cycles_{names[leg]}"] % 1.0
+            axes.plot(lags_after, high[: len(lags_after)], ms=3.0, **marker)
     axes.set_yticks(range(len(order)), [names[leg] for leg in order])
     axes.set(xlim=(-0.02, 1.02), ylim=(len(order) - 0.5, -0.5), xticks=np.linspace(0, 1, 5))
     axes.set_xlabel(f"lag behind {names[reference]} [cycles]: open before, filled after")

@@ -112,16 +112,16 @@ class Zoo:
         training = document["training"]
         assert isinstance(training, dict)  # `common`
         weights = self.weights(model)[run].tolist()
-        known = {name: values[run].item() for name, values in self.runs(model).items()}
+        numbers = {name: values[run].item() for name, values in self.runs(model).items()}
         of_run = {
             "study": self.study,
             "run": run,
-            "seed": known["seed"],
-            "best_fitness": known["fitness"],
-            "generations": known["generations"],
-            "ended": known["ended"],
+            "seed": numbers["seed"],
+            "best_fitness": numbers["fitness"],
+            "generations": numbers["generations"],
+            "ended": numbers["ended"],
             "evaluation": {
-                name: None if np.isnan(known[name]) else known[name] for name in self.metrics
+                name: None if np.isnan(numbers[name]) else numbers[name] for name in self.metrics
             },
         }
         return {**document, "weights": weights, "training": {**training, **of_run}}
@@ -170,8 +170,8 @@ class Zoo:
         except ValueError as error:
             raise self._damaged((str(error).splitlines() or [""])[0]) from None
 
-    def _damaged(self, why: str) -> TegotaeError:
-        return TegotaeError(f"{self.path} is damaged, or {NOT_OURS}: {why}")
+    def _damaged(self, reason: str) -> TegotaeError:
+        return TegotaeError(f"{self.path} is damaged, or {NOT_OURS}: {reason}")
 
 
 NOT_OURS = "no file of python -m reproduction zoo"
@@ -262,20 +262,20 @@ def stem(name: str) -> str:
 def studies() -> tuple[Zoo, ...]:
     """The studies that come with the package, in the order in which a model is looked for."""
     files = {file.stem: file for file in sorted(FOLDER.glob(f"*{SUFFIX}"))}
-    core, whole = files.pop(CORE, None), files.pop(DEFAULT, None)
-    return tuple(map(open_zoo, [*filter(None, [whole or core]), *files.values()]))
+    core, paper = files.pop(CORE, None), files.pop(DEFAULT, None)
+    return tuple(map(open_zoo, [*filter(None, [paper or core]), *files.values()]))
 
 
-def unknown_trained(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
+def unknown_trained(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
     """The error for a name that no study has, with where there are more.
 
     Args:
         kind: what is named, such as "model of the zoo".
         name: what was asked for.
-        known: the names that there are.
+        names: the names that there are.
     """
     is_whole = (FOLDER / f"{DEFAULT}{SUFFIX}").exists()
-    return TegotaeError(f"{unknown(kind, name, known)}{'' if is_whole else ELSEWHERE}")
+    return TegotaeError(f"{unknown(kind, name, names)}{'' if is_whole else ELSEWHERE}")
 
 
 def study_of(name: str) -> Zoo:
@@ -286,20 +286,20 @@ def study_of(name: str) -> Zoo:
     """
     if name.endswith(SUFFIX):
         return open_zoo(Path(name))
-    known = {zoo.study: zoo for zoo in studies()}
-    if name not in known:
-        raise unknown_trained("study of the zoo", name, known)
-    return known[name]
+    archives = {zoo.study: zoo for zoo in studies()}
+    if name not in archives:
+        raise unknown_trained("study of the zoo", name, archives)
+    return archives[name]
 
 
 def names() -> tuple[str, ...]:
     """A name for every model in the package's studies; that of its best run."""
-    found: dict[str, None] = {}
+    listed: dict[str, None] = {}
     for zoo in studies():
         for model in zoo.models:
             short = str(ZooName("", model, ""))
-            found[short if short not in found else str(ZooName(zoo.study, model, ""))] = None
-    return tuple(found)
+            listed[short if short not in listed else str(ZooName(zoo.study, model, ""))] = None
+    return tuple(listed)
 
 
 def documents(name: str) -> tuple[tuple[str, JsonObject], ...]:
@@ -330,16 +330,18 @@ def documents(name: str) -> tuple[tuple[str, JsonObject], ...]:
 
 def _place(parts: ZooName) -> tuple[Zoo, str]:
     """The study, and the model's name there."""
-    there = (study_of(parts.study),) if parts.study else studies()
+    archives = (study_of(parts.study),) if parts.study else studies()
     model = _plainest(parts.model)
-    for zoo in there:
-        for each in (parts.model, model):
-            if each in zoo.models:
-                return zoo, each
-    models = [each for zoo in there for each in zoo.models]
-    architectures = {each.partition("-")[0]: None for each in models if "@" not in each}
-    of = f" of {parts.study}" if parts.study else ""
-    raise unknown_trained(f"trained controller{of}", parts.model, [*architectures, *models])
+    for zoo in archives:
+        for candidate in (parts.model, model):
+            if candidate in zoo.models:
+                return zoo, candidate
+    models = [candidate for zoo in archives for candidate in zoo.models]
+    architectures = {
+        candidate.partition("-")[0]: None for candidate in models if "@" not in candidate
+    }
+    suffix = f" of {parts.study}" if parts.study else ""
+    raise unknown_trained(f"trained controller{suffix}", parts.model, [*architectures, *models])
 
 
 def _plainest(name: str) -> str:

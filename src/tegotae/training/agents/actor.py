@@ -118,8 +118,8 @@ class JaxTermModule(TermModule):
         def value(weights: jax.Array, columns: jax.Array) -> jax.Array:
             batch = columns.shape[:1]
             scaled = zip(term.reads, columns.T, self.scales, strict=True)
-            known = {name: observed.scales[name] for name in term.reads if name in observed.scales}
-            signals = Signals({name: column * scale for name, column, scale in scaled}, known)
+            scales = {name: observed.scales[name] for name in term.reads if name in observed.scales}
+            signals = Signals({name: column * scale for name, column, scale in scaled}, scales)
             rows = [jnp.broadcast_to(weight, batch) for weight in weights]
             return jnp.broadcast_to(term(rows, signals), batch)
 
@@ -147,8 +147,8 @@ class _ThroughJax(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, *gradients: torch.Tensor) -> tuple[torch.Tensor, None, None]:
         weights, columns = ctx.saved_tensors
-        found = ctx.module.pull(*map(_to_numpy, (weights, columns, gradients[0])))
-        return _to_torch(found), None, None
+        gradients_in = ctx.module.pull(*map(_to_numpy, (weights, columns, gradients[0])))
+        return _to_torch(gradients_in), None, None
 
 
 def _to_numpy(tensor: torch.Tensor) -> np.ndarray:
@@ -190,8 +190,8 @@ class Feedback(nn.Module):
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Observations [batch, columns] to G A′ R / L, [batch, limbs]."""
         if self.limbs > 1:
-            own = observations[:, : self.columns]
-            observations = own.reshape(len(own) * self.limbs, -1)
+            inputs = observations[:, : self.columns]
+            observations = inputs.reshape(len(inputs) * self.limbs, -1)
         action, reaction, gain = (term(observations) for term in self.terms)
         return (gain * action * reaction / self.limit).reshape(-1, self.limbs)
 

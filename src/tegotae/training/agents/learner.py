@@ -105,11 +105,11 @@ class AgentLearner(Part):
         points = () if state is None else state.points
         weights = {} if state is None else dict(state.arrays)
         lasted = {point.seed: point.step for point in points}
-        done = {seed for seed, step in lasted.items() if step >= self.episodes}
-        points = tuple(point for point in points if point.seed in done)
+        finished = {seed for seed, step in lasted.items() if step >= self.episodes}
+        points = tuple(point for point in points if point.seed in finished)
         task = task_of(run.experiment, self.settings)
         for i, seed in enumerate(run.seeds):
-            if seed in done:
+            if seed in finished:
                 continue
             best = -math.inf
             for point, reached in learn(

@@ -143,11 +143,11 @@ def learn(
             weights, episode = feedback.flat(), agent.num_timesteps / per_episode
             point = CurvePoint(seed, episode, episode * task.duration_s, *task.judge(weights))
             yield point, weights
-            done = agent.num_timesteps // per_episode
-            if done >= episodes:
+            finished = agent.num_timesteps // per_episode
+            if finished >= episodes:
                 return
-            target = min(episodes, done - done % evaluate_every + evaluate_every)
-            with _on_one_thread(feedback, seed, done):
+            target = min(episodes, finished - finished % evaluate_every + evaluate_every)
+            with _on_one_thread(feedback, seed, finished):
                 agent.learn(target * per_episode - agent.num_timesteps, reset_num_timesteps=False)
     finally:
         if agent.env is not None:
@@ -155,7 +155,7 @@ def learn(
 
 
 @contextmanager
-def _on_one_thread(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
+def _on_one_thread(feedback: Feedback, seed: int, episodes: int) -> Iterator[None]:
     """Networks as small as these lose by sharing. Weights that are no numbers are noticed here."""
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
@@ -168,6 +168,6 @@ def _on_one_thread(feedback: Feedback, seed: int, done: int) -> Iterator[None]:
         torch.set_num_threads(threads)
     if not np.isfinite(feedback.flat()).all():
         raise DivergedError(
-            f"seed {seed} diverged after {done} episodes: its weights are not finite any more; a "
-            "smaller learning_rate or normalize_reward may help"
+            f"seed {seed} diverged after {episodes} episodes: its weights are not finite any more; "
+            "a smaller learning_rate or normalize_reward may help"
         )

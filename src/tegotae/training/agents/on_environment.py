@@ -121,13 +121,13 @@ class LimbVecEnv(LaneVecEnv):
 
     def _begin(self, where: np.ndarray) -> None:
         """The next episode of some lanes."""
-        own = self._own
-        self._episode = np.where(where, (self._episode + 1) % own.episodes, self._episode)
+        experiment = self._own
+        self._episode = np.where(where, (self._episode + 1) % experiment.episodes, self._episode)
         seeds = np.zeros(self.num_envs, np.int64)
         for lane in map(int, np.flatnonzero(where)):
             episode, begun = int(self._episode[lane]), int(self._begun[lane])
-            seeds[lane] = own.starts(lane, begun // own.episodes)[0, episode]
-            self._omega[lane] = own.wiring_in(episode).omega
+            seeds[lane] = experiment.starts(lane, begun // experiment.episodes)[0, episode]
+            self._omega[lane] = experiment.wiring_in(episode).omega
         self._begun += where
         self._seen = self._lanes.reset(seeds, where)
         self._check(where)
@@ -153,15 +153,15 @@ class LimbVecEnv(LaneVecEnv):
 
     def _shown(self) -> np.ndarray:
         """[lanes, columns], limb by limb."""
-        phase, seen = self._pilot.phase, self._seen
+        phase, observation = self._pilot.phase, self._seen
         columns = [np.sin(phase), np.cos(phase)]
-        for name, (at, sign) in self._wires.sensed.items():
-            felt = sign[:, None] * seen[:, at].T
+        for name, (index, sign) in self._wires.sensed.items():
+            felt = sign[:, None] * observation[:, index].T
             felt = np.maximum(felt, 0.0) if name == "spring_force" else felt
             columns.append(felt / self._scales[name])
         of_limbs = np.stack(columns, axis=-1)  # [limbs, lanes, columns]
         rows = np.swapaxes(of_limbs, 0, 1).reshape(self.num_envs, -1)
-        return np.concatenate([rows, seen[:, self._besides]], axis=1).astype(np.float32)
+        return np.concatenate([rows, observation[:, self._besides]], axis=1).astype(np.float32)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Take the actions, [lanes, limbs], for the step to come."""
@@ -173,9 +173,9 @@ class LimbVecEnv(LaneVecEnv):
         rewards, going, cut = np.zeros(n), np.ones(n, bool), np.zeros(n, bool)
         for _ in range(self._hold):
             acted = self._pilot.act(self._seen, added=self._limit * self._actions.T)
-            seen, paid, over = self._lanes.step(acted, going)
-            seen = np.nan_to_num(seen, posinf=0.0, neginf=0.0)
-            self._seen = np.where(going[:, None], seen, self._seen)
+            observation, paid, over = self._lanes.step(acted, going)
+            observation = np.nan_to_num(observation, posinf=0.0, neginf=0.0)
+            self._seen = np.where(going[:, None], observation, self._seen)
             self._length += going
             paid = np.where(going, paid, 0.0)
             rewards += self._reward.of_step(self._seen, acted, paid, going)
@@ -187,19 +187,19 @@ class LimbVecEnv(LaneVecEnv):
         over = ~going
         rewards += self._reward.at_the_end(over)
         self._return += rewards
-        shown = self._shown()
+        columns = self._shown()
         infos: list[Info] = [{} for _ in range(n)]
         if over.any():
             for lane in np.flatnonzero(over).tolist():
                 infos[lane] = {
-                    "terminal_observation": shown[lane],
+                    "terminal_observation": columns[lane],
                     "TimeLimit.truncated": bool(cut[lane]),
                     "episode": {"r": float(self._return[lane]), "l": int(self._length[lane])},
                 }
             self._check(np.zeros(n, bool))
             self._begin(over)
-            shown = self._shown()
-        return shown, rewards.astype(np.float32), over, infos
+            columns = self._shown()
+        return columns, rewards.astype(np.float32), over, infos
 
     def close(self) -> None:
         """Close the environments."""
@@ -209,21 +209,21 @@ class LimbVecEnv(LaneVecEnv):
 class StepReward:
     """Rewards of an agent: the environment's own, whose sum is the return."""
 
-    def begin(self, seen: np.ndarray, where: np.ndarray) -> None:
+    def begin(self, observation: np.ndarray, where: np.ndarray) -> None:
         """New episodes of some lanes.
 
         Args:
-            seen: what is observed at their start, [lanes, entries].
+            observation: what is observed at their start, [lanes, entries].
             where: which lanes, [lanes].
         """
 
     def of_step(
-        self, seen: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
+        self, observation: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
     ) -> np.ndarray:
         """The rewards of a step of the environment, [lanes].
 
         Args:
-            seen: what is observed after it, [lanes, entries].
+            observation: what is observed after it, [lanes, entries].
             action: what was done, [lanes, entries].
             paid: the environment's own rewards, [lanes].
             alive: whose episode goes on or ends with this step, [lanes]; others stand still.
@@ -259,16 +259,16 @@ class PerHop(StepReward):
         self._rises = np.zeros(lanes, bool)
         self._sum, self._hops = np.zeros(lanes), np.zeros(lanes)
 
-    def begin(self, seen: np.ndarray, where: np.ndarray) -> None:
-        self._was = np.where(where, seen[:, self._height], self._was)
-        self._spent_at = np.where(where, seen[:, self._work], self._spent_at)
+    def begin(self, observation: np.ndarray, where: np.ndarray) -> None:
+        self._was = np.where(where, observation[:, self._height], self._was)
+        self._spent_at = np.where(where, observation[:, self._work], self._spent_at)
         self._rises = self._rises & ~where
         self._sum, self._hops = (np.where(where, 0.0, x) for x in (self._sum, self._hops))
 
     def of_step(
-        self, seen: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
+        self, observation: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
     ) -> np.ndarray:
-        height, work = seen[:, self._height], seen[:, self._work]
+        height, work = observation[:, self._height], observation[:, self._work]
         rises = height > self._was
         apex = alive & self._rises & ~rises & (self._was > _CLEARS * self._rest_m)
         climb = self._was - self._rest_m
@@ -313,17 +313,20 @@ class OnceAtTheEnd(StepReward):
             sound=np.zeros(lanes, bool),
         )
 
-    def begin(self, seen: np.ndarray, where: np.ndarray) -> None:
+    def begin(self, observation: np.ndarray, where: np.ndarray) -> None:
         self._record.ended[where] = 0
 
     def of_step(
-        self, seen: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
+        self, observation: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
     ) -> np.ndarray:
         record, lanes = self._record, np.flatnonzero(alive)
-        at = record.ended[lanes]
-        record.observation[at, lanes], record.action[at, lanes] = seen[lanes], action[lanes]
-        record.reward[at, lanes] = paid[lanes]
-        record.phase_rad[at, :, lanes] = self._pilot.phase.T[lanes]
+        steps = record.ended[lanes]
+        record.observation[steps, lanes], record.action[steps, lanes] = (
+            observation[lanes],
+            action[lanes],
+        )
+        record.reward[steps, lanes] = paid[lanes]
+        record.phase_rad[steps, :, lanes] = self._pilot.phase.T[lanes]
         record.ended[lanes] += 1
         return np.zeros(len(paid))
 

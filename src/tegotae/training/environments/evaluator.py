@@ -68,16 +68,16 @@ class EnvEvaluator(Evaluator):
         """Evaluation repeats per candidate."""
         return len(self._experiment.evaluation_starts)
 
-    def scored(self, weights: np.ndarray, others: int, generation: Generation) -> Scores:
+    def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
         """Scores of rows of weights."""
-        own, (going, rows, n_weights) = self._experiment, weights.shape
-        fixed = np.tile(own.evaluation_starts, ((rows - others) // self.repeats, 1))
+        experiment, (going, rows, n_weights) = self._experiment, weights.shape
+        fixed = np.tile(experiment.evaluation_starts, ((rows - per_seed) // self.repeats, 1))
         going_on = [s for s, goes in zip(generation.seeds, generation.going, strict=True) if goes]
-        draws = [own.starts(seed, generation.number or 0) for seed in going_on]
-        starts = [x for draw in draws for x in (np.repeat(draw[:1], others, axis=0), fixed)]
-        most = len(generation.going) * rows
+        draws = [experiment.starts(seed, generation.number or 0) for seed in going_on]
+        starts = [x for draw in draws for x in (np.repeat(draw[:1], per_seed, axis=0), fixed)]
+        limit = len(generation.going) * rows
         trials = self._tried(
-            weights.reshape(-1, n_weights).astype(float), np.concatenate(starts), most
+            weights.reshape(-1, n_weights).astype(float), np.concatenate(starts), limit
         )
         self._warn(trials)
         return Scores(
@@ -90,9 +90,9 @@ class EnvEvaluator(Evaluator):
         """Means over the last axis, in an order of summation that kept trainings have."""
         return np.add.reduceat(values, [0], axis=-1)[..., 0] / values.shape[-1]
 
-    def _tried(self, weights: np.ndarray, starts: np.ndarray, most: int) -> Trials:
+    def _tried(self, weights: np.ndarray, starts: np.ndarray, limit: int) -> Trials:
         """All of them, some at a time; always as many lanes, so that arithmetic is the same."""
-        lanes = min(_LANES, -(-most // max(1, self._workers)))
+        lanes = min(_LANES, -(-limit // max(1, self._workers)))
         if self._runner is None:
             self._runner = (
                 WorkerPool(self._experiment, self._workers, lanes)
@@ -192,12 +192,12 @@ class WorkerPool:
                 if isinstance(answer, Trials):
                     job.trials, deaths = answer, 0
                     continue
-                lane, why = answer
+                lane, reason = answer
                 worker.end()
                 worker.begin()
                 waiting.insert(0, job)
                 if 0 <= lane < len(job.troubles):
-                    job.troubles[lane] = why
+                    job.troubles[lane] = reason
                     continue
                 deaths += 1
                 if deaths >= _MOST_DEATHS:
@@ -232,14 +232,14 @@ class _EnvWorker:
     def begin(self) -> None:
         """Start its process."""
         context = multiprocessing.get_context("spawn")
-        self.link, other = context.Pipe()
+        self.link, child = context.Pipe()
         # The lane whose environment is at work, and how many steps were begun.
         self._beat = context.Array(c_longlong, [_IDLE, 0], lock=False)
-        arguments = (other, self._beat, self._experiment, self._lanes, os.getpid())
+        arguments = (child, self._beat, self._experiment, self._lanes, os.getpid())
         self._process = context.Process(target=_work, args=arguments, daemon=True)
         with ctrl_c_held_back(), assigned_cores(1):
             self._process.start()
-        other.close()
+        child.close()
         self._last, self._since, self._hung = (_IDLE, 0), time.monotonic(), False
 
     def give(self, job: Job) -> None:
@@ -250,10 +250,10 @@ class _EnvWorker:
 
     def hangs(self) -> bool:
         """Return whether its environment has been in one step for too long."""
-        now, beat = time.monotonic(), (self._beat[0], self._beat[1])
+        time_s, beat = time.monotonic(), (self._beat[0], self._beat[1])
         if beat != self._last or beat[0] == _IDLE:
-            self._last, self._since = beat, now
-        self._hung = now - self._since > self._limit_s
+            self._last, self._since = beat, time_s
+        self._hung = time_s - self._since > self._limit_s
         return self._hung
 
     def answer(self) -> Trials | TegotaeError | tuple[int, str]:

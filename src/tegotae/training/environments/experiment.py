@@ -111,17 +111,17 @@ class EnvExperiment(Part):
         if self.wiring.omega is None:
             raise TegotaeError(f"{self.name} has an oscillator; give it an omega, such as 8 rad/s")
         require_finite("omega", self.wiring.omega, above=0.0, most=MOST_RAD_PER_S)
-        for each in self.omegas:
-            require_finite("omega", each, above=0.0, most=MOST_RAD_PER_S)
+        for frequency in self.omegas:
+            require_finite("omega", frequency, above=0.0, most=MOST_RAD_PER_S)
         if self.omegas and self.episodes % len(self.omegas):
             raise TegotaeError(
                 f"there are {self.episodes} episodes for {len(self.omegas)} frequencies; give as "
                 "many, or a multiple of them"
             )
-        made = dict(self.spec.settings).get("duration_s", self.duration_s)
-        if self.spec.is_model and made != self.duration_s:
+        episode_s = dict(self.spec.settings).get("duration_s", self.duration_s)
+        if self.spec.is_model and episode_s != self.duration_s:
             raise TegotaeError(
-                f"{self.spec.env} is made with duration_s={made!r}, and the experiment's "
+                f"{self.spec.env} is made with duration_s={episode_s!r}, and the experiment's "
                 f"duration_s is {self.duration_s:g}; say it of the experiment alone (--duration)"
             )
 
@@ -158,11 +158,11 @@ class EnvExperiment(Part):
         if omega is None and model.omega_t is not None:
             omega = model.omega_t / (wiring.units or Units()).time_s
         wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
-        known = wiring.height is not None and wiring.work is not None
+        is_measured = wiring.height is not None and wiring.work is not None
         duration_s = settings.get("duration_s", 24.0)
-        objective = Hopping(settle_s=0.5 * duration_s) if known else Return()
-        own = {"name": model.name, "spec": spec, "wiring": wiring, "objective": objective}
-        return cls(**{**own, **settings})
+        objective = Hopping(settle_s=0.5 * duration_s) if is_measured else Return()
+        fields = {"name": model.name, "spec": spec, "wiring": wiring, "objective": objective}
+        return cls(**{**fields, **settings})
 
     @property
     def controller(self) -> Controller:
@@ -266,10 +266,10 @@ class EnvExperiment(Part):
         if self.controller.n_weights == 0:
             raise TegotaeError(f"{self.name} has no weights to train")
         _ = self.wires
-        alike = max(self.episodes, self.evaluation_episodes) // max(1, len(self.omegas))
-        if alike > 1 and self.spec.is_model and self.spec.model_settings.noise == 0.0:
+        repeats = max(self.episodes, self.evaluation_episodes) // max(1, len(self.omegas))
+        if repeats > 1 and self.spec.is_model and self.spec.model_settings.noise == 0.0:
             raise TegotaeError(
-                f"the {alike} episodes on {self.spec.env} would be alike; take one, or "
+                f"the {repeats} episodes on {self.spec.env} would be alike; take one, or "
                 "let their starts differ with the setting noise, such as noise=0.01"
             )
         self.objective.check(self.wiring, self.duration_s)
@@ -329,4 +329,4 @@ class EnvExperiment(Part):
         """Return the hashes of the files that the experiment names, by role: a changed file is
         another training."""
         files = {"environment": self.spec.file, "fitness": self.objective.file}
-        return {what: code_of_file(file) for what, file in files.items() if file and file.is_file()}
+        return {role: code_of_file(file) for role, file in files.items() if file and file.is_file()}

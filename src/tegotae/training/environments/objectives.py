@@ -176,7 +176,7 @@ class Hopping(EnvObjective):
 
     def _require_measured(self, wiring: Wiring) -> None:
         counted = "" if self.work == "absolute" else f"{self.work} "
-        for name, what in (
+        for name, quantity in (
             ("height", "the observation entry that is the body's height"),
             (
                 ENTRY_OF_WORK[self.work],
@@ -186,7 +186,7 @@ class Hopping(EnvObjective):
         ):
             if getattr(wiring, name) is None:
                 raise TegotaeError(
-                    f"CoT⁻¹ cannot be measured: the wiring does not say {name}, {what}; "
+                    f"CoT⁻¹ cannot be measured: the wiring does not say {name}, {quantity}; "
                     "name it, or use --fitness return"
                 )
 
@@ -208,15 +208,18 @@ class Hopping(EnvObjective):
         self._require_measured(wiring)
         assert wiring.height is not None
         assert wiring.rest_length_m is not None
-        rest = wiring.rest_length_m
+        rest_length = wiring.rest_length_m
         time = record.step_s * np.arange(1, record.steps + 1)
         height = record.entry(wiring.height).astype(float)
         frame_s = max(_FRAME_S, record.step_s)
         lanes = [
-            from_samples(time, column, rest_length_m=rest, frame_s=frame_s) for column in height.T
+            from_samples(time, column, rest_length_m=rest_length, frame_s=frame_s)
+            for column in height.T
         ]
         names = ("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m")
-        channels = {n: np.concatenate([getattr(one, n) for one in lanes], 1) for n in names}
+        channels = {
+            n: np.concatenate([getattr(trajectory, n) for trajectory in lanes], 1) for n in names
+        }
         frames_s = channels["time_s"][:, 0] + time[0]
         for kind, entry in ENTRY_OF_WORK.items():
             name = getattr(wiring, entry)
@@ -229,7 +232,7 @@ class Hopping(EnvObjective):
         channels["failed"] = fell & (channels["time_s"] > begun)
         channels["failed"][-1] |= fell
         timing = Timing(duration_s=len(frames_s) * frame_s, frame_s=frame_s, tick_s=frame_s)
-        body = Interface(rest_length_m=rest)
+        body = Interface(rest_length_m=rest_length)
         scenario = Scenario.of(wiring.omega)
         outcome = _as_rollout(self._fitness, timing, channels, scenario, body)
         return Scores(*(np.asarray(outcome[name]) for name in Scores._fields))

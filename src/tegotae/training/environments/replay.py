@@ -39,11 +39,11 @@ class Replay:
     def loads(self) -> dict[str, np.ndarray]:
         """Observations that represent the load of the limbs, by the entry's name, [steps] each."""
         names = {limb.senses.get("spring_force", "") for limb in self.experiment.wiring.limbs}
-        found = {}
+        loads = {}
         for name in sorted(filter(None, names)):
             sign = 1.0 if name in self.episode.names else -1.0
-            found[name] = np.maximum(sign * self.episode[name.removeprefix("-")], 0.0)
-        return found
+            loads[name] = np.maximum(sign * self.episode[name.removeprefix("-")], 0.0)
+        return loads
 
     @property
     def flies(self) -> bool:
@@ -97,36 +97,36 @@ class Replay:
         `cost_of_transport` is work over the wiring's weight and distance.
         """
         episode = self.episode
-        found = {
+        numbers = {
             "fitness": self.fitness,
             "return": float(episode.reward.sum()),
             "lasted": episode.lasted,
         }
         if "root_speed" in episode.names:
-            found["distance_m"] = float(np.trapezoid(episode["root_speed"], episode.time_s))
+            numbers["distance_m"] = float(np.trapezoid(episode["root_speed"], episode.time_s))
         elif "root_forward" in episode.names:
             went = episode["root_forward"]
-            found["distance_m"] = float(went[-1] - went[0])
-        if "distance_m" in found:
-            found["speed_m_per_s"] = found["distance_m"] / float(episode.time_s[-1])
+            numbers["distance_m"] = float(went[-1] - went[0])
+        if "distance_m" in numbers:
+            numbers["speed_m_per_s"] = numbers["distance_m"] / float(episode.time_s[-1])
         wiring = self.experiment.wiring
         if wiring.work is not None:
-            found["work_j"] = float(episode[wiring.work][-1])
-        if found.get("distance_m", 0.0) > 0.0 and wiring.work and wiring.units:
-            carried = wiring.units.force_n * found["distance_m"]
-            found["cost_of_transport"] = found["work_j"] / carried
+            numbers["work_j"] = float(episode[wiring.work][-1])
+        if numbers.get("distance_m", 0.0) > 0.0 and wiring.work and wiring.units:
+            carried = wiring.units.force_n * numbers["distance_m"]
+            numbers["cost_of_transport"] = numbers["work_j"] / carried
         late = len(episode.time_s) // 2
         turned = np.unwrap(episode.phase_rad[late:, 0].astype(float))
         span = self.experiment.wires.step_s * max(1, len(turned) - 1)
-        found["stride_hz"] = float(turned[-1] - turned[0]) / (2.0 * math.pi * span)
+        numbers["stride_hz"] = float(turned[-1] - turned[0]) / (2.0 * math.pi * span)
         if self.loads:
-            found["duty"] = float(np.mean([(x[late:] > 0.0).mean() for x in self.loads.values()]))
+            numbers["duty"] = float(np.mean([(x[late:] > 0.0).mean() for x in self.loads.values()]))
         if (gait := self.measured()) is not None:
-            found |= {name: float(getattr(gait, name)) for name in HOPPING}
+            numbers |= {name: float(getattr(gait, name)) for name in HOPPING}
             hops = np.asarray(gait.hops.height_m)
-            found["hops"] = float(len(hops))
-            found["apex_m"] = float(hops[len(hops) // 2 :].mean()) if len(hops) else math.nan
-        return found
+            numbers["hops"] = float(len(hops))
+            numbers["apex_m"] = float(hops[len(hops) // 2 :].mean()) if len(hops) else math.nan
+        return numbers
 
 
 def replay(

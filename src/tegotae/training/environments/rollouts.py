@@ -93,18 +93,18 @@ class GymLanes:
             action = np.clip(actions[lane], self._low, self._high).astype(self._dtype)
 
             def once(lane: int = lane, action: np.ndarray = action) -> Observation:
-                seen, reward, ends, cut, _ = self._envs[lane].step(action)
+                observation, reward, ends, cut, _ = self._envs[lane].step(action)
                 if not np.isfinite(reward):
                     raise _Trouble(f"its reward was {reward}")
                 rewards[lane], over[lane] = reward, bool(ends) or bool(cut)
                 self.truncated[lane] = bool(cut) and not bool(ends)
-                return seen
+                return observation
 
-            seen = self._guarded(lane, once)
-            if seen is None:
+            result = self._guarded(lane, once)
+            if result is None:
                 rewards[lane], over[lane] = 0.0, True
                 continue
-            self._seen[lane] = seen
+            self._seen[lane] = result
             if over[lane] and self._done[lane] == 1:
                 self.troubles[lane] = "it ended at its first step"
         return self._seen.copy(), rewards, over
@@ -113,13 +113,15 @@ class GymLanes:
         """The observation after an action; None, and the trouble, after a failure."""
         self._beat(lane)
         try:
-            seen = np.asarray(flat(self._space, act()), float)
+            observation = np.asarray(flat(self._space, act()), float)
             shape = (self._entries,)
-            if seen.shape != shape:
-                raise _Trouble(f"its observation has shape {seen.shape}; its space said {shape}")
-            if not np.isfinite(seen).all():
+            if observation.shape != shape:
+                raise _Trouble(
+                    f"its observation has shape {observation.shape}; its space said {shape}"
+                )
+            if not np.isfinite(observation).all():
                 raise _Trouble("its observation was not finite")
-            return seen
+            return observation
         except _Trouble as trouble:
             self.troubles[lane] = str(trouble)
         except (Exception, SystemExit) as error:  # anything may go wrong in somebody else's program
@@ -170,20 +172,20 @@ class ModelLanes:
 
     def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
         """Begin a new episode of some lanes."""
-        seen = self.batch.reset(self._settings.release_m, self._noise(seed), where)
-        self._fate.begin(seen, where)
+        observation = self.batch.reset(self._settings.release_m, self._noise(seed), where)
+        self._fate.begin(observation, where)
         for lane in np.flatnonzero(where):
             self.troubles[lane] = ""
-        return self._whole(seen)
+        return self._whole(observation)
 
     def _noise(self, seed: Seeds) -> np.ndarray | None:
         """Return the noise of the positions at the start, [lanes, nv]."""
-        own, nv = self._settings.noise, self._sensing.model.nv
-        if not own:
+        settings, nv = self._settings.noise, self._sensing.model.nv
+        if not settings:
             return None
         seeds, lane_of = np.unique(np.broadcast_to(seed, (self.lanes,)), return_inverse=True)
         drawn = [np.random.default_rng(int(start)).standard_normal(nv) for start in seeds]
-        return own * np.stack(drawn)[lane_of]
+        return settings * np.stack(drawn)[lane_of]
 
     def step(
         self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
@@ -195,16 +197,16 @@ class ModelLanes:
             alive: whose episode goes on, [lanes].
             push_n: an external force on the first body [N], [lanes, 3]; none by default.
         """
-        seen = self.batch.step(actions, push_n, alive)
-        reward, fallen, over = self._fate.after(seen, self.batch.work_j)
+        observation = self.batch.step(actions, push_n, alive)
+        reward, fallen, over = self._fate.after(observation, self.batch.work_j)
         self.truncated = over & ~fallen
-        sound = is_sound(seen).all(axis=1)
+        sound = is_sound(observation).all(axis=1)
         for lane in np.flatnonzero(alive & ~sound):
             self.troubles[lane] = "its state was not finite"
-        return self._whole(seen), np.where(sound, reward, 0.0), fallen | over
+        return self._whole(observation), np.where(sound, reward, 0.0), fallen | over
 
-    def _whole(self, seen: np.ndarray) -> np.ndarray:
-        return np.concatenate([seen, self.batch.work_j[:, None]], axis=1)
+    def _whole(self, observation: np.ndarray) -> np.ndarray:
+        return np.concatenate([observation, self.batch.work_j[:, None]], axis=1)
 
     def close(self) -> None:
         """End the threads."""
@@ -265,28 +267,28 @@ class EnvRollouts:
             starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
             troubles: of candidates that are not to be tried again, and count as failed.
         """
-        own, count = self._experiment, len(weights)
+        experiment, count = self._experiment, len(weights)
         if starts is None:
-            starts = np.tile(own.evaluation_starts[:1], (count, 1))
+            starts = np.tile(experiment.evaluation_starts[:1], (count, 1))
         # Always as many lanes, so that arithmetic is the same; spare ones are not played.
         rows = np.minimum(np.arange(self.lanes), count - 1)
         wrong = np.full(self.lanes, "", object)
         wrong[:count] = troubles or ""
         tried = (np.arange(self.lanes) < count) & (wrong == "")
         scores: list[Scores] = []
-        for episode in range(own.episodes):
-            wiring = own.wiring_in(episode)
+        for episode in range(experiment.episodes):
+            wiring = experiment.wiring_in(episode)
             record = play(
                 self._played,
-                Pilot(own.wires, wiring, weights[rows].T),
-                own.wires,
+                Pilot(experiment.wires, wiring, weights[rows].T),
+                experiment.wires,
                 seed=starts[rows, episode],
                 tried=tried,
-                entries=own.objective.entries(wiring),
+                entries=experiment.objective.entries(wiring),
             )
-            scores.append(own.objective.score(record, wiring))
-            now = np.array(self._played.troubles, object)
-            wrong = np.where(tried & (wrong == ""), now, wrong)
+            scores.append(experiment.objective.score(record, wiring))
+            current = np.array(self._played.troubles, object)
+            wrong = np.where(tried & (wrong == ""), current, wrong)
         fitness, cot_inverse, failed = (np.stack(column) for column in zip(*scores, strict=True))
         unjudged = tried & (wrong == "") & ~np.isfinite(fitness).all(axis=0)
         wrong[unjudged] = "its fitness was not finite"
@@ -334,32 +336,34 @@ def play(
         tried: which lanes, [lanes]; all by default.
         entries: of the observation, which are kept; by default all, with actions and phases.
     """
-    kept = wires.observed if entries is None else entries
-    at = [wires.observed.index(name) for name in kept]
+    names = wires.observed if entries is None else entries
+    indices = [wires.observed.index(name) for name in names]
     steps, n = lanes.steps, lanes.lanes
-    whole = steps if entries is None else 0
-    observation = np.zeros((steps, n, len(at)), np.float32)
-    action = np.zeros((whole, n, len(wires.low)), np.float32)
-    phase = np.zeros((whole, wires.limbs, n), np.float32)
+    frames = steps if entries is None else 0
+    observation = np.zeros((steps, n, len(indices)), np.float32)
+    action = np.zeros((frames, n, len(wires.low)), np.float32)
+    phase = np.zeros((frames, wires.limbs, n), np.float32)
     reward = np.zeros((steps, n))
     alive = np.ones(n, bool) if tried is None else tried.copy()
-    seen = lanes.reset(seed, alive)
+    state = lanes.reset(seed, alive)
     alive &= np.array([not trouble for trouble in lanes.troubles])
     pilot.reset()
     ended = np.zeros(n, int)
     for step in range(steps):
         if not alive.any():
             # What ended stands still.
-            observation[step:] = seen[:, at]
+            observation[step:] = state[:, indices]
             break
-        acted = pilot.act(seen)
+        acted = pilot.act(state)
         observed, paid, over = lanes.step(acted, alive)
-        seen = np.where(alive[:, None], np.nan_to_num(observed, posinf=0.0, neginf=0.0), seen)
-        observation[step] = seen[:, at]
+        state = np.where(alive[:, None], np.nan_to_num(observed, posinf=0.0, neginf=0.0), state)
+        observation[step] = state[:, indices]
         reward[step] = np.where(alive, paid, 0.0)
-        if whole:
+        if frames:
             action[step], phase[step] = acted, pilot.phase
         ended += alive
         alive &= ~over
     sound = (ended > 0) & np.array([not trouble for trouble in lanes.troubles])
-    return EpisodeBatch(wires.step_s, kept, observation, action, reward, phase, ended, steps, sound)
+    return EpisodeBatch(
+        wires.step_s, names, observation, action, reward, phase, ended, steps, sound
+    )

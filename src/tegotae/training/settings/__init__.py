@@ -45,10 +45,10 @@ def learner(name: str) -> type[Algorithm] | type[AgentSettings]:
         >>> learner("cma-es").__name__
         'CMAES'
     """
-    known = {**evolutions(), **agents()}
-    if name not in known:
-        raise unknown("algorithm", name, known)
-    return known[name]
+    learners = {**evolutions(), **agents()}
+    if name not in learners:
+        raise unknown("algorithm", name, learners)
+    return learners[name]
 
 
 class _SettingsFile(msgspec.Struct):
@@ -95,14 +95,14 @@ def load(file: Path | str | Traversable) -> Configuration:
     """
     file = Path(file) if isinstance(file, str) else file
     try:
-        kept = documents.fitted(documents.read(file), _SettingsFile)
-        document = {"kind": kept.algorithm, **kept.settings}
+        entries = documents.fitted(documents.read(file), _SettingsFile)
+        document = {"kind": entries.algorithm, **entries.settings}
         settings = restore(document, Settings, "settings")
     except FileNotFoundError as error:
         raise TegotaeError(f"cannot read {file}: {error.strerror}") from None
     except TegotaeError as error:
         raise TegotaeError(f"{file} holds no settings of an algorithm: {error}") from None
-    return Configuration(kept.algorithm, settings, kept.found)
+    return Configuration(entries.algorithm, settings, entries.found)
 
 
 def tuned(algorithm: str) -> Any:
