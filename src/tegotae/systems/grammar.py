@@ -205,7 +205,8 @@ def networks(
         TegotaeError: for a budget that does not give every network a neuron.
 
     Example:
-        >>> networks("AR", {"A": ("phase",), "R": ("spring_force",)}, 96, other_weights=1)["A"].hidden
+        >>> nets = networks("AR", {"A": ("phase",), "R": ("spring_force",)}, 96, other_weights=1)
+        >>> nets["A"].hidden
         14
     """
     costs = {term: len(Network(names, 1).reads) + 2 for term, names in inputs.items()}
