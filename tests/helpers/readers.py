@@ -37,7 +37,7 @@ ADDED: Mapping[str, str] = {
     "wiring baseline": "--frequencies 17.5",
     "simulate": "--duration 1",
 }
-"""Options that a command is given, unless the page gives them; an animated rollout without an event."""
+"""Options that a command is given, unless the page gives them; a rollout if it is animated."""
 WRITTEN = ("--out", "--csv", "--plot", "--animate")
 """Options that name what a command writes."""
 

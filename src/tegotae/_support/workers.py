@@ -70,7 +70,7 @@ class Workers:
         if kind is not None:
             # A shutdown alone would wait for the work in flight, and forgets the processes.
             for process in list((self._pool._processes or {}).values()):
-                process.terminate()
+                process.kill()  # of an author's code, which may hold other signals back
         self._pool.shutdown(cancel_futures=True)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import ctypes
 import dataclasses
-import math
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -14,8 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve
@@ -23,6 +20,7 @@ from tegotae.systems.tuned import is_front_name
 from tegotae.systems.user_objects import is_reference, named
 from tegotae.systems.zoo import is_zoo_name
 from tegotae.training.collection import controller_of
+from tegotae_robots.benchmark.manifest import Manifest, read_manifest
 from tegotae_robots.benchmark.subject import Entry, Policy, Subject, of_limbs
 from tegotae_robots.c.plan import member
 from tegotae_robots.live.controller import LiveController
@@ -51,15 +49,33 @@ def read_entry(place: Any, subject: Subject, track: str) -> Entry:
     suffix = Path(text).suffix.lower()
     if suffix == ".c":
         return _of_c(Path(text), subject, track)
-    if suffix in (".onnx", ".zip"):
+    if suffix in _NETWORKS:
         return _of_network(Path(text), subject, track)
-    is_object = is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
-    policy: Any = named(text, object, "entry") if is_object else place
+    policy: Any = named(text, object, "entry") if _is_object(text) else place
     if callable(policy):
         begin: Any = policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
         return begin
     saved = controller_of(resolve(place))
     return (_of_controller if saved.task is None else _of_wiring)(saved, subject, track)
+
+
+_NETWORKS = (".onnx", ".zip")
+
+
+def _is_object(text: str) -> bool:
+    """Whether a text names an object in a file or a module."""
+    return is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
+
+
+def is_program(place: Any) -> bool:
+    """Whether a place names code or a network of its author's, which need not end.
+
+    Example:
+        >>> is_program("leg.c"), is_program("mine.py:Trot"), is_program("zoo:ART/3")
+        (True, True, False)
+    """
+    text = str(place) if isinstance(place, str | Path) else ""
+    return Path(text).suffix.lower() in (".c", *_NETWORKS) or _is_object(text)
 
 
 def _at(names: Sequence[str], known: Sequence[str], what: str) -> np.ndarray:
@@ -142,43 +158,31 @@ def _of_network(path: Path, subject: Subject, track: str) -> Entry:
     return lambda: lambda seen: np.asarray(answer(seen[None]))[0]
 
 
-_FACTS = ("tick_s", "limbs", "wired", "legs", "inputs", "outputs", "state", "constants", "prefix")
-"""What a manifest has of its program."""
-
-
 def _of_c(path: Path, subject: Subject, track: str) -> Entry:
     """A program of `tegotae export c`, compiled by cc; oscillators begin at the phases of its
     wiring, or spread over the turn."""
-    try:
-        about: Any = documents.read(path.with_suffix(".json"))
-    except (FileNotFoundError, DamagedDocumentError):
-        about = None
-    if not isinstance(about, dict) or about.get("format") != "tegotae export":
-        raise TegotaeError(f"{path} has no {path.stem}.json of tegotae export c beside it")
-    if lacking := [name for name in _FACTS if name not in about]:
-        raise TegotaeError(f"{path.stem}.json lacks {', '.join(lacking)}; export {path} anew")
-    if abs(about["tick_s"] / subject.step_s - 1.0) > 1e-3:
+    about = read_manifest(path)
+    if abs(about.tick_s / subject.step_s - 1.0) > 1e-3:
         raise TegotaeError(
-            f"{path} is for a loop of {about['tick_s']:g} s; export it for that of the subject, "
+            f"{path} is for a loop of {about.tick_s:g} s; export it for that of the subject, "
             f"--tick {subject.step_s:g}"
         )
-    limbs, wired = about["limbs"], about["wired"]
-    inputs, outputs = ([x["name"] for x in about[way]] for way in ("inputs", "outputs"))
-    commanded = [name for name in outputs if name not in ("feedback_rad_per_s", "phase_rad")]
+    limbs, wired, commanded = about.limbs, about.wired, about.commanded
+    inputs, outputs = ([x.name for x in numbers] for numbers in (about.inputs, about.outputs))
     known, controls = subject.commands, lambda action: action
     rest, push, most = 0.0, 1.0, 1.0
     if wired:
-        places = [{member(name): entry for name, entry in x["senses"].items()} for x in wired]
+        places = [{member(name): entry for name, entry in x.senses.items()} for x in wired]
         felt = [x[name] for name in inputs for x in places]
-        driven = [np.atleast_1d(x["drives"])[k] for k in range(len(commanded)) for x in wired]
-        if about["legs"]:
+        driven = [np.atleast_1d(x.drives)[k] for k in range(len(commanded)) for x in wired]
+        if about.legs:
             from tegotae.envs.mujoco.sensing import sensing
 
             legged = sensing(_go1(subject, path.stem).spec(legs=True).model_settings)
             known, controls = legged.actions, lambda action: legged.controls(action[None])[0]
         else:
-            rest, push = (np.array([x[end] for x in wired]) for end in ("rest", "push"))
-            most = about["constants"]["max_force_n"]
+            rest, push = (np.array([getattr(x, end) for x in wired]) for end in ("rest", "push"))
+            most = about.constants["max_force_n"]
     else:
         of_c = {_in_c(name): name for name in (*subject.senses["all"], *subject.commands)}
         felt = [of_c.get(name, name) for name in of_limbs(inputs, limbs)]
@@ -187,9 +191,9 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
     sign = np.array([-1.0 if name.startswith("-") else 1.0 for name in felt])
     sensed = _at([name.removeprefix("-") for name in felt], subject.senses[track], "senses")
     drives = _at(driven, known, "commands")
-    phases = [x["phase_rad"] for x in wired] or [2.0 * math.pi * i / limbs for i in range(limbs)]
+    phases = about.phases_rad
     start = ctypes.c_float(phases[0]) if limbs == 1 else (ctypes.c_float * limbs)(*phases)
-    library, prefix = _compiled(path, about["prefix"]), about["prefix"]
+    library, prefix = _compiled(path, about), about.prefix
     initialise, step = library[f"{prefix}_init"], library[f"{prefix}_step"]
     size = ctypes.c_ulong.in_dll(library, "entry_state_bytes").value
 
@@ -198,7 +202,7 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
         given, made = (np.zeros((len(x) + 1) * limbs + 1, np.float32) for x in (inputs, outputs))
         pointers = state, *(x.ctypes.data_as(ctypes.c_void_p) for x in (given, made))
         action = np.zeros(len(known))
-        initialise(state, *([start] if about["state"] else []))
+        initialise(state, *([start] if about.state else []))
 
         def policy(seen: np.ndarray) -> np.ndarray:
             given[: len(sensed)] = sign * seen[sensed]
@@ -222,18 +226,30 @@ def _in_c(name: str) -> str:
     return f"{member(plain)}{bracket}{limb}"
 
 
-def _compiled(path: Path, prefix: str) -> ctypes.CDLL:
+_MOST_CC_S = 120
+"""What a compiler has for an entry [s]."""
+
+
+def _compiled(path: Path, about: Manifest) -> ctypes.CDLL:
     """The program in this process, with the size of its state."""
-    text = f'#include "{path.resolve()}"\n'
-    text += f"const unsigned long entry_state_bytes = sizeof({prefix}_state);\n"
+    text = f'#include "{path.resolve()}"\n{about.checks()}'
+    text += f"const unsigned long entry_state_bytes = sizeof({about.prefix}_state);\n"
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "entry.so"
-        words = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "-x", "c", "-", "-lm", "-o"]
+        words = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "-Werror=incompatible-pointer-types"]
+        words += ["-x", "c", "-", "-lm", "-o"]
         try:
-            done = subprocess.run([*words, target], input=text, capture_output=True, text=True)
+            done = subprocess.run(
+                [*words, target], input=text, capture_output=True, text=True, timeout=_MOST_CC_S
+            )
         except FileNotFoundError:
             raise TegotaeError(f"{path} needs a C compiler, and there is no cc") from None
+        except subprocess.TimeoutExpired:
+            raise TegotaeError(f"cc took more than {_MOST_CC_S} s for {path}") from None
         if done.returncode:
-            first = next(iter(done.stderr.splitlines()), "")
+            lines = done.stderr.splitlines()
+            first = next((line for line in lines if "error" in line), "")
+            if first.startswith("<stdin>"):  # the program compiles, the checks of it do not
+                first = f"{path.stem}.json describes another program ({first})"
             raise TegotaeError(f"cc cannot compile {path}: {first}")
         return ctypes.CDLL(str(target))

@@ -22,7 +22,7 @@ from tegotae_robots.c.text import floating, is_c_name, plain
 from tegotae_robots.c.trace import Piece, TracedTick
 from tegotae_robots.robot import RobotController
 
-_MOST_LIMBS = 32
+MOST_LIMBS = 32
 _LEAST_TICK_S, _MOST_TICK_S = 1e-5, 1.0
 """Periods of a robot's control loop: in shorter ones a phase in float32 does not advance evenly."""
 
@@ -67,7 +67,7 @@ class Export(RobotController):
             )
         if isinstance(self.body, Body):
             self.body.check_tick(self.tick_s)
-        require_count("the number of limbs", self.limbs, most=_MOST_LIMBS)
+        require_count("the number of limbs", self.limbs, most=MOST_LIMBS)
         if isinstance(actuation := self.controller.actuation, WholeBody):
             raise TegotaeError(
                 f"a {type(actuation).__name__} cannot be exported: it is one network over all "

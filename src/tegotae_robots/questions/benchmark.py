@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -16,7 +15,7 @@ from tegotae.questions.answer import TableAnswer
 from tegotae.questions.question import Names, question
 from tegotae.systems.env_task import extras_of
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
-from tegotae_robots.benchmark.entries import read_entry
+from tegotae_robots.benchmark.scoring import scored
 from tegotae_robots.benchmark.subject import MOST_CPU_S, TRACKS, Subject, summary
 
 KEPT = Path(__file__).with_name("benchmark.csv")
@@ -67,14 +66,12 @@ def benchmark_run(entry: Any, options: BenchmarkOptions) -> TableAnswer:
         >>> benchmark_run("zoo:ART-rF-tphif-w8/3", track="all").save("scores")  # doctest: +SKIP
     """
     subject = options.chosen()
-    begun_s = time.process_time()
-    scores = subject.scores(read_entry(entry, subject, options.track), options.track)
-    spent_s = time.process_time() - begun_s
-    scored = summary(scores)
+    scores, spent_s = scored(entry, subject, options.track)
+    outcome = summary(scores)
     name = entry if isinstance(entry, str) else getattr(entry, "__name__", type(entry).__name__)
     kept = pd.read_csv(KEPT)
     fewer = kept["track"].map(TRACKS.index) <= TRACKS.index(options.track)
-    row = {"entry": f"{name} (this one)", "track": options.track, **scored}
+    row = {"entry": f"{name} (this one)", "track": options.track, **outcome}
     rows = kept.loc[fewer & (kept["subject"] == options.subject)]
     table = pd.concat([pd.DataFrame([row]), rows])
     table = table.sort_values("score", ascending=False, kind="stable").set_index("entry")
@@ -83,7 +80,7 @@ def benchmark_run(entry: Any, options: BenchmarkOptions) -> TableAnswer:
     return TableAnswer(
         raw=scores,
         outcome=f"{name} on {options.subject}, track {options.track}: "
-        f"{_shown(pd.DataFrame([scored]), *_SCORE)[0]}",
+        f"{_shown(pd.DataFrame([outcome]), *_SCORE)[0]}",
         table=subject.episodes(scores),
         shown=[shown],
         remarks=[
@@ -91,7 +88,7 @@ def benchmark_run(entry: Any, options: BenchmarkOptions) -> TableAnswer:
             "stands: share of episodes without a fall, with Wilson's interval.",
             f"{spent_s:.0f} s of a core, of {MOST_CPU_S:g}.",
         ],
-        data=as_json({"settings": settings, **scored, "cpu_s": spent_s}),
+        data=as_json({"settings": settings, **outcome, "cpu_s": spent_s}),
     )
 
 
