@@ -43,9 +43,10 @@ class Shown:
     body: Body
 
     def __post_init__(self) -> None:
-        if not isinstance(self.body, (Hopper, Upright)):
+        hopper = isinstance(self.body, Hopper) and self.body.is_linear
+        if not (hopper or isinstance(self.body, Upright)):
             raise TegotaeError(
-                f"a playground shows hoppers, bars and plates; it cannot draw a "
+                f"a playground shows hoppers, bars and plates on linear springs; it cannot draw a "
                 f"{type(self.body).__name__}"
             )
 

@@ -106,7 +106,7 @@ def _panel(
     saved = controller_of(record, run)
     body = saved.body
     assert isinstance(body, Hopper)
-    most = min(1.1 * float(orbit.spring_force_n.max()), body.stiffness_n_per_m * body.rest_length_m)
+    most = min(1.1 * float(orbit.spring_force_n.max()), body.most_spring_n)
     row = int(np.flatnonzero((table["model"] == record.model) & (table["run"] == run))[0])
     return PolicyPanel(
         number,

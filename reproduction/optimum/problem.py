@@ -39,8 +39,11 @@ def check(body: Body, omega: float | None = None, work: str = "absolute") -> Hop
         TegotaeError: for another body, a force limit that does not exceed the weight, a frequency
             that is not positive, or an unknown definition of work.
     """
-    if not isinstance(body, Hopper):
-        raise TegotaeError(f"the optimum is known for Hopper; the body is a {type(body).__name__}")
+    if not (isinstance(body, Hopper) and body.is_linear):
+        raise TegotaeError(
+            f"the optimum is known for a Hopper on its linear spring; the body is a "
+            f"{type(body).__name__}"
+        )
     if not body.max_force_n > body.weight_n:
         raise TegotaeError(
             f"max_force_n is {body.max_force_n:g}; the optimum needs a largest force above the "

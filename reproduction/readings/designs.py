@@ -115,7 +115,7 @@ def selecting_body(body: object) -> frozenset[str]:
         >>> sorted(selecting_body(Hopper()))
         []
     """
-    numbers = dataclasses.astuple(body) if isinstance(body, Hopper) else ()
+    numbers = dataclasses.astuple(body) if type(body) is Hopper else ()
     bodies = (dataclasses.astuple(reading.hopper) for reading in _calibrated())
     is_one = any(np.allclose(numbers, each, rtol=1e-4, atol=0.0) for each in bodies if numbers)
     return _ON_V if is_one else frozenset()

@@ -110,7 +110,7 @@ def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObje
     largest_n = float(gait["spring_force_n"].max())
     fastest = max(4.0, 1.05 * float(np.abs(gait["velocity_m_per_s"]).max()))
     most = 1.1 * largest_n if largest_n > 0.0 else 3.5 * body.weight_n
-    most = min(most, body.stiffness_n_per_m * body.rest_length_m)
+    most = min(most, body.most_spring_n)
     surface = actuation_surface(
         saved,
         np.linspace(0.0, most, _ROWS),

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from springs import Hertz
 
 from oracle import fly, vanilla
 from tegotae import Hopper, TegotaeError, Timing, build
@@ -141,14 +142,15 @@ def test_a_period_of_which_20_ms_is_no_multiple_is_refused_with_those_that_go():
 FORCES = np.linspace(0.0, 2.0, 9)
 
 
-def test_the_surface_of_a_reflex_in_closed_form():
-    """f = -σ cos φ F_k and F_a = -min(0, f), at most α."""
-    saved = SavedController.of(REFLEX.controller, np.array([3.0]), 8.0)
+@pytest.mark.parametrize(("body", "digits"), [(Hopper(), 1e-12), (Hertz(), 1e-3)])
+def test_the_surface_of_a_reflex_in_closed_form(body, digits):
+    """f = -σ cos φ F_k and F_a = -min(0, f), at most α, whatever the spring."""
+    saved = SavedController.of(REFLEX.controller, np.array([3.0]), 8.0, body)
     found = actuation_surface(saved, FORCES, columns=17)
     feedback = -3.0 * np.cos(found.phase_rad)[None] * FORCES[:, None]
-    np.testing.assert_allclose(found.feedback_rad_per_s, feedback, atol=1e-12)
+    np.testing.assert_allclose(found.feedback_rad_per_s, feedback, atol=digits)
     expected = np.clip(-np.minimum(feedback, 0.0), 0.0, 4.0)
-    np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-12)
+    np.testing.assert_allclose(found.actuator_force_n, expected, atol=digits)
     assert found.actuator_force_n.max() == 4.0
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 from scipy.integrate import solve_ivp
+from springs import Hertz, Proportional, Softening
 
 from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
 from tegotae.parts.bodies import Contact, Push
@@ -281,6 +282,103 @@ def test_energy_is_never_created_without_the_actuator(body, releases):
     assert not out.impulse_ns.any()
 
 
+# Springs of another law.
+
+
+def solved(body: Hopper, height: float, force: float, times: np.ndarray) -> np.ndarray:
+    """Heights by an independent solver, which stops at every touchdown and lift-off."""
+
+    def moving(stance: bool):
+        def rates(_, state):
+            y, v = state
+            depth = max(body.rest_length_m - y, 0.0)
+            leg = float(body.spring(depth)) - body.damping_ns_per_m * v + force if stance else 0.0
+            return [v, leg / body.mass_kg - body.gravity_m_per_s2]
+
+        return rates
+
+    def crossing(_, state):
+        return state[0] - body.rest_length_m
+
+    crossing.terminal = True
+    start, state, stance, pieces = 0.0, [height, 0.0], False, []
+    while start < times[-1]:
+        crossing.direction = 1.0 if stance else -1.0
+        piece = solve_ivp(
+            moving(stance), (start, times[-1]), state, "DOP853", rtol=1e-10, atol=1e-12,
+            events=crossing, dense_output=True,
+        )  # fmt: skip
+        pieces.append((piece.t[-1], piece.sol))
+        start, state, stance = piece.t[-1], piece.y[:, -1], not stance
+    ends = [end for end, _ in pieces]
+    return np.array([pieces[np.searchsorted(ends, t)][1](t)[0] for t in times])
+
+
+@pytest.mark.parametrize("force", [0.0, 1.5])
+@pytest.mark.parametrize("kind", [Hertz, Softening])
+def test_a_spring_of_another_law_moves_as_an_independent_solver_says(kind, force):
+    body = kind(damping_ns_per_m=0.05)
+    motion = advance(body, 1.2, 0.0, 2.0, force=force)
+    assert np.isfinite(motion.contact.touchdown_share).sum() >= 2
+    expected = solved(body, 1.2, force, motion.time)
+    np.testing.assert_allclose(motion.height, expected, atol=1e-6)
+
+
+def test_the_hoppers_law_written_once_more_moves_as_the_hopper():
+    own, usual = (advance(x, 1.2, 0.0, 3.0, force=1.5) for x in (Proportional(), Hopper()))
+    np.testing.assert_allclose(own.height, usual.height, atol=1e-9)
+    for name, mine in own.contact._asdict().items():
+        theirs = getattr(usual.contact, name)
+        if theirs is not None:
+            np.testing.assert_allclose(mine, theirs, atol=1e-6, err_msg=name)
+
+
+@pytest.mark.parametrize("kind", [Hertz, Softening])
+def test_the_energy_of_another_spring_is_the_work_done_on_it(kind):
+    body = kind(damping_ns_per_m=0.0)
+    with jax.enable_x64(True):
+        motion = advance(body, 1.1, 0.0, 3.0, force=1.5)
+        gained = energy(body, motion) - 0.981 * 1.1
+    np.testing.assert_allclose(np.cumsum(motion.contact.work_j), gained, atol=2e-5)
+
+
+@pytest.mark.parametrize("kind", [Hertz, Softening, Proportional])
+def test_the_depth_of_a_leg_is_that_at_which_its_spring_has_the_force(kind):
+    body = kind()
+    depth = np.linspace(0.0, 0.9, 7)
+    np.testing.assert_allclose(body.depth(body.spring(depth)), depth, atol=1e-4)
+
+
+def test_how_far_a_landing_presses_another_spring_is_where_it_turns():
+    body = Hertz(max_force_n=2.0)
+    lowest = advance(body, 1.3, 0.0, 0.6, force=2.0).height.min()
+    assert body._landing_depth_m(1.3) == pytest.approx(1.0 - lowest, abs=1e-4)
+    with pytest.raises(TegotaeError, match="breaks its leg"):
+        Hertz(max_force_n=1.0, damping_ns_per_m=0.0).check_release(12.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preloaded(Hopper):
+    """A spring that pushes before it is pressed."""
+
+    def spring(self, depth):
+        return 0.5 + self.stiffness_n_per_m * depth
+
+
+@dataclass(frozen=True, kw_only=True)
+class Buckling(Hopper):
+    """A spring that pushes less where it is pressed more."""
+
+    def spring(self, depth):
+        return depth * (1.0 - depth)
+
+
+@pytest.mark.parametrize("kind", [Preloaded, Buckling])
+def test_a_spring_that_does_not_rise_from_zero_is_refused(kind):
+    with pytest.raises(TegotaeError, match=r"spring gives .* must begin at 0 and increase"):
+        kind()
+
+
 # What the body feels and predicts.
 
 
@@ -339,8 +437,8 @@ def test_the_prediction_knows_which_part_of_a_crossing_tick_is_stance():
 
 @pytest.mark.parametrize(
     "body",
-    [Hopper(stiffness_n_per_m=1e5), Hopper(damping_ns_per_m=40.0)],
-    ids=["stiff", "heavily-damped"],
+    [Hopper(stiffness_n_per_m=1e5), Hopper(damping_ns_per_m=40.0), Hertz(stiffness_n_per_m=1e5)],
+    ids=["stiff", "heavily-damped", "stiff at its end"],
 )
 def test_a_tick_too_long_for_the_body_is_refused_with_one_that_is_short_enough(body):
     with pytest.raises(TegotaeError, match=r"tick of 0.001 s is too long.*use at most") as raised:

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import my_parts
 import numpy as np
 import pytest
+from springs import Hertz
 
 import tegotae
 from played import (
@@ -392,8 +393,10 @@ def test_a_body_that_a_page_cannot_draw_is_refused_by_its_name():
 
     feet = Controller(EllipticFoot(), PhaseOscillator(), VANILLA.controller.tegotae, limbs=4)
     walking = SavedController.of(feet, np.ones(1), 2.0, Walker())
-    with pytest.raises(TegotaeError, match="cannot draw a Walker"):
-        Page([ControllerChoice("walk", walking)])
+    on_spheres = SavedController.of(VANILLA.controller, VANILLA.weights, 4.0, Hertz())
+    for saved, name in ((walking, "Walker"), (on_spheres, "Hertz")):
+        with pytest.raises(TegotaeError, match=f"cannot draw a {name}"):
+            Page([ControllerChoice("walk", saved)])
 
 
 def test_a_page_without_controllers_is_refused():

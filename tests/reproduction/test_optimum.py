@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from springs import Hertz
 
 from places import ROOT
 from programs import main
@@ -483,6 +484,7 @@ class Wheel:
     ("call", "words"),
     [
         (lambda: best(Hopper(max_force_n=0.9), 4.0), "above the weight of 0.981 N"),
+        (lambda: best(Hertz(), 4.0), "Hopper on its linear spring; the body is a Hertz"),
         (lambda: best(HOPPER, 0.0), "omega is 0; it must be greater than 0"),
         (lambda: best(HOPPER, math.nan), "omega is nan"),
         (lambda: best(HOPPER, 60.0), "this hopper hops at 5.* rad/s at most"),

@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from springs import Hertz
 
 import tegotae as tg
 from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
@@ -235,6 +236,13 @@ def test_the_check_that_a_library_names_runs(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     description = json.loads((tmp_path / "library.json").read_text())
     assert (description["name"], description["headers"]) == ("tegotae", "tegotae.h")
+
+
+@pytest.mark.parametrize(("body", "written"), [(Hopper(), True), (Hertz(), False)])
+def test_the_spring_is_written_out_in_c_where_it_is_linear(body, written):
+    export = Export(SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0, body))
+    header = next(text for name, text in texts(export).items() if str(name).endswith(".h"))
+    assert ("STIFFNESS_N_PER_M" in header) is written
 
 
 def test_a_tick_that_was_not_trained_is_warned_of():

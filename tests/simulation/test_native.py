@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from springs import Hertz
 
 import tiny
 from lanewise.episode import compile_episode
@@ -125,6 +126,7 @@ CASES: dict[str, Callable[[], Case]] = {
     "ART": lambda: Case(build("ART")),
     "quadruped-c": lambda: named("quadruped-c"),
     "changes": lambda: Case(build("V-both-w4"), meets=lambda: CHANGES),
+    "another spring": lambda: Case(build("V-both-w4"), Hertz(), meets=lambda: CHANGES),
     "hold": lambda: Case(build("ART"), integrator=Hold()),
     "hold on a bar": lambda: Case(legs(), BAR, integrator=Hold()),
     "blows, actuators, sensors": lambda: Case(
@@ -192,7 +194,7 @@ CASES: dict[str, Callable[[], Case]] = {
     "rough": lambda: on(ROUGH),
     "sum": lambda: on(Sum(first=Slope(along=0.05), second=ROUGH)),
 }
-QUICK = ("ART", "changes")
+QUICK = ("ART", "changes", "another spring")
 """Those that are compared in every run of the tests: XLA takes seconds to compile one."""
 
 

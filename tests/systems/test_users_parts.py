@@ -235,7 +235,7 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
 # The pages under Extending: files to copy.
 
 PAGES = ROOT / "docs" / "extending" / "examples"
-QUICK = ["--duration", "2", "--tick", "0.004", "--seeds", "1", "--generations", "1", "--to-cap"]
+QUICK = ["--duration", "2", "--tick", "0.002", "--seeds", "1", "--generations", "1", "--to-cap"]
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in PAGES.glob("*.py")))

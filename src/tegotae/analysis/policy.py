@@ -47,7 +47,7 @@ def policy_paths(
     numbers = np.moveaxis(np.asarray(telemetry, float), -1, 0)
     column: dict[str, np.ndarray] = dict(zip(TELEMETRY, numbers, strict=True))
     compressed = body.rest_length_m - (column["height_m"] - column["ground_m"])
-    column["spring_force_n"] = body.stiffness_n_per_m * np.maximum(compressed, 0.0)
+    column["spring_force_n"] = np.asarray(body.spring(np.maximum(compressed, 0.0)))
     time = np.arange(len(telemetry)) * settings.step_s
     shown = (*SIGNALS, *(("phase_rad",) if with_phase else ()))
     return Trajectory(

@@ -80,7 +80,7 @@ def actuation_surface(
     controller, body = driven.controller, require_hopper(driven.body, "an actuation surface")
     require_finite("velocity", velocity_m_per_s)
     forces = np.asarray(spring_force_n, float)
-    most = body.stiffness_n_per_m * body.rest_length_m
+    most = body.most_spring_n
     if not (np.all(forces >= 0.0) and np.all(forces <= most)):
         raise TegotaeError(
             f"spring forces go from {np.min(forces):g} to {np.max(forces):g} N; those of this leg "
@@ -92,9 +92,8 @@ def actuation_surface(
     force, column = lanes(forces, phase if with_oscillator else velocity)
     speed = np.full_like(column, velocity_m_per_s) if with_oscillator else column
     with jax.enable_x64(True):
-        state = body.release(
-            jnp.asarray(body.rest_length_m - force / body.stiffness_n_per_m), jnp.asarray(speed)
-        )
+        height = jnp.asarray(body.rest_length_m - body.depth(force))
+        state = body.release(height, jnp.asarray(speed))
         angle = jnp.asarray(column if with_oscillator else np.zeros_like(column))
         oscillator = () if controller.oscillator is None else controller.oscillator.start(angle)
         ground = jnp.zeros(column.shape)

@@ -167,7 +167,7 @@ def figure_surface(subject: HoppingTask | PolicyFile, options: SurfaceOptions) -
     limits.require_within("velocity", options.velocity_m_per_s, limits.MOST_M)
     driver = subject.controller(options.driver)
     body, note = require_hopper(driver.body, "an actuation surface"), _titled(driver)
-    shortest_n = body.stiffness_n_per_m * body.rest_length_m  # the force of a leg of no length
+    shortest_n = body.most_spring_n
     if options.spring_force_n is not None:
         require_finite("spring_force", options.spring_force_n, above=0.0, most=shortest_n)
     remarks: tuple[str, ...] = ()

@@ -497,7 +497,7 @@ class Explanation(AnswerBase):
         if not isinstance(saved.body, Hopper):
             return None
         most_n = 1.1 * max(float(v.spring_force_n.max()), float(saved.body.weight_n))
-        most_n = min(most_n, saved.body.stiffness_n_per_m * saved.body.rest_length_m)
+        most_n = min(most_n, saved.body.most_spring_n)
         return actuation_surface(saved, np.linspace(0.0, most_n, 80), columns=120)
 
     def page(self) -> str:

@@ -314,7 +314,8 @@ def facts(export: Export) -> dict[str, Any]:
 
 def _has_spring(export: Export) -> bool:
     """Whether the spring's force can be had from leg length or contact force by the body's law."""
-    return "spring_force" in export.senses and isinstance(export.body, Hopper | Upright)
+    linear = isinstance(export.body, Upright) or getattr(export.body, "is_linear", False)
+    return "spring_force" in export.senses and linear
 
 
 def _commanded(export: Export) -> str:

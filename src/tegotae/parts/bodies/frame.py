@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import count
 from math import factorial
 from typing import NamedTuple
@@ -42,19 +43,55 @@ def series(derivatives: Sequence[jax.Array], time_s: jax.Array) -> tuple[jax.Arr
     return x, v
 
 
-def crossing_time(derivatives: Sequence[jax.Array], tick_s: jax.Array) -> jax.Array:
+class Motion(NamedTuple):
+    """A motion from its start on."""
+
+    start: Sequence[jax.Array]
+    """Position, velocity and acceleration at the start; more derivatives may follow."""
+    after: Callable[[jax.Array], tuple[jax.Array, jax.Array]]
+    """Position and velocity after a time [s]."""
+
+    @classmethod
+    def linear(cls, derivatives: Sequence[jax.Array]) -> Motion:
+        """The motion of which the derivatives are known up to `ORDER`."""
+        return cls(derivatives, partial(series, derivatives))
+
+    @classmethod
+    def integrated(
+        cls, acceleration: Callable[..., jax.Array], x: jax.Array, v: jax.Array
+    ) -> Motion:
+        """The motion of an acceleration a(x, ẋ, t), by a step of the classical Runge-Kutta method.
+
+        Its local error is of fifth order in the time, where the acceleration is smooth.
+        """
+
+        def after(time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
+            half = 0.5 * time_s
+            second = acceleration(x + half * v, v + half * first, half)
+            third = acceleration(x + half * (v + half * first), v + half * second, half)
+            fourth = acceleration(x + time_s * (v + half * second), v + time_s * third, time_s)
+            return (
+                x + time_s * (v + (time_s / 6.0) * (first + second + third)),
+                v + (time_s / 6.0) * (first + 2.0 * (second + third) + fourth),
+            )
+
+        first = acceleration(x, v, 0.0)
+        return cls([x, v, first], after)
+
+
+def crossing_time(motion: Motion, tick_s: jax.Array) -> jax.Array:
     """Time in [0, tick] at which a motion first crosses x = 0, where it is known to do so.
 
     The root of the motion at constant acceleration (exact in undamped flight) is the start of two
     Newton steps on the true motion.
     """
-    x, v, acceleration = derivatives[:3]
+    x, v, acceleration = motion.start[:3]
     at_crossing = jnp.sqrt(jnp.maximum(v * v - 2.0 * acceleration * x, 0.0))
     # Stance (x < 0) is left upwards, flight downwards; this form of the root does not cancel.
     denominator = v + jnp.where(x < 0.0, at_crossing, -at_crossing)
     time = jnp.clip(-2.0 * x / jnp.where(denominator == 0.0, 1.0, denominator), 0.0, tick_s)
     for _ in range(_NEWTON_STEPS):
-        x_at, v_at = series(derivatives, time)
+        x_at, v_at = motion.after(time)
         time = jnp.clip(time - x_at / jnp.where(v_at == 0.0, 1.0, v_at), 0.0, tick_s)
     return time
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -13,9 +13,23 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.transforms import cond
+from tegotae.parts._shapes import Number
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
-from tegotae.parts.bodies.frame import LARGEST_TURN_RAD, ORDER, Law, crossing_time, rise, series
+from tegotae.parts.bodies.frame import (
+    LARGEST_TURN_RAD,
+    ORDER,
+    Law,
+    Motion,
+    crossing_time,
+    rise,
+)
 from tegotae.parts.parameters import not_negative, positive, traceable
+
+_DEPTHS = 256
+"""Depths at which a spring's law is tabulated."""
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_QUADRATURE = list(zip((0.5 * (_POINTS + 1.0)).tolist(), (0.5 * _WEIGHTS).tolist(), strict=True))
+"""Points in [0, 1] and weights of the integral of a spring's force over its depth."""
 
 
 class HopperState(NamedTuple):
@@ -37,6 +51,8 @@ class Hopper(Body):
     and in flight `ÿ = -g` (all leg forces are zero). The signs of `m g` and `c ẏ` are those of
     mechanics, not those printed in the paper. Defaults: the paper prints no numbers; these are
     the ones of its co-author's public program.
+
+    A subclass that overrides `spring` has another law F_k(d) of the depth d = l0 + h - y.
 
     Raises:
         TegotaeError: for a non-finite value, a mass, stiffness, rest length, gravity or largest
@@ -69,10 +85,56 @@ class Hopper(Body):
         """Weight m g [N]."""
         return self.mass_kg * self.gravity_m_per_s2
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.is_linear:
+            return
+        _, force_n = self._tabulated
+        if force_n[0] != 0.0 or not (np.isfinite(force_n).all() and (np.diff(force_n) > 0.0).all()):
+            raise TegotaeError(
+                f"{type(self).__name__}.spring gives {force_n[0]:g} ... {force_n[-1]:g} N for a "
+                f"depth of 0 ... {self.rest_length_m:g} m; the force must begin at 0 and increase"
+            )
+
+    def spring(self, depth: Any) -> Any:
+        """Return the spring force F_k [N] of a leg that is pressed by `depth` >= 0 [m].
+
+        A subclass may override it, with operators and functions of `jax.numpy`. The force must be 0
+        at a depth of 0, and increase.
+        """
+        return self.stiffness_n_per_m * depth
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the spring is that of equation 9, F_k = k d."""
+        return type(self).spring is Hopper.spring
+
+    @property
+    def _tabulated(self) -> tuple[np.ndarray, np.ndarray]:
+        """Depths from 0 to l0 [m], and the spring's force there [N]."""
+        depth_m = np.linspace(0.0, self.rest_length_m, _DEPTHS)
+        return depth_m, np.asarray(self.spring(depth_m), float)
+
+    @property
+    def most_spring_n(self) -> float:
+        """Spring force of a leg that is pressed to no length [N]."""
+        return float(self.spring(self.rest_length_m))
+
+    def depth(self, spring_n: Any) -> Any:
+        """Return the depth [m] at which the spring has a force [N]."""
+        if self.is_linear:
+            return spring_n / self.stiffness_n_per_m
+        depth_m = self.rest_length_m * jnp.linspace(0.0, 1.0, _DEPTHS)
+        return jnp.interp(jnp.asarray(spring_n), self.spring(depth_m), depth_m)
+
     @property
     def natural_frequency_rad_per_s(self) -> float:
-        """Undamped natural frequency of stance √(k/m) [rad/s]."""
-        return float(self.stiffness_n_per_m / self.mass_kg) ** 0.5
+        """Undamped natural frequency of stance √(k/m) [rad/s]; of a spring that is not linear, k is
+        the steepest slope."""
+        if self.is_linear:
+            return float(self.stiffness_n_per_m / self.mass_kg) ** 0.5
+        depth_m, force_n = self._tabulated
+        return float((np.diff(force_n) / np.diff(depth_m)).max() / self.mass_kg) ** 0.5
 
     @property
     def rate_scale(self) -> jax.Array:
@@ -118,6 +180,8 @@ class Hopper(Body):
         mass, rate = self.mass_kg, self.natural_frequency_rad_per_s
         sag = (self.weight_n - self.max_force_n) / mass / rate**2  # above the rest length, here
         speed = math.sqrt(2.0 * self.gravity_m_per_s2 * (height_m - self.rest_length_m))
+        if not self.is_linear:
+            return self._integrated_depth_m(speed)
         undamped = sag + math.hypot(sag, speed / rate)
         if undamped < self.rest_length_m:
             return undamped
@@ -130,6 +194,23 @@ class Hopper(Body):
         depth = sag + (-sag - b) * np.exp(roots[0] * time) + b * np.exp(roots[1] * time)
         return float(depth.real.max())
 
+    def _integrated_depth_m(self, speed_m_per_s: float) -> float:
+        """How far a landing at this speed presses a leg at full push [m]: the depth at which
+        m ẏ² / 2 has gone into spring, damper and actuator; l0 where it does not."""
+        depth_m, force_n = self._tabulated
+        between_n = 0.5 * (force_n[1:] + force_n[:-1])
+        step_m, square = float(depth_m[1]), speed_m_per_s**2
+        for begin_m, spring_n in zip(depth_m[:-1].tolist(), between_n.tolist(), strict=True):
+            before, after = square, square
+            for _ in range(2):  # Heun's method
+                mean = 0.5 * (math.sqrt(before) + math.sqrt(max(after, 0.0)))
+                leg_n = self.max_force_n + spring_n + self.damping_ns_per_m * mean
+                after = before + 2.0 * step_m * (self.gravity_m_per_s2 - leg_n / self.mass_kg)
+            if after <= 0.0:
+                return begin_m + step_m * before / (before - after)
+            square = after
+        return self.rest_length_m
+
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> HopperState:
         """State at release: height [m] and velocity [m/s]."""
         return HopperState(height_m, velocity_m_per_s)
@@ -140,7 +221,7 @@ class Hopper(Body):
         Networks see F_k / (m g), ẏ / √(g l0) and (y - h) / l0.
         """
         clearance = state.height - ground_m
-        spring = self.stiffness_n_per_m * jnp.maximum(self.rest_length_m - clearance, 0.0)
+        spring = self.spring(jnp.maximum(self.rest_length_m - clearance, 0.0))
         speed = jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m)
         return Sensation(
             {"spring_force": spring, "velocity": state.velocity, "height": clearance},
@@ -157,6 +238,19 @@ class Hopper(Body):
             jnp.where(stance, self.damping_ns_per_m, self.flight_damping_ns_per_m) * inverse_mass,
         )
 
+    def _acceleration(
+        self, law: Law, stance: jax.Array, x: jax.Array, v: jax.Array, time_s: Number
+    ) -> jax.Array:
+        """ẍ of a leg whose spring is not linear, a time after the start [m/s²]."""
+        spring = jnp.where(stance, self.spring(jnp.maximum(-x, 0.0)), 0.0) / self.mass_kg
+        return law.push + law.rise * time_s + spring - law.damping * v
+
+    def _motion(self, law: Law, stance: jax.Array, x: jax.Array, v: jax.Array) -> Motion:
+        """The motion in stance or in flight, lane by lane."""
+        if self.is_linear:
+            return Motion.linear(_derivatives(law, x, v))
+        return Motion.integrated(partial(self._acceleration, law, stance), x, v)
+
     def predict(
         self, state: HopperState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[HopperState, jax.Array, jax.Array]:
@@ -164,7 +258,10 @@ class Hopper(Body):
         x0, v0 = state.height - (self.rest_length_m + ground_m), state.velocity
         stance = x0 < 0.0
         law = self._law(stance, force_n, 0.0)
-        acceleration = law.push - law.stiffness * x0 - law.damping * v0
+        if self.is_linear:
+            acceleration = law.push - law.stiffness * x0 - law.damping * v0
+        else:
+            acceleration = self._acceleration(law, stance, x0, v0, 0.0)
         travel = tick_s * (v0 + 0.5 * tick_s * acceleration)
         crosses = (x0 + travel < 0.0) != stance
         crossing = jnp.where(crosses, -x0 / jnp.where(crosses, travel, 1.0), 1.0)
@@ -176,23 +273,26 @@ class Hopper(Body):
     ) -> tuple[HopperState, Contact]:
         """The state one tick on under the actuator's push, with touchdown or lift-off located.
 
-        Both modes are linear, so the motion is exact up to rounding (`_flow`). A change of mode is
-        located inside the tick, and the rest of the tick is spent in the other mode, under the mean
-        force. At most one change a tick: a contact or a flight shorter than a tick ends with it.
+        Where the spring is linear, both modes are, so the motion is exact up to rounding; that of
+        another spring is integrated (`Motion`). A change of mode is located inside the tick, and
+        the rest of the tick is spent in the other mode, under the mean force. At most one change a
+        tick: a contact or a flight shorter than a tick ends with it.
         """
         rest_height = self.rest_length_m + ground_m
         x0, v0 = state.height - rest_height, state.velocity
         stance = x0 < 0.0
         held = self._law(stance, push.mean_n, 0.0)
         rising = self._law(stance, push.mean_n - 0.5 * push.rise_n, push.rise_n / tick_s)
-        x_whole, v_whole = _flow(rising, x0, v0, tick_s)
+        x_whole, v_whole = self._motion(rising, stance, x0, v0).after(tick_s)
         crosses = (x_whole < 0.0) != stance
 
         def across() -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-            crossing = jnp.where(crosses, crossing_time(_derivatives(held, x0, v0), tick_s), tick_s)
-            _, v_cross = _flow(held, x0, v0, crossing)
+            motion = self._motion(held, stance, x0, v0)
+            crossing = jnp.where(crosses, crossing_time(motion, tick_s), tick_s)
+            _, v_cross = motion.after(crossing)
             second_law = self._law(~stance, push.mean_n, 0.0)
-            x1, v1 = _flow(second_law, jnp.zeros_like(x0), v_cross, tick_s - crossing)
+            beyond = self._motion(second_law, ~stance, jnp.zeros_like(x0), v_cross)
+            x1, v1 = beyond.after(tick_s - crossing)
             pick = partial(jnp.where, crosses)
             return crossing, pick(v_cross, v_whole), pick(x1, x_whole), pick(v1, v_whole)
 
@@ -239,13 +339,14 @@ class Hopper(Body):
         return state.velocity
 
     def energy(self, state: HopperState, ground_m: jax.Array) -> jax.Array:
-        """½ m ẏ² + m g y + ½ k max(0, l0 + h - y)² [J]."""
+        """½ m ẏ² + m g y + ∫ F_k dd [J], the last ½ k max(0, l0 + h - y)² of a linear spring."""
         compression = jnp.maximum(self.rest_length_m + ground_m - state.height, 0.0)
-        return (
-            0.5 * self.mass_kg * state.velocity**2
-            + self.weight_n * state.height
-            + 0.5 * self.stiffness_n_per_m * compression**2
-        )
+        if self.is_linear:
+            elastic = 0.5 * self.stiffness_n_per_m * compression**2
+        else:
+            forces = (weight * self.spring(point * compression) for point, weight in _QUADRATURE)
+            elastic = compression * sum(forces)
+        return 0.5 * self.mass_kg * state.velocity**2 + self.weight_n * state.height + elastic
 
 
 def _derivatives(law: Law, x: jax.Array, v: jax.Array) -> list[jax.Array]:
@@ -259,8 +360,3 @@ def _derivatives(law: Law, x: jax.Array, v: jax.Array) -> list[jax.Array]:
     for _ in range(ORDER[x.dtype.name] - 3):
         derivatives.append(-law.stiffness * derivatives[-2] - law.damping * derivatives[-1])
     return derivatives
-
-
-def _flow(law: Law, x: jax.Array, v: jax.Array, time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Position and velocity after `time_s` under a linear law."""
-    return series(_derivatives(law, x, v), time_s)

@@ -16,6 +16,7 @@ from tegotae.parts.bodies.frame import (
     LARGEST_TURN_RAD,
     FrameModes,
     Law,
+    Motion,
     Turn,
     crossing_time,
     in_heave,
@@ -313,9 +314,8 @@ class Upright(Body):
         def to_next(carry: tuple[_At, list[jax.Array], jax.Array]):
             point, moved, will = carry
             remaining = jnp.broadcast_to(tick_s - point.passed.time, over.shape)
-            when = jnp.where(
-                will, crossing_time([frame.hips(x) for x in moved], remaining), jnp.inf
-            )
+            hips = Motion.linear([frame.hips(x) for x in moved])
+            when = jnp.where(will, crossing_time(hips, remaining), jnp.inf)
             step = jnp.where(will.any(axis=0), when.min(axis=0), 0.0)
             first = will & (when <= step[None])
             place, rate = series(moved, step[None])
