@@ -96,6 +96,27 @@ def test_whole_numbers_wrap_around_as_those_of_numpy():
     np.testing.assert_array_equal(left, np.asarray(jax.lax.rem(jnp.asarray(a), jnp.asarray(b))))
 
 
+SHIFTS = {
+    "left": jax.lax.shift_left,
+    "logical": jax.lax.shift_right_logical,
+    "arithmetic": jax.lax.shift_right_arithmetic,
+}
+
+
+@pytest.mark.parametrize("by", [None, 31, 32, 33, -1])
+def test_a_shift_by_more_bits_than_there_are_is_that_of_xla(by):
+    a = np.tile(np.array([-(2**31), -7, -1, 0, 1, 7, 2**31 - 1], "int32"), 9)
+    b = np.repeat(np.array([0, 1, 30, 31, 32, 33, 64, -1, -(2**31)], "int32"), 7)
+
+    def shifted(a, b):
+        amount = b if by is None else jnp.full_like(b, by)
+        return {name: shift(a, amount) for name, shift in SHIFTS.items()}
+
+    found, expected = evaluated(shifted, a, b), shifted(jnp.asarray(a), jnp.asarray(b))
+    for name in SHIFTS:
+        np.testing.assert_array_equal(found[name], np.asarray(expected[name]), name)
+
+
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_a_float_becomes_whole_as_in_a_trace_whatever_it_is(dtype):
     x = samples(dtype)

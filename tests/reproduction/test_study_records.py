@@ -161,6 +161,26 @@ def test_a_damaged_record_is_set_aside_and_done_again(folder: Folder, capsys) ->
     assert "is damaged" in capsys.readouterr().out
 
 
+def test_a_record_of_another_configuration_is_set_aside_and_done_again(folder: Folder, capsys):
+    own, other = plan("smoke").units[:2]
+    place = folder.study([]).place(own)
+    place.write_bytes(folder.study([]).place(other).read_bytes())
+    runner.run(plan("smoke"), folder.path, instant)
+    assert same(read(place), made_up(own))
+    assert "it holds another configuration" in capsys.readouterr().out
+
+
+def test_a_result_of_another_configuration_is_no_result_of_the_study(tmp_path: Path) -> None:
+    def edited(bundles):
+        for unit, result in instant(bundles):
+            document = {**result.document, "seeds": [7, 8]}
+            yield unit, dataclasses.replace(result, document=document)
+
+    with pytest.raises(TegotaeError, match="was computed with another seeds: a file was edited"):
+        runner.run(plan("smoke"), tmp_path / "study", edited)
+    assert not list((tmp_path / "study").rglob("*.record.npz"))
+
+
 def test_a_folder_of_another_study_is_refused(folder: Folder) -> None:
     with pytest.raises(TegotaeError, match="holds a study with another"):
         runner.run(plan("quick", "V-*"), folder.path, instant)
