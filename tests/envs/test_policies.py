@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import math
 import pickle
@@ -22,6 +23,7 @@ from tegotae.analysis.policy import (
     policy_paths,
 )
 from tegotae.analysis.surface import actuation_surface
+from tegotae.envs import policies
 from tegotae.envs.policies import (
     ClippedFeedbackWarning,
     Meaning,
@@ -223,6 +225,43 @@ def test_no_code_of_a_models_file_is_run(part, model, tmp_path):
     else:
         assert np.isfinite(load_policy(str(path)).actions(np.zeros((1, 2)))).all()
     assert not (tmp_path / "harmed").exists()
+
+
+def zeros(name: str, count: int = 2**21) -> bytes:
+    """An archive of zeros, of a few kilobytes."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, bytes(count))
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"policy.pth": bytes(2**21)}, "no model of Stable-Baselines3: it unpacks to 2"),
+        ({"data": bytes(2**21)}, "no model of Stable-Baselines3: it unpacks to 2"),
+        ({"policy.pth": zeros("archive/data.pkl")}, "cannot be loaded as PPO: .*unpacks to 2 MiB"),
+        ({"net_arch": [10**6]}, "a policy of 1000000 units; its layers must have at most 512"),
+        ({"net_arch": {"pi": [500], "vf": [500]}}, "a policy of 1000 units"),
+    ],
+)
+def test_a_small_file_that_would_take_much_memory_is_refused(changes, said, model, monkeypatch):
+    monkeypatch.setattr(policies, "_MOST_BYTES", 2**20)
+    _, _, path = model(**small_relu())
+    load_policy(path)
+    with zipfile.ZipFile(path) as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()}
+    entries |= {name: content for name, content in changes.items() if name in entries}
+    if "net_arch" in changes:
+        document = json.loads(entries["data"])
+        document["policy_kwargs"] |= changes
+        entries["data"] = json.dumps(document).encode()
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content)
+    assert path.stat().st_size < 2**18
+    with pytest.raises(TegotaeError, match=said):
+        load_policy(path)
 
 
 def test_a_model_with_parts_of_its_authors_is_refused(model):

@@ -12,6 +12,8 @@ from jax._src import compilation_cache
 from lanewise.machine import Code, target_of
 from tegotae._support import compiled, xla_programs
 from tegotae.cli import main
+from tegotae.cli.kept_texts import is_text
+from tegotae.cli.program import Command, CommandGroup
 
 MODULE = "define void @put(ptr %x) {\n  store i32 7, ptr %x\n  ret void\n}\n"
 
@@ -184,3 +186,27 @@ def test_help_is_made_once(place, monkeypatch, capsys):
     monkeypatch.setattr("tegotae.cli.parsed", None)
     assert shown() == first
     assert "cite" in first
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["train", "mine.py:experiment", "--help"],
+        ["train", "AR@mine.toml", "--help"],
+        ["train", "ART", "--algorithm=mine.py:search", "--help"],
+        ["--parts=mine.py", "train", "ART", "--help"],
+    ],
+)
+def test_help_that_a_file_of_the_user_decides_is_made_each_time(words):
+    assert not is_text(words)
+
+
+def test_help_of_another_program_is_made_each_time(place, capsys):
+    for about in ("First.", "Second."):
+        command = CommandGroup(
+            about, {"run": Command("reproduction.commands.study:StudyRun", "run")}
+        )
+        with pytest.raises(SystemExit):
+            main(["--help"], command, "python -m reproduction")
+        assert about in capsys.readouterr().out
+    assert not list(place.glob("*.o"))

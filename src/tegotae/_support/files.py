@@ -210,6 +210,18 @@ def read_arrays(
         raise ValueError(str(error) or type(error).__name__) from None
 
 
+def require_small(members: Iterable[zipfile.ZipInfo], most_bytes: int) -> None:
+    """Raise `ValueError` if members of an archive unpack to more, all together.
+
+    Nothing is unpacked, and of none more than this is read: its size in the directory ends it.
+    """
+    unpacked = sum(member.file_size for member in members)
+    if unpacked > most_bytes:
+        raise ValueError(
+            f"it unpacks to {unpacked / 2**20:.3g} MiB, more than {most_bytes / 2**20:.3g} MiB"
+        )
+
+
 def checksum(text: str, arrays: dict[str, np.ndarray]) -> str:
     """A hash of a text and of arrays with their names, types and shapes."""
     digest = hashlib.sha256(text.encode())
@@ -244,12 +256,8 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
 def _read(
     file: Path | BinaryIO, most_bytes: int, names: Iterable[str] | None
 ) -> dict[str, np.ndarray]:
-    with zipfile.ZipFile(file) as directory:
-        unpacked = sum(entry.file_size for entry in directory.infolist())
-    if unpacked > most_bytes:
-        raise ValueError(
-            f"it unpacks to {unpacked / 2**20:.3g} MiB, more than {most_bytes / 2**20:.3g} MiB"
-        )
+    with zipfile.ZipFile(file) as archive:
+        require_small(archive.infolist(), most_bytes)
     if not isinstance(file, Path):
         file.seek(0)
     with np.load(file, allow_pickle=False) as stored:

@@ -45,7 +45,8 @@ def main(
     def run() -> int:
         return exit_status(lambda: _run(words, program, prog))
 
-    return shown(words, prog, run) if is_text(words) else run()
+    own = program is TEGOTAE  # of which `shown` knows the files
+    return shown(words, prog, run) if own and is_text(words) else run()
 
 
 def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Sequence
@@ -16,16 +17,23 @@ from tegotae.cli.console import exit_status
 
 _LOOKS = ("NO_COLOR", "FORCE_COLOR", "TERM", "COLORTERM", "TTY_COMPATIBLE")
 
+_NAME = re.compile(r"[\w-]+")
+
 
 def is_text(words: Sequence[str]) -> bool:
     """Whether words ask for what the package's files alone decide: no file or part of a user.
 
+    A word with any other character than a name's may be a file's, as `AR@robot.toml` is.
+
     Example:
         >>> is_text(["train", "ART", "--help"]), is_text(["train", "ART"])
         (True, False)
+        >>> is_text(["train", "mine.py:experiment", "--help"])
+        False
     """
     asks = "--help" in words or "-h" in words or words[:1] == ["completion"]
-    return asks and "--parts" not in words and not any(os.path.exists(word) for word in words)
+    plain = all(_NAME.fullmatch(word) and not os.path.exists(word) for word in words)
+    return asks and plain and "--parts" not in words
 
 
 def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
@@ -70,7 +78,8 @@ def _package() -> str:
     """All files of the package and of its robots, and when they were last changed."""
     own = Path(tegotae.__file__).parent
     folders = own, own.with_name("tegotae_robots")
-    files = sorted(file for kind in ("*.py", "*.toml") for x in folders for file in x.rglob(kind))
+    kinds = "*.py", "*.toml", "*.json"
+    files = sorted(file for kind in kinds for x in folders for file in x.rglob(kind))
     return " ".join(f"{path} {path.stat().st_mtime_ns}" for path in files)
 
 

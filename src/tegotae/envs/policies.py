@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import io
 import json
+import math
 import re
 import warnings
 import zipfile
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, other_code, require, unknown
-from tegotae._support.files import require_short
+from tegotae._support.files import require_short, require_small
 from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, TegotaeHopperSettings
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller
@@ -361,17 +362,23 @@ def _onnx(path: Path) -> tuple[Answers, int | None]:
     return answer, entries if isinstance(entries, int) else None
 
 
+_MOST_BYTES = 2**28
+"""Bytes that a network's file may unpack to, and that the network may have."""
+
+
 def _stable_baselines(path: Path) -> tuple[Answers, int]:
     """What a model's usual policy answers with the weights of a file, and how many entries it
     observes."""
     try:
         with zipfile.ZipFile(path) as archive:
+            require_small(map(archive.getinfo, ("data", "policy.pth")), _MOST_BYTES)
             document, weights = json.loads(archive.read("data")), archive.read("policy.pth")
         module = document["policy_class"]["__module__"]
         # PPO and A2C share a policy, and TD3 and DDPG another.
         algorithm = {"common": "PPO"}.get(part := module.split(".")[1], part.upper())
-    except Exception:  # a flipped bit in a zip archive may raise nearly anything
-        raise TegotaeError(f"{path} is no model of Stable-Baselines3") from None
+    except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
+        why = (str(error).splitlines() or [type(error).__name__])[0]
+        raise TegotaeError(f"{path} is no model of Stable-Baselines3: {why}") from None
     if algorithm not in ("SAC", "PPO", "TD3") or not module.startswith("stable_baselines3."):
         raise TegotaeError(f"{path} holds a policy of {module}; known are SAC, PPO, TD3, DDPG, A2C")
     sb3 = require("stable_baselines3", "sb3")
@@ -386,6 +393,8 @@ def _stable_baselines(path: Path) -> tuple[Answers, int]:
         policy = getattr(sb3, algorithm).policy_aliases["MlpPolicy"](
             observes, acts, lambda _: 0.0, **settings
         )
+        with zipfile.ZipFile(io.BytesIO(weights)) as archive:  # as torch writes it
+            require_small(archive.infolist(), _MOST_BYTES)
         numbers = torch.load(io.BytesIO(weights), map_location="cpu", weights_only=True)
         policy.load_state_dict(numbers)
 
@@ -404,6 +413,12 @@ def _settings(path: Path, written: dict[str, Any]) -> dict[str, Any]:
         for name, value in written.items()
         if name[0] != ":" and not name.startswith("optimizer_")
     }
+    units, most = sum(map(abs, _numbers(settings))), math.isqrt(_MOST_BYTES // 4)
+    if units > most:  # and so more weights than could be in the file
+        raise TegotaeError(
+            f"{path} has a policy of {units} units; its layers must have at most {most}, all "
+            "together"
+        )
     for name, value in settings.items():
         if isinstance(value, str):  # of an object, which is also there as a pickle
             known = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", value)
@@ -414,6 +429,19 @@ def _settings(path: Path, written: dict[str, Any]) -> dict[str, Any]:
                 )
             settings[name] = getattr(nn, known[1])
     return settings
+
+
+def _numbers(value: Any) -> list[int]:
+    """All whole numbers in a JSON value.
+
+    Example:
+        >>> _numbers({"net_arch": {"pi": [64, 64]}, "n_critics": 2})
+        [64, 64, 2]
+    """
+    if isinstance(value, dict | list):
+        entries = value.values() if isinstance(value, dict) else value
+        return [number for entry in entries for number in _numbers(entry)]
+    return [value] if isinstance(value, int) else []
 
 
 def _box(does: str, written: dict[str, Any]) -> Any:
