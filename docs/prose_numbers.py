@@ -410,6 +410,12 @@ def apex_errors(scheme: str, tick_ms: float, dtype: str = "float64", kind: str =
     return kept.groupby("actuation").largest_apex_error_mm
 
 
+def learned_errors(tick_ms: float, dtype: str = "float64", kind: str = "regular", **where: str):
+    """Errors of the apexes of learned laws under the predictor-corrector [mm]."""
+    kept = rows("convergence_learned", tick_ms=tick_ms, dtype=dtype, kind=kind, **where)
+    return kept.largest_apex_error_mm
+
+
 def setting(name: str, column: str) -> pd.Series:
     """A column of the sensitivity of limit cycles, over the values of one setting."""
     return rows("limit_cycle_sensitivity", setting=name).set_index("value")[column]

@@ -193,6 +193,10 @@ def plan(scale: str, models: str | Sequence[str] = "*", others: Sequence[Experim
     return dataclasses.replace(whole, experiments=(*chosen, *others))
 
 
+SMOKE = PGPE(population=8, std=0.3, std_lr=0.1, learning_rate=0.2, max_speed=0.4)
+"""Settings of the scales `smoke`: large steps, for a few generations."""
+
+
 def _smoke() -> Plan:
     return Plan(
         scale="smoke",
@@ -207,7 +211,7 @@ def _smoke() -> Plan:
         seeds=2,
         stopping=Stopping.after(3),
         budgets=(16,),
-        algorithm=PGPE(population=8),
+        algorithm=SMOKE,
     )
 
 

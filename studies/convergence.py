@@ -1,10 +1,12 @@
 """Which integrator at which control period: apex errors against an adaptive solver.
 
     python studies/convergence.py
+    python studies/convergence.py learned
 
 writes `convergence.csv` (every case), `convergence_largest.csv` (the largest errors) and
 `convergence.png` to `docs/_static`. It takes about two minutes, nearly all of it in the adaptive
-solver.
+solver. The second command writes `convergence_learned.csv`, of trained laws of each architecture;
+it takes about ten minutes.
 
 The cases are the vanilla controllers of the paper, sector and reflex, at ω 4 ... 8 rad/s and σ from
 1 to 8 rad/(s N), released from 1.2 m, for 20 s. The error of a case is the largest over its hops.
@@ -20,6 +22,7 @@ from __future__ import annotations
 import csv
 import sys
 from dataclasses import dataclass
+from math import cos, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +33,7 @@ from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import (
     ConstantGain,
+    Network,
     Reflex,
     Sector,
     VanillaAction,
@@ -48,13 +52,21 @@ from tegotae.simulation.integrators import (
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
 
-from oracle import fly, vanilla  # noqa: E402
+from oracle import Law, fly, network, vanilla  # noqa: E402
 
 OMEGAS = (4.0, 5.0, 6.0, 7.0, 8.0)
 SIGMAS = (1.0, 2.753, 4.0, 6.0, 8.0)
 TICKS_S = (0.0005, 0.001, 0.002, 0.004)
 DURATION_S = 20.0
 ACTUATIONS = {"sector": Sector(), "reflex": Reflex()}
+DESIGNS = (
+    *("VG-gF-both", "VT-tphif", "VGT-gF-tphif", "AR-rF-both", "ART-rF-tphif"),
+    *("ARG-rF-gF-both", "ARGT-rF-gF-tphif"),
+)
+"""A design of each architecture, on the spring force, its actuation on phase and feedback."""
+LEARNED_RUNS = (0, 1)
+"""Runs of each design at 4 and 8 rad/s in the study's zoo."""
+LEARNED_TICKS_S = (0.0005, 0.001, 0.002)
 PERTURBATION = 1e-7
 REGULAR = 30.0
 CHAOTIC = 1000.0
@@ -109,9 +121,8 @@ class Reference:
     """By what factor a small change of release or frequency grows within the case."""
 
 
-def reference(actuation: str, omega: float, sigma: float) -> Reference:
+def reference(law: Law, omega: float) -> Reference:
     """Solve a case, and once more from a release a little higher."""
-    law = vanilla(sigma, actuation)
     flown = fly(law, omega=omega, duration=DURATION_S)
     amplification = 0.0
     for higher, faster in ((PERTURBATION, 0.0), (0.0, PERTURBATION)):
@@ -170,7 +181,8 @@ def study() -> list[dict]:
     for actuation in ACTUATIONS:
         expected = []
         for i, case in enumerate(cases):
-            expected.append(reference(actuation, *case))
+            omega, sigma = case
+            expected.append(reference(vanilla(sigma, actuation), omega))
             print(f"\r{actuation}: adaptive solver {i + 1}/{len(cases)}", end="", flush=True)
         print()
         for scheme, tick_s, dtype in runs:
@@ -192,6 +204,65 @@ def study() -> list[dict]:
                 for i, ((omega, sigma), known) in enumerate(zip(cases, expected, strict=True))
                 if kind(known.amplification) != "chaotic"
             ]
+    return rows
+
+
+def learned(saved: tegotae.SavedController) -> Law:
+    """A trained law as the solver takes it, from the equations and the weights alone."""
+    controller, body, weights = saved.controller, saved.body, np.asarray(saved.weights, float)
+    own = {role: weights[part] for role, part in controller.layout.items()}
+    weight_n = body.mass_kg * body.gravity_m_per_s2
+    rate = sqrt(body.gravity_m_per_s2 / body.rest_length_m)
+
+    def value(role: str, phase: float, spring: float, f: float = 0.0) -> float:
+        term = controller.terms[role]
+        if not isinstance(term, Network):
+            plain = {VanillaAction: -cos(phase), VanillaReaction: spring, ConstantGain: own[role]}
+            return float(np.sum(plain[type(term)]))
+        read = {"sin_phase": sin(phase), "cos_phase": cos(phase)}
+        read |= {"spring_force": spring / weight_n, "feedback": f / rate}
+        return network(own[role], tuple(read[name] for name in term.reads))
+
+    def feedback(phase: float, spring: float, v: float) -> float:
+        return np.prod([value(role, phase, spring) for role in ("action", "reaction", "gain")])
+
+    def force(phase: float, f: float, spring: float, v: float) -> float:
+        is_network = isinstance(controller.actuation, Network)
+        return value("actuation", phase, spring, f) if is_network else -min(0.0, f)
+
+    sector = None if isinstance(controller.actuation, Network) else (1.75 * pi, 1.85 * pi)
+    return Law(f"{saved.name} {weights.tolist()}", feedback, force, sector)
+
+
+def study_of_learned() -> list[dict]:
+    """One row per trained law that is not chaotic, number type and tick."""
+    runs = [(tick_s, "float64") for tick_s in LEARNED_TICKS_S] + [(0.001, "float32")]
+    rows = []
+    names = [f"{d}-w{w}/{run}" for d in DESIGNS for w in (4, 8) for run in LEARNED_RUNS]
+    for name in names:
+        saved = tegotae.load(f"zoo:paper:{name}")
+        assert saved.omega is not None
+        known = reference(learned(saved), saved.omega)
+        print(f"{name}: {kind(known.amplification)}", flush=True)
+        for tick_s, dtype in runs:
+            engine = tegotae.Engine(
+                controller=saved.controller,
+                timing=tegotae.Timing(duration_s=DURATION_S, tick_s=tick_s),
+                summary=_only_apexes,
+            )
+            heights = engine.run(saved.weights, tegotae.Scenario(omega=saved.omega), dtype=dtype)
+            rows.append(
+                {
+                    "architecture": name.partition("-")[0],
+                    "law": name,
+                    "dtype": dtype,
+                    "tick_ms": 1e3 * tick_s,
+                    "amplification": known.amplification,
+                    "kind": kind(known.amplification),
+                    "hops": len(known.hops_m),
+                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, 0], known.hops_m),
+                }
+            )
     return rows
 
 
@@ -271,15 +342,20 @@ def _panel(axis, rows: list[dict]) -> None:
     axis.minorticks_off()
 
 
+def write_rows(rows: list[dict], path: Path) -> None:
+    """A table of cases, its measured numbers in four digits."""
+    measured = ("amplification", "largest_apex_error_mm")
+    write_table([{**row, **{key: f"{row[key]:.4g}" for key in measured}} for row in rows], path)
+
+
 def main() -> None:
     """Run the study, write its tables and figure."""
-    rows = study()
     folder = DOCS / "_static"
-    rounded = ("amplification", "largest_apex_error_mm")
-    write_table(
-        [{**row, **{key: f"{row[key]:.4g}" for key in rounded}} for row in rows],
-        folder / "convergence.csv",
-    )
+    if sys.argv[1:] == ["learned"]:
+        write_rows(study_of_learned(), folder / "convergence_learned.csv")
+        return
+    rows = study()
+    write_rows(rows, folder / "convergence.csv")
     largest = summary(rows)
     write_table(largest, folder / "convergence_largest.csv")
     draw(rows, folder / "convergence.png")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import sys
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,8 @@ MODELS = (
 )
 WAYS = ((12.0, 4.0, 64), (24.0, 12.0, 32))
 """Episode [s], of which left to settle [s], and episodes in a generation."""
+_STEPS = PGPE(std=0.3, std_lr=0.1, learning_rate=0.2, max_speed=0.4)
+"""Larger than by default, as the trainings are short."""
 METRICS = ("limit_cycle_share", "cot_inverse", "cot_inverse_total", "t0_s")
 COLUMNS = ("model", "episode_s", "settle_s", "population", "share_at_omega_t", *METRICS)
 
@@ -66,7 +68,8 @@ class EpisodeLength:
             ),
             seeds=tuple(range(self.seeds)),
             learner=Evolution(
-                algorithm=PGPE(population=population), stopping=Stopping.after(self.generations)
+                algorithm=replace(_STEPS, population=population),
+                stopping=Stopping.after(self.generations),
             ),
         )
         experiment, protocol = run.experiment, run.experiment.protocol

@@ -41,7 +41,7 @@ that it is trained from are drawn anew in every generation."""
 CONTROL_S = 0.02
 SEEDS = (0, 1, 2)
 POPULATION, GENERATIONS = 16, 40
-SEARCH = PGPE(population=POPULATION, std=0.3, learning_rate=0.6, max_speed=0.8)
+SEARCH = PGPE(population=POPULATION, std=0.3, std_lr=0.1, learning_rate=0.6, max_speed=0.8)
 """With the steps that were tuned on the hopper (0.1, 0.4, 0.7) seeds whose push begins clipped stay
 so for a dozen generations; with larger ones (0.3, 0.8, 1.6) the centre loses what it has found."""
 SECONDS = POPULATION * GENERATIONS * len(OMEGAS) * TRAINED_S

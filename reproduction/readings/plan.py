@@ -7,6 +7,7 @@ import json
 from dataclasses import dataclass, field
 from functools import partial
 
+from reproduction.plan import SMOKE
 from reproduction.readings.designs import design_named
 from reproduction.readings.experiment import experiment_under
 from reproduction.readings.readings import (
@@ -22,7 +23,7 @@ from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe
 from tegotae.systems.models import Model, find
-from tegotae.training.algorithms import PGPE, Algorithm, algorithm_document
+from tegotae.training.algorithms import Algorithm, algorithm_document
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration, tuned
@@ -162,8 +163,8 @@ def _smoke() -> Multiverse:
         models=("V-reflex-w8", "VG-gF-reflex-w8"),
         seeds=2,
         cap=16,
-        algorithm=PGPE(population=8),
-        brief=PGPE(population=8),
+        algorithm=SMOKE,
+        brief=SMOKE,
         timing=Timing(duration_s=4.0, tick_s=0.002),
         settle_s=2.0,
         protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0), tick_s=0.002),

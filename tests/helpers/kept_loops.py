@@ -41,6 +41,8 @@ CHANNELS = (
     *("work_absolute_j", "work_net_j", "climb_m", "touchdown_time_s", "failed"),
 )
 
+ALGORITHM = PGPE(population=4, std=0.3, std_lr=0.1, learning_rate=0.2, max_speed=0.4)
+
 
 def walker() -> dict[str, np.ndarray]:
     """Four lanes of the quadruped over 4 √(l0/g): a drop, a lost leg, another mass, by channel."""
@@ -68,7 +70,7 @@ def mujoco_training() -> dict[str, np.ndarray]:
     run = Run(
         experiment=experiment,
         seeds=(0, 1),
-        learner=Evolution(algorithm=PGPE(population=4), stopping=Stopping.after(3), workers=0),
+        learner=Evolution(algorithm=ALGORITHM, stopping=Stopping.after(3), workers=0),
     )
     with tempfile.TemporaryDirectory() as folder:
         saved = [controller_file.load(path) for path in train(run, Path(folder))]

@@ -1,7 +1,7 @@
 """Every apex within 1 mm of an adaptive solver with event location, over 20 s.
 
-The promise holds for non-chaotic rollouts; which these are, the oracle says (`is_non_chaotic`): no
-case is left out by hand.
+The promise holds for non-chaotic rollouts of laws that are not stiff; which are not chaotic, the
+oracle says (`is_non_chaotic`). Stiff learned laws are in the convergence study.
 """
 
 from __future__ import annotations

@@ -32,10 +32,19 @@ from tegotae import TegotaeError, Timing, find
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation import native
 from tegotae.training import settings as configurations
+from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.settings import agents, configuration, evolutions, learner, load, tuned
+from tegotae.training.settings import (
+    agents,
+    configuration,
+    evolutions,
+    learner,
+    load,
+    settings_named,
+    tuned,
+)
 from toy_tuning import TASK
 
 optuna = pytest.importorskip("optuna")
@@ -86,10 +95,15 @@ def test_every_point_of_a_space_is_a_valid_setting_of_its_algorithm(algorithm):
         assert isinstance(settings, learner(algorithm))
 
 
-@pytest.mark.parametrize("algorithm", evolutions())
+@pytest.mark.parametrize("algorithm", ["cma-es", "openai-es"])
 def test_a_search_begins_with_the_settings_that_the_algorithm_has_by_default(algorithm):
     first = tried_first(SPACES[algorithm])
     assert dataclasses.asdict(first) == pytest.approx(dataclasses.asdict(learner(algorithm)()))
+
+
+def test_the_search_that_found_the_steps_of_pgpe_begins_where_it_began():
+    began = configuration("pgpe-80x16").found["tried_first"]["settings"]  # type: ignore[index]
+    assert dataclasses.asdict(tried_first(SPACES["pgpe"])) == pytest.approx(began)
 
 
 @pytest.mark.parametrize("algorithm", evolutions())
@@ -341,6 +355,16 @@ def test_every_algorithm_has_tuned_settings_or_those_of_its_class(algorithm):
     kind = learner(algorithm)
     kept = algorithm in configurations.names()
     assert tuned(algorithm) == (configuration(algorithm).settings if kept else kind())
+
+
+@pytest.mark.parametrize("algorithm", [*evolutions(), "sac"])
+def test_a_class_has_the_settings_of_the_command_line_by_default(algorithm):
+    assert learner(algorithm)() == settings_named(algorithm)
+
+
+def test_a_run_in_python_learns_as_the_command_does():
+    assert Run(experiment=find("AR").experiment()).learner.algorithm == settings_named("pgpe")
+    assert AgentLearner().settings == settings_named("sac")
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,7 @@ def test_only_the_order_of_the_fitness_matters():
 
 
 def test_the_fitness_rises():
-    *_, (_, state, _) = generations(PGPE(population=40), peak_at_one, 60)
+    *_, (_, state, _) = generations(dataclasses.replace(SETTINGS, population=40), peak_at_one, 60)
     assert peak_at_one(np.asarray(state.mean)[None])[0] > -0.1
 
 

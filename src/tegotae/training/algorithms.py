@@ -123,7 +123,8 @@ class PGPE(Algorithm):
 
         ∇μ = Σ (r₊ - r₋) ε / n,    ∇σ = Σ (r₊ + r₋ - 2 r̄)(ε² - σ²)/σ / n,
 
-    μ moves by ClipUp, σ by at most a share `std_max_change` of itself.
+    μ moves by ClipUp, σ by at most a share `std_max_change` of itself. The defaults are those of
+    every training that asks for no other settings (documentation, "Tuning").
 
     Raises:
         TegotaeError: for an odd population or a setting out of its range.
@@ -135,17 +136,17 @@ class PGPE(Algorithm):
 
     NAME = "pgpe"
 
-    population: int = whole(64, least=2)
+    population: int = whole(32, least=2)
     """Episodes per generation: an even number."""
-    std: float = positive(0.3)
+    std: float = positive(0.1)
     """Initial standard deviation of every weight."""
-    std_lr: float = not_negative(0.1)
+    std_lr: float = not_negative(0.24)
     """Learning rate of the standard deviations."""
     std_max_change: float = not_negative(0.2)
     """Largest share by which a standard deviation changes in a generation."""
-    learning_rate: float = positive(0.2)
+    learning_rate: float = positive(0.379)
     """ClipUp's step size."""
-    max_speed: float = positive(0.4)
+    max_speed: float = positive(0.676)
     """ClipUp's largest step."""
     momentum: float = not_negative(0.9)
     """ClipUp's momentum."""

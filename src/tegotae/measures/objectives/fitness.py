@@ -31,8 +31,9 @@ from tegotae.parts.parameters import not_negative
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
 EPISODE = Timing(duration_s=24.0, tick_s=0.002)
-"""An episode of training. At 2 ms regular apexes stay within 0.6 mm of an adaptive solver
-(see the convergence study), at half the price of the 1 ms of everything else."""
+"""An episode of training. At 2 ms regular apexes of vanilla laws stay within 0.6 mm of an adaptive
+solver, those of stiff learned laws within about a centimetre (see the convergence study), at half
+the price of the 1 ms of everything else."""
 
 SETTLE_S = 12.0
 """Time of an episode that is left to settle [s]: transients last 10 s and more."""

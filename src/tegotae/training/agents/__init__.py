@@ -138,6 +138,8 @@ class SACSettings(AgentSettings):
 class PPOSettings(AgentSettings):
     """Proximal policy optimisation, through Stable-Baselines3.
 
+    `tegotae.training.settings.tuned("ppo")` has the settings of `tegotae train --algorithm ppo`.
+
     Reference: J. Schulman et al., Proximal policy optimization algorithms, 2017.
     """
 
