@@ -96,7 +96,8 @@ class StudyRun(ReadingOptions):
         own = {each.name for each in others}
         whole = plan(self.scale, [*chain(*self.models)] if self.models else "*", others)
         options = self._read
-        experiments = [e if e.name in own else options.applied(e) for e in whole.experiments]
+        models = options.at_frequencies([e for e in whole.experiments if e.name not in own])
+        experiments = [*map(options.applied, models), *others]
         for experiment in experiments:
             experiment.check()
         for metric in whole.metrics:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated
@@ -68,6 +69,26 @@ class ReadingOptions(HopperParameters):
     between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
     episodes_per_candidate: Annotated[int | None, UNSET] = None
     """Number of episodes per candidate, if conditions vary."""
+    omega_t: Annotated[tuple[float, ...], UNSET] = ()
+    """Training frequencies ω_t [rad/s], in place of the scale's; 4 and 8 in the paper."""
+
+    def at_frequencies(self, experiments: Sequence[Experiment]) -> tuple[Experiment, ...]:
+        """The experiments at the frequencies ω_t, each named by its own.
+
+        Raises:
+            TegotaeError: for a frequency that is none.
+
+        Example:
+            >>> whole = [find(name).experiment() for name in ("V-sector-w4", "V-sector-w8", "T-Fv")]
+            >>> [each.name for each in ReadingOptions(omega_t=(3.0,)).at_frequencies(whole)]
+            ['V-sector-w3', 'T-Fv']
+        """
+        found: dict[str, Experiment] = {}
+        for experiment in experiments:
+            omegas = () if experiment.omega is None else self.omega_t
+            own = [_at(experiment, omega) for omega in omegas] or [experiment]
+            found |= {each.name: each for each in own}
+        return tuple(found.values())
 
     def applied(self, experiment: Experiment) -> Experiment:
         """An experiment with what was given.
@@ -79,11 +100,17 @@ class ReadingOptions(HopperParameters):
         given = {
             field.name: getattr(self, field.name)
             for field in fields(self)
-            if getattr(self, field.name) != field.default
+            if getattr(self, field.name) != field.default and field.name != "omega_t"
         }
         parts = {name: given.pop(name) for name in _PARTS if name in given}
         own = Experiments(**parts).applied(experiment)
         return changed(ExperimentOptions.options_of(own), given, own.name).applied(own)
+
+
+def _at(experiment: Experiment, omega: float) -> Experiment:
+    """The experiment of a model at another frequency ω_t [rad/s]."""
+    model, _, _ = experiment.name.rpartition("-w")
+    return experiment.replaced(name=f"{model}-w{omega:g}", omega=omega)
 
 
 _PARTS = ("body", "fitness", "oscillator")

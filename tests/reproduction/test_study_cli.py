@@ -100,6 +100,20 @@ def test_a_reading_keeps_the_records_of_its_options(tmp_path):
     assert keys("--reading", str(tmp_path / "mine.toml")) == keys("--mass", "0.2", "--cot-only")
 
 
+def test_a_reading_names_the_frequencies_at_which_its_models_are_trained(tmp_path):
+    (tmp_path / "mine.toml").write_text("omega_t = [3.0, 6.5]\nmass = 0.2\n")
+    words = ["reproduction", "run", "--dir", "x", "--scale", "smoke"]
+    run = parsed([*words, "--reading", str(tmp_path / "mine.toml")])
+    found = {each.name: (each.omega, each.body.mass_kg) for each in run.plan.experiments}
+    assert found == {
+        "V-sector-w3": (3.0, 0.2),
+        "V-sector-w6.5": (6.5, 0.2),
+        "ART-rF-tphif-w3": (3.0, 0.2),
+        "ART-rF-tphif-w6.5": (6.5, 0.2),
+        "T-Fv": (None, 0.2),
+    }
+
+
 def test_the_reading_to_fill_in_is_at_first_the_studys_own():
     paper = ("--scale", "paper")  # the smoke scale has shorter episodes
     assert keys(*paper, "--reading", str(ROOT / "reading.toml")) == keys(*paper)

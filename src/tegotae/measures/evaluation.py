@@ -39,6 +39,7 @@ from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import Clamped
 from tegotae.parts.parameters import Part, finite, whole
+from tegotae.simulation.checks.passive import check_passive
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.rollout import (
     Engine,
@@ -250,7 +251,8 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
     """Raise `TegotaeError` if a controller on a body cannot be evaluated: before long work starts.
 
     That is: if they do not go together, the control period is too long for the body or no part of
-    20 ms, or the body has several limbs, for whose gaits there are no metrics.
+    20 ms, the body has several limbs, for whose gaits there are no metrics, or a body of a user's
+    own climbs without work (`check_passive`).
 
     Args:
         controller: what drives the body.
@@ -264,6 +266,7 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
         require_one_limb(body, "the evaluation of hopping")
     except TegotaeError as error:
         raise TegotaeError(f"{error}; tegotae evaluate takes legs by their gaits") from None
+    check_passive(body, protocol.release_m, protocol.undisturbed_s, protocol.tick_s)
 
 
 def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:

@@ -16,6 +16,7 @@ from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Hopper
+from tegotae.simulation.checks.passive import check_passive
 from tegotae.simulation.draws import check_conditions, check_releases
 from tegotae.simulation.world import OMEGA, Condition, Scenario
 from tegotae.systems.descriptions import UsersPartError, check_kept, describe, restore
@@ -128,6 +129,8 @@ class Experiment(OnSystem):
         check_kept(self)
         self.body.check_release(self.system.release.height_m)
         check_releases(self.conditions, self.scenario, self.body)
+        settle_s = getattr(self.objective, "settle_s", 0.5 * self.duration_s)
+        check_passive(self.body, self.system.release.height_m, settle_s, self.timing.tick_s)
 
     @property
     def measure(self) -> Objective:
