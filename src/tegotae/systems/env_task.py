@@ -72,7 +72,8 @@ class WiringDocument(msgspec.Struct, forbid_unknown_fields=True):
     work_net: str | None = None
     rest_length_m: float | None = None
     controller: str | None = None
-    """A controller file, relative to this one, or any name of one (`tegotae.systems.resolve`)."""
+    """A controller file, relative to this one, or any name of one (`tegotae.systems.resolve`); a
+    reference to code only if the user named that code, too."""
     weights: list[float] | None = None
     """Weights of the vanilla controller: σ alone."""
     omega: float | None = None
