@@ -20,6 +20,7 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.bodies.base import Push
 from tegotae.parts.bodies.hopper import HopperState
 from tegotae.parts.parameters import changed
+from tegotae.questions.options import without_unit
 
 FITTED = {
     "mass_kg": "kg",
@@ -41,6 +42,13 @@ _STIFF, _LONG, _MOST = 1, 3, 4
 _LARGEST_STEP_RAD = 0.05
 _LONGEST_START_S = 0.06
 _OUT_OF_STEP = 0.1
+_OFFSET = 0.02
+"""Load in flight, as a share of the mean load, that counts as an offset of the sensor."""
+_TIMES_NOISE = 2.0
+"""Largest error of a prediction one hop ahead, in noises."""
+_DENSEST_KG_PER_M3 = 2000.0
+_FLOOR = 1e-5
+"""Noise of a smaller share of a signal's deviation is taken to be so much."""
 
 
 class Log(NamedTuple):
@@ -141,6 +149,26 @@ def hops_of(log: Log) -> tuple[np.ndarray, np.ndarray]:
             f"fit needs {LEAST_HOPS}"
         )
     return middles, np.array([max(len(run) // 2 - 4, 2) for run in inner], int)
+
+
+def check_flight(log: Log, middles: np.ndarray, sides: np.ndarray) -> None:
+    """Raise `TegotaeError` for a load that is not zero in flight: its sensor has an offset.
+
+    Args:
+        log: the recording.
+        middles: of the flights, samples.
+        sides: samples of flight on each side of them.
+    """
+    in_flight = [log.load_n[m - s : m + s + 1] for m, s in zip(middles, sides, strict=True)]
+    for part in np.array_split(np.arange(len(middles)), 5):
+        load = np.concatenate([in_flight[flight] for flight in part])
+        error = 4.0 * float(load.std()) / np.sqrt(len(load))
+        if abs(load.mean()) > _OFFSET * float(log.load_n.mean()) + error:
+            at_s = (middles[part[0]] * log.step_s, middles[part[-1]] * log.step_s)
+            raise TegotaeError(
+                f"the load is {load.mean():.3g} N in flight, from {at_s[0]:.4g} to {at_s[1]:.4g} "
+                "s, where it must be 0; take the offset or drift of its sensor off the column"
+            )
 
 
 def start_of(
@@ -349,13 +377,17 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
             hopper explains.
     """
     middles, sides = hops_of(log)
+    check_flight(log, middles, sides)
     begun = _begun(log, middles, sides, gravity_m_per_s2)
     theta = start_of(log, middles, begun, gravity_m_per_s2)
     fitted = round(SHARE_TO_FIT * (len(middles) - 1))
     segments = _Segments(log, middles[:fitted], middles[1 : fitted + 1], gravity_m_per_s2)
     p = np.concatenate([np.repeat(theta[:, None], fitted, axis=1), begun[:, :fitted]])
     parts = int(np.ceil(np.sqrt(theta[1] / theta[0]) * log.step_s / _LARGEST_STEP_RAD))
-    sigma = np.array([np.median(np.abs(np.diff(x))) / 0.954 for x in (log.height_m, log.load_n)])
+    signals = (log.height_m, log.load_n)
+    sigma = np.array(
+        [max(np.median(np.abs(np.diff(x))) / 0.954, _FLOOR * x.std()) for x in signals]
+    )
     for _ in range(2):
         p, wanted, _ = _solved(segments, p, sigma, parts)
         squares = np.square(wanted.reshape(fitted, 2, -1)).sum(axis=(0, 2))
@@ -366,7 +398,7 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
     spread = inverse @ (scores.T @ scores) @ inverse * fitted / (fitted - _N)
     half = student.ppf(0.975, fitted - _N) * np.sqrt(np.diag(spread))
     value = p[:_N, 0]
-    return Identified(
+    fit = Identified(
         values=dict(zip(FITTED, value.tolist(), strict=True)),
         low=dict(zip(FITTED, (value - half).tolist(), strict=True)),
         high=dict(zip(FITTED, (value + half).tolist(), strict=True)),
@@ -376,6 +408,43 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
             log, middles[fitted:], begun[:, fitted:], value, sigma, parts, gravity_m_per_s2
         ),
     )
+    check_fit(fit)
+    return fit
+
+
+def check_fit(fit: Identified) -> None:
+    """Raise `TegotaeError` for a fit that its own checks contradict.
+
+    It is one with an interval that is not finite or lies below zero, with a mass that no body of
+    that length has, or with errors of more than twice the noise in hops that were not fitted.
+    """
+    causes = (
+        "look at the unit and offset of every column, and for a sensor or command that is "
+        "recorded late, filtered, or held between samples"
+    )
+    for name, unit in FITTED.items():
+        low, high = fit.low[name], fit.high[name]
+        number = without_unit(name).replace("_", " ")
+        if not np.isfinite([low, fit.values[name], high]).all():
+            raise TegotaeError(f"the recording does not determine {number}: {causes}")
+        if high < 0.0:
+            raise TegotaeError(
+                f"the fit gives {number} from {low:.3g} to {high:.3g} {unit}, below zero: no "
+                f"hopper explains the recording; {causes}"
+            )
+    mass, length = fit.values["mass_kg"], fit.values["rest_length_m"]
+    if mass > _DENSEST_KG_PER_M3 * length**3:
+        raise TegotaeError(
+            f"the fit gives {mass:.4g} kg to a leg of {length:.3g} m, more than a stone of its "
+            "size weighs; look at the units of load and height, such as spring_force=COLUMN[gf]"
+        )
+    errors = fit.prediction.set_index("hops ahead").loc[1]
+    if not (errors <= _TIMES_NOISE).all():
+        raise TegotaeError(
+            f"the fit predicts hops that were not fitted to {errors.iloc[0]:.2f} times the noise "
+            f"of the height and {errors.iloc[1]:.2f} times that of the load, and {_TIMES_NOISE:g} "
+            f"are allowed: no hopper explains the recording; {causes}"
+        )
 
 
 def _checked(

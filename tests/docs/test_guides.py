@@ -25,6 +25,7 @@ SOURCE = DOCS.parent / "src"
 
 GUIDES = sorted((DOCS / "guides").glob("*.md"))
 SAID = {
+    "from-a-log": r"4\d apexes",
     "your-recordings": r"limit cycle\n1\.14 m/J, settled after 10\.3 s\nthere was no disturbance",
     "your-policy": r"0\.\d\d m/J, \d\d% of what is possible",
     "live": r"\('spring_force',\) \('force',\) 1\n[^$]*8000 steps[^$]*hop rate",

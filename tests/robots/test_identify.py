@@ -7,11 +7,15 @@ import importlib.util
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import t as student
 
 import tegotae as tg
 from places import ROOT
 from tegotae import TegotaeError
 from tegotae.cli import main
+from tegotae.questions.experiments import Experiments
+from tegotae_robots import identification
+from tegotae_robots.questions import identifying
 
 TRUTH = {
     "mass_kg": 1.7,
@@ -79,6 +83,44 @@ def test_a_body_from_a_log_is_trained_for_exported_and_driven(identified, tmp_pa
     assert min(heights) > 0.0
 
 
+@pytest.fixture
+def leg(identified, tmp_path):
+    identified.save(tmp_path / "leg.toml")
+    return str(tmp_path / "leg.toml")
+
+
+@pytest.mark.parametrize("name", ["AR-rF-reflex-w14", "V-reflex-w14"])
+def test_pushes_and_gains_are_those_of_the_bodys_weight(name, leg):
+    (ours,), (other,) = (Experiments(body=body).named(name) for body in (None, leg))
+    weights = other.body.weight_n / ours.body.weight_n
+    assert weights == pytest.approx(17.0, rel=0.01)
+    assert other.controller.actuation.newtons_per_feedback == pytest.approx(weights)
+    np.testing.assert_allclose(other.gains, ours.gains / weights)
+
+
+@pytest.mark.parametrize(
+    ("name", "short"),
+    [
+        ("AR-rF-reflex-w14", {"generations": 1, "population": 2}),
+        ("V-reflex-w8", {}),
+    ],
+)
+def test_a_training_whose_result_does_not_hop_says_so_and_what_to_try(name, short, leg, tmp_path):
+    timing = {"height": 0.5, "duration": 14.0, "seeds": 1, "out": tmp_path / "runs"}
+    trained = tg.train(name, body=leg, **timing, **short)
+    (said,) = (note for note in trained.notes if "do not hop" in note)
+    assert said.startswith("1 of 1 do not hop: CoT⁻¹ is 0 where they end. The body weighs 16.7 N")
+    assert "Try in this order: a name with ω near" in said
+
+
+@pytest.mark.thorough
+def test_the_leg_of_the_guide_hops_when_it_is_trained(leg, tmp_path):
+    out = tmp_path / "runs"
+    trained = tg.train("AR-rF-reflex-w14", body=leg, height=0.5, hold=True, seeds=1, out=out)
+    assert not [note for note in trained.notes if "hop" in note]
+    assert tg.simulate(str(trained.files[0])).document()["hops"] >= 20
+
+
 def changed(**columns):
     """A hop a second for a minute, and what is wrong with it."""
     time_s = np.arange(12000) * 0.005
@@ -119,6 +161,203 @@ def test_what_a_recording_lacks_is_said_in_one_line_and_nothing_written(
         tg.identify("log.csv")
     assert "\n" not in str(refused.value)
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+@pytest.fixture(scope="module")
+def table(log):
+    return pd.read_csv(log)
+
+
+def held(column, period):
+    rows = np.arange(len(column))
+    return column.to_numpy()[(rows // period) * period]
+
+
+def at_rate(table, name, hz):
+    rows = np.searchsorted(table.time_s, np.floor(table.time_s * hz) / hz)
+    return table[name].to_numpy()[rows]
+
+
+def between(table, begin_s, end_s, value):
+    time_s = table.time_s.to_numpy()
+    return np.where((begin_s <= time_s) & (time_s < end_s), value, table.height_m.to_numpy())
+
+
+DAMAGED = {
+    "a command held for 20 samples": (
+        lambda t: {"command_share": held(t.command_share, 20)},
+        "below zero: no hopper explains|times the noise",
+    ),
+    "a load cell with an offset of 2 N": (
+        lambda t: {"spring_force_n": t.spring_force_n + 2.0},
+        r"the load is 1\.99 N in flight, .* where it must be 0",
+    ),
+    "a load cell that drifts by 2 N": (
+        lambda t: {"spring_force_n": t.spring_force_n + np.linspace(-1.0, 1.0, len(t))},
+        "N in flight, .* take the offset or drift",
+    ),
+    "a load cell at 80 Hz": (
+        lambda t: {"spring_force_n": at_rate(t, "spring_force_n", 80)},
+        "spring_force_n repeats its last value .* about 80 Hz in a log of 200 Hz",
+    ),
+    "a height at 50 Hz": (
+        lambda t: {"height_m": at_rate(t, "height_m", 50)},
+        "height_m repeats its last value .* about 50 Hz in a log of 200 Hz",
+    ),
+    "a load in grams": (
+        lambda t: {"spring_force_n": t.spring_force_n * 101.97},
+        r"more than a stone of its size .* spring_force=COLUMN\[gf\]",
+    ),
+    "a height that points down": (
+        lambda t: {"height_m": -t.height_m},
+        r"points downwards.*height=-COLUMN\[UNIT\]",
+    ),
+    "zeros for five samples": (
+        lambda t: {"height_m": between(t, 30.0, 30.024, 0.0)},
+        r"height_m goes from 0\.\d+ to 0 at sample 6000 \(30 s\)",
+    ),
+    "nines for five samples": (
+        lambda t: {"height_m": between(t, 30.0, 30.024, 9.999)},
+        r"height_m goes from 0\.\d+ to 9.999 at sample 6000",
+    ),
+    "a height that is frozen for a second": (
+        lambda t: {"height_m": between(t, 30.0, 31.0, t.height_m[6000])},
+        r"from sample 6000 to 6199 \(30 to 31 s\) .* the sensor was frozen",
+    ),
+    "time stamps that come twice": (
+        lambda t: {"time_s": t.time_s.to_numpy()[np.maximum(0, t.index - (t.index % 50 == 0))]},
+        "the times do not increase: 0.245 s at sample 49, and 0.245 s after it",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGED)
+def test_a_damaged_log_is_refused_with_its_cause_and_no_body_is_written(
+    kind, table, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    columns, message = DAMAGED[kind]
+    table.assign(**columns(table)).to_csv("log.csv", index=False)
+    with pytest.raises(TegotaeError, match=message) as refused:
+        tg.identify("log.csv")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_hole_is_not_bridged_by_resampling(table, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    table[(table.time_s < 30.0) | (table.time_s >= 30.5)].to_csv("log.csv", index=False)
+    for options in ({}, {"resample": 200.0}):
+        with pytest.raises(TegotaeError, match=r"no sample for 0.505 s after sample 5999 \(30 s\)"):
+            tg.identify("log.csv", **options)
+
+
+def fit(**numbers):
+    """A fit that its checks find sound, but for the numbers."""
+    values = {**TRUTH, "delay_s": 0.008, **numbers}
+    low = {name: x - 0.001 * abs(x) for name, x in values.items()}
+    high = {name: x + 0.001 * abs(x) for name, x in values.items()}
+    errors = pd.DataFrame(
+        [(1, 1.0, 1.0), (2, 1.0, 3.0)],
+        columns=["hops ahead", "height error / noise", "load error / noise"],
+    )
+    return identification.Identified(values, low, high, (0.01, 0.5), (80, 20), errors)
+
+
+@pytest.mark.parametrize(
+    ("number", "value", "message"),
+    [
+        ("delay_s", -0.02, "delay from -0.02 to -0.02 s, below zero"),
+        ("damping_ns_per_m", -0.4, "damping from -0.4 to -0.4 N s/m, below zero"),
+        ("mass_kg", float("nan"), "does not determine mass"),
+        ("mass_kg", 170.0, "170 kg to a leg of 0.42 m"),
+    ],
+)
+def test_a_fit_that_no_hopper_has_is_refused(number, value, message):
+    with pytest.raises(TegotaeError, match=message):
+        identification.check_fit(fit(**{number: value}))
+
+
+@pytest.mark.parametrize("column", [1, 2])
+def test_a_prediction_that_errs_by_more_than_twice_the_noise_is_refused(column):
+    sound = fit()
+    identification.check_fit(sound)
+    sound.prediction.iloc[0, column] = 2.1
+    with pytest.raises(TegotaeError, match=r"2\.10 times "):
+        identification.check_fit(sound)
+
+
+def test_a_damping_that_noise_leaves_below_zero_is_none():
+    body = identifying._body_of(fit(damping_ns_per_m=-1e-3), 9.81)
+    assert body.body.damping_ns_per_m == 0.0
+
+
+def test_intervals_of_few_hops_are_those_of_student(table, monkeypatch):
+    """The sandwich of n hops times n / (n - 6), and the quantile of n - 6 degrees of freedom."""
+    log = identification.log_of(table.head(3200))
+    seen = {}
+    solved = identification._solved
+    monkeypatch.setattr(
+        identification,
+        "_solved",
+        lambda s, *a, **k: (
+            seen.setdefault(len(s.first), []).append(found := solved(s, *a, **k)) or found
+        ),
+    )
+    fit = identification.identify(log)
+    n = fit.hops[0]
+    _, wanted, shared = seen[n][2]
+    inverse = np.linalg.inv(np.einsum("hri,hrj->ij", shared, shared))
+    scores = np.einsum("hri,hr->hi", shared, wanted)
+    spread = inverse @ scores.T @ scores @ inverse
+    factor = student.ppf(0.975, n - 6) * np.sqrt(n / (n - 6))
+    half = 0.5 * (np.array([*fit.high.values()]) - np.array([*fit.low.values()]))
+    assert n < 30
+    np.testing.assert_allclose(half, factor * np.sqrt(np.diag(spread)), rtol=1e-6)
+
+
+def test_the_state_that_predicts_is_not_fitted_to_the_hops_that_it_predicts(table, identified):
+    """Then what is added to those heights is in the error, and nothing makes up for it."""
+    log, found = identification.log_of(table), identified.raw
+    middles, sides = (part[-5:] for part in identification.hops_of(log))
+    begun = identification._begun(log, middles, sides, 9.81)
+    value, sigma, added_m = np.array([*found.values.values()]), np.array(found.noise), 0.05
+
+    def errors(shift_m):
+        height = log.height_m + np.where(np.arange(len(log.height_m)) < middles[1], 0.0, shift_m)
+        shifted = log._replace(height_m=height)
+        rows = identification._checked(shifted, middles, begun, value, sigma, 2, 9.81)
+        return rows["height error / noise"].to_numpy() ** 2
+
+    rise = 0.5 * (errors(added_m) + errors(-added_m)) - errors(0.0)
+    np.testing.assert_allclose(rise, (added_m / sigma[0]) ** 2, rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"out": 3}, "out is 3; it must be the name of a file"),
+        ({"rate": "200"}, "rate is '200'; it must be a number"),
+        ({"resample": True}, "resample is True; it must be a number"),
+        ({"columns": "height=z[m]"}, r"columns is 'height=z\[m\]'; it must be a list"),
+    ],
+)
+def test_an_option_of_another_type_is_refused(options, message):
+    with pytest.raises(TegotaeError, match=message):
+        tg.identify("log.csv", **options)
+
+
+@pytest.mark.parametrize("subject", [3, None, b"log.csv", {"time_s": [0.0]}])
+@pytest.mark.parametrize("verb", ["identify", "measure"])
+def test_what_is_no_file_is_no_recording(verb, subject):
+    with pytest.raises(TegotaeError, match=r"must be the name of a file, such as 'log\.csv'"):
+        getattr(tg, verb)(subject)
+
+
+def test_help_says_what_a_recording_is_in_whole_sentences(capsys):
+    with pytest.raises(SystemExit):
+        main(["identify", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "A name is a recording, FILE.csv, FILE.npz or FILE.parquet, and has options" in text
 
 
 def test_a_body_is_not_written_over(identified, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -13,10 +14,17 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae._support.files import read_arrays
-from tegotae._support.tables import number, read_csv
+from tegotae._support.progress import note
+from tegotae._support.tables import number
+from tegotae.measures.log_csv import is_clock, read_log
+from tegotae.measures.plausibility import check_plausible, doubts
 
 _LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-_FORCE = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "MN": 1e6}
+_KGF_N = 9.80665
+_FORCE = {
+    **{"N": 1.0, "kN": 1e3, "mN": 1e-3, "MN": 1e6},
+    **{"kgf": _KGF_N, "kg": _KGF_N, "gf": 1e-3 * _KGF_N, "g": 1e-3 * _KGF_N},
+}
 _ENERGY = {"J": 1.0, "kJ": 1e3, "mJ": 1e-3, "MJ": 1e6}
 
 
@@ -51,7 +59,7 @@ QUANTITIES = {
     "phase": Quantity(("phase",), {"rad": 1.0, "deg": np.pi / 180.0}),
     "force": Quantity(("actuator_force", "force"), _FORCE),
     "spring_force": Quantity(("spring_force",), _FORCE),
-    "command": Quantity(("command",), {"share": 1.0, "percent": 1e-2}),
+    "command": Quantity(("command",), {"share": 1.0, "percent": 1e-2, "%": 1e-2}),
     "work": Quantity(("work",), _ENERGY),
     "climb_flight": Quantity(("climb_flight",), _LENGTH),
     "climb": Quantity(("climb",), _LENGTH),
@@ -78,7 +86,7 @@ def split(column: str) -> tuple[str, str]:
 
 def in_brackets(text: str) -> tuple[str, str]:
     """The text before brackets at the end, and that in them."""
-    match = re.fullmatch(r"(.*?)\s*[\[(](\w*)[\])]\s*", text)
+    match = re.fullmatch(r"(.*?)\s*[\[(]([\w%]*)[\])]\s*", text)
     return (match.group(1), match.group(2)) if match else (text, "")
 
 
@@ -87,12 +95,12 @@ MOST_BYTES = 2**30
 _NEEDED = {*QUANTITIES["time"].names, *QUANTITIES["height"].names}
 
 
-def read_columns(path: Path | str) -> dict[str, np.ndarray]:
+def read_columns(path: Path | str) -> Mapping[str, np.ndarray | pd.Series]:
     """The columns of a file by name, as they are: texts or numbers.
 
     Args:
-        path: a .csv with a row of names, a .npz of arrays of one dimension, or a .parquet (extra
-            "study").
+        path: a .csv with a row of names (`tegotae.measures.log_csv`), a .npz of arrays of one
+            dimension, or a .parquet (extra "study").
 
     Raises:
         TegotaeError: for another ending, a file that cannot be read, or arrays of other shapes.
@@ -146,8 +154,8 @@ def _parquet(path: Path) -> dict[str, np.ndarray]:
     return {str(name): table[name].to_numpy() for name in table}
 
 
-FORMATS: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
-    ".csv": partial(read_csv, kind="recording"),
+FORMATS: dict[str, Callable[[Path], Mapping[str, np.ndarray | pd.Series]]] = {
+    ".csv": partial(read_log, units=[unit for what in QUANTITIES.values() for unit in what.units]),
     ".npz": _npz,
     ".parquet": _parquet,
 }
@@ -160,6 +168,7 @@ def recording(
     *,
     rate_hz: float | None = None,
     kept: Collection[str] = OF_A_GAIT,
+    needed: Sequence[str] = ("height",),
 ) -> pd.DataFrame:
     """The recorded gait in some columns, in SI units, for `tegotae.measures.hopping.measure`.
 
@@ -168,18 +177,22 @@ def recording(
 
     Args:
         columns: arrays of one length, by name.
-        named: which column is what, `QUANTITY=COLUMN` or `QUANTITY=COLUMN[UNIT]`.
+        named: which column is what, `QUANTITY=COLUMN` or `QUANTITY=COLUMN[UNIT]`, with a minus
+            before the column if it points the other way.
         rate_hz: samples a second, where there is no column of times.
         kept: the quantities that are read, of `QUANTITIES`.
+        needed: those of them that must be there, beside the time.
 
     Returns:
         A row a sample: `time_s` and `height_m`, and what there is of `ground_m`, `phase_rad`,
-        `force_n`, `work_j`, `climb_flight_m` and `climb_m`.
+        `force_n`, `work_j`, `climb_flight_m` and `climb_m`. Samples with an empty cell are left out
+        where the others have uniform times, as columns of several rates have. Times of day count
+        from the first.
 
     Raises:
         TegotaeError: if there is no height, no time, two columns for one quantity or one for two, a
-            unit that is not known, a cell that is no number, columns of several lengths, or too few
-            samples.
+            unit that is not known, a cell that is no number, columns of several lengths, too few
+            samples, or what no body and sensor make (`tegotae.measures.plausibility`).
 
     Example:
         >>> table = {"t [ms]": [0, 10, 20], "com": [990.0, 1000.0, 1010.0]}
@@ -187,19 +200,20 @@ def recording(
         [0.99, 1.0, 1.01]
     """
     chosen = {name: found for name, found in _chosen(columns, named).items() if name in kept}
-    if "height" not in chosen:
-        raise _lacking("height", columns)
+    for quantity in needed:
+        if quantity not in chosen:
+            raise _lacking(quantity, columns)
     if "time" not in chosen and rate_hz is None:
         raise _lacking("time", columns, ", or give the rate of the samples: --rate HZ")
     if "time" in chosen and rate_hz is not None:
         raise TegotaeError(
-            f"column {chosen['time'][0]!r} holds the times; --rate is for columns without any"
+            f"column {chosen['time'].column!r} holds the times; --rate is for columns without any"
         )
     values = {
-        f"{quantity}_{QUANTITIES[quantity].si.lower()}": unit * _numbers_of(name, columns[name])
-        for quantity, (name, unit) in chosen.items()
+        f"{quantity}_{QUANTITIES[quantity].si.lower()}": of.numbers(columns[of.column])
+        for quantity, of in chosen.items()
     }
-    lengths = {name: len(columns[name]) for name, _ in chosen.values()}
+    lengths = {of.column: len(columns[of.column]) for of in chosen.values()}
     if len({*lengths.values()}) > 1:
         held = ", ".join(f"{size} in {name!r}" for name, size in lengths.items())
         raise TegotaeError(f"the columns hold {held} samples; all must be of one length")
@@ -211,14 +225,64 @@ def recording(
     if rate_hz is not None:
         require_finite("rate", rate_hz, above=0.0, most=1e6)
         values["time_s"] = np.arange(samples) / rate_hz
-    return pd.DataFrame(values)
+    table = _without_empty_rows(pd.DataFrame(values))
+    check_plausible({str(name): table[name].to_numpy() for name in table})
+    return table
 
 
 _LEAST_SAMPLES = 3
+_UNIFORM = 0.01
+
+
+def _without_empty_rows(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows without an empty cell, if their times are uniform."""
+    whole = table.dropna()
+    steps = np.diff(whole["time_s"])
+    if len(whole) < _LEAST_SAMPLES or np.ptp(steps) > 2.0 * _UNIFORM * steps.mean():
+        return table
+    return whole.reset_index(drop=True)
+
+
+def read_recording(
+    path: Path | str,
+    named: Sequence[str] = (),
+    *,
+    rate_hz: float | None = None,
+    resample_hz: float | None = None,
+    kept: Collection[str] = OF_A_GAIT,
+    needed: Sequence[str] = ("height",),
+) -> pd.DataFrame:
+    """Read the recording in a file, and say on standard error what is left alone or odd.
+
+    Args:
+        path: as of `read_columns`.
+        named: as of `recording`.
+        rate_hz: as of `recording`.
+        resample_hz: rate for `resampled`; None to leave the times as they are.
+        kept: as of `recording`.
+        needed: as of `recording`.
+
+    Raises:
+        TegotaeError: for what `read_columns`, `recording` or `resampled` refuse.
+    """
+    table = read_columns(path)
+    samples = recording(table, named, rate_hz=rate_hz, kept=kept, needed=needed)
+    lines = left_alone(table, named)
+    count = len(next(iter(table.values())))
+    if len(samples) < count:
+        lines.append(
+            f"{count - len(samples)} of {count} samples have an empty cell and are left out"
+        )
+    for line in [*lines, *doubts({str(name): samples[name].to_numpy() for name in samples})]:
+        note(f"tegotae: {line}")
+    return samples if resample_hz is None else resampled(samples, resample_hz)
 
 
 def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
     """A recording at uniform times, by linear interpolation, which needs increasing ones.
+
+    Every column is interpolated over its own samples, without its empty cells, and a command is
+    held until its next one.
 
     Args:
         samples: from `recording`.
@@ -226,25 +290,28 @@ def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
 
     Raises:
         TegotaeError: for a rate that is not positive, times that do not increase, or values that
-            are not finite.
+            are infinite or all missing.
     """
     require_finite("resample", rate_hz, above=0.0, most=1e6)
-    before = samples["time_s"].to_numpy()
-    if not np.isfinite(before).all() or not (np.diff(before) > 0.0).all():
-        raise TegotaeError("the times do not increase; sort the recording before --resample")
-    count = int((before[-1] - before[0]) * rate_hz + 1e-9) + 1
-    time_s = before[0] + np.arange(count) / rate_hz
+    at = samples["time_s"].to_numpy()
+    check_plausible({str(name): samples[name].to_numpy() for name in samples})
+    held = {name: samples[name].notna().to_numpy() for name in samples}
+    begin, end = (
+        choose(at[rows][edge] for rows in held.values() if rows.any())
+        for choose, edge in ((max, 0), (min, -1))
+    )
+    time_s = begin + np.arange(int((end - begin) * rate_hz + 1e-9) + 1) / rate_hz
 
     def at_times(name: str) -> np.ndarray:
-        values = samples[name].to_numpy()
-        sound = np.isfinite(values)
-        if not sound.all():
-            row = int(np.argmin(sound))
-            raise TegotaeError(f"{name} is {values[row]} at sample {row}; fill the gap or cut")
-        values = np.unwrap(values) if name == "phase_rad" else values
-        return np.interp(time_s, before, values)
+        rows = held[str(name)]
+        values = samples[name].to_numpy()[rows]
+        if not len(values) or np.isinf(values).any():
+            raise TegotaeError(f"{name} has no finite values; name another column")
+        if name == "command_share":
+            return values[np.searchsorted(at[rows], time_s + 1e-9, "right") - 1]
+        return np.interp(time_s, at[rows], np.unwrap(values) if name == "phase_rad" else values)
 
-    return pd.DataFrame({name: at_times(name) for name in samples} | {"time_s": time_s})
+    return pd.DataFrame({name: at_times(str(name)) for name in samples} | {"time_s": time_s})
 
 
 def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] = ()) -> list[str]:
@@ -278,79 +345,125 @@ def _given(unit: str) -> str:
     return f"in {unit!r}" if unit else "without a unit"
 
 
-def _numbers_of(name: str, column: Collection[object]) -> np.ndarray:
-    """A column as float64, NaN where a cell is empty.
+@dataclass(frozen=True)
+class _Source:
+    """Where a quantity is read.
 
-    Raises:
-        TegotaeError: for a cell that is no number.
+    Args:
+        column: its column.
+        scale: its unit in that of the SI, negative for a column that points the other way.
     """
+
+    column: str
+    scale: float
+
+    def numbers(self, column: Collection[object]) -> np.ndarray:
+        """The column in SI units as float64, NaN where a cell is empty.
+
+        Raises:
+            TegotaeError: for a cell that is no number.
+        """
+        cells = np.asarray(column)
+        if cells.dtype.kind in "fiub":
+            return self.scale * cells.astype(float)
+        if _is_clock(cells):
+            stamps = pd.to_datetime(pd.Series(cells), utc=True, format="ISO8601", errors="coerce")
+            if stamps.isna().any():
+                row = int(np.argmax(stamps.isna()))
+                raise TegotaeError(
+                    f"{self.column} is {str(cells[row])!r} in {_place(column, row)}, which is no "
+                    "time by ISO 8601"
+                )
+            return ((stamps - stamps.iloc[0]) / pd.Timedelta(seconds=1)).to_numpy(float)
+        values = np.full(len(cells), np.nan)
+        for row, cell in enumerate(cells.tolist()):
+            text = str(cell).strip()
+            try:
+                values[row] = number(text) if text and cell is not None else np.nan
+            except ValueError:
+                raise TegotaeError(
+                    f"{self.column} is {text!r} in {_place(column, row)}, which is no number; "
+                    "correct the cell, or leave it empty"
+                ) from None
+        return self.scale * values
+
+
+def _place(column: Collection[object], row: int) -> str:
+    """The line of a file, where it is known, or else the row."""
+    return f"line {column.index[row]}" if isinstance(column, pd.Series) else f"row {row}"
+
+
+def _is_clock(column: Collection[object]) -> bool:
+    """A column holds times of day, and so needs no unit."""
     cells = np.asarray(column)
-    if cells.dtype.kind in "fiub":
-        return cells.astype(float)
-    values = np.full(len(cells), np.nan)
-    for row, cell in enumerate(cells.tolist()):
-        text = str(cell).strip()
-        try:
-            values[row] = number(text) if text and cell is not None else np.nan
-        except ValueError:
-            raise TegotaeError(f"{name} is {text!r} in row {row}, which is no number") from None
-    return values
+    return cells.dtype.kind == "M" or (len(cells) > 0 and is_clock(cells[0]))
 
 
-def _chosen(
-    columns: Mapping[str, Collection[object]], named: Sequence[str]
-) -> dict[str, tuple[str, float]]:
+def _scale_of(quantity: str, column: Collection[object], unit: str) -> float | None:
+    """A unit of a column in that of the SI; None if it is no unit of the quantity."""
+    if quantity == "time" and _is_clock(column):
+        return 1.0
+    return QUANTITIES[quantity].of(unit)
+
+
+def _chosen(columns: Mapping[str, Collection[object]], named: Sequence[str]) -> dict[str, _Source]:
     """Column and unit of every quantity: as named, or else by the columns' own names."""
-    chosen: dict[str, tuple[str, float]] = {}
+    chosen: dict[str, _Source] = {}
     for words in named:
-        quantity, column, scale = _named(columns, words)
+        quantity, source = _named(columns, words)
         if quantity in chosen:
             raise TegotaeError(
-                f"the {quantity} is named twice, {chosen[quantity][0]!r} and {column!r}; name one"
+                f"the {quantity} is named twice, {chosen[quantity].column!r} and "
+                f"{source.column!r}; name one"
             )
-        for other, (taken, _) in chosen.items():
-            if taken == column:
+        for other, taken in chosen.items():
+            if taken.column == source.column:
                 raise TegotaeError(
-                    f"column {column!r} is named for two quantities, {other} and {quantity}; it "
-                    "can be one of them"
+                    f"column {source.column!r} is named for two quantities, {other} and "
+                    f"{quantity}; it can be one of them"
                 )
-        chosen[quantity] = (column, scale)
-    taken = {column for column, _ in chosen.values()}
-    known: dict[str, tuple[str, float]] = {}
+        chosen[quantity] = source
+    taken = {source.column for source in chosen.values()}
+    known: dict[str, _Source] = {}
     for column in (column for column in columns if column not in taken):
         name, unit = split(column)
         for quantity, what in QUANTITIES.items():
-            own_scale = what.of(unit)
-            if quantity in chosen or name not in what.names or own_scale is None:
+            scale = _scale_of(quantity, columns[column], unit)
+            if quantity in chosen or name not in what.names or scale is None:
                 continue
             if quantity in known:
                 raise TegotaeError(
-                    f"columns {known[quantity][0]!r} and {column!r} may both be the {quantity}; "
-                    f"say which, such as --columns {quantity}={column}"
+                    f"columns {known[quantity].column!r} and {column!r} may both be the "
+                    f"{quantity}; say which, such as --columns {quantity}={column}"
                 )
-            known[quantity] = (column, own_scale)
+            known[quantity] = _Source(column, scale)
     return known | chosen
 
 
-def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, str, float]:
+def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, _Source]:
     """Quantity, column and unit of `QUANTITY=COLUMN[UNIT]`."""
-    quantity, _, column = words.partition("=")
+    quantity, _, column = str(words).partition("=")
     if not column:
         raise TegotaeError(f"{words!r} names no column; write QUANTITY=COLUMN[UNIT]")
     if quantity not in QUANTITIES:
         raise unknown("quantity", quantity, QUANTITIES)
-    # The unit is part of the column's name, or said behind it.
+    turned = column not in columns and column.startswith("-")
+    column = column.removeprefix("-") if turned else column
+    # The unit is part of the column's name, said behind it, or in the row below the names.
     column, unit = (column, split(column)[1]) if column in columns else in_brackets(column)
     if column not in columns:
-        raise unknown("column", column, columns)
-    scale = QUANTITIES[quantity].of(unit)
+        below = [known for known in columns if in_brackets(known)[0] == column]
+        if len(below) != 1:
+            raise unknown("column", column, columns)
+        column, unit = below[0], unit or in_brackets(below[0])[1]
+    scale = _scale_of(quantity, columns[column], unit)
     if scale is None:
         raise TegotaeError(
             f"column {column!r} is {_given(unit)}; say which of "
             f"{', '.join(QUANTITIES[quantity].units)} it is, such as "
             f"--columns {quantity}={column}[{QUANTITIES[quantity].si}]"
         )
-    return quantity, column, scale
+    return quantity, _Source(column, -scale if turned else scale)
 
 
 def _lacking(

@@ -10,6 +10,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import number
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
 from tegotae.parts.terms import with_vanilla_settings
 from tegotae.questions.options import changes
 from tegotae.questions.question import Names
@@ -184,6 +185,18 @@ class HopperOptions(ExperimentOptions):
         }
 
 
+def _for_weight(experiment: Experiment, body: Body) -> Controller:
+    """The controller for a body of another weight, on which a reflex pushes in proportion to it."""
+    own, other = (getattr(of, "weight_n", None) for of in (experiment.body, body))
+    scale = getattr(experiment.controller.actuation, "newtons_per_feedback", None)
+    if not own or not other or not isinstance(scale, float):
+        return experiment.controller
+    pushes = with_vanilla_settings(
+        experiment.controller.actuation, newtons_per_feedback=scale * other / own
+    )
+    return replace(experiment.controller, actuation=pushes)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Experiments(Names):
     """Experiments by name. The fields, which decide what is trained, are options as well."""
@@ -223,6 +236,7 @@ class Experiments(Names):
         given: dict[str, Any] = {}
         if self.body is not None:
             given["body"] = body_called(self.body)
+            given["controller"] = _for_weight(experiment, given["body"])
         if self.fitness is not None:
             given["objective"] = named(self.fitness, Objective, "fitness")
         return experiment.replaced(**given)

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae._support.progress import note
 from tegotae.measures.hopping.gait import Measured, measure as measured_of
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.metric import REGIMES
 from tegotae.measures.hopping.registry import metrics
-from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
+from tegotae.measures.plausibility import check_forces, check_over_ground
+from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.questions.answer import UNDEFINED, DrawnAnswer
 from tegotae.questions.options import without_unit
-from tegotae.questions.question import Names, question
+from tegotae.questions.question import Recordings, question
 from tegotae.questions.task import Work
 from tegotae.systems.body_file import body_called
 from tegotae.systems.models import preset
@@ -35,14 +35,15 @@ class RecordingOptions:
 
     Its first sample is the release. Column names end in their units: time_s (or ms, us, ns) and
     height_m (cm, mm) are required; ground_m, phase_rad (deg) and actuator_force_n or force_n (kN,
-    mN, MN) are optional. So are running totals, with values before each sample: work_j (kJ, mJ, MJ)
-    of the actuators, climb_flight_m of heights climbed in flight, climb_m of all heights climbed.
-    Files of `tegotae simulate --csv` fit.
+    mN, MN, kgf, gf, or kg and g for these) are optional. So are running totals, with values before
+    each sample: work_j (kJ, mJ, MJ) of the actuators, climb_flight_m of heights climbed in flight,
+    climb_m of all heights climbed. Files of `tegotae simulate --csv` fit.
     """
 
     columns: tuple[str, ...] = ()
-    """Columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm]. The quantities are
-    time, height, ground, phase, force, work, climb_flight and climb."""
+    """Columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm], or height=-z[m] of
+    a column that points down. The quantities are time, height, ground, phase, force, work,
+    climb_flight and climb."""
     rate: float | None = None
     """Sampling rate [Hz], if there is no column of times."""
     resample: float | None = None
@@ -206,7 +207,7 @@ def _text(value: float, unit: str) -> str:
     return UNDEFINED if math.isnan(value) else f"{value:.4g} {unit}".strip()
 
 
-@question(subjects=Names)
+@question(subjects=Recordings)
 def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
     """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined.
 
@@ -221,11 +222,13 @@ def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
             "the rest length is not given, the height over ground at which the foot leaves it; "
             "set --rest-length [m]"
         )
-    table = read_columns(Path(file))
-    read = recording(table, options.columns, rate_hz=options.rate)
-    for line in left_alone(table, options.columns):
-        note(f"tegotae: {line}")
-    read = read if options.resample is None else resampled(read, options.resample)
+    require_finite("rest_length_m", rest_length_m, above=0.0, most=1e9)
+    read = read_recording(file, options.columns, rate_hz=options.rate, resample_hz=options.resample)
+    samples = {str(name): read[name].to_numpy() for name in read}
+    doubts = check_over_ground(samples, rest_length_m)
+    if "force_n" in samples:
+        known = {"weight_n": weight_n, "max_force_n": leg["max_force_n"]}
+        doubts += check_forces(samples["force_n"], **known)
     measured = measured_of(
         **read,
         rest_length_m=rest_length_m,
@@ -237,4 +240,5 @@ def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
         work=options.work,
         body=body,
     )
-    return _answer(measured, rest_length_m, weight_n)
+    answer = _answer(measured, rest_length_m, weight_n)
+    return replace(answer, remarks=[*doubts, *answer.remarks])

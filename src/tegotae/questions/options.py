@@ -10,8 +10,9 @@ import ast
 import dataclasses
 import inspect
 import re
+import reprlib
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -19,7 +20,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from tegotae._support.errors import unknown
+from tegotae._support.errors import TegotaeError, unknown
 from tegotae.parts.fields import with_paths
 
 T = TypeVar("T")
@@ -81,11 +82,29 @@ def changed(options: T, given: Mapping[str, Any], subject: str) -> T:
             that the options refuse.
     """
     known = options_of(options)
-    for name in given:
+    for name, value in given.items():
         if without_unit(name) not in known:
             raise unknown(f"option of {subject}", name, known)
+        _check_kind(name, known[without_unit(name)].kind, value)
     paths = {known[without_unit(name)].path: value for name, value in given.items()}
     return with_paths(options, paths)
+
+
+def _check_kind(name: str, kind: Any, value: object) -> None:
+    """Raise `TegotaeError` for a text or a truth value where a number is due, and the like."""
+    many = get_origin(kind) is tuple
+    wrong = {
+        float: (bool, str, bytes, list, tuple, dict),
+        int: (bool, str, bytes, list, tuple, dict),
+        str: (bool, int, float, bytes, list, tuple, dict),
+    }
+    if many and (isinstance(value, str | bytes) or not isinstance(value, Iterable)):
+        right = "a list"
+    elif not many and isinstance(value, wrong.get(kind, ())):
+        right = "a text" if kind is str else "a number"
+    else:
+        return
+    raise TegotaeError(f"{name} is {reprlib.repr(value)}; it must be {right}")
 
 
 def picked(options: Any, *names: str) -> dict[str, Any]:

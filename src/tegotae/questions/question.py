@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, ClassVar, Generic, Literal, TypeVar, get_args, get_type_hints
 
 from tegotae._support.engines import check_jax
@@ -56,6 +58,29 @@ class Names:
 
     def named(self, *names: Any) -> Sequence[Any]:
         """The names."""
+        return names
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recordings(Names):
+    """Recordings, each in a file."""
+
+    NAMED: ClassVar[str] = (
+        "A name is a recording, FILE.csv, FILE.npz or FILE.parquet, and has options of its own."
+    )
+
+    def named(self, *names: Any) -> Sequence[Any]:
+        """The names.
+
+        Raises:
+            TegotaeError: for what is no name of a file.
+        """
+        for name in names:
+            if not isinstance(name, str | Path):
+                raise TegotaeError(
+                    f"a recording is called {reprlib.repr(name)}; it must be the name of a file, "
+                    "such as 'log.csv'"
+                )
         return names
 
 

@@ -22,7 +22,7 @@ from tegotae.questions.answer import Answer, AnswerBase
 from tegotae.questions.experiments import ExperimentOptions, Experiments
 from tegotae.questions.options import without_unit
 from tegotae.questions.question import question
-from tegotae.questions.verbs import evaluate
+from tegotae.questions.verbs import evaluate, simulate
 from tegotae.questions.wiring import OnEnvironment, stem_of
 from tegotae.systems.controller_file import load
 from tegotae.systems.env_task import extras_of
@@ -350,11 +350,39 @@ def train(trainee: Trainee, options: TrainingOptions) -> TrainedControllers:
         ) from None
     answer = TrainedControllers(experiment.name, out, tuple(files), learner.UNIT)
     if isinstance(experiment, Experiment):
-        return answer
+        return replace(answer, remarks=tuple(without_hops(answer, experiment)))
     least = _USUAL.tolerance
     if isinstance(options.learner, PopulationOptions):
         least = options.learner.plateau_tolerance
     return replace(answer, remarks=tuple(advice(answer, least=least)))
+
+
+def without_hops(answer: TrainedControllers, experiment: Experiment) -> list[str]:
+    """Return a line on runs whose result does not hop, and what to try.
+
+    Args:
+        answer: controllers and learning curves.
+        experiment: what was trained; only of a body with one leg it is said.
+    """
+    curves = answer.frame()
+    if experiment.body.limbs > 1:
+        return []
+    if curves.empty:  # a search, of whose result there is no curve
+        resting = sum("no hop" in " ".join(simulate(path).remarks) for path in answer.files)
+    else:
+        last = curves.groupby("seed")["cot_inverse"].last()
+        resting = sum(not cot > 0.0 for cot in last.iloc[-len(answer.files) :])
+    if not resting:
+        return []
+    body = experiment.body
+    weight_n, force_n = getattr(body, "weight_n", math.nan), float(body.max_force_n)
+    return [
+        f"{resting} of {len(answer.files)} do not hop: CoT⁻¹ is 0 where they end. The body weighs "
+        f"{weight_n:.3g} N and pushes with {force_n:.3g} N, and is released at "
+        f"{experiment.system.release.height_m:.3g} m over a leg of {body.rest_length_m:.3g} m. Try "
+        "in this order: a name with ω near √(k/m), such as -w14; ART, which learns the push; a "
+        f"higher --height; more {answer.unit}s and --seeds."
+    ]
 
 
 def _in_another_simulator() -> Any:

@@ -165,9 +165,10 @@ class Experiment(OnSystem):
     @property
     def gains(self) -> np.ndarray:
         """Values of σ that a search tries [rad/(s N)]; on a hopper of any weight the same σ m g."""
-        if isinstance(self.body, Hopper):
-            return GAINS * (Hopper().weight_n / self.body.weight_n)
-        return GAINS
+        weight_n = getattr(self.body, "weight_n", None)
+        return (
+            GAINS * (Hopper().weight_n / weight_n) if self.body.limbs == 1 and weight_n else GAINS
+        )
 
     @property
     def document(self) -> JsonObject:

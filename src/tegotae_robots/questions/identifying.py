@@ -8,12 +8,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
-from tegotae._support.progress import note
-from tegotae.measures.recordings import left_alone, read_columns, recording, resampled
+from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
-from tegotae.questions.question import Names, question
+from tegotae.questions.question import Recordings, question
 from tegotae.systems.body_file import body_text
 from tegotae_robots.identification import FITTED, Identified, identify as fitted_to, log_of
 from tegotae_robots.questions.model_file import ModelFile
@@ -26,7 +25,7 @@ _MEANINGS = dict(
     )
 )
 _SIMULATED_TICK_S = 0.001
-_NEEDED = {"height": "height_m", "spring_force": "spring_force_n", "command": "command_share"}
+_NEEDED = ("height", "spring_force", "command")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,8 +33,8 @@ class IdentificationOptions:
     """What is known of the log, and where the body is written.
 
     Column names end in their units: time_s (or ms, us, ns), height_m (cm, mm) over level ground,
-    spring_force_n (kN, mN, MN), and command_share (or percent), the command of the actuator as a
-    share of its largest force.
+    spring_force_n (kN, mN, MN, kgf, gf, or kg and g for these), and command_share (or percent), the
+    command of the actuator as a share of its largest force.
     """
 
     columns: tuple[str, ...] = ()
@@ -83,7 +82,7 @@ def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
 
 
 @question(
-    subjects=Names,
+    subjects=Recordings,
     kinds={"option": lambda: IdentificationOptions.options_of("log.csv")},
 )
 def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
@@ -97,18 +96,14 @@ def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
     """
     IdentifiedBody.check_name(options.out)
     require_finite("gravity", options.gravity_m_per_s2, above=0.0, most=1e9)
-    table = read_columns(Path(file))
-    samples = recording(table, options.columns, rate_hz=options.rate, kept=("time", *_NEEDED))
-    for line in left_alone(table, options.columns):
-        note(f"tegotae: {line}")
-    for quantity, name in _NEEDED.items():
-        if name not in samples:
-            raise TegotaeError(
-                f"no column is the {quantity} ({name}) among {', '.join(map(repr, table))}; name "
-                f"it: --columns {quantity}=COLUMN[UNIT]"
-            )
-    samples = pd.DataFrame(samples[["time_s", *_NEEDED.values()]])
-    samples = samples if options.resample is None else resampled(samples, options.resample)
+    samples = read_recording(
+        file,
+        options.columns,
+        rate_hz=options.rate,
+        resample_hz=options.resample,
+        kept=("time", *_NEEDED),
+        needed=_NEEDED,
+    )
     fit = fitted_to(log_of(samples), options.gravity_m_per_s2)
     body = _body_of(fit, options.gravity_m_per_s2)
     numbers = pd.DataFrame(

@@ -53,6 +53,8 @@ class ModelFile(TableAnswer):
     def check_name(cls, file: Path | str) -> None:
         """Raises TegotaeError for an ending that the file cannot have."""
         endings = (cls.ENDING, *cls.OTHER_ENDINGS)
+        if not isinstance(file, str | Path):
+            raise TegotaeError(f"out is {file!r}; it must be the name of a file")
         if Path(file).suffix not in endings:
             raise TegotaeError(f"{file} must end in {' or '.join(endings)}")
 

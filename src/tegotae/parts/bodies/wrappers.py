@@ -52,6 +52,7 @@ class BodyWrapper(Body):
     COMMANDS = within("body")
     limbs = within("body")  # type: ignore[override]
     max_force_n = within("body")
+    weight_n = within("body")
     rest_length_m = within("body")
     touching_height_m = within("body")  # type: ignore[override]
     rate_scale = within("body")  # type: ignore[override]

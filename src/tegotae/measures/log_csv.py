@@ -1,0 +1,193 @@
+"""CSV files of loggers and spreadsheets: encodings, separators, preambles and rows of units."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections import Counter
+from collections.abc import Collection
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.tables import number
+
+_MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16",
+}
+_SEPARATORS = ";\t|,"  # a comma last, since it may be that of decimals
+_LOOKED_AT = 200
+_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_CLOCK = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
+
+
+class _Row(NamedTuple):
+    """Cells of a row, and the line of the file that it ends on."""
+
+    line: int
+    cells: list[str]
+
+    @property
+    def has_values(self) -> bool:
+        """Most of its cells are numbers or times of day."""
+        filled = [cell for cell in self.cells if cell]
+        return 2 * sum(map(_is_value, filled)) > len(filled)
+
+
+def read_log(path: Path, units: Collection[str] = ()) -> dict[str, pd.Series]:
+    """Read the cells of a log as texts: columns by name, indexed by their lines in the file.
+
+    The text may be in UTF-8, UTF-16 or the code page of Western Windows. Lines above the names of
+    the columns are left out, a row of units below them goes into the names, as `name [unit]`, and
+    decimal commas become points.
+
+    Args:
+        path: the file.
+        units: those that are known, by which a row of units is recognised.
+
+    Raises:
+        TegotaeError: if it cannot be read, or has no names, no rows, rows of unequal length, two
+            columns of one name, or commas of two meanings.
+
+    Example:
+        >>> _ = Path("walk.csv").write_text("leg 2\\nt_s;y_m\\n0,0;1,2\\n0,1;1,3\\n")
+        >>> read_log(Path("walk.csv"))["y_m"].to_dict()
+        {3: '1.2', 4: '1.3'}
+    """
+    try:
+        return _columns(_text(path.read_bytes()), {unit.lower() for unit in units})
+    except OSError as error:
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except (ValueError, csv.Error) as error:
+        raise TegotaeError(f"{path} is no recording: {error}") from None
+
+
+def is_clock(cell: object) -> bool:
+    """Tell a time of day by ISO 8601 from other texts.
+
+    Example:
+        >>> is_clock("2026-05-04T09:30:00.005Z"), is_clock("0.005")
+        (True, False)
+    """
+    return _CLOCK.fullmatch(str(cell)) is not None
+
+
+def _is_value(cell: str) -> bool:
+    if _COMMA.fullmatch(cell) or is_clock(cell):
+        return True
+    try:
+        number(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _text(content: bytes) -> str:
+    """The text of bytes: by their mark, or else UTF-8, or else the code page 1252."""
+    for mark, encoding in _MARKS.items():
+        if content.startswith(mark):
+            return content.decode(encoding)
+    if b"\0" in content:
+        little = content[1::2].count(0) > content[::2].count(0)
+        return content.decode("utf-16-le" if little else "utf-16-be")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        return content.decode("cp1252")
+
+
+def _separator(lines: list[str]) -> str:
+    """The separator that divides the most lines at the end into equally many cells, two or more."""
+
+    def divided(separator: str) -> int:
+        widths = Counter(map(len, csv.reader(lines[-_LOOKED_AT:], delimiter=separator)))
+        return max((rows for width, rows in widths.items() if width > 1), default=0)
+
+    return max(_SEPARATORS, key=divided)
+
+
+def _columns(text: str, units: Collection[str]) -> dict[str, pd.Series]:
+    """The columns of a text; ValueError for what `read_log` refuses."""
+    lines = text.splitlines()
+    separator = _separator(lines)
+    reader = csv.reader(lines, delimiter=separator)
+    rows = [_Row(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+    rows = [row for row in rows if any(row.cells)]
+    ends = Counter(len(row.cells) for row in rows[-_LOOKED_AT:])
+    if len(rows) < 2:
+        raise ValueError("it has no rows")
+    width = ends.most_common(1)[0][0]
+    first = next((i for i, r in enumerate(rows) if len(r.cells) == width and r.has_values), None)
+    if first is None:
+        raise ValueError("it has no rows of numbers")
+    if first == 0:
+        raise ValueError(
+            f"line {rows[0].line} holds numbers already; write a line of names with units above "
+            "it, such as time_s,height_m"
+        )
+    names, body = _names(rows[:first], width, units), rows[first:]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"{names.count(twice[0])} columns are called {twice[0]!r}")
+    for row in body:
+        if len(row.cells) != width:
+            raise ValueError(
+                f"line {row.line} has {len(row.cells)} cells, and the others have {width}: a row "
+                "is cut short or too long; complete or delete it"
+            )
+    if separator != ",":
+        body = _with_points(body)
+    index = pd.Index([row.line for row in body], name="line")
+    cells = zip(*(row.cells for row in body), strict=True)
+    return {
+        name: pd.Series(list(column), index, dtype=object)
+        for name, column in zip(names, cells, strict=True)
+    }
+
+
+def _names(head: list[_Row], width: int, units: Collection[str]) -> list[str]:
+    """The names of the columns, with their units where a row below has them."""
+    names, of = head[-1], [""] * width
+    inner = [cell.strip("[]()") for cell in names.cells]
+    filled = [unit for unit in inner if unit]
+    is_units = 2 * sum(unit.lower() in units for unit in filled) > len(filled)
+    if is_units and len(head) > 1 and len(head[-2].cells) == len(names.cells):
+        names, of = head[-2], inner
+    if len(names.cells) != width:
+        raise ValueError(
+            f"line {names.line}, the names, has {len(names.cells)} cells, and the rows below it "
+            f"have {width}; name every column once"
+        )
+    plain = [name or f"column {i}" for i, name in enumerate(names.cells)]
+    for i, (name, unit) in enumerate(zip(plain, of, strict=True)):
+        own = re.split(r"[_ \[(]", name.rstrip("])"))[-1]
+        if unit and own.lower() not in units:
+            plain[i] = f"{name} [{unit}]"
+        elif unit and own.lower() != unit.lower():
+            raise ValueError(
+                f"line {head[-1].line} says that {name!r} is in {unit!r}, and its name ends in "
+                f"{own!r}; correct one of them"
+            )
+    return plain
+
+
+def _with_points(body: list[_Row]) -> list[_Row]:
+    """Rows with decimal points in place of commas; ValueError where both are in use."""
+    commas = next((row for row in body if any(map(_COMMA.fullmatch, row.cells))), None)
+    if commas is None:
+        return body
+    for row in body:
+        for cell in row.cells:
+            if "." in cell and _is_value(cell.replace(",", "")) and not is_clock(cell):
+                raise ValueError(
+                    f"line {commas.line} has decimal commas, and line {row.line} has {cell!r}; "
+                    "write all numbers with one decimal sign, and without one of thousands"
+                )
+    return [
+        _Row(r.line, [c.replace(",", ".") if _COMMA.fullmatch(c) else c for c in r.cells])
+        for r in body
+    ]

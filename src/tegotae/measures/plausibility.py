@@ -1,0 +1,228 @@
+"""A recording against what bodies and sensors do: holes, leaps, frozen and held samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.hopping.recording import SURE, noise_std
+
+MOST_PERIODS = 5
+"""Longest time without a sample, in sampling periods."""
+_MOST = 1e9  # larger values are refused where they are measured
+_GRAVITY_M_PER_S2 = 9.81
+_FASTER = 2.0  # than a fall through all of the recorded heights: legs push, and gravities differ
+_FROZEN = 8  # samples of one value
+_STARTS_M_PER_S2 = 200.0  # of a body that stood still: twenty times gravity
+_MOST_WEIGHTS = 50.0
+_HELD = 0.3  # share of the values that are repeated
+_QUANTA = 3.0  # a step of more is none of the sensor's resolution
+_LEAST = 20
+_TO_HELD = 30
+
+
+def check_plausible(samples: Mapping[str, np.ndarray]) -> None:
+    """Raise `TegotaeError` for a recording that no body and sensor make.
+
+    It is one with holes of more than `MOST_PERIODS` sampling periods, with times that do not
+    increase, with a height that lies below the ground, stands still and leaps, or moves faster than
+    twice a fall through its range R, `2 √(2 g R)`, or with a height or load that was held at a
+    lower rate than the log's. Empty cells (NaN) are left out.
+
+    Args:
+        samples: `time_s`, `height_m` and what else is recorded, [samples] each.
+
+    Example:
+        >>> time_s = np.arange(400) * 0.01
+        >>> height_m = 1.0 + 0.1 * np.sin(6.0 * time_s)
+        >>> check_plausible({"time_s": time_s, "height_m": height_m})
+    """
+    at = np.asarray(samples["time_s"], float)
+    _check_times(at)
+    if "ground_m" not in samples:
+        _check_upwards(np.asarray(samples["height_m"], float))
+    for name, column in samples.items():
+        rows = np.flatnonzero(np.isfinite(column))
+        if name == "time_s" or len(rows) < 3 or np.abs(column[rows]).max() > _MOST:
+            continue
+        column = np.asarray(column, float)
+        _check_holes(name, at[rows], rows)
+        if name in ("height_m", "spring_force_n"):
+            _check_held(name, column[rows], at[rows])
+        if name == "height_m":
+            _check_frozen(column[rows], at[rows], rows)
+            _check_leaps(column[rows], at[rows], rows)
+
+
+def doubts(samples: Mapping[str, np.ndarray]) -> list[str]:
+    """Return a line on what is odd about a recording, and possible.
+
+    Args:
+        samples: as of `check_plausible`.
+
+    Example:
+        >>> rows, random = np.arange(4000), np.random.default_rng(0)
+        >>> held = np.repeat(random.uniform(0.0, 1.0, 200), 20)
+        >>> doubts({"time_s": rows * 0.005, "command_share": held})
+        ['command_share changes at every 20th sample only: it is taken to be held in between']
+    """
+    if "command_share" not in samples:
+        return []
+    command = np.asarray(samples["command_share"], float)
+    changes = np.flatnonzero(np.diff(command[np.isfinite(command)]))
+    every = int(np.gcd.reduce(np.diff(changes))) if len(changes) >= _TO_HELD else 1
+    if every < 2:
+        return []
+    return [
+        f"command_share changes at every {every}th sample only: it is taken to be held in between"
+    ]
+
+
+def check_over_ground(samples: Mapping[str, np.ndarray], rest_length_m: float) -> list[str]:
+    """Return a line on a body that moves without flight, for a leg of known length.
+
+    Args:
+        samples: as of `check_plausible`.
+        rest_length_m: height over ground at which the foot leaves it, l0 [m].
+
+    Raises:
+        TegotaeError: for a body below the ground, or one that stands still in the air.
+    """
+    height = np.asarray(samples["height_m"], float)
+    over = height - samples.get("ground_m", 0.0)
+    _check_upwards(over)
+    time, (starts, lengths) = np.asarray(samples["time_s"], float), _runs(height)
+    fall_m = _GRAVITY_M_PER_S2 * (time[starts + lengths - 1] - time[starts]) ** 2 / 8.0
+    hangs = (lengths >= _FROZEN) & (over[starts] > rest_length_m) & (fall_m > 0.1 * rest_length_m)
+    if hangs.any():
+        start = starts[int(np.argmax(hangs))]
+        end = start + lengths[int(np.argmax(hangs))] - 1
+        raise TegotaeError(
+            f"height_m stays at {height[start]:.4g} from sample {start} to {end} "
+            f"({time[start]:.4g} to {time[end]:.4g} s), above the rest length of "
+            f"{rest_length_m:g} m: nothing hangs in the air; cut the recording to what was measured"
+        )
+    moves = np.quantile(over, 0.99) - np.quantile(over, 0.01)
+    if over.max() > rest_length_m or moves < 0.1 * rest_length_m:
+        return []
+    return [
+        f"the height moves by {moves:.3g} m and never exceeds the rest length of "
+        f"{rest_length_m:g} m: no flight; look at rest length, unit and zero of the height, and "
+        "whether it points downwards (--columns height=-COLUMN[UNIT])"
+    ]
+
+
+def check_forces(
+    force_n: np.ndarray, *, weight_n: float | None = None, max_force_n: float | None = None
+) -> list[str]:
+    """Return a line on forces that nothing can be compared with.
+
+    Args:
+        force_n: of the actuator [N], [samples].
+        weight_n: of the body [N], if it is known.
+        max_force_n: of the actuator [N], if it is known.
+
+    Raises:
+        TegotaeError: for forces that are in another unit.
+    """
+    most = float(np.nanmax(np.abs(force_n)))
+    known = [
+        (weight_n, _MOST_WEIGHTS, "the weight"),
+        (max_force_n, 2.0, "the actuator's largest force"),
+    ]
+    for newton, times, what in known:
+        if newton is not None and math.isfinite(newton) and most > times * newton:
+            raise TegotaeError(
+                f"force_n reaches {most:.4g} N, {most / newton:.3g} times {what} of {newton:.4g} "
+                "N; look at its unit, such as --columns force=COLUMN[gf]"
+            )
+    if weight_n is not None or max_force_n is not None:
+        return []
+    return [f"the force reaches {most:.3g} N; --mass or --max-force checks its unit"]
+
+
+def _check_upwards(over_ground_m: np.ndarray) -> None:
+    median = float(np.nanmedian(over_ground_m))
+    if median < 0.0:
+        raise TegotaeError(
+            f"the height over ground is {median:.4g} m in the median: it points downwards, or has "
+            "another zero; --columns height=-COLUMN[UNIT] turns it round"
+        )
+
+
+def _check_times(time_s: np.ndarray) -> None:
+    increase = np.diff(time_s) > 0.0
+    if np.isfinite(time_s).all() and not increase.all():
+        row = int(np.argmin(increase))
+        raise TegotaeError(
+            f"the times do not increase: {time_s[row]:.6g} s at sample {row}, and "
+            f"{time_s[row + 1]:.6g} s after it; sort the recording, or, at a fixed rate, delete "
+            "the column of times and set --rate HZ"
+        )
+
+
+def _check_holes(name: str, time_s: np.ndarray, rows: np.ndarray) -> None:
+    steps = np.diff(time_s)
+    usual = float(np.median(steps))
+    at = int(np.argmax(steps))
+    if steps[at] > (MOST_PERIODS + 0.5) * usual:
+        raise TegotaeError(
+            f"{name} has no sample for {steps[at]:.4g} s after sample {rows[at]} "
+            f"({time_s[at]:.4g} s), and one every {usual:.4g} s elsewhere; cut the recording "
+            f"there, since no more than {MOST_PERIODS} periods are bridged"
+        )
+
+
+def _check_leaps(height: np.ndarray, time_s: np.ndarray, rows: np.ndarray) -> None:
+    fastest = _FASTER * math.sqrt(2.0 * _GRAVITY_M_PER_S2 * np.ptp(height))
+    noise = 2.0 * SURE * noise_std(height)
+    steps, period = np.diff(height), np.diff(time_s)
+    over = np.abs(steps) - fastest * period - noise
+    at = int(np.argmax(over > 0.0))
+    if over[at] > 0.0:
+        raise TegotaeError(
+            f"height_m goes from {height[at]:.3g} to {height[at + 1]:.4g} at sample "
+            f"{rows[at + 1]} ({time_s[at + 1]:.4g} s) within {period[at]:.4g} s, and no body that "
+            f"moves by {np.ptp(height):.3g} m is faster than {fastest:.3g} m/s; correct the "
+            "samples, or cut them off"
+        )
+
+
+def _runs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First samples of the runs of one value, and how long each is."""
+    edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0.0, [True]]))
+    return edges[:-1], np.diff(edges)
+
+
+def _check_frozen(height: np.ndarray, time_s: np.ndarray, rows: np.ndarray) -> None:
+    starts, lengths = _runs(height)
+    leaps = np.abs(np.diff(height[starts]))
+    beside = np.maximum(np.append(leaps, 0.0), np.append(0.0, leaps))
+    least = 0.5 * _STARTS_M_PER_S2 * float(np.median(np.diff(time_s))) ** 2
+    frozen = (lengths >= _FROZEN) & (beside > least)
+    if frozen.any():
+        run = int(np.argmax(frozen))
+        start, end = starts[run], starts[run] + lengths[run] - 1
+        raise TegotaeError(
+            f"height_m stays at {height[start]:.4g} from sample {rows[start]} to {rows[end]} "
+            f"({time_s[start]:.4g} to {time_s[end]:.4g} s) and leaps by {beside[run]:.3g} m "
+            "beside it: the sensor was frozen; cut the recording there"
+        )
+
+
+def _check_held(name: str, column: np.ndarray, time_s: np.ndarray) -> None:
+    """Raise `TegotaeError` for a sensor slower than the log, whose last value is repeated."""
+    starts, lengths = _runs(column)
+    if len(starts) < _LEAST:
+        return
+    steps = np.abs(np.diff(column[starts]))
+    if np.mean(lengths > 1) > _HELD and np.median(steps) > _QUANTA * steps.min():
+        rate = 1.0 / float(np.median(np.diff(time_s)))
+        raise TegotaeError(
+            f"{name} repeats its last value for {lengths.max()} samples and less: a sensor of "
+            f"about {rate / lengths.mean():.3g} Hz in a log of {rate:.3g} Hz; record it at the "
+            "log's rate, or leave the cells without a new value empty and set --resample HZ"
+        )
