@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -107,3 +109,13 @@ def test_legs_are_evaluated_as_one_json_object(capsys):
     assert main(["evaluate", "bar-light", "--starts", "2", "--json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)["rows"]
     assert (found["controller"], found["omega"], found["gait"]) == ("bar-light", 8.0, "antiphase")
+
+
+def test_a_policy_is_drawn_by_the_command(tmp_path, monkeypatch):
+    pytest.importorskip("gymnasium")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    Path("drawn_policy.py").write_text("def push(spring_force_n):\n    return spring_force_n\n")
+    words = ["--policy", "drawn_policy.py:push", "--settle", "1", "--resolution", "3"]
+    assert main(["figure", "surface", *words, "--out", "surface.png"]) == 0
+    assert Path("surface.png").exists()

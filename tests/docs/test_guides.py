@@ -23,7 +23,8 @@ from tegotae.cli.program import Command
 SOURCE = DOCS.parent / "src"
 
 
-GUIDES = sorted((DOCS / "guides").glob("*.md"))
+GUIDES = [*sorted((DOCS / "guides").glob("*.md")), DOCS / "deploy" / "arduino.md"]
+GUIDES += [DOCS / "deploy" / "ros2.md"]
 SAID = {
     "from-a-log": r"4\d apexes",
     "your-recordings": r"limit cycle\n1\.14 m/J, settled after 10\.3 s\nthere was no disturbance",
