@@ -13,7 +13,7 @@ from gymnasium.spaces import Box
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.contact import action_names, flat, observation_names, with_contact
-from tegotae.envs.wiring import Limb, Wiring, misnamed_scales, read_by
+from tegotae.envs.wiring import NOTHING, Limb, Wiring, misnamed_scales, read_by
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Network
 
@@ -34,6 +34,8 @@ class Wires:
     """The action's entries of each limb, shape [commands, limbs]."""
     free: np.ndarray
     """Entries of the action that no limb drives."""
+    still: np.ndarray
+    """Action at which the environment keeps its start, or else 0, shape [entries]."""
     rest: np.ndarray
     """Action at no force, shape [limbs]."""
     push: np.ndarray
@@ -139,6 +141,7 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
         sensed={name: _places(limbs, name, observed) for name in read_by(wiring.controller)},
         driven=at,
         free=np.array([k for k in range(len(driven)) if k not in at], np.intp),
+        still=np.asarray(getattr(env.unwrapped, "still_action", np.zeros(len(driven)))),
         rest=rest,
         push=push,
         low=space.low,
@@ -161,9 +164,9 @@ def _places(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Of every limb the observation's entry that is this signal, and its sign."""
     names = [limb.senses[signal] for limb in limbs]
-    sign = [-1.0 if name not in observed else 1.0 for name in names]
-    at = [observed.index(name if name in observed else name[1:]) for name in names]
-    return np.array(at), np.array(sign)
+    sign = [1.0 if name in observed else -1.0 if name != NOTHING else 0.0 for name in names]
+    entries = [name if name in observed else name.removeprefix("-") for name in names]
+    return np.array([observed.index(x) if x != NOTHING else 0 for x in entries]), np.array(sign)
 
 
 def _names(what: str, given: Sequence[str] | None, known: Sequence[str]) -> list[str]:
@@ -189,7 +192,7 @@ def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) ->
                     "entry that is"
                 )
         for signal, name in limb.senses.items():
-            if name not in observed and name.removeprefix("-") not in observed:
+            if name not in (*observed, NOTHING) and name.removeprefix("-") not in observed:
                 yield f"limb {i}: {_unknown_entry('observation', name, observed)}"
             # A wiring that is yet to be trained may offer more.
             if wiring.weights is not None and signal not in reads:

@@ -36,6 +36,9 @@ from tegotae.systems.zoo import is_zoo_name
 
 _PACKAGED = Path(__file__).parent / "mujoco" / "wirings"
 
+NOTHING = "0"
+"""Entry of a signal that is always zero, such as the pitch of a leg in the middle of the trunk."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
@@ -44,8 +47,8 @@ class Limb:
     Args:
         senses: for each signal that the controller reads (such as `spring_force`, `velocity`), the
             name of the observation entry that it is, with a minus before it if its sign is the
-            other way. The contact force, or better a spring's, goes under `spring_force`; what is
-            below zero there counts as zero.
+            other way, or "0" for a signal that is always zero. The contact force, or better a
+            spring's, goes under `spring_force`; what is below zero there counts as zero.
         drives: name of the action entry; of a controller that commands places of a foot those of
             its entries, forward, up and, for one that steps aside, to the left.
         rest: value of that entry where the actuator force is zero; the middle of its bounds if

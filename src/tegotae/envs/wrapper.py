@@ -88,14 +88,19 @@ class Pilot:
         self._numbers["omega"] = self._of_limbs(np.array(every, np.float32))
 
     def act(
-        self, observed: np.ndarray, *, added: np.ndarray | None = None, free: ArrayLike = 0.0
+        self,
+        observed: np.ndarray,
+        *,
+        added: np.ndarray | None = None,
+        free: ArrayLike | None = None,
     ) -> np.ndarray:
         """One sample: the actions [lanes, entries], the oscillators being a step on then.
 
         Args:
             observed: the observations, [lanes, entries].
             added: feedback from elsewhere [rad/s], [limbs, lanes].
-            free: entries of the action that no limb drives, [lanes, free] or one number.
+            free: entries of the action that no limb drives, [lanes, free] or one number; those
+                of the environment's start by default.
         """
         wires, units = self._wires, self._units
         sensed = {}
@@ -114,6 +119,7 @@ class Pilot:
         self.phase = np.asarray(phase).reshape(shape)
         command = np.asarray(command).reshape(-1, *shape)
         action = np.empty((self._lanes, len(wires.low)))
+        free = wires.still[wires.free] if free is None else free
         action[:, wires.free] = np.clip(free, wires.low[wires.free], wires.high[wires.free])
         if self._controller.actuation.commands_force:
             self.share = command[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from tegotae._support.documents import JsonObject
+from tegotae._support.errors import TegotaeError
 
 WIRING_FORMAT = "tegotae wiring"
 MODELS = ("hopper", "leg", "quadruped")
@@ -25,10 +26,19 @@ def is_mujoco_model(env: str) -> bool:
 def extras_of(env: str) -> dict[str, str]:
     """The modules that an environment needs, with the extras that install them.
 
+    Raises:
+        TegotaeError: for URDF, which is to be converted.
+
     Example:
         >>> extras_of("Hopper-v5"), extras_of("my_leg.xml")
         ({'gymnasium': 'gym'}, {'gymnasium': 'mujoco', 'mujoco': 'mujoco'})
     """
+    if env.lower().endswith(".urdf"):
+        raise TegotaeError(
+            f"{env} is URDF; convert it to MJCF with a free joint and actuators by MuJoCo "
+            "(mujoco.MjSpec.from_file, to_xml; mj_saveLastXML), as in "
+            "docs/guides/walking-robot.md#a-robot-in-urdf, and name the FILE.xml"
+        )
     if is_mujoco_model(env):
         return {"gymnasium": "mujoco", "mujoco": "mujoco"}
     return {"gymnasium": "gym"}

@@ -25,6 +25,8 @@ PUSH = 0.1
 """Force fore and aft, over the weight."""
 _SETTLES = 30.0
 """Time of either response [√(l0 / g)]."""
+_COLLAPSES = 0.5
+"""A robot that sinks further than this [l0] does not stand."""
 _OVERSHOOTS = 0.02
 """Less, of ζ above 0.78, is not told from creep."""
 
@@ -104,7 +106,8 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
         length_m: length of a leg l0 [m].
 
     Raises:
-        TegotaeError: for a model without ground under the feet, or one that is unstable.
+        TegotaeError: for a model without ground under the feet, one that is unstable, or one that
+            does not stand on its feet.
     """
     model = copy.copy(sensed.model)
     data, feet = started(model), [foot_of(model, name) for name in sensed.feet]
@@ -134,6 +137,7 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
 
     before = soles_m()
     height, _ = pushed(0.0)
+    _require_standing(model, data, geoms, float(height[0] - height[-1]))
     sinks, friction = (before - soles_m()) / length_m, _friction(data, geoms)
     _, ahead = pushed(PUSH)
     return RobotStance(_responses(height, ahead, tick), friction, sinks)
@@ -175,6 +179,21 @@ def _put_down(model: MjModel, data: MjData, sensed: Sensing, length_m: float) ->
         )
     data.qpos[rise] -= min(gap for gap in gaps if gap >= 0.0)
     mujoco.mj_forward(model, data)
+
+
+def _require_standing(model: MjModel, data: MjData, geoms: Sequence[int], sank: float) -> None:
+    """Raise TegotaeError for a robot that sank too far [l0] or touches the ground elsewhere."""
+    stiffer = "give it stiffer servos, --settings servo_nm_per_rad=K, or another start"
+    if sank > _COLLAPSES:
+        raise TegotaeError(
+            f"the robot collapses: under its weight it sinks by {sank:.2g} l0; {stiffer}"
+        )
+    pairs = [(int(contact.geom1), int(contact.geom2)) for contact in data.contact]
+    fixed = np.flatnonzero(model.geom_bodyid == 0)
+    touching = {geom for pair in pairs if set(pair) & {*fixed} for geom in pair} - {*fixed, *geoms}
+    if touching:
+        body = model.body(int(model.geom_bodyid[min(touching)])).name
+        raise TegotaeError(f"the robot comes to rest on {body}, and not on its feet; {stiffer}")
 
 
 def _friction(data: MjData, geoms: Sequence[int]) -> float:

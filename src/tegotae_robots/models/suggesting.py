@@ -13,6 +13,7 @@ from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.env import ModelBatch
 from tegotae.envs.mujoco.legs import LegKinematics, drive_of
+from tegotae.envs.mujoco.rigid_legs import require_open_chains
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import (
@@ -116,6 +117,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     sensed = sensing(settings)
     model, data = sensed.model, started(sensed.model)
     feet = list(settings.feet)
+    require_open_chains(model, feet)
     joints, left_out = _joints(sensed, data, feet)
     on_rail = _on_rail(model, data)
     if on_rail and any(map(_stretches, joints)):
@@ -131,9 +133,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
         )
     scales = scales_of(model, feet, limbs=len(feet))
     length, weight = scales["height"], scales["spring_force"]
-    rest_m, standing = dropped(
-        sensed, _at_start(sensed, joints), _DROP * length + settings.release_m
-    )
+    rest_m, standing = dropped(sensed, sensed.still[None], _DROP * length + settings.release_m)
     phases = phases_of(model, data, feet)
     reasons: dict[str, str] = {
         "height": "height of the first body",
@@ -195,9 +195,9 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     return Suggestion(wiring, reasons, tuple(left_out), on_rail)
 
 
-def drop_remarks(standing: float, way: str) -> list[str]:
+def drop_remarks(standing: float, way: str, least: float = _GIVES_WAY) -> list[str]:
     """What is to be said of a drop test after which so much of the height is left."""
-    if standing >= _GIVES_WAY:
+    if standing >= least:
         return []
     return [
         f"without control the trunk sinks to {standing:.0%} of its height at touchdown within "
@@ -355,16 +355,6 @@ def phases_of(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
     left = aside - aside.mean() > 1e-3
     behind = (ahead[:, None] - ahead > 1e-3) & (left[:, None] == left)
     return [math.pi if odd else 0.0 for odd in (behind.sum(axis=1) + left) % 2]
-
-
-def _at_start(sensed: Sensing, joints: Sequence[_Joint]) -> np.ndarray:
-    """The action that holds servos where they are in the model's start, [1, actuators]."""
-    action = np.zeros((1, len(sensed.actuators)))
-    for joint in joints:
-        if joint.kind == "servo":
-            at = sensed.actuators.index(joint.actuator)
-            action[0, at] = np.clip(joint.start, joint.low, joint.high)
-    return action
 
 
 def dropped(sensed: Sensing, action: np.ndarray, rise_m: float) -> tuple[float, float]:

@@ -12,10 +12,11 @@ from tegotae.envs.mujoco.legs import AXES, LegKinematics
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import gravity_m_per_s2, started, weight_n
-from tegotae.envs.wiring import Limb, Wiring
+from tegotae.envs.wiring import NOTHING, Limb, Wiring
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.units import Units
 from tegotae.systems.legged import system as legged_by_name
+from tegotae_robots.models.checking_legs import followed, in_ground, require_stance
 from tegotae_robots.models.suggesting import (
     Suggestion,
     drop_remarks,
@@ -33,6 +34,10 @@ _GRID = 81
 """Places along an axis that are tried for reach."""
 _MISSES = 0.005
 """A place is out of reach if the foot stays further from it than this [l0]."""
+_SAG, _SAGS = 0.1, 0.15
+"""Shares of the height by which trunks sink on stiff servos, and on soft ones."""
+_MIDDLE = 0.1
+"""A foot is in front, behind or on a side if it is further than this from the middle [l0]."""
 _STRAIGHT_DEG = 3.0
 """A start that faces no further than this from x does."""
 _RATES = ("roll_rate", "pitch_rate", "side_roll_rate", "feedback")
@@ -67,12 +72,12 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     model, legs = sensed.model, sensed.legs
     assert legs is not None
     feet, weight, gravity = sensed.feet, weight_n(model), gravity_m_per_s2(model)
+    require_stance(legs)
     length = legs.height_m
     second = math.sqrt(length / gravity)
     walker = legged_by_name(_WALKER)
     omega = float(walker.omega or 0.0) / second
-    still = np.zeros((1, len(sensed.actions)))
-    rest_m, standing = dropped(sensed, still, _DROP * length + settings.release_m)
+    rest_m, standing = dropped(sensed, sensed.still[None], _DROP * length + settings.release_m)
     phases = phases_of(model, started(model), feet)
     timestep = float(model.opt.timestep)
     step_s = timestep * max(1, round(second / _SAMPLES / timestep))
@@ -117,31 +122,43 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     for i, phase in enumerate(phases):
         reasons[f"limbs[{i}].drives"] = _said(reach(legs, i))
         reasons[f"limbs[{i}].spring_force"] = "-J⁻ᵀ τ of the leg's servos, as robots have it"
-        reasons[f"limbs[{i}].side_roll"] = "up on the leg's side"
-        reasons[f"limbs[{i}].end_pitch"] = "up at the leg's end of the trunk"
-        reasons[f"limbs[{i}].side_yaw"] = "turned to the leg's side"
+        for name, reason in (
+            ("side_roll", "up on the leg's side"),
+            ("end_pitch", "up at the leg's end of the trunk"),
+            ("side_yaw", "turned to the leg's side"),
+        ):
+            middle = limbs[i].senses[name] == NOTHING
+            reasons[f"limbs[{i}].{name}"] = "zero: a leg in the middle" if middle else reason
         if phase:
             reasons[f"limbs[{i}].phase_rad"] = "half a turn from its neighbours"
     remarks = [
         *_faces_aside(model),
+        *in_ground(sensed, settings.release_m, length),
+        *followed(sensed, length),
         *_out_of_reach(legs, walker.controller.actuation, length),
-        *drop_remarks(standing, "stiffer servos, --settings servo_nm_per_rad"),
+        *drop_remarks(standing, _stiffer(settings, standing), 1.0 - _SAGS),
     ]
     return Suggestion(wiring, reasons, tuple(remarks), on_rail=False, legs=legs)
 
 
 def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
     """What a leg feels: its load, and the trunk as a whole and as its own corner has it."""
-    ahead, left, _ = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
-    side, end = "-" if left < 0.0 else "", "-" if ahead > 0.0 else ""
+    from_middle = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
+    ahead, left, _ = legs.length_m * from_middle
+    least = _MIDDLE * legs.height_m
+
+    def signed(entry: str, away: float) -> str:
+        """Return the entry with the sign of a distance from the middle."""
+        return NOTHING if abs(away) < least else entry if away > 0.0 else f"-{entry}"
+
     whole = ("roll", "pitch", "roll_rate", "pitch_rate", "speed")
     return {
         "spring_force": f"{legs.feet[leg]}_estimated_force",
         **{name: f"root_{name}" for name in whole},
-        "side_roll": f"{side}root_roll",
-        "side_roll_rate": f"{side}root_roll_rate",
-        "end_pitch": f"{end}root_pitch",
-        "side_yaw": f"{side}root_yaw",
+        "side_roll": signed("root_roll", left),
+        "side_roll_rate": signed("root_roll_rate", left),
+        "end_pitch": signed("root_pitch", -ahead),
+        "side_yaw": signed("root_yaw", left),
     }
 
 
@@ -192,6 +209,14 @@ def _said(reach_m: np.ndarray) -> str:
         f"{axis} {low:+.2f} to {high:+.2f}" for axis, (low, high) in zip(AXES, reach_m, strict=True)
     )
     return "the foot reaches " + ", ".join(parts) + " m"
+
+
+def _stiffer(settings: ModelSettings, standing: float) -> str:
+    """Return the servos that would bear the weight better."""
+    if not settings.servo_nm_per_rad:
+        return "stiffer servos"
+    stiffness = settings.servo_nm_per_rad * (1.0 - standing) / _SAG
+    return f"stiffer servos, such as --settings servo_nm_per_rad={rounded(stiffness, 2):g}"
 
 
 def _faces_aside(model: MjModel) -> list[str]:

@@ -13,6 +13,7 @@ import numpy as np
 from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
+from tegotae.envs.mujoco.rigid_legs import require_open_chains
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import chain_of, foot_of, gravity_m_per_s2, lowest, started
@@ -285,6 +286,7 @@ def _body(data: MjData, legs: list[_Leg], length_m: float) -> dict[str, np.ndarr
 
 def _legs(model: MjModel, data: MjData, feet: tuple[str, ...]) -> list[_Leg]:
     """The legs, each by its own joints."""
+    require_open_chains(model, feet)
     chains = [chain_of(model, foot) for foot in feet]
     hung = [
         [k for k in range(model.nv) if model.dof_bodyid[k] in chain and model.dof_bodyid[k] > 1]

@@ -89,6 +89,8 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
     settings = options.spec(env).model_settings
     suggestion = suggest_legs(settings) if settings.legs else suggest_wiring(settings)
     where = [env, "--wiring", str(options.out)]
+    if options.feet:
+        where += ["--feet", *options.feet]
     if options.settings:
         where += ["--settings", *options.settings]
     if settings.legs:

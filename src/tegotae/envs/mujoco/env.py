@@ -279,6 +279,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.observation_names = (*self.sensing.names, "work")
         self.contact_names = self.sensing.contacts
         self.action_names = self.sensing.actions
+        self.still_action = self.sensing.still
         self.fate = Fate(own, self.sensing, self.dt)
         least = np.append(self.sensing.least, 0.0)
         self.observation_space = Box(least, np.full_like(least, np.inf), dtype=np.float64)

@@ -18,6 +18,7 @@ from tegotae._support.engines import NATIVE, selected
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjModel
 from tegotae.envs.mujoco.chains import Chains, borne, kinematics, solved
+from tegotae.envs.mujoco.rigid_legs import require_open_chains, require_stiff
 from tegotae.envs.scaling import chain_of, foot_of, place_of, started
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ _MOVES = 1e-6
 
 _LEAST_M = 0.01
 """Length of a leg."""
+_OUTSIDE = 0.01
+"""A start is outside a joint's limits if it is by more than this [rad or m]."""
 
 _OfLegs = Callable[..., jax.Array]
 """A function of chains and of arrays by name, [numbers, legs, lanes]."""
@@ -136,7 +139,8 @@ class LegKinematics:
 def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
     """The legs of a compiled model: of every foot the driven joints between it and the trunk.
 
-    Joints that several feet hang on, or that nothing drives, stay as they are in the start.
+    Joints that several feet hang on stay as they are in the start, and so do those that nothing
+    drives, whose springs must bear a share of the weight.
 
     Args:
         model: an `MjModel`.
@@ -144,10 +148,13 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
 
     Raises:
         TegotaeError: for no feet; for a leg without a driven joint of its own or without length,
-            whose joints do not move the foot, or that is driven by anything but position servos.
+            whose joints do not move the foot or start outside their limits, or that is driven by
+            anything but position servos; for a joint that nothing drives and that yields, or legs
+            that are closed chains.
     """
     if not feet:
         raise TegotaeError("legs=true commands feet to places; name the feet, --feet")
+    require_open_chains(model, feet)
     owners = _joints(model, feet)
     servos = [[_servo(model, joint) for joint in own] for own in owners]
     data = started(model)
@@ -176,6 +183,14 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
                 f"the leg of {name} has no length: its first joint is at its foot; leave legs=true "
                 "out and command the joints"
             )
+    for leg, k in zip(*np.nonzero((low > _OUTSIDE) | (high < -_OUTSIDE)), strict=True):
+        ends = start[leg, k] + np.array([low[leg, k], high[leg, k]])
+        raise TegotaeError(
+            f"joint {model.joint(joints[leg, k]).name} starts at {start[leg, k]:.3g}, outside its "
+            f"limits of {ends[0]:.3g} to {ends[1]:.3g}; begin elsewhere: "
+            "--settings start=KEYFRAME or 'start={\"JOINT\": POSITION}'"
+        )
+    require_stiff(model, data, feet, _driven(model), length)
     unit = np.where(slides, length, 1.0)
     numbers = axis, anchor / length, slides, foot / length, low / unit, high / unit
     chains = Chains(*(np.asarray(x, np.float32) for x in numbers))
@@ -191,8 +206,9 @@ def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
     """Of every foot the driven joints that it alone hangs on, from the trunk on."""
     chains = [chain_of(model, foot) for foot in feet]
     body = model.jnt_bodyid
-    driven = sorted({int(model.actuator_trnid[i, 0]) for i in _on_joints(model)})
-    alone = [joint for joint in driven if sum(body[joint] in chain for chain in chains) == 1]
+    alone = [
+        joint for joint in _driven(model) if sum(body[joint] in chain for chain in chains) == 1
+    ]
     joints = [[joint for joint in alone if body[joint] in chain] for chain in chains]
     for foot, own in zip(feet, joints, strict=True):
         if model.body_rootid[foot_of(model, foot).body] != 1:
@@ -206,6 +222,11 @@ def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
                 "be commanded to a place; name other feet, or leave legs=true out"
             )
     return joints
+
+
+def _driven(model: MjModel) -> list[int]:
+    """Return the joints that actuators drive."""
+    return sorted({int(model.actuator_trnid[i, 0]) for i in _on_joints(model)})
 
 
 def _on_joints(model: MjModel) -> list[int]:
@@ -228,6 +249,19 @@ def drive_of(model: MjModel, actuator: int) -> Literal["motor", "servo"] | None:
         return "motor"
     at_command = gain > 0.0 and bias[0] == 0.0 and math.isclose(gain, -bias[1])
     return "servo" if of_bias == int(mujoco.mjtBias.mjBIAS_AFFINE) and at_command else None
+
+
+def resting(model: MjModel) -> np.ndarray:
+    """Return commands of all actuators that keep a model in its start, [actuators].
+
+    They are the keyframe's or, where it has none but zeros, the positions of servos.
+    """
+    data = started(model)
+    if not data.ctrl.any():
+        servos = [i for i in _on_joints(model) if drive_of(model, i) == "servo"]
+        data.ctrl[servos] = data.actuator_length[servos]
+    limited = model.actuator_ctrllimited.astype(bool)
+    return np.where(limited, np.clip(data.ctrl, *model.actuator_ctrlrange.T), data.ctrl)
 
 
 def _servo(model: MjModel, joint: int) -> int:

@@ -8,8 +8,8 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae.envs._types import MjModel, MjSpec
-from tegotae.envs.mujoco.legs import AXES, LegKinematics, legs_of
-from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.mujoco.legs import AXES, LegKinematics, legs_of, resting
+from tegotae.envs.mujoco.settings import ModelSettings, compiled
 from tegotae.envs.scaling import started
 
 _OWN = "tegotae/"
@@ -93,6 +93,15 @@ class Sensing:
             return ranges
         far = np.full(len(self.legs.names), self.legs.length_m)
         return np.hstack([[-far, far], ranges[:, self._alone]])
+
+    @property
+    def still(self) -> np.ndarray:
+        """Action that keeps the model in its start, [actions]: feet at their places, actuators at
+        the commands of the keyframe or, where it has none, servos at their joints' positions."""
+        commands = resting(self.model)[self.driven]
+        if self.legs is None:
+            return commands
+        return np.append(np.zeros(len(self.legs.names)), commands[self._alone])
 
     def controls(self, action: np.ndarray) -> np.ndarray:
         """What the actuators are commanded to, [lanes, actuators], by actions [lanes, actions]."""
@@ -259,11 +268,7 @@ def _column(model: MjModel, sensor: str) -> int:
 def _compiled(spec: MjSpec, settings: ModelSettings) -> MjModel:
     """The model, checked and scaled."""
     mujoco = require("mujoco", "mujoco")
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        message = " ".join(str(error).split())
-        raise TegotaeError(f"MuJoCo cannot compile the model: {message}") from None
+    model = compiled(spec)
     scale_model(model, settings.mass_factor, settings.friction_factor)
     elliptic = model.opt.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC)
     if elliptic and model.opt.jacobian == int(mujoco.mjtJacobian.mjJAC_AUTO):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from importlib.util import find_spec
@@ -14,11 +14,19 @@ from pathlib import Path
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require, require_kind, unknown
-from tegotae.envs._types import MjsActuator, MjSpec
+from tegotae.envs._types import MjModel, MjsActuator, MjSpec
+from tegotae.envs.scaling import lowest
 from tegotae.parts.parameters import Part, finite, not_negative, positive
 
 _OCCASION = re.compile(r" at DOF \d+| Time = [-\d.einf]*\d\.")
 """What differs between two warnings of MuJoCo of one kind."""
+
+
+def _is_place(entry: tuple[str, float]) -> bool:
+    """Return whether an entry is a joint's name and a finite position."""
+    name, place = entry
+    number = isinstance(place, (int, float)) and not isinstance(place, bool)
+    return isinstance(name, str) and number and bool(np.isfinite(place))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +45,8 @@ class ModelSettings(Part):
             the model, or its axis has tipped below the horizontal.
         ground: whether to add a level floor at height 0, for a model of a robot alone.
         without: names of bodies and geoms of the model to leave out, such as a wall.
+        start: the model's start: the name of a keyframe, by default the first one; or positions of
+            joints by name [rad or m], others as without a keyframe, over a floor at height 0.
         servo_nm_per_rad: makes of every motor of a joint a position servo of this stiffness k
             [N m/rad, or N/m]; 0 leaves motors as they are. A servo gives its joint the torque
             `k (u - q)` at position q for the command u, within the motor's own limits of force; u
@@ -64,6 +74,7 @@ class ModelSettings(Part):
     fallen_share: float = finite(0.3, least=0.0, most=1.0)
     ground: bool = False
     without: Sequence[str] = ()
+    start: str | Mapping[str, float] = ""
     servo_nm_per_rad: float = not_negative(0.0)
     servo_damping_nms_per_rad: float = not_negative(0.0)
     legs: bool = False
@@ -81,6 +92,12 @@ class ModelSettings(Part):
                 raise TegotaeError(f"{name} is {names!r}; it must be a list of names of {what}")
             if twice := [x for i, x in enumerate(names) if x in names[:i]]:
                 raise TegotaeError(f"{twice[0]} is named twice in {name}; name it once")
+        places = self.start.items() if isinstance(self.start, Mapping) else ()
+        if not isinstance(self.start, (str, Mapping)) or not all(map(_is_place, places)):
+            raise TegotaeError(
+                f"start is {self.start!r}; it must be the name of a keyframe, or finite positions "
+                'by joint such as {"knee": -1.2}'
+            )
         if self.servo_damping_nms_per_rad and not self.servo_nm_per_rad:
             raise TegotaeError(
                 f"servo_damping_nms_per_rad is {self.servo_damping_nms_per_rad:g}, of servos that "
@@ -107,6 +124,8 @@ class ModelSettings(Part):
             spec.worldbody.add_geom(name="tegotae/ground", type=plane, size=[0.0, 0.0, 1.0])
         if self.servo_nm_per_rad:
             _make_servos(spec, self.servo_nm_per_rad, self.servo_damping_nms_per_rad)
+        if self.start:
+            _begin(spec, self.start)
         return spec
 
 
@@ -182,6 +201,52 @@ def models() -> dict[str, str]:
     folder = resources.files("tegotae.envs.mujoco") / "models"
     files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".xml"))
     return {name[:-4]: (folder / name).read_text(encoding="utf-8") for name in files}
+
+
+def _begin(spec: MjSpec, start: str | Mapping[str, float]) -> None:
+    """Leave the one keyframe that the model is to start in.
+
+    Raises:
+        TegotaeError: for a keyframe or a joint that the model does not have.
+    """
+    keys = {key.name or str(i): key for i, key in enumerate(spec.keys)}
+    if isinstance(start, str) and start not in keys:
+        raise unknown("keyframe of this model", start, keys)
+    for name, key in keys.items():
+        if name != start:
+            spec.delete(key)
+    if not isinstance(start, str):
+        spec.add_key(name="start", qpos=_posed(spec, start))
+
+
+def _posed(spec: MjSpec, places: Mapping[str, float]) -> np.ndarray:
+    """Return a model's positions with joints at places, its lowest geom on a floor at height 0."""
+    mujoco = require("mujoco", "mujoco")
+    model = compiled(spec)
+    data = mujoco.MjData(model)
+    scalar = model.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)
+    names = [model.joint(int(joint)).name for joint in np.flatnonzero(scalar)]
+    for name, place in places.items():
+        if name not in names:
+            raise unknown("hinge or slide of this model", name, names)
+        data.qpos[model.joint(name).qposadr[0]] = place
+    mujoco.mj_kinematics(model, data)
+    if model.jnt_type[0] == int(mujoco.mjtJoint.mjJNT_FREE):
+        data.qpos[2] -= lowest(model, data, np.flatnonzero(model.geom_bodyid > 0).tolist())[0]
+    return data.qpos
+
+
+def compiled(spec: MjSpec) -> MjModel:
+    """Compile a model.
+
+    Raises:
+        TegotaeError: for one that MuJoCo cannot compile.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        message = " ".join(str(error).split())
+        raise TegotaeError(f"MuJoCo cannot compile the model: {message}") from None
 
 
 def _make_servos(spec: MjSpec, stiffness: float, damping: float) -> None:
