@@ -49,6 +49,7 @@ def reader(tmp_path, monkeypatch):
     time_s = np.arange(5000) / 500.0
     rows = np.stack([310.0 + 30.0 * np.sin(9.0 * time_s), 2.0 + np.cos(9.0 * time_s)], axis=-1)
     np.savetxt("robot.csv", rows, delimiter=",", header="com z,motor", comments="")
+    (tmp_path / "robot.urdf").symlink_to(ROOT / "tests" / "helpers" / "robot.urdf")
     variables = {
         "MODEL": "examples/robots/servo_quadruped.xml",  # whose legs are called as Go1's
         "SETTINGS": "legs=true noise=0.02 release_m=0.03",

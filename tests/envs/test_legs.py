@@ -97,6 +97,27 @@ def test_a_foot_goes_to_any_place_within_reach(kind):
     assert (moved <= legs.chains.high + 1e-6).all()
 
 
+def test_a_place_near_the_start_is_met_as_closely_as_eight_steps_promise():
+    _, legs = robot(*MODELS[5])
+    assert not has_closed_form(legs.chains)
+    wanted = legs.places_of(drawn(legs, 0.2, lanes=64))
+    missed = np.linalg.norm(legs.places_of(legs.joints_at(wanted)) - wanted, axis=2)
+    assert np.quantile(missed, 0.95) < 1e-5 * legs.length_m
+
+
+@pytest.mark.parametrize("kind", [kind for kind in MODELS if kind[1] == 3])
+def test_upper_limits_hold_joints_as_lower_ones_do(kind):
+    _, legs = robot(*kind)
+    chains = legs.chains
+    mirrored = chains._replace(axis=-chains.axis, low=-chains.high, high=-chains.low)
+    shape = (3, len(legs.feet), 64)
+    place = list(np.random.default_rng(0).uniform(-0.4, 0.4, shape).astype("f"))
+    joints, others = np.asarray(solved(chains, place)), -np.asarray(solved(mirrored, place))
+    high = chains.high.T[..., None]
+    assert (joints >= high - 1e-6).any()
+    assert np.mean(np.abs(joints - others) < 1e-3) > 0.99
+
+
 @pytest.mark.parametrize("lanes", [0, 1, 32, 33, 70])
 def test_lanes_side_by_side_have_the_joints_that_they_have_alone(lanes):
     _, legs = robot(*MODELS[0])

@@ -217,3 +217,12 @@ def test_the_next_commands_name_the_feet_that_were_named(tmp_path, monkeypatch):
     Path("robot.xml").write_text(ROBOT, encoding="utf-8")
     said = tg.wiring_suggest("robot.xml", feet=FEET, settings=("legs=true",)).remarks
     assert all(f"--feet {' '.join(FEET)} --settings legs=true" in line for line in said[-2:])
+
+
+@pytest.mark.parametrize(
+    "words", [("wiring", "suggest"), ("template",), ("train", "AR@quadruped-c", "--env")]
+)
+def test_urdf_is_refused_with_the_way_to_mjcf(words, one_line_error):
+    said = one_line_error(*words, "robot.urdf")
+    assert "robot.urdf is URDF; convert it to MJCF" in said
+    assert "mj_saveLastXML" in said

@@ -14,6 +14,7 @@ pytest.importorskip("mujoco")
 pytest.importorskip("gymnasium")
 
 import tegotae as tg
+from places import ROOT
 from sprung import CENTRE, DAMPING, FOOT, FRICTION, HIPS, INERTIA, STIFFNESS, sprung_robot
 from tegotae import TegotaeError
 from tegotae.cli import main
@@ -23,6 +24,7 @@ from tegotae_robots.models.step_response import StepResponse
 from tegotae_robots.models.template import fit_template
 
 ROBOT = sprung_robot()
+SERVOS = ROOT / "examples" / "robots" / "servo_quadruped.xml"
 ROLL = r'<joint name="roll3".*?/>'
 SLIDES = r"<(joint|position) name=\"slide\d\".*?/>"
 
@@ -130,6 +132,32 @@ def test_a_leg_that_does_not_move_sideways_is_as_stiff_there_as_it_is_anywhere()
     planar = re.sub(r'<(joint|position) name="roll\d".*?/>', "", ROBOT)
     body = fitted(planar).document["body"]
     assert body["stiffness_y_n_per_m"] == body["stiffness_z_n_per_m"]
+
+
+SPINE = """<body name="hind"><joint name="spine" axis="0 0 1" damping="1"/>
+<inertial pos="0 0 0" mass="1e-6" diaginertia="1e-6 1e-6 1e-6"/><body name="foot2" """
+
+
+def test_a_joint_that_several_feet_hang_on_is_taken_for_rigid(template):
+    jointed = re.sub('<body name="foot2" ', SPINE, ROBOT)
+    end = jointed.index("</body>", jointed.index('<body name="foot3"'))
+    servo = '<position joint="spine" kp="50"/></actuator>'
+    jointed = f"{jointed[:end]}</body>{jointed[end:]}".replace("</actuator>", servo)
+    body, without = fitted(jointed).document["body"], template.document["body"]
+    for name in ("x", "y", "z"):
+        entry = f"stiffness_{name}_n_per_m"
+        assert body[entry] == pytest.approx(without[entry], rel=1e-3)
+
+
+@pytest.mark.parametrize(("weakest", "torque_nm"), [("", 1.8), ("FL", 0.9), ("RR", 1.2)])
+def test_the_largest_push_is_that_of_the_weakest_joint_of_the_weakest_leg(weakest, torque_nm):
+    model = SERVOS.read_text(encoding="utf-8").replace(
+        f'<position name="{weakest}_knee"',
+        f'<position forcerange="-{torque_nm} {torque_nm}" name="{weakest}_knee"',
+    )
+    lever_m = 0.13 * math.sin(1.35 - 0.75)  # the foot is below the hip, so that hips bear little
+    feet = [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")]
+    assert fitted(model, feet=feet).push_n == pytest.approx(torque_nm / lever_m, rel=1e-3)
 
 
 def test_legs_that_differ_are_remarked_on_and_have_their_mean():
