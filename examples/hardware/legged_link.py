@@ -6,10 +6,17 @@ import numpy as np
 
 PERIOD_S, JOINTS = 0.002, 12
 IMU = ("root_roll", "root_pitch", "root_yaw", "root_roll_rate", "root_pitch_rate")
-STATE = struct.Struct(f"<I{2 * JOINTS + len(IMU)}f")
-"""A count from 1; angles [rad] and torques [N m] of the joints, in the export's order; the IMU."""
-COMMAND = struct.Struct(f"<IB{JOINTS}f")
-"""The count of the state that it answers; 1 for servos, 0 for dampers alone; angles [rad]."""
+STATE = struct.Struct(f"<II{2 * JOINTS + len(IMU)}f")
+"""Session of the robot; a count from 1; angles [rad] and torques [N m] of the joints, in the
+export's order; the IMU."""
+COMMAND = struct.Struct(f"<IIB{JOINTS}f")
+"""Session and count of the state that it answers; 1 for servos, 0 for dampers alone; angles [rad].
+A call, with which a session begins, is all 0."""
+CALL = bytes(COMMAND.size)
+MOST = np.repeat([6.3, 200.0, 1.0, 50.0], [JOINTS, JOINTS, 3, 2])
+"""The largest sense of a state: rad, N m, sines, rad/s."""
+APART_RAD = 0.35  # no target is further from its joint: torque is below stiffness times this
+WATCHDOG = 25  # periods without anything new, after which joints are damped alone
 
 
 class Link:
@@ -36,11 +43,5 @@ class Link:
 
 
 def count_of(packet):
-    """The count that a packet begins with; 0 of none."""
-    return struct.unpack_from("<I", packet)[0] if packet else 0
-
-
-def received(port, form):
-    """A packet from a port; nothing in place of one of another size."""
-    packet = port.recv(form.size + 1)
-    return packet if len(packet) == form.size else b""
+    """The count of a packet; 0 of none."""
+    return struct.unpack_from("<I", packet, 4)[0] if packet else 0

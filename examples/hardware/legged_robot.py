@@ -1,14 +1,13 @@
 """A MuJoCo model as the robot of legged_node.py, with a watchdog of its own."""
 
 import json
+import secrets
 from pathlib import Path
 
 import numpy as np
-from legged_link import COMMAND, IMU, JOINTS, PERIOD_S, STATE
+from legged_link import APART_RAD, COMMAND, IMU, JOINTS, MOST, PERIOD_S, STATE, WATCHDOG
 
 from tegotae.envs.mujoco.env import ModelEnv
-
-WATCHDOG = 25  # periods without a new command, after which joints are damped alone
 
 
 class Robot:
@@ -25,20 +24,31 @@ class Robot:
         felt = [*(names[i] for i in self.order), *(f"{motors[i]}_force" for i in self.order), *IMU]
         self.entries = [self.env.observation_names.index(name) for name in felt]
         self.seen, _ = self.env.reset(seed=seed)
-        self.count, self.heard, self.waited, self.fell = 1, 0, 0, False
+        self.session, self.count, self.fell = 1 + secrets.randbelow(2**32 - 1), 1, False
+        self.heard, self.waited, self.on, self.angles = 0, 0, 0, np.zeros(JOINTS)
 
     def state(self):
         """What its sensors say."""
-        return STATE.pack(self.count, *self.seen[self.entries])
+        return STATE.pack(self.session, self.count, *self.seen[self.entries])
+
+    def accepts(self, packet):
+        """Whether a command is new, answers a late state of this session, and can be meant."""
+        if len(packet) != COMMAND.size:
+            return False
+        session, count, on, *angles = COMMAND.unpack(packet)
+        late = max(self.heard, self.count - 1 - WATCHDOG)
+        possible = on in (0, 1) and (np.abs(angles) <= MOST[:JOINTS]).all()
+        return session == self.session and late < count <= self.count and possible
 
     def step(self, packet):
         """One period under the newest command, if there is one; whether the servos are on."""
-        count, on, *angles = COMMAND.unpack(packet) if packet else (0, 0)
-        self.waited = 0 if count > self.heard else self.waited + 1
-        self.heard = max(count, self.heard)
-        on = on and self.waited <= WATCHDOG and np.isfinite(angles).all()
+        self.waited += 1
+        if self.accepts(packet):
+            _, self.heard, self.on, *self.angles = COMMAND.unpack(packet)
+            self.waited = 0
+        on, now = self.on and self.waited <= WATCHDOG, self.seen[self.entries[:JOINTS]]
         action = np.zeros(JOINTS)
-        action[self.order] = angles if on else self.seen[self.entries[:JOINTS]]
+        action[self.order] = np.clip(self.angles, now - APART_RAD, now + APART_RAD) if on else now
         self.seen, _, fell, *_ = self.env.step(action)
         self.count, self.fell = self.count + 1, self.fell or fell
         return bool(on)

@@ -1,15 +1,16 @@
 """A leg behind a serial port, for `drive_hardware`: packets with a frame and a checksum.
 
-Each packet is two bytes that mark its beginning, numbers of a fixed layout, and a CRC-16 of these.
-The computer sends "<Bf", what it wants (0: measure, 1: set the force) and a force [N]; the leg
-answers a 0 with "<ff", the spring's force [N] and the height of the hip [m].
+A packet has two bytes that mark its beginning, numbers of a fixed layout, and their CRC-16. The
+computer sends "<Bf", what it wants (0: measure, 1: set the force) and a force [N]; the leg answers
+a 0 with "<ff", the spring's force [N] and the height of the hip [m].
 """
 
 import struct
+import time
 from binascii import crc_hqx
 
-MARK = b"\xa5\x5a"
-REQUEST, ANSWER = "<Bf", "<ff"
+MARK, REQUEST, ANSWER = b"\xa5\x5a", "<Bf", "<ff"
+MOST = 1000.0  # N and m; a packet with a larger number, or with none, counts as damaged
 
 
 def packet(layout, *numbers):
@@ -26,32 +27,31 @@ class Packets:
         self.buffer, self.damaged = b"", 0
 
     def feed(self, data):
-        """The numbers of each packet that is complete by now."""
-        self.buffer += data
-        found = []
+        """The numbers of each packet that is complete by now; less than a packet is kept."""
+        self.buffer, found = self.buffer + data, []
         while (at := self.buffer.find(MARK)) >= 0 and len(self.buffer) >= at + self.size:
             whole = self.buffer[at : at + self.size]
             numbers = struct.unpack(self.layout, whole[len(MARK) : -2])
-            if packet(self.layout, *numbers) == whole:
-                found.append(numbers)
-                self.buffer = self.buffer[at + self.size :]
-            else:
-                self.damaged += 1
-                self.buffer = self.buffer[at + 1 :]
+            good = packet(self.layout, *numbers) == whole and all(abs(x) <= MOST for x in numbers)
+            self.damaged += not good
+            self.buffer = self.buffer[at + (self.size if good else 1) :]
+            found += [numbers] * good
+        self.buffer = self.buffer[at:] if at >= 0 else self.buffer[-1:]
         return found
 
 
 class SerialLeg:
     """Reads and commands the leg; `port` is a serial.Serial of pyserial, with a timeout."""
 
-    def __init__(self, port):
-        self.port, self.packets = port, Packets(ANSWER)
+    def __init__(self, port, deadline_s=0.5):
+        self.port, self.packets, self.deadline_s = port, Packets(ANSWER), deadline_s
 
     def read(self):
         """The spring's force and the height, measured now."""
         self.port.write(packet(REQUEST, 0, 0.0))
+        end_s = time.monotonic() + self.deadline_s
         while not (found := self.packets.feed(data := self.port.read(self.packets.size))):
-            if not data:
+            if not data or time.monotonic() > end_s:
                 raise TimeoutError("the leg does not answer")
         return {"spring_force": found[-1][0], "height_m": found[-1][1]}
 

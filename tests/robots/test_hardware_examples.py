@@ -83,6 +83,36 @@ def test_a_mark_within_the_numbers_does_no_harm(example):
     assert packets.feed(5 * serial_leg.packet("<ff", number, number)) == 5 * [(number, number)]
 
 
+@pytest.mark.parametrize("junk", [b"\x00", b"\xa5", b"\xa5\x5a", b"\xa5\x5a\xa5"])
+def test_the_buffer_stays_shorter_than_a_packet_and_the_next_packet_is_read(example, junk):
+    serial_leg = example("serial_leg")
+    packets = serial_leg.Packets("<ff")
+    for _ in range(200):
+        packets.feed(junk)
+        assert len(packets.buffer) < packets.size
+    assert packets.feed(2 * serial_leg.packet("<ff", 1.5, -2.0))[-1] == (1.5, -2.0)
+
+
+def test_a_leg_that_sends_junk_for_ever_does_not_answer(example, monkeypatch, clock):
+    serial_leg = example("serial_leg")
+    monkeypatch.setattr(serial_leg.time, "monotonic", clock.perf_counter)
+    port = mock.MagicMock()
+    port.read.side_effect = lambda size: clock.sleep(0.01) or bytes(size)
+    with pytest.raises(TimeoutError, match="does not answer"):
+        serial_leg.SerialLeg(port).read()
+    assert clock.perf_counter() == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf, 1e30])
+@pytest.mark.parametrize("layout", ["<ff", "<Bf"])
+def test_a_packet_with_a_number_that_cannot_be_counts_as_damaged(example, layout, number):
+    serial_leg = example("serial_leg")
+    packets = serial_leg.Packets(layout)
+    good = serial_leg.packet(layout, 1, 1.0)
+    assert packets.feed(serial_leg.packet(layout, 1, number) + good) == [(1, 1.0)]
+    assert packets.damaged >= 1
+
+
 def test_a_controller_makes_the_leg_hop_through_its_packets(example, exported):
     simulated = example("simulated_leg")
     clock = Clock()
@@ -125,7 +155,7 @@ def test_the_simulated_leg_answers_behind_a_port(example):
     with subprocess.Popen(started, stdout=subprocess.PIPE, text=True) as process:
         try:
             port = example("port").Serial(process.stdout.readline().strip(), timeout=900.0)
-            leg = example("serial_leg").SerialLeg(port)
+            leg = example("serial_leg").SerialLeg(port, deadline_s=900.0)
             leg.write([1.0])
             assert 0.0 < leg.read()["height_m"] < 1.3
             assert leg.read().keys() == {"spring_force", "height_m"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 import shutil
 import socket
 import subprocess
@@ -86,7 +87,7 @@ def test_it_walks_over_a_bad_link_and_its_log_replays_to_the_bit(example, law, t
 
 def test_a_link_gives_the_newest_that_came_and_loses_its_share(example):
     link = example("legged_link")
-    packets = [link.COMMAND.pack(k, 1, *[0.0] * 12) for k in range(1, 1001)]
+    packets = [link.COMMAND.pack(1, k, 1, *[0.0] * 12) for k in range(1, 1001)]
     late = link.Link(0, late=3)
     assert [link.count_of(late.passed(x)) for x in packets] == [0, 0, 0, *range(1, 998)]
     bad = link.Link(0, jitter=4, lost=0.2)
@@ -95,36 +96,58 @@ def test_a_link_gives_the_newest_that_came_and_loses_its_share(example):
     assert link.count_of(link.Link(0, lost=1.0).passed(packets[0])) == 0
 
 
-def state_of(link, count, angles=0.0, **imu):
+SESSION = 7
+
+
+def state_of(link, count, angles=0.0, torques=0.0, session=SESSION, **imu):
     """A packet of a robot's."""
-    joints = [*np.full(12, angles), *np.zeros(12)]
-    return link.STATE.pack(count, *joints, *(imu.get(name, 0.0) for name in link.IMU))
+    joints = [*np.full(12, angles), *np.full(12, torques)]
+    return link.STATE.pack(session, count, *joints, *(imu.get(name, 0.0) for name in link.IMU))
 
 
 def test_a_tilted_robot_is_damped_from_then_on(example, law):
     link, node = example("legged_link"), example("legged_node").Node(law[1])
     on = [
-        link.COMMAND.unpack(node.answer(state_of(link, k, root_roll=tilt)))[1]
+        link.COMMAND.unpack(node.answer(state_of(link, k, root_roll=tilt)))[2]
         for k, tilt in enumerate((0.1, -0.8, 0.0), start=1)
     ]
     assert on == [1, 0, 0]
     assert node.stopped == "tilted"
 
 
-@pytest.mark.parametrize("sense", ["angles", "root_roll"])
-def test_a_robot_whose_senses_are_no_numbers_is_damped_from_then_on(example, law, sense):
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+@pytest.mark.parametrize("sense", ["angles", "torques", "root_roll", "root_pitch_rate"])
+def test_a_robot_whose_senses_cannot_be_is_damped_from_then_on(example, law, sense, value):
     link, node = example("legged_link"), example("legged_node").Node(law[1])
-    for k, value in enumerate((np.nan, 0.0), start=1):
-        answer = link.COMMAND.unpack(node.answer(state_of(link, k, **{sense: value})))
-        assert answer[1] == 0
-        assert np.isfinite(answer).all()
-    assert node.stopped == "a sense is no number"
+    for k, sensed in enumerate((value, 0.0), start=1):
+        answer = link.COMMAND.unpack(node.answer(state_of(link, k, **{sense: sensed})))
+        assert answer[2] == 0
+        assert np.abs(answer[3:]).max() < 6.3
+    assert node.stopped == "a sense is no number, or out of range"
+
+
+def test_an_old_state_is_answered_by_the_command_of_the_newest(example, law):
+    link, node = example("legged_link"), example("legged_node")
+    robots = node.Node(law[1])
+    newest = robots.answer(state_of(link, 5, angles=0.1))
+    assert robots.answer(state_of(link, 4, angles=1.0)) == newest
+    _, count, _, *targets = link.COMMAND.unpack(newest)
+    assert count == 5
+    assert np.abs(np.subtract(targets, 0.1)).max() <= link.APART_RAD + 1e-6
+
+
+def test_a_node_answers_one_session_and_no_count_far_ahead(example, law):
+    link, node = example("legged_link"), example("legged_node").Node(law[1])
+    before = node.answer(state_of(link, 1))
+    assert node.answer(state_of(link, 2, session=SESSION + 1)) == b""
+    assert node.answer(state_of(link, 2**32 - 1)) == before
+    assert link.count_of(node.answer(state_of(link, 2))) == 2
 
 
 def test_no_target_is_far_from_its_joint_so_that_torque_has_a_limit(example, law):
     link, node = example("legged_link"), example("legged_node")
-    _, _, *targets = link.COMMAND.unpack(node.Node(law[1]).answer(state_of(link, 1, angles=3.0)))
-    assert np.min(targets) >= 3.0 - node.APART_RAD - 1e-6
+    _, _, _, *targets = link.COMMAND.unpack(node.Node(law[1]).answer(state_of(link, 1, angles=3.0)))
+    assert np.min(targets) >= 3.0 - link.APART_RAD - 1e-6
 
 
 def test_no_foot_is_sent_beyond_its_reach(example, law):
@@ -137,20 +160,142 @@ def test_no_foot_is_sent_beyond_its_reach(example, law):
     assert within.step(felt, 0.0) == pytest.approx(still)
 
 
-def test_a_node_that_hears_nothing_new_and_a_robot_without_commands_are_damped(example, law):
-    link, node = example("legged_link"), example("legged_node")
-    deaf = node.Node(law[1])
-    on = [link.COMMAND.unpack(deaf.answer(state_of(link, 1)))[1] for _ in range(node.WATCHDOG + 3)]
-    assert on == [1] * (node.WATCHDOG + 1) + [0] * 2
-    assert deaf.stopped == "no new state"
-    alone, command = example("legged_robot").Robot(*law), link.COMMAND.pack(1, 1, *[0.0] * 12)
-    assert [alone.step(command) for _ in range(node.WATCHDOG + 3)][-3:] == [True, False, False]
+def test_a_node_that_hears_nothing_new_is_damped(example, law):
+    link, node = example("legged_link"), example("legged_node").Node(law[1])
+    answers = [node.answer(state_of(link, 1)) for _ in range(link.WATCHDOG + 3)]
+    on = [link.COMMAND.unpack(answer)[2] for answer in answers]
+    assert on == [1] * (link.WATCHDOG + 1) + [0] * 2
+    assert node.stopped == "no new state"
 
 
-def test_old_commands_in_turn_and_angles_that_are_no_numbers_are_not_driven(example, law):
-    link, node = example("legged_link"), example("legged_node")
+def command_of(link, robot, count, angle=0.0, on=1, session=None):
+    """A packet for a robot."""
+    session = robot.session if session is None else session
+    return link.COMMAND.pack(session, count, on, *[angle] * 12)
+
+
+def test_a_robot_without_a_new_command_is_damped(example, law):
+    link, robot = example("legged_link"), example("legged_robot").Robot(*law)
+    command = command_of(link, robot, 1)
+    on = [robot.step(command) for _ in range(link.WATCHDOG + 3)]
+    assert on == [True] * (link.WATCHDOG + 1) + [False] * 2
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"count": 0},  # older than that before
+        {"count": 1},  # that before
+        {"count": 3},  # of a state that was not sent
+        {"count": 2**32 - 1},
+        {"angle": np.nan},
+        {"angle": 1e30},
+        {"on": 2},
+        {"session": 0},
+    ],
+    ids=str,
+)
+def test_a_robot_does_not_take_a_command_that_cannot_be_its_nodes(example, law, wrong):
+    link, robot = example("legged_link"), example("legged_robot").Robot(*law)
+    assert robot.step(command_of(link, robot, 1))
+    assert not robot.accepts(command_of(link, robot, **{"count": 2, **wrong}))
+    assert not robot.accepts(command_of(link, robot, 2)[:-1])
+    assert robot.accepts(command_of(link, robot, 2))
+    robot.step(command_of(link, robot, **{"count": 2, **wrong}))
+    assert robot.heard == 1
+
+
+def test_a_command_for_a_state_of_long_ago_is_not_taken(example, law):
+    link, robot = example("legged_link"), example("legged_robot").Robot(*law)
+    for _ in range(link.WATCHDOG + 2):
+        robot.step(b"")
+    assert not robot.accepts(command_of(link, robot, 1))
+    assert robot.accepts(command_of(link, robot, robot.count))
+
+
+def test_no_command_moves_a_joint_further_than_its_limit(example, law):
+    link, robot = example("legged_link"), example("legged_robot").Robot(*law)
+    asked = []
+    step = robot.env.step
+    robot.env.step = lambda action: asked.append(action) or step(action)
+    now = robot.seen[robot.entries[: link.JOINTS]]
+    robot.step(command_of(link, robot, 1, angle=6.0))
+    assert np.abs(asked[0][robot.order] - now).max() <= link.APART_RAD + 1e-6
+
+
+class Port:
+    """A port that hears these packets, and then nothing."""
+
+    def __init__(self, heard, clock):
+        self.heard, self.clock, self.sent = list(heard), clock, []
+
+    def settimeout(self, timeout_s):
+        self.timeout_s = timeout_s
+
+    def send(self, packet):
+        self.sent.append(packet)
+
+    def sendto(self, packet, address):
+        self.sent.append((packet, address))
+
+    def recvfrom(self, size):
+        packet, address = self.heard.pop(0)
+        return packet[:size], address
+
+    def recv(self, size):
+        self.clock.sleep(0.1)
+        if self.heard:
+            return self.heard.pop(0)[:size]
+        raise TimeoutError
+
+
+def test_a_robot_is_driven_by_who_called_and_by_no_other_address(example, law, monkeypatch, clock):
+    link, ports = example("legged_link"), example("legged_ports")
     robot = example("legged_robot").Robot(*law)
-    old = [link.COMMAND.pack(count, 1, *[0.0] * 12) for count in (5, 4)]
-    on = [robot.step(old[k % 2]) for k in range(node.WATCHDOG + 3)]
-    assert on[-3:] == [True, False, False]
-    assert not robot.step(link.COMMAND.pack(6, 1, *[np.nan] * 12))
+    ours, theirs = ("127.0.0.1", 1), ("127.0.0.1", 2)
+    spoofed, own = (command_of(link, robot, 1, angle=a) for a in (0.2, 0.1))
+    heard = [(b"junk", theirs), (link.CALL, ours), (spoofed, theirs), (own, ours)]
+    port = Port(heard, clock)
+    monkeypatch.setattr(ports.time, "monotonic", clock.perf_counter)
+
+    def ready(ports, *_):
+        clock.sleep(0.0005)
+        return ports if port.heard else [], [], []
+
+    monkeypatch.setattr(ports.select, "select", ready)
+    ports.serve(port, robot, 2 * link.PERIOD_S, (0, 0, 0.0))
+    assert {address for _, address in port.sent} == {ours}
+    assert robot.heard == 1
+    np.testing.assert_allclose(robot.angles, 0.1, rtol=1e-6)
+
+
+@pytest.mark.parametrize("junk", ["other session", "another size", "repeated"])
+def test_a_node_ends_where_no_new_state_comes_whatever_else_does(
+    example, law, monkeypatch, clock, junk
+):
+    link, ports = example("legged_link"), example("legged_ports")
+    packet = {
+        "other session": state_of(link, 2, session=1),
+        "another size": b"junk",
+        "repeated": state_of(link, 1),
+    }[junk]
+    port = Port([state_of(link, 1), *[packet] * 1000], clock)
+    monkeypatch.setattr(ports.time, "monotonic", clock.perf_counter)
+    ports.drive(port, example("legged_node").Node(law[1]), io.BytesIO())
+    assert len(port.heard) > 900
+
+
+@pytest.mark.parametrize(
+    "words", [["robot"], [".", "law.json"], [".", "--replay", "walk.log"]], ids=lambda x: x[-1]
+)
+def test_a_file_that_is_not_there_ends_a_walk_in_a_line(words, tmp_path):
+    done = subprocess.run(
+        [sys.executable, str(HARDWARE / "legged_walk.py"), *words],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert f"error: there is no {words[-1]}; " in done.stderr
+    assert "Traceback" not in done.stderr
