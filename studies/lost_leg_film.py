@@ -11,6 +11,7 @@ import jax
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from tegotae.analysis.gaits.releases import GaitRun, simulate
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
@@ -85,7 +86,7 @@ def write_film(run: GaitRun, leg: str, path: Path) -> None:
 def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
     """A row of frames for each walker and the leg that it loses, from the side."""
     rows = [(name, leg, run) for name, own in runs.items() for leg, run in own.items()]
-    figure = new_figure(PAGE_IN, 1.1 * len(rows) + 0.3)
+    figure = new_figure(PAGE_IN, 1.1 * len(rows) + 0.5)
     panels = figure.subplots(len(rows), len(SHOWN_S), squeeze=False)
     for axes, (name, leg, run) in zip(panels, rows, strict=True):
         shape = pose(run.legged.body, run.trajectory).along_torso()
@@ -97,6 +98,19 @@ def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
             draw_pose(panel, shape, at, run.legged.names.index(leg) if after > 0.0 else None)
             panel.set_title(late, fontsize=7, pad=2)
         axes[0].set_ylabel(f"{name},\n{leg} lost", fontsize=7)
+    legged = rows[0][2].legged
+    keys: list[dict[str, Any]] = [
+        *({"color": COLOURS[i], "label": leg} for i, leg in enumerate(legged.names)),
+        {"color": "0.4", "ls": ":", "label": "lost"},
+        {"color": "0.4", "ls": "", "marker": "o", "ms": 3, "label": "stands"},
+        {"color": "0.4", "ls": "", "marker": "o", "ms": 3, "mfc": "none", "label": "swings"},
+    ]
+    figure.legend(
+        handles=[Line2D([], [], **key) for key in keys],
+        title=f"above each frame: time after the loss [{legged.units[1]}]",
+        loc="outside lower center",
+        ncols=len(keys),
+    )
     return figure
 
 

@@ -37,7 +37,7 @@ def draw_optimum(axes: Axes, curve: Curve, *, bound: bool = True, **style: Any) 
             lw=0,
             label="open: up to the bound proved",
         )
-    style = {"color": "black", "lw": 1.2, "label": "optimum, period 1"} | style
+    style = {"color": "black", "lw": 1.2, "label": "best gait of one hop a cycle"} | style
     axes.plot(curve["omega"], curve["cot_inverse"], **style)
 
 
@@ -69,7 +69,7 @@ def optimum_figure(
         draw_optimum(left, curve)
         left.plot(
             curve["omega"], curve["cot_inverse_two"], color="0.35", lw=0.9, ls="--",
-            label="period 2, mean frequency",
+            label="best gait of two hops, mean frequency",
         )  # fmt: skip
         left.plot(
             curve["omega"], curve["upper_bound_any"], color="0.35", lw=0.9, ls=":",

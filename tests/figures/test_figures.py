@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from programs import main
 from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
 from reproduction.ridge import find_ridge, one_to_one_ridge
-from tegotae import TegotaeError, build
+from tegotae import Engine, Scenario, TegotaeError, Timing, build
 from tegotae.analysis.maps import GainSweep, HopperBasin, Outcome
 from tegotae.analysis.orbit import Orbit
 from tegotae.analysis.poincare import Poincare
@@ -24,6 +24,7 @@ from tegotae.figures.cycles import (
     phase_response_figure,
     poincare_figure,
     poincare_tables,
+    portrait_figure,
     predicted,
     surface_figure,
     surface_tables,
@@ -451,3 +452,16 @@ def test_a_file_that_cannot_be_written_is_known_before_the_work(tmp_path, capsys
     for name in QUICK:
         assert main([*name.split(), "--out", str(tmp_path / "f.xyz")]) == 2
         assert "use an ending such as .png" in capsys.readouterr().err
+
+
+def test_of_a_portrait_black_is_what_the_releases_settle_to_alone():
+    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=2.0))
+    paths = engine.run([[2.0]] * 3, Scenario(omega=8.0, height_m=np.array([1.05, 1.2, 1.6])))
+    labels = {
+        line.get_label(): line.get_color()
+        for line in portrait_figure(paths, rest_length_m=1.0).axes[0].lines
+        if not line.get_label().startswith("_")
+    }
+    black = [label for label, colour in labels.items() if colour in ("black", "#000000")]
+    assert black == ["settled"]
+    assert len(set(labels.values())) == len(labels) == 4

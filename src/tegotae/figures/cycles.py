@@ -187,8 +187,8 @@ _LATE = 0.75
 def portrait_figure(paths: Trajectory, *, rest_length_m: float, note: str = "") -> Figure:
     """Velocity over height, and spring force over phase, or over velocity without an oscillator.
 
-    Thin lines lead from the releases, the squares; the last quarter of the time is thick. A cross
-    is where a leg has no length left.
+    Thin lines lead from the releases, the squares; the last quarter of the time is thick and black.
+    A cross is where a leg has no length left.
 
     Args:
         paths: the rollouts.
@@ -215,13 +215,19 @@ def portrait_figure(paths: Trajectory, *, rest_length_m: float, note: str = "") 
     return figure
 
 
+_RELEASES = tuple(colour for colour in COLOURS if colour != "#000000")
+"""Colours of releases: black is what they settle to."""
+
+
 def _draw_paths(axes: Axes, x: np.ndarray, y: np.ndarray, paths: Trajectory) -> None:
     late = round(_LATE * len(x))
     for i, (across, up) in enumerate(zip(x.T, y.T, strict=True)):
-        colour = COLOURS[i % len(COLOURS)]
+        colour = _RELEASES[i % len(_RELEASES)]
         label = f"{paths.height_m[0, i]:.3g} m"
-        axes.plot(across[: late + 1], up[: late + 1], color=colour, lw=0.4, alpha=0.6)
-        axes.plot(across[late:], up[late:], color=colour, lw=1.3, label=label)
+        axes.plot(across[: late + 1], up[: late + 1], color=colour, lw=0.6, label=label)
+        axes.plot(
+            across[late:], up[late:], color="black", lw=1.3, label="settled" * (i == len(x.T) - 1)
+        )
         axes.plot(across[0], up[0], "s", color=colour, ms=4)
         if paths.failed[-1, i]:
             axes.plot(across[-1], up[-1], "x", color=colour, ms=6, clip_on=False)

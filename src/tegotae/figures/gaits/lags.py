@@ -119,6 +119,10 @@ def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
             dots = {"color": COLOURS[0], "ms": 2.6, "mew": 0.6, **_WAYS[direction]}
             axes.plot(rows[_OMEGA], rows[quantity], "o", **dots)
         axes.set_ylabel(label)
+        if quantity == "cost_of_transport":
+            axes.set_yscale("log")
+            axes.yaxis.set_major_formatter("{x:g}")
+            axes.yaxis.set_minor_formatter("")
     quantity_axes[-1].set_xlabel(f"frequency ω [rad/{time}]")
     return figure
 
