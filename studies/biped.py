@@ -36,12 +36,12 @@ PLACES = {
 
 @needing("failed")
 def time_up(trajectory, scenario, body, timing):
-    """How long each body stood [s]."""
+    """Return the time for which each body stood [s]."""
     return jnp.where(trajectory.failed, 0.0, timing.frame_s).sum(axis=0)
 
 
 def stands(places: tuple[tuple[float, ...], ...], shift_rad: float) -> np.ndarray:
-    """How long random bodies with these hips stand, [BODIES]."""
+    """Return the standing times of random bodies with these hips, [BODIES]."""
     random = np.random.default_rng(0)
     inertia = random.uniform(0.2, 3.0, BODIES)
     changes = {

@@ -1,4 +1,4 @@
-"""How near the study in the calibrated body comes to the best gait that any force can have.
+"""Compare the study in the calibrated body with the best gait that any force can have.
 
     python studies/calibrated_optimum.py               # four minutes of a core (extra `optimum`)
     python studies/calibrated_optimum.py --drawn-only  # from the kept table of gaits
@@ -30,7 +30,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "study-calibrated"
 BODY = reading_named("calibrated").applied(find("V-sector-w8").experiment()).body
-"""That of `make reproduce READING=calibrated`."""
+"""Body of `make reproduce READING=calibrated`."""
 OMEGAS = (2.0, 3.0, 4.0, *np.arange(5.0, 10.01, 0.25).tolist(), 11.0, 12.0, 13.0, 14.0)
 """Hop frequencies [rad/s]."""
 COLUMNS = ("omega", "cot_inverse", "lift_off", "swings", "converged")

@@ -1,4 +1,4 @@
-"""Which bodies and readings make the vanilla controllers do what the paper says of them.
+"""Find the bodies and readings in which vanilla controllers do what the paper says of them.
 
     python studies/calibration.py                   # all of it; 20 min of CPU time
     python studies/calibration.py --show            # tables and figures of what is measured
@@ -154,7 +154,7 @@ def measure_vanilla(folder: Path) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class CalibrationTables:
-    """What the tables hold, all arrays in the order of the readings' numbers.
+    """Content of the tables, all arrays in the order of the readings' numbers.
 
     Args:
         bodies: numbers of the readings in the prior, [readings].
@@ -171,7 +171,7 @@ class CalibrationTables:
 
 
 def read(folder: Path) -> CalibrationTables:
-    """What the tables of a folder hold."""
+    """Read the tables of a folder."""
     coarse, fine = read_scores(folder / "coarse.csv"), read_scores(folder / "fine.csv")
     bodies = sorted(coarse)
     readings = candidates(bodies[-1] + 1)

@@ -53,7 +53,7 @@ CONDITIONS = (
     Uniform("drop_m", low=-0.1, high=0.25, from_s=10.0),
 )
 TRAINED = {"steady": "always the same episode", "varied": "changing conditions"}
-"""How, by the name in the tables."""
+"""Kinds of training, by their names in the tables."""
 SEEN = ("mass", "stiffness", "damping", "release", "step", "omega")
 """Disturbances of a kind that was met in training."""
 
@@ -192,7 +192,7 @@ def _margins(model: str, how: str, one: Done):
 
 
 def undisturbed_text(rows: Sequence[dict]) -> str:
-    """What each training makes on the usual body, in Markdown."""
+    """Tabulate the results of each training on the usual body, in Markdown."""
     lines = ["| model | trained | runs | on a limit cycle | CoT⁻¹ [m/J] |", "|---" * 5 + "|"]
     lines += [
         f"| {row['model']} | {TRAINED[row['trained']]} | {row['runs']} | "

@@ -1,4 +1,4 @@
-"""Which integrator at which control period: apex errors against an adaptive solver.
+"""Compare integrators and control periods: apex errors against an adaptive solver.
 
     python studies/convergence.py
     python studies/convergence.py learned
@@ -113,12 +113,12 @@ EVALUATIONS = {"hold": 1, "heun": 2, "predictor-corrector": 1}
 
 @dataclass(frozen=True)
 class Reference:
-    """What the adaptive solver says of a case."""
+    """Solution of a case by the adaptive solver."""
 
     hops_m: np.ndarray
     """Heights of its hops [m]."""
     amplification: float
-    """By what factor a small change of release or frequency grows within the case."""
+    """Factor by which a small change of release or frequency grows within the case."""
 
 
 def reference(law: Law, omega: float) -> Reference:
@@ -137,7 +137,7 @@ def reference(law: Law, omega: float) -> Reference:
 
 
 def kind(amplification: float) -> str:
-    """Whether a case is regular, sensitive or chaotic."""
+    """Return the kind of a case: regular, sensitive or chaotic."""
     if amplification <= REGULAR:
         return "regular"
     return "sensitive" if amplification <= CHAOTIC else "chaotic"

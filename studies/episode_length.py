@@ -1,4 +1,4 @@
-"""How long should an episode of training be? Short and many, against long and few.
+"""Compare lengths of training episodes: many short ones against few long ones.
 
     python studies/episode_length.py
 

@@ -56,7 +56,7 @@ ARMS = (*EVOLUTIONS, *AGENTS)
 """Named configurations of the algorithms."""
 EPISODE = Timing(duration_s=12.0, tick_s=0.002)
 SETTLE_S = 4.0
-"""Of an episode [s]."""
+"""Time at the start of an episode that fitness ignores [s]."""
 GENERATIONS = 80
 """After which the paper's training ends."""
 
@@ -76,9 +76,9 @@ class Figure3:
     scale: float = 1.0
     """Share of the training that is done."""
     arms: tuple[str, ...] = ARMS
-    """Which algorithms to train."""
+    """Algorithms to train."""
     models: tuple[str, ...] = tuple(MODELS)
-    """Which policies to train."""
+    """Policies to train."""
 
     def run(self) -> None:
         """Do it all."""
@@ -136,7 +136,7 @@ def write(curves: pd.DataFrame, out: Path) -> None:
 
 
 def gaits(out: Path) -> dict[str, list[Any]]:
-    """What the best policy of each training does at ω_t, over 40 s undisturbed.
+    """Measure the gait of the best policy of each training at ω_t, over 40 s undisturbed.
 
     CoT⁻¹ and hop rate of its limit cycle, and by how much the rate is nearer to the body's best one
     than to ω; none of a policy that does not settle.

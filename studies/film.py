@@ -67,20 +67,20 @@ class WebpWriter(GifWriter):
 
 @dataclass(frozen=True)
 class Film:
-    """What is made."""
+    """Make the film and its scenes."""
 
     folder: Annotated[Path, tyro.conf.Positional] = Path("film")
-    """Where the scenes and the film are written."""
+    """Folder of the scenes and the film."""
     scenes: tuple[str, ...] = tuple(SCENES)
-    """Which scenes, in their order."""
+    """Scenes, in their order."""
     width: int = 960
-    """Of a picture [pixels]; it is 16 to 9."""
+    """Width of a picture [pixels]; its aspect ratio is 16 to 9."""
     seconds: float = 20.0
-    """How long a scene is [s]."""
+    """Length of a scene [s]."""
     fps: float = 12.5
     """Pictures a second."""
     quality: int = 70
-    """Of the pictures, 0 to 100; lower makes smaller files."""
+    """Quality of the pictures, 0 to 100; lower makes smaller files."""
 
     def run(self) -> None:
         """Make the scenes that are missing, and join them."""
@@ -111,7 +111,7 @@ class Film:
         print(folder / "film.webp")
 
     def _made(self, file: Path) -> bool:
-        """Whether a scene is there, as it is wanted."""
+        """Return True if the file of a scene exists in the wanted size and length."""
         if not file.exists():
             return False
         with Image.open(file) as film:
@@ -149,7 +149,8 @@ class Film:
 
 
 def _possible(name: str) -> bool:
-    """Whether what a scene needs is installed; else a line says so."""
+    """Return True if the packages of a scene are installed; else print a line that names the
+    missing one."""
     module = SCENES[name].needs
     there = not module or importlib.util.find_spec(module) is not None
     if not there:
@@ -158,7 +159,7 @@ def _possible(name: str) -> bool:
 
 
 def seconds_of(film: Image.Image) -> float:
-    """How long a film lasts [s]."""
+    """Return the length of a film [s]."""
     total = 0
     for k in range(film.n_frames):  # type: ignore[attr-defined]
         film.seek(k)

@@ -40,7 +40,7 @@ TURN = 2.0 * math.pi
 
 
 class Playing(NamedTuple):
-    """What a scene plays."""
+    """Content of a scene."""
 
     draw: Callable[[float], None]
     """Moves the artists to a time of the film [s]."""
@@ -88,7 +88,7 @@ class Run:
 
     @property
     def stands(self) -> np.ndarray:
-        """Whether the foot of a hopper is on the ground."""
+        """True while the foot of a hopper is on the ground."""
         return self["spring_force_n"] > 0.0
 
 
@@ -117,7 +117,7 @@ class Leg:
 
     @property
     def artists(self) -> list[Artist]:
-        """What moves."""
+        """Artists that move."""
         return [self.ground, self.spring, self.push, self.mass]
 
     def draw(self, time_s: float) -> None:
@@ -235,11 +235,12 @@ FAST, SLOW, LEVELS = 10.0, 4.0, 121
 """The command falls from one to the other by steps [rad/s]."""
 SIGMAS = np.linspace(0.0, 12.0, 25)
 PUSH = (1.75 * math.pi, 0.1 * math.pi)
-"""Where a clock pushes, and for how long [rad]: the sector of vanilla feedback."""
+"""Start and length of a clock's push [rad]: the sector of vanilla feedback."""
 
 
 def locked(omegas: np.ndarray) -> np.ndarray:
-    """Whether vanilla feedback settles on one hop a turn of its phase, [gains, commands]."""
+    """Return True where vanilla feedback settles on one hop a turn of its phase, [gains,
+    commands]."""
     sigma, omega = (x.ravel() for x in np.meshgrid(SIGMAS, omegas, indexing="ij"))
     system = resolve("V-sector-w8").experiment().system
     system = system.replaced({"timing": Timing(duration_s=40.0, frame_s=0.02)})
@@ -300,7 +301,8 @@ def tongue(figure: Figure, seconds: float) -> Playing:
 
 
 def _rates(run: Run) -> tuple[np.ndarray, np.ndarray]:
-    """When each hop begins, and 2π over the time since the one before [rad/s]."""
+    """Return the time at which each hop begins, and 2π over the time since the previous hop
+    [rad/s]."""
     begins = run.time_s[1:][~run.stands[:-1] & run.stands[1:]]
     return begins[1:], TURN / np.diff(begins)
 

@@ -1,4 +1,4 @@
-"""How near the kept optimum is to what more effort finds: finer forces, other starts.
+"""Compare the kept optimum with results of more effort: finer forces, other starts.
 
     python studies/finer_optimum.py
 

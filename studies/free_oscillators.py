@@ -63,7 +63,8 @@ ENTRIES = {
     "input load/5": (True, 0.0, 0.2),
     "input -load/5": (True, 0.0, -0.2),
 }
-"""Whether the action is 1, so that f = σ F_k; how far f turns the state, and is an input."""
+"""Variants of an entry: True if the action is 1, so that f = σ F_k; the factor by which f turns the
+state; the factor by which f is an input."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ def driven(oscillator: Any, entries: dict[str, tuple[float, float]], with_load: 
 
 
 def trajectory_and_gait(trajectory, scenario, body, timing):
-    """What is drawn, and what is compared."""
+    """Return the trajectory for the pictures and the gait for the comparison."""
     kept = {
         name: trajectory.channels[name] for name in ("time_s", "height_m", "phase_rad", "radius")
     }
@@ -171,7 +172,8 @@ def compared(name: str, entries: dict[str, Any], gait: Any) -> list[dict[str, An
 
 
 def draw_free() -> Figure:
-    """From a small radius to the limit cycle in the plane; and the sine of the phase."""
+    """Draw the way from a small radius to the limit cycle in the plane, and the sine of the
+    phase."""
     with styled():
         figure = new_figure(PAGE_IN, 3.6)
         planes, waves = figure.subplots(2, len(SHOWN), height_ratios=(1.6, 1.0))

@@ -29,7 +29,7 @@ SYSTEMS = ("quadruped-c", "quadruped-a", "hexapod")
 MAIN = "quadruped-c"
 FREE = Search(coarse=8192, rounds=8, varied=1024)
 LESS = Search(coarse=3072, rounds=6, varied=512)
-"""Of the other systems."""
+"""Search for the systems other than the main one."""
 TIED = Search(coarse=2048, rounds=4, varied=512, starts=2, unseen=8)
 """A forced gait has two numbers less, and its starts differ by the moment alone."""
 

@@ -1,4 +1,4 @@
-"""Why quadruped G gallops, where it does, and whether a gallop is ever faster or cheaper.
+"""Explain why quadruped G gallops and where, and test if a gallop is ever faster or cheaper.
 
     python studies/gallop.py modes     # which mode is light at which frequency; seconds
     python studies/gallop.py map       # gaits over r and the place of the mass; half a minute
@@ -80,7 +80,7 @@ def harmonics(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
 
 
 def coupling(legged: Legged) -> list[dict[str, Any]]:
-    """How the legs of a body feel each other's steps, by mode, at every frequency.
+    """Compute the coupling of a body's legs through their steps, by mode, at every frequency.
 
     Legs turn at ω without feedback, at random lags. To first order in σ the phases then obey
 
@@ -303,7 +303,7 @@ def drawn(count: int, around: dict[str, np.ndarray], width: float, draw: Any) ->
 
 
 def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Of every body: its best gallop over the ladder, and the trot below that it is held against.
+    """Compare the best gallop of every body over the ladder with the trot at a lower frequency.
 
     Returns:
         `faster`: the gallop's speed over that of the fastest trot at a lower frequency; `cheaper`:
@@ -465,7 +465,8 @@ def drawn_figure() -> None:
 RISE = (3.4, 5.5, 7.6)
 """Frequencies of the film, one after the other without a new release: walk, trot, gallop."""
 DWELL, SHOWN = 200.0, 3.0
-"""How long each lasts [√(l0 / g)], and how many strides of its end are shown, a stride a second."""
+"""Duration of each frequency [√(l0 / g)], and the number of its last strides that are shown, one a
+second."""
 
 
 def risen() -> tuple[Legged, Any, list[str], list[Any], Timing]:

@@ -1,4 +1,4 @@
-"""What learned Tegotae generalises to: all models of a study under all disturbances.
+"""Measure the robustness of learned Tegotae: all models of a study under all disturbances.
 
     python studies/generalisation.py STUDY --out FOLDER
     python studies/generalisation.py --show    # what follows from the kept tables
@@ -209,7 +209,7 @@ def _margins(
 
 
 def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
-    """Of one architecture, side by side: the margin over its runs, and what they keep."""
+    """Summarise an architecture: the margin over its runs, and the shares that it preserves."""
     for each in chosen:
         for below in (True, False):
             if not (levels := each.side(below)):
@@ -224,7 +224,7 @@ def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
 
 
 def edge(controllers: Sequence[ControllersUnderTest]) -> Iterator[dict]:
-    """How far the leg is pressed and how high it hops undisturbed: medians over runs [l0]."""
+    """Measure leg compression and hopping height undisturbed: medians over runs [l0]."""
     for tested in controllers:
         timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
         engine = tested.system.engine(_extremes, timing)
@@ -245,7 +245,7 @@ def _extremes(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Ti
 
 
 def _kept(members: Sequence[Done], condition: str, level: float) -> dict[str, float]:
-    """What is kept at the first level, and the share that still hops at the last."""
+    """Return the preserved shares at the first level, and the share that still hops at the last."""
     kept: dict[str, list[np.ndarray]] = {"keeps": [], "moves": [], "efficiency": []}
     for _, outcome in members:
         table = outcome.table
@@ -263,7 +263,7 @@ def _kept(members: Sequence[Done], condition: str, level: float) -> dict[str, fl
 
 
 def deploy_text(outcome: Retention) -> str:
-    """What docs/deploy/index.md shows of one model, in Markdown."""
+    """Tabulate the disturbances of one model for docs/deploy/index.md, in Markdown."""
     head = ("condition", "level", "still hop", "keep their limit cycle", "efficiency kept")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for row in curve(outcome).to_dict("records"):

@@ -108,7 +108,7 @@ def again() -> None:
 
 
 def learn(*names: str) -> None:
-    """What is not learned yet, of all or of some: the laws by PGPE, then the agents.
+    """Train all missing or the named controllers: the laws by PGPE, then the agents.
 
     One seed alone is `PPO/1`: each is a process of its own then.
     """

@@ -38,13 +38,13 @@ SETTINGS: dict[str, Any] = {
     "n_epochs": 10,
     "policy_kwargs": {"log_std_init": -1.0},
 }
-"""Where they are not Stable-Baselines3's own."""
+"""Settings that differ from Stable-Baselines3's defaults."""
 UPDATES = 8
-"""Between two judgements: twice a generation's simulated time."""
+"""Updates between two evaluations: twice a generation's simulated time."""
 
 
 class Body:
-    """What a network sees of Go1, and what its outputs are.
+    """Observation and action spaces of a network on Go1.
 
     Args:
         sensing: of the model.

@@ -33,7 +33,7 @@ CHECKS = {
     "60 s": (3, STARTS, 60.0, False),
     "half the time step": (3, STARTS, SECONDS, True),
 }
-"""How many runs, starts, time [s], and whether the time step is halved."""
+"""Checks: number of runs, seeds of starts, time [s], and True if the time step is halved."""
 OF_RUNS = ("60 s", "half the time step")
 KEYS = ("check", "law", "run")
 LAWS = {
@@ -52,7 +52,7 @@ class Checks:
     """All checks."""
 
     laws: tuple[str, ...] = tuple(LAWS)
-    """Which laws; none makes the table of the rows that are there, which stay."""
+    """Laws to check; with none, the table is made of the existing rows, which remain."""
 
     def run(self) -> None:
         """Judge, and write."""

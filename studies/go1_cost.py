@@ -1,4 +1,4 @@
-"""What a step of the laws on Go1's feet takes on a microcontroller, beside PPO's network.
+"""Measure the cost of a step of the laws on Go1's feet on a microcontroller, and of PPO's network.
 
     python studies/go1_cost.py                          # a minute
 
@@ -46,9 +46,10 @@ FILES = {
 }
 NETWORK, ACTOR = "PPO on loads and an IMU", "ppo-imu-0"
 STEP, LEGS = "tegotae_step(state, in, out);", "tegotae_joints(out, joints);"
-"""What a counted step calls."""
+"""Calls of a counted step."""
 THERE, MISSED = "(found.there > 0.0f)", "false"
-"""Whether a leg's closed form puts the foot there; and if it never does."""
+"""Condition that a leg's closed form can place the foot; and its replacement for a foot that is
+never within reach."""
 C = """
 #include <math.h>
 static void network(tegotae_state *state, const tegotae_inputs *in, tegotae_outputs *out)
@@ -118,7 +119,7 @@ def held(name: str) -> SavedController:
 
 
 def row(name: str, cost: Cost, less: Cost | None = None) -> dict[str, Any]:
-    """What a step takes, less what that of another program takes."""
+    """Return the cost of a step, less that of another program."""
     law = (LAWS | PACED_LAWS).get(name)
     return {
         "law": name,

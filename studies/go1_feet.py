@@ -46,17 +46,17 @@ PUSH_S, LOST_S = 0.1, 2.0
 FIELD_M = ((-3.0, -3.0), (60.0, 3.0))
 """Two corners of the field of blocks."""
 FREE_M = 0.6
-"""Within this distance of the start there is none."""
+"""Distance from the start within which there are no blocks."""
 BLOCKS, HALF_M = 1500, (0.1, 0.1, 0.25)
-"""How many, and half of their sizes. They reach deep into the ground: soft feet sink 2 cm into it,
-and out of a block that ends there the nearest way is down."""
+"""Number of blocks, and half of their sizes [m]. They reach deep into the ground: soft feet sink 2
+cm into it, and out of a block that ends there the nearest way is down."""
 FOLDED_M = (0.0, 0.0, 0.12)
-"""Where the foot of a lost leg is held, from its place at rest."""
+"""Position of a lost leg's foot, from its place at rest [m]."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What differs from the model as it is.
+    """Differences from the unchanged model.
 
     Args:
         friction: factor.
@@ -213,14 +213,14 @@ class Course:
 
 
 class Driver(Protocol):
-    """What moves the feet of all lanes."""
+    """Controller that moves the feet of all lanes."""
 
     phase: np.ndarray
-    """Of the legs [rad], [legs, lanes]."""
+    """Phases of the legs [rad], [legs, lanes]."""
 
     @property
     def read(self) -> list[int]:
-        """Which entries of the observation it reads."""
+        """Return the entries of the observation that the controller reads."""
         ...
 
     def act(self, observed: np.ndarray) -> np.ndarray:
@@ -237,7 +237,7 @@ class Law(Pilot):
 
     @property
     def read(self) -> list[int]:
-        """Which entries of the observation it reads."""
+        """Return the entries of the observation that the controller reads."""
         return sorted({int(k) for entries, _ in self._wires.sensed.values() for k in entries})
 
     def begin(self, phases: np.ndarray) -> None:
@@ -263,7 +263,7 @@ def by_law(wiring: Wiring, weights: np.ndarray) -> DriverOf:
 
 @dataclass(frozen=True)
 class Judgement:
-    """Of every lane, [lanes]."""
+    """Results of every lane, [lanes]."""
 
     fell: np.ndarray
     speed_m_per_s: np.ndarray
@@ -271,12 +271,12 @@ class Judgement:
     turns_rad_per_s: np.ndarray
     """Mean rate of the heading."""
     heading_rad: np.ndarray
-    """At the end, from that at the start."""
+    """Heading at the end, relative to that at the start."""
     spread: np.ndarray
     """Mean resultant of the phases' lags to the first leg over the last half, 1 if they lock."""
 
     def of(self, lane: int) -> dict[str, Any]:
-        """What tables have of a lane."""
+        """Return the columns of a lane in the tables."""
         return {
             "fell": int(self.fell[lane]),
             "speed_m_per_s": self.speed_m_per_s[lane],

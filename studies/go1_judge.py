@@ -1,4 +1,5 @@
-"""How vanilla feedback, learned laws and agents do on Go1 where no training was."""
+"""Evaluate vanilla feedback, learned laws and agents on Go1 under conditions that no training
+had."""
 
 from __future__ import annotations
 
@@ -100,7 +101,7 @@ def of_agent(name: str) -> Iterator[dict[str, Any]]:
 
 
 def judge(*names: str) -> None:
-    """Of all, or of some; rows of others stay."""
+    """Evaluate all or the named controllers; rows of the others remain."""
     ways = {"vanilla": of_vanilla}
     ways |= {name: lambda name=name: of_law(name) for name in LAWS}
     ways |= {name: lambda name=name: of_agent(name) for name in AGENTS}

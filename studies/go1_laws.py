@@ -51,9 +51,9 @@ SPEEDS = (0.3, 0.6, 1.2, 1.8, 2.5)
 STARTS = (1001, 1002, 1003, 1004)
 """Seeds of starts that no training met."""
 KEYS = ("law", "condition", "run")
-"""Of rows that are measured together."""
+"""Columns that identify rows measured together."""
 CALIBRATION = (3001, 3002)
-"""Those of the starts from which speeds are calibrated."""
+"""Seeds of the starts from which speeds are calibrated."""
 OTHERS = "8 other starts"
 """The check of `go1_checks.py` by which a run is chosen."""
 CALM, WARY = "clock and balance, tuned", "the same, wary of a tilt"
@@ -84,9 +84,9 @@ class Run:
     driver_of: Callable[[int], DriverOf]
     pace: Pace | Between
     seed: int = 0
-    """Of its training."""
+    """Seed of the training."""
     line: bool = True
-    """Whether its speed is one over its frequency; a network may go as it likes."""
+    """True if the speed is a straight line over the frequency; a network is free to differ."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def tuned(name: str) -> dict[int, SavedController]:
 
 
 def seed_of(file: Path) -> int:
-    """Of a training, by the name of its file."""
+    """Return the seed of a training, by the name of its file."""
     return int(file.stem.rpartition("-")[2])
 
 
@@ -288,14 +288,14 @@ TABLES = {
 
 @dataclass(frozen=True)
 class Go1Laws:
-    """What is judged."""
+    """Evaluate laws on Go1's feet."""
 
     report_only: bool = False
     """Make the tables of the rows that are there."""
     table: Literal["laws", "speeds"] = "laws"
-    """At commanded frequencies, or speeds."""
+    """Commands of the table: frequencies for `laws`, speeds for `speeds`."""
     laws: tuple[str, ...] | None = None
-    """Which laws; all by default."""
+    """Laws to evaluate; all by default."""
 
     def run(self) -> None:
         """Judge what is missing, and write."""
@@ -372,13 +372,13 @@ def calibrated(run: Run) -> Run:
 
 
 def behind(rows: pd.DataFrame) -> pd.Series:
-    """Which episodes do not fall, and go at less than half of the commanded speed."""
+    """Return True for episodes without a fall whose speed is below half of the command."""
     return (rows.fell == 0) & (rows.speed_m_per_s < SLOW * rows.wanted_m_per_s)
 
 
 def chosen(name: str) -> int:
-    """Of a law's runs, the one that falls or stays behind least from other starts, and costs least
-    among these."""
+    """Return the run of a law with the fewest falls and slow episodes from other starts, and of
+    these the cheapest."""
     checks = pd.read_csv(FOLDER / "checks.csv")
     own = checks[(checks.law == name) & (checks.check == OTHERS)]
     own = own.assign(fails=(own.fell == 1) | behind(own)).groupby("run")
@@ -395,7 +395,8 @@ def wired(run: SavedController) -> Wiring:
 
 
 def pace_of(wiring: Wiring) -> Pace:
-    """What commands mean to a law: how fast its feet are on the half of the ellipse that bears."""
+    """Return the meaning of a law's commands: the speed of its feet on the bearing half of the
+    ellipse."""
     controller, units = wiring.controller, wiring.units
     assert controller is not None
     assert units is not None
@@ -443,7 +444,7 @@ def laws_table(table: Table, kept: pd.DataFrame) -> str:
 
 
 def astray(rows: pd.DataFrame) -> pd.Series:
-    """Which episodes do not fall, and end more than 90° off the heading of their start."""
+    """Return True for episodes without a fall that end more than 90° off the initial heading."""
     return rows.heading_rad.abs() > ASTRAY_RAD
 
 
@@ -470,7 +471,8 @@ def headings(table: Table, kept: pd.DataFrame) -> str:
 
 
 def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> list[str]:
-    """What the table says of rows of a law; its cost at these speeds, too, if speeds are wanted."""
+    """Return the table's line for rows of a law, with its cost at these speeds if they are
+    given."""
     usual, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
     own = rows[rows.condition == "as it is"]
     fell = wilson(int(usual.fell.sum()), len(usual))

@@ -58,7 +58,7 @@ OTHERS = (
     "load, clock, balance and steps aside, tuned",
     "PPO on loads and an IMU",
 )
-"""What met no loss."""
+"""Laws that were trained without the loss of a leg."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Judge:
     """Let every law walk on Go1, and fold each leg in turn."""
 
     laws: tuple[str, ...] = NAMES
-    """Which ones."""
+    """Laws to report."""
 
     def run(self) -> None:
         """Judge, and write a row a run, leg, command and start."""

@@ -42,8 +42,9 @@ CONTROL_S = 0.02
 SEEDS = (0, 1, 2)
 POPULATION, GENERATIONS = 16, 40
 SEARCH = PGPE(population=POPULATION, std=0.3, std_lr=0.1, learning_rate=0.6, max_speed=0.8)
-"""With the steps that were tuned on the hopper (0.1, 0.4, 0.7) seeds whose push begins clipped stay
-so for a dozen generations; with larger ones (0.3, 0.8, 1.6) the centre loses what it has found."""
+"""PGPE with larger steps than on the hopper. With the steps that were tuned there (0.1, 0.4, 0.7)
+seeds whose push begins clipped stay so for a dozen generations; with still larger ones (0.3, 0.8,
+1.6) the centre loses its progress."""
 SECONDS = POPULATION * GENERATIONS * len(OMEGAS) * TRAINED_S
 """Simulated time that each training has [s]."""
 RUNS = ROOT / "runs" / "go1"
@@ -81,7 +82,7 @@ SPEC = EnvSpec(
 
 @dataclass(frozen=True)
 class Stride:
-    """How far the joints go at full push.
+    """Amplitudes of the joints at full push.
 
     Args:
         swing: half the range of a thigh [rad].
@@ -123,8 +124,8 @@ SIGMAS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
 """σ that are tried, in ω over a quarter of the weight."""
 LOAD_N = 31.0
 STARTS_FIRST, MOST_AGAIN, STARTS_AGAIN = tuple(range(4)), 8, tuple(range(10, 26))
-"""From which starts all vanilla settings are tried, how many of the best of an ω are tried again,
-and from which."""
+"""Seeds of the starts from which all vanilla settings are tried, the number of the best settings of
+an ω that are tried again, and the seeds of their starts."""
 
 
 def vanilla_law() -> Controller:
@@ -210,7 +211,7 @@ class Trial:
 
 
 class Driver(Protocol):
-    """Who drives lanes: a Tegotae law or an agent's network."""
+    """Controller of the lanes: a Tegotae law or an agent's network."""
 
     def reset(self) -> None:
         """The start of an episode."""
@@ -257,7 +258,7 @@ def model_of(settings_key: ModelSettings, friction: float):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of trials, [trials] each."""
+    """Results of trials, [trials] each."""
 
     paid: np.ndarray
     """Return per second of the whole episode."""
@@ -267,7 +268,7 @@ class Outcome:
     distance_m: np.ndarray
     fell: np.ndarray
     fell_early: np.ndarray
-    """Whether within the length of an episode of training."""
+    """True for a fall within the length of a training episode."""
     weight_n: float
 
     def cost_of_transport(self, where: np.ndarray) -> float:

@@ -12,22 +12,22 @@ from go1_feet import FEET, Course, DriverOf
 
 Senses = Literal["contacts", "loads", "imu", "all"]
 CONTACT_N = 10.0
-"""Above which load a foot is in contact: less than a tenth of the weight."""
+"""Load above which a foot is in contact: less than a tenth of the weight."""
 MIDDLE_RAD_PER_S = 16.0
-"""By which commands are divided."""
+"""Divisor of commands."""
 WANTED_M = 0.0437
 """Wanted speed over ω [m]: that of the tuned clock's stride."""
 LENGTH_M, TIME_S = 0.265, 0.1644
-"""What lengths and times are over in the laws: l0 and √(l0 / g)."""
+"""Units of length and time in the laws: l0 and √(l0 / g)."""
 REACH_M = np.tile([0.12, 0.08, 0.08], len(FEET))
-"""How far the network's ±1 move the feet from the ellipse that all tunings begin with."""
+"""Range by which the network's ±1 move the feet from the ellipse that all tunings begin with."""
 LIFT_M, PRESS_M, SHIFT_RAD = LENGTH_M * 0.2, LENGTH_M * 0.03, 0.4
-"""That ellipse, but for its stride."""
+"""Lift, press and shift of that ellipse; the stride varies."""
 
 
 @dataclass(frozen=True)
 class Pace:
-    """What commands mean: the stride B (1 - ω0 / ω), and the speed that is wanted, c (ω - ω0).
+    """Meaning of commands: the stride B (1 - ω0 / ω), and the wanted speed c (ω - ω0).
 
     Args:
         stride_m: B.
@@ -54,7 +54,7 @@ class Pace:
 
 @dataclass(frozen=True)
 class Between:
-    """What commands mean where speed is no line over them: measured speeds, and between them.
+    """Meaning of commands whose speed is no straight line over them: measured speeds, interpolated.
 
     Args:
         omega: commands [rad/s], ascending.
@@ -74,8 +74,8 @@ class Between:
 
 
 BEGUN = {"stride_m": 0.7, "still_rad_per_s": 1.97}
-"""Of the foot whose stride is of the frequency, as all tunings begin with it: it steps on the spot
-at 12 rad/s, and goes 2.5 m/s at 33."""
+"""Initial values of all tunings for a foot whose stride depends on the frequency: it steps on the
+spot at 12 rad/s, and reaches 2.5 m/s at 33."""
 STEADY = Pace(0.25 * LENGTH_M, 0.0, WANTED_M)
 PACED = Pace(
     BEGUN["stride_m"] * LENGTH_M,
@@ -84,7 +84,7 @@ PACED = Pace(
 )
 TROT_RAD = np.array([0.0, np.pi, np.pi, 0.0])
 IMU = {"roll": 0.3, "pitch": 0.3, "yaw": 0.5, "roll_rate": 3.0, "pitch_rate": 3.0, "yaw_rate": 3.0}
-"""What the numbers of an IMU are divided by."""
+"""Divisors of an IMU's readings."""
 
 
 def places_of(outputs: np.ndarray, phase: np.ndarray, stride_m: np.ndarray) -> np.ndarray:
@@ -161,7 +161,7 @@ class Policy:
 
     @property
     def read(self) -> list[int]:
-        """Which entries of the observation it reads."""
+        """Return the entries of the observation that the network reads."""
         return self._inputs.read
 
     def act(self, observed: np.ndarray) -> np.ndarray:

@@ -44,11 +44,11 @@ LANES = 6
 """Episodes side by side under each condition and to each side, two at each command."""
 Pace = Literal["tuned", "speed", "further"]
 STEPS = {"tuned": 2_160_000, "speed": 2_160_000, "further": 3_888_000}
-"""Of 10 ms, in all: the time that a law's tuning simulates."""
+"""Number of steps of 10 ms in all: the time that a law's tuning simulates."""
 MEMORY_S = 0.3
-"""Over which the speed that is paid is averaged."""
+"""Time constant of the average of the rewarded speed."""
 TUNED: dict[str, Any] = {"n_steps": 128, "batch_size": 512, "policy_kwargs": {"log_std_init": -2.0}}
-"""Where settings are not Stable-Baselines3's own."""
+"""Settings that differ from Stable-Baselines3's defaults."""
 
 
 class Feet(VecEnv):
@@ -162,11 +162,12 @@ class Trained:
     """One training."""
 
     senses: Senses = "imu"
-    """What the network reads."""
+    """Senses that the network reads."""
     seed: int = 0
-    """Of the network and its starts."""
+    """Seed of the network and its starts."""
     pace: Pace = "tuned"
-    """At commanded frequencies; speeds, 0.3 to 2.5 m/s; or these, as a law is tuned further."""
+    """Commands: `tuned` means frequencies; `speed`, speeds of 0.3 to 2.5 m/s; `further`, the latter
+    under the conditions of a law's second tuning."""
 
     def run(self) -> None:
         """Train, and write the actor."""
@@ -198,7 +199,7 @@ class Trained:
         env.close()
 
     def name_of(self, pace: str) -> str:
-        """Of the files of a pace."""
+        """Return the stem of the files of a pace."""
         at = "" if pace == "tuned" else f"-{pace}"
         return f"ppo-{self.senses}{at}-{self.seed}"
 

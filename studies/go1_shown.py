@@ -29,7 +29,7 @@ from tegotae_robots.c.plan import usual_tick_s
 ZOO = ROOT / "src" / "tegotae" / "systems" / "zoo" / "data" / "go1.npz"
 SHOWN_OMEGA, SHOWN_S = 16.0, 4.0
 PLACE = ("root_forward", "root_height")
-"""What is compared of the torso."""
+"""Observations of the torso that are compared."""
 
 
 def runs(name: str) -> list[SavedController]:
@@ -74,7 +74,7 @@ def smaller(path: Path) -> None:
 
 
 def as_c() -> None:
-    """How far the torso under the C is from that under the package, over an episode."""
+    """Print the distance between the torso under the C and under the package, over an episode."""
     sys.path.insert(0, str(ROOT / "tests" / "helpers"))
     from compiled import Compiled
 

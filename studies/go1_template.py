@@ -44,7 +44,7 @@ from tegotae.systems.resolve import resolve
 FOLDER = ROOT / "docs" / "_static" / "go1_template"
 RUNS = ROOT / "runs" / "go1_template"
 BEGUN = ("as it is", "any phases")
-"""From a trot, or from anywhere."""
+"""Conditions of the start: from a trot, or from any phases."""
 LAWS: Mapping[str, Callable[[], Mapping[int, SavedController]]] = {
     "open-loop trot, stride 0.2": lambda: {0: open_loop(0.2)},
     "vanilla of the walker": lambda: named("quadruped-c"),
@@ -57,7 +57,7 @@ LAWS: Mapping[str, Callable[[], Mapping[int, SavedController]]] = {
     "AR of the template, legs for nothing": lambda: trained("free"),
 }
 DRAWN = (*tuple(LAWS)[:3], "AR of the template")
-"""In the figure."""
+"""Laws of the figure."""
 PRICED = (
     "leg_mass_x_kg",
     "leg_mass_z_kg",
@@ -66,9 +66,9 @@ PRICED = (
 )
 """Numbers of a walker that are in its cost of transport alone."""
 STRAYS_RAD = 0.1
-"""How far phases of a trot begin from it."""
+"""Largest initial deviation from the phases of a trot."""
 GENERATIONS = 400
-"""Of a training."""
+"""Generations of a training."""
 KEYS = ("body", "law", "condition", "run")
 WALKER, ROBOT = "template", "robot"
 
@@ -99,7 +99,7 @@ def trained(template: str) -> dict[int, SavedController]:
 
 @dataclass(frozen=True)
 class Template:
-    """What is measured."""
+    """Measure laws on the template."""
 
     report_only: bool = False
     """Make table and figure of the rows that are there."""

@@ -53,11 +53,12 @@ MET = (
     Condition(blocks_m=0.04),
     Condition(random_phases=True, delay_s=0.02),
 )
-"""What every candidate meets; a push is to the left in all, and the law is mirrored."""
+"""Conditions that every candidate is evaluated under; a push is to the left in all, and the law is
+mirrored."""
 ALSO_MET = {"further": (Condition(blocks_m=0.02),)}
-"""By the candidates of a pace."""
+"""Further conditions of the candidates of a pace."""
 STD = 0.08
-"""Of the first candidates; half of it with the pace `further`."""
+"""Initial standard deviation of the candidates; half of it with the pace `further`."""
 Kind = Literal[
     "clock",
     "clock-t",
@@ -82,9 +83,9 @@ SLOWEST, FASTEST = 5.0, 50.0
 SPEEDS = (0.3, 1.3, 2.5)
 """The commands of the pace `speed` [m/s]."""
 PRICES = {"speed": (0.1, 0.3), "further": (0.2, 0.3)}
-"""What CoT costs, and what a heading that is 1 rad off, where speeds are the commands."""
+"""Weights of CoT and of a heading error of 1 rad in the fitness, where speeds are the commands."""
 AT_FREQUENCIES = (0.05, 0.0)
-"""The same where frequencies are."""
+"""The same weights where frequencies are the commands."""
 
 
 @dataclass(frozen=True)
@@ -97,13 +98,13 @@ class Tuned:
     is of the frequency, as that of `clock-alone`, which does not balance, and of `wary`, which is
     alarmed by a tilt."""
     seed: int = 0
-    """Of the search, and of its starts."""
+    """Seed of the search and of its starts."""
     generations: int = 25
-    """Of CMA-ES."""
+    """Generations of CMA-ES."""
     population: int = 12
     """Candidates of each."""
     pace: Pace = "tuned"
-    """Which speed is wanted."""
+    """Wanted speed."""
 
     def run(self) -> None:
         """Tune, and write the law."""
@@ -167,7 +168,7 @@ def start_of(law: Kind) -> Wiring:
 
 
 def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np.ndarray:
-    """Of every candidate, [candidates]."""
+    """Return the fitness of every candidate, [candidates]."""
     at_speeds, (price, off_course) = pace in PRICES, PRICES.get(pace, AT_FREQUENCIES)
     commands = SPEEDS if at_speeds else OMEGAS
     weights = np.repeat(candidates, len(commands), axis=0)

@@ -1,4 +1,5 @@
-"""How much is a clock with balance to be alarmed by a tilt, and how high to lift its feet before?
+"""Vary two numbers of the clock with balance: its reaction to a tilt, and its step height before
+one.
 
     python studies/go1_wary.py                          # three quarters of an hour of a core
 
@@ -117,7 +118,7 @@ class Wary:
 
 @lru_cache
 def paces(share: float) -> list[Pace]:
-    """What commands mean to the runs without an alarm."""
+    """Return the meaning of commands to the runs without the tilt-triggered reflex."""
     return [
         calibrated(run_of(scaled(run, share, "stride_m"))).pace
         for run in tuned("clock-p-speed").values()

@@ -1,4 +1,4 @@
-"""How well `tegotae identify` recovers the numbers of a hopper: 50 random legs, 60 s at 200 Hz.
+"""Measure the accuracy of `tegotae identify` on hoppers: 50 random legs, 60 s at 200 Hz.
 
     python studies/identify.py [--bodies 50] [--out docs/_static/identify]
 

@@ -1,4 +1,4 @@
-"""How studies keep their tables: a file each, in a folder of `docs/_static`."""
+"""Read and write the tables of studies: a file each, in a folder of `docs/_static`."""
 
 from __future__ import annotations
 

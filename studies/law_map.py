@@ -73,9 +73,10 @@ BINS = (48, 36)
 RELEASES, CHOOSING, JUDGING = 8, 101, 202
 """Releases of a judgement, and the seeds of those that choose vanilla's gain and that judge."""
 JUDGED_LONGER, LONGER = 2, (2, 4)
-"""How many times longer than in the map episodes of a judgement are, and those of the check."""
+"""Factors by which episodes of a judgement are longer than those of the map, and those of the
+check."""
 LOCKED = 0.05
-"""How far the rate of a locked law may be from ω, over ω."""
+"""Largest deviation of a locked law's rate from ω, over ω."""
 KEPT = 32
 """Best laws of each form at each command that are judged, and kept."""
 TRAINED = {
@@ -108,7 +109,7 @@ class Block:
 
     @property
     def document(self) -> dict[str, Any]:
-        """What decides its numbers."""
+        """Return the document of the options that determine the cell's numbers."""
         own = SUBJECTS[self.subject]
         ranges = [list(x) for x in (OFFSETS, WIDTHS, DECAYS, own.rates)]
         timing = dataclasses.asdict(own.timing)
@@ -118,7 +119,7 @@ class Block:
         """Nothing is to be known before."""
 
     def measure(self) -> CellResult:
-        """What became of its laws."""
+        """Measure the laws of the cell."""
         laws, phases = drawn(self.subject, self.form, self.first, self.count)
         timing = SUBJECTS[self.subject].timing
         found = measured(self.subject, self.form, laws, phases, self.omega, timing)
@@ -138,11 +139,11 @@ def blocks(subject: str, form: str, laws: int) -> list[Block]:
 
 @dataclass(frozen=True)
 class Outcomes:
-    """What became of the laws of one form on a body, [laws] each."""
+    """Results of the laws of one form on a body, [laws] each."""
 
     laws: Laws
     by_command: dict[float, Arrays]
-    """What `measured` returns, by ω."""
+    """Results of `measured`, by ω."""
 
 
 def outcomes(folder: Path, subject: str, form: str, laws: int) -> Outcomes:
@@ -193,7 +194,7 @@ def binned(form: str, laws: Laws, merit: np.ndarray, lock: np.ndarray) -> Arrays
 
 
 def released(subject: str, form: str, laws: Laws, omega: float, seed: int = JUDGING) -> Arrays:
-    """What `measured` says of laws from random phases, [laws, releases] each."""
+    """Apply `measured` to laws released from random phases, [laws, releases] each."""
     own, count = SUBJECTS[subject], len(laws.place)
     phases = np.tile(random_phases(own.legs, RELEASES, seed), count)
     repeated = Laws(*(np.repeat(x, RELEASES) for x in laws))
@@ -287,7 +288,7 @@ def trained(subject: str, law: str, omega: float, folder: Path, seeds: int) -> t
 
 @dataclass(frozen=True)
 class LawMap:
-    """What is drawn, and where it is kept."""
+    """Measure and draw the map of short laws."""
 
     laws: int = 2**20
     """Laws of the study's body, a power of two; a quarter of them meets each other one."""
@@ -358,7 +359,8 @@ class LawMap:
     def _convergence(
         self, subject: str, form: str, omega: float, laws: Laws, found: Arrays, whole: Arrays
     ) -> dict[str, float]:
-        """What the first half of the laws says, and what a longer episode of some says."""
+        """Compare the map with that of the first half of the laws, and with longer episodes of some
+        laws."""
         merit, half = found["merit"], np.arange(len(found["merit"]) // 2)
         first = binned(form, taken(laws, half), merit[half], found["rate"][half] / omega)
         some = np.arange(min(self.sample, len(merit)))
@@ -451,7 +453,8 @@ def described(
 
 
 def trots(found: Arrays) -> np.ndarray:
-    """Whether diagonal legs step together and the others half a stride later; NaN on one leg."""
+    """Return True where diagonal legs step together and the others half a stride later; NaN on one
+    leg."""
     if "lag_LF" not in found:
         return np.full(len(found["merit"]), np.nan)
     wanted = {"lag_LF": 0.5, "lag_RF": 0.0, "lag_RH": 0.5}

@@ -1,5 +1,5 @@
-"""What the map of short laws shows: the picture, a row a body and command and a column a form of R;
-and the tables in Markdown."""
+"""Draw the map of short laws, a row a body and command and a column a form of R; and make the
+tables in Markdown."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ TICKS = {
 LOCKS = (0.5, 1.0, 1.5)
 """Rates over ω that have a contour."""
 MARKS = {"load": "o", "offset": "s", "latch": "D", "decay": "^"}
-"""Of laws that PGPE trained."""
+"""Markers of laws that PGPE trained."""
 HARDLY = 0.03
-"""Where fewer laws move than this share there is no contour of their rate."""
+"""Smallest share of moving laws for which a contour of their rate is drawn."""
 
 
 def draw_all(folder: Path) -> None:
@@ -61,7 +61,8 @@ def draw_all(folder: Path) -> None:
 
 
 def summary_text(summary: pd.DataFrame) -> str:
-    """What became of the laws of each form, and where the best two hundredth of them are."""
+    """Tabulate the results of each form's laws, and the positions of the best two hundredth of
+    them."""
     lines = [
         "| body, ω | R | move; locked | 99 % | best | p / π | shape | rate / ω |",
         "|---|---|---|---|---|---|---|---|",
@@ -192,8 +193,8 @@ def _panel(axes: Axes, form: str, own: Arrays, most: float) -> QuadContourSet:
 
 
 def _marks(axes: Axes, form: str, rows: pd.DataFrame) -> None:
-    """Where Tegotae's law is, and those of the trained ones that hop or walk; and with R = N the
-    laws whose feedback is zero at φ = -π/2, just before the push of the study's hopper."""
+    """Mark Tegotae's law, and the trained laws that hop or walk; and with R = N the laws whose
+    feedback is zero at φ = -π/2, just before the push of the study's hopper."""
     if form == "load" and {*rows.subject} == {"study"}:
         place = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 64)
         axes.plot(place, height_of(form, np.sin(place)), **_ZERO)

@@ -29,7 +29,7 @@ FORMS = {"load": 0.25, "latch": 0.5, "decay": 0.25}
 """Share of each in the laws."""
 TURN = 2.0 * math.pi
 ENDS = ("low", "high")
-"""Of the two commands of a body."""
+"""Names of the two commands of a body."""
 OFFSETS, WIDTHS, DECAYS = (-1.5, 1.5), (0.1 * math.pi, math.pi), (0.1, 10.0)
 """Ranges of o, of a sector's width [rad], and of N₀."""
 VANILLA = Sector()
@@ -121,7 +121,7 @@ def drawn(subject: str, form: str, first: int, count: int) -> tuple[Laws, np.nda
 
 
 def height_of(form: str, shape: np.ndarray) -> np.ndarray:
-    """Where a shape lies in the map, 0 to 1 in its range: the reverse of the draw."""
+    """Return the position of a shape in the map, 0 to 1 in its range: the reverse of the draw."""
     if form == "latch":
         return 0.5 + np.arctan(shape) / np.pi
     ends = OFFSETS if form == "load" else np.log(DECAYS)

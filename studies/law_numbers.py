@@ -1,4 +1,4 @@
-"""What each number of a leg's law does: each varied alone, from releases that no training met.
+"""Vary each number of a leg's law alone, and measure its effect from releases of no training.
 
     python studies/law_numbers.py                       # a minute of one core
     python studies/law_numbers.py --figure-only         # table and figure of the kept rows
@@ -72,7 +72,7 @@ NEAR = 1.25
 
 @dataclass(frozen=True)
 class LawNumbers:
-    """What is varied, and where it is kept."""
+    """Vary the numbers of the laws, and draw the effects."""
 
     dir: Path = FOLDER
     """Folder of the trained laws."""
@@ -122,7 +122,8 @@ def forwards(own: np.ndarray) -> np.ndarray:
 
 
 def values(number: str, own: float) -> list[tuple[str, float]]:
-    """What a number is set to: angles half a turn around it, others from 0 to twice."""
+    """Return the values of a number: angles half a turn around the trained one, others from 0 to
+    twice."""
     if number == "p":
         span = own + np.linspace(-np.pi, np.pi, STEPS)
     elif number == "shift":
@@ -133,7 +134,7 @@ def values(number: str, own: float) -> list[tuple[str, float]]:
 
 
 def measured(legged: Legged, laws: np.ndarray) -> pd.DataFrame:
-    """What laws do at every command: a row each."""
+    """Measure laws at every command: a row each."""
     timed = legged.replaced(timing=TIMING)
     found = release_all(timed, laws, OMEGAS, RELEASES, seed=TEST_SEED, changes=USUAL)
     duty = found.frame.filter(like="duty_factor").to_numpy().mean(axis=1)
@@ -180,7 +181,8 @@ def _means(rows: Any) -> list[str]:
 
 
 def _near(varied: Any, usual: Any) -> str:
-    """From which value to which the cost stays near at the faster commands, around the trained."""
+    """Return the range around the trained value in which the cost stays near at the faster
+    commands."""
     cost = varied.pivot_table(
         index="value", columns="omega", values="cost_of_transport", dropna=False
     )

@@ -1,4 +1,4 @@
-"""What bodies with legs gain from learned feedback: train, evaluate, keep, report.
+"""Measure the gain from learned feedback on bodies with legs: train, evaluate, keep, report.
 
     python studies/learned_legs.py train             # what is missing; about an hour of a core
     python studies/learned_legs.py train --only 'AR*+range@*'
@@ -34,7 +34,7 @@ class Train:
     """Train what is missing."""
 
     only: str = "*"
-    """Which cells, a name with * and ? as in a shell."""
+    """Cells to process, a name with * and ? as in a shell."""
     dir: Path = FOLDER
     """Folder of the controllers."""
 

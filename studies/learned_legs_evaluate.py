@@ -22,7 +22,7 @@ from tegotae.training.collection import read
 OMEGAS = tuple(float(x) for x in np.arange(1.0, 3.51, 0.25))
 """Commands that a law for a range is evaluated at [rad/s]."""
 SELECTION_SEED, TEST_SEED = 101, 202
-"""Of the releases by which runs are chosen, and of those by which they are judged."""
+"""Seeds of the releases for the selection of runs, and of those for the test."""
 SELECTION, TEST, GAITS, DISTURBED = 8, 16, 32, 4
 """Random releases: of the selection, of the test, of cells of one frequency, and disturbed; at
 each command."""
@@ -34,11 +34,11 @@ CONDITIONS: dict[str, Mapping[str, LaneNumbers]] = {
     "noise 0.05": {"noise": 0.05},
     "delay 0.03": {"delay_s": 0.03},
 }
-"""What a law for a range is disturbed by; noise in units of the weight, delay in √(l0/g)."""
+"""Disturbances of laws for a range; noise in units of the weight, delay in √(l0/g)."""
 TIMING = system("quadruped-c").timing
-"""Of each of these: that of the fronts."""
+"""Timing of every evaluation: that of the fronts."""
 FALLEN = -10.0
-"""What a release that falls counts in the selection: less than any walk."""
+"""Score of a release that falls in the selection: less than that of any walk."""
 
 
 def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:

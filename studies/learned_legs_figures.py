@@ -26,7 +26,7 @@ FAMILIES = {
     "ART-rF-t+phif": ("ART, T added", COLOURS[4], "-"),
     "W+phi-F": ("whole body, clock and ellipses", COLOURS[1], "-"),
 }
-"""What families are called in pictures, and how they are drawn."""
+"""Labels and styles of families in pictures."""
 
 
 def draw_all(curves: Rows, found: Rows) -> None:
@@ -86,7 +86,7 @@ def _number(run: str) -> str:
 
 
 def _band(axes: Axes, omega: np.ndarray, share: np.ndarray, colour: str) -> None:
-    """From the lower to the upper quartile of the runs."""
+    """Fill the band from the lower to the upper quartile of the runs."""
     at = np.unique(omega)
     low, high = (
         [np.nanquantile(share[omega == x], quantile) for x in at] for quantile in (0.25, 0.75)

@@ -1,4 +1,5 @@
-"""What the study of learned feedback on legs trains, and for how long: fixed before any result."""
+"""Plan of the study of learned feedback on legs: trainings and their lengths, fixed before any
+result."""
 
 from __future__ import annotations
 
@@ -25,11 +26,11 @@ from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 
 FOLDER = Path("runs/learned_legs")
-"""Where controllers are kept."""
+"""Folder of the controllers."""
 TABLES = Path(__file__).resolve().parents[1] / "docs" / "_static" / "learned_legs"
-"""Where tables and figures go."""
+"""Folder of the tables and figures."""
 ZOO = Path(__file__).resolve().parents[1] / "src/tegotae/systems/zoo/data/legs.npz"
-"""Where the learned laws are kept for names such as `zoo:legs:AR-rF+range@quadruped-c`."""
+"""Archive of the learned laws for names such as `zoo:legs:AR-rF+range@quadruped-c`."""
 
 OMEGA = (0.9, 3.6)
 """Commands that a law is trained for, a little beyond those that it is evaluated at [rad/s]."""
@@ -43,7 +44,8 @@ VARIED = (
     Uniform("friction", low=0.5, high=1.1),
     Uniform("delay_s", low=0.0, high=0.032),
 )
-"""What every episode draws anew: command, release, mass, friction and the delay of the senses."""
+"""Quantities that every episode draws anew: command, release, mass, friction and the delay of the
+senses."""
 DELAY_TICKS = 4
 """The longest delay, in control ticks."""
 EPISODE = Timing(duration_s=48.0, tick_s=0.0125, frame_s=0.1)
@@ -52,7 +54,7 @@ CAREFUL = {"std": 0.05, "learning_rate": 0.06, "max_speed": 0.12}
 """The search for a range. Steps as on the hopper, six times as long, throw away a gait that was
 found: the legs then lock in another way, or not."""
 TO_THE_PLATEAU = Stopping(least=100, share=0.4, tolerance=0.02)
-"""When a training for a range ends before its cap."""
+"""Criterion that ends a training for a range before its cap."""
 EPISODES = 4
 """Episodes of a candidate; all candidates of a generation meet the same ones."""
 
@@ -86,13 +88,13 @@ class Cell:
     of: str
     """The design's name."""
     generations: int = 100
-    """At most so many, of 32 candidates each."""
+    """Largest number of generations, of 32 candidates each."""
     seeds: int = 5
     """Runs from random weights."""
     deviation: float = 0.1
     """First deviation of the search."""
     ranged: bool = False
-    """Whether it is trained for a range of commands, under changing conditions."""
+    """True if the law is trained for a range of commands, under changing conditions."""
 
     @cached_property
     def design(self) -> Design:
@@ -106,13 +108,13 @@ class Cell:
 
     @cached_property
     def experiment(self) -> Experiment:
-        """What is trained."""
+        """Return the experiment of the training."""
         found = self.design.experiment()
         return for_a_range(found, self.design) if self.ranged else found
 
     @property
     def run(self) -> Run:
-        """How it is trained: for a range to the plateau, else for a number of generations."""
+        """Return the training run: for a range to the plateau, else for a number of generations."""
         if not self.ranged:
             algorithm = dataclasses.replace(tuned("pgpe"), std=self.deviation)
             stopping = Stopping.after(self.generations)
@@ -168,7 +170,7 @@ CELLS = (*RANGE, *HEXAPOD, *PLATE)
 
 
 def is_trained(cell: Cell, folder: Path) -> bool:
-    """Whether a cell has all its controllers, trained to the end."""
+    """Return True if a cell has all its controllers, trained to the end."""
     from tegotae.systems.controller_file import load
 
     searched = cell.experiment.is_searched

@@ -75,7 +75,7 @@ def sure(values: np.ndarray, digits: int = 2, within: Range = UNBOUNDED) -> str:
 
 
 def per_run(found: Rows, cell: str) -> dict[str, dict[str, np.ndarray]]:
-    """Of every run of a cell its columns over the commands, and its share of the front."""
+    """Return for every run of a cell its columns over the commands, and its share of the front."""
     runs = {}
     for run in dict.fromkeys(found["run"][found["cell"] == cell].tolist()):
         own = (found["cell"] == cell) & (found["run"] == run)
@@ -170,7 +170,8 @@ def by_command(found: Rows, cell: str) -> str:
 
 
 def robust(found: Rows, disturbed: Rows) -> str:
-    """What is kept of CoT⁻¹ at the worst command: all runs, and the selected one."""
+    """Return the share of CoT⁻¹ that disturbances leave at the worst command: of all runs, and of
+    the selected one."""
     rows = []
     for cell in RANGE:
         if not (found["cell"] == cell.name).any():

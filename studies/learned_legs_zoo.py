@@ -17,7 +17,7 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 
 STUDY = "legs"
-"""What the study is called in names of the zoo."""
+"""Name of the study in names of the zoo."""
 _OF_A_RUN = ("seed", "best_fitness", "best_generation", "generations", "ended", "episodes")
 _OF_THE_STUDY = ("seeds", "simulated_s")
 
@@ -44,7 +44,7 @@ def entry(cell: Cell, folder: Path) -> ZooEntry:
 
 
 def document(saved: SavedController, cell: str) -> JsonObject:
-    """What the controller files of all runs have in common."""
+    """Return the entries that the controller files of all runs share."""
     leave = {*_OF_A_RUN, *_OF_THE_STUDY}
     training = {name: x for name, x in saved.training.items() if name not in leave}
     common = SavedController(
@@ -78,6 +78,6 @@ def measured(cell: Cell, seeds: list[str]) -> dict[str, np.ndarray]:
 
 
 def of_run(table: Mapping[str, np.ndarray], cell: str, run: str) -> np.ndarray:
-    """Where a table has the rows of a run."""
+    """Return True for the rows of a run in a table."""
     pairs = zip(table["cell"], table["run"], strict=True)
     return np.array([(str(c), str(r)) == (cell, run) for c, r in pairs])

@@ -38,7 +38,7 @@ TABLES = Path(__file__).resolve().parents[1] / "docs" / "_static" / "atlas"
 BODY, STUDY = "quadruped-c", "legs"
 """The quadruped, and the zoo's study of its laws."""
 GENERATIONS = 60
-"""Of the retuning of a form, as in the atlas of one leg."""
+"""Generations of the retuning of a form, as in the atlas of one leg."""
 COLUMNS = {"merit": "CoT⁻¹", "merit_cut": "cut", "merit_frozen": "frozen", "following": "following"}
 CURVES = ("one harmonic", "two", "N", "1 - k N", "e^(-k N)", "1 - k N / (1 + s N)")
 """Formulas of `FITS`."""
@@ -46,7 +46,7 @@ CURVES = ("one harmonic", "two", "N", "1 - k N", "e^(-k N)", "1 - k N / (1 + s N
 
 @dataclass(frozen=True)
 class LegsAtlas:
-    """Where controllers are kept."""
+    """Simplify the learned laws of the legs, and fit formulas to them."""
 
     dir: Path = Path("results/legs_atlas")
     """Folder of what was measured; what is missing is measured into it."""
@@ -161,7 +161,8 @@ def tables(kept: pd.DataFrame) -> str:
 
 
 def forms_table(kept: pd.DataFrame) -> list[list[str]]:
-    """Of how many runs each form is the shortest that keeps a share; of equal ones the best."""
+    """Count for each form the runs in which it is the shortest that preserves a share; of equally
+    short ones the best."""
     own = resolve(BODY).controller().controller
     numbers = {
         name: form.on_legs(own, 1.0).layout["actuation"].start

@@ -62,12 +62,12 @@ class Stage:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """Return the name of the stage's file."""
         return self.space.name + self.note
 
     @property
     def feet(self) -> str:
-        """What the feet may do."""
+        """Return the kind of motion that the feet are free to have."""
         return self.space.feet
 
     def begin(
@@ -125,7 +125,7 @@ _ALL = (
     Stage(Space("free", 1, 5), ("free-1-5", "free-1-3-d"), **NEAR, note="-b"),
 )
 KEPT = "kept"
-"""In place of a stage's name: the gaits that are kept."""
+"""Name of the kept gaits in place of a stage's name."""
 _FURTHER = tuple(
     Stage(Space(feet, steps, harmonics), (KEPT,), std=0.03, generations=400, note="-f")
     for feet in ("ellipse", "free")
@@ -219,7 +219,7 @@ class Report:
     """Folder for a report of these stages alone, without what is kept."""
 
     def run(self) -> None:
-        """Of the stages that are there."""
+        """Report the stages whose files exist."""
         there = [name for name in STAGES if (self.dir / f"{name}.npz").exists()]
         legs_limit_report.report(
             {name: (STAGES[name].space, *load(self.dir, name)) for name in there}, self.out

@@ -26,9 +26,9 @@ from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.systems.legged import system
 
 REACH_M = 0.4
-"""How far a foot may be ahead of or behind its hip [l0]."""
+"""Largest distance of a foot ahead of or behind its hip [l0]."""
 HEIGHTS_M = (-0.2, 0.3)
-"""How far below and above its place at rest it may be commanded [l0]."""
+"""Lowest and highest commanded height of a foot, from its place at rest [l0]."""
 OMEGAS = (0.3, 24.0)
 """Stride frequencies that are allowed [√(g/l0)]."""
 
@@ -50,7 +50,7 @@ class TimedEllipse(Actuation):
     COMMANDS = FOOT
     harmonics: int = 3
     turns: int = 1
-    """How often it goes round in a turn of θ."""
+    """Number of its rounds in a turn of θ."""
     around: EllipticFoot = system("quadruped-c").controller.actuation  # type: ignore[assignment]
 
     @property
@@ -65,7 +65,7 @@ class TimedEllipse(Actuation):
 
     @property
     def shape(self) -> int:
-        """How many weights are no series."""
+        """Return the number of weights that are no series."""
         return 0
 
     @property
@@ -108,7 +108,7 @@ class FreeFoot(TimedEllipse):
 
     @property
     def n_weights(self) -> int:
-        """Of the ellipse, its timing and what is added."""
+        """Return the number of weights of the ellipse, its timing and the added series."""
         return self.shape + 6 * self.harmonics
 
     @property
@@ -169,14 +169,14 @@ class Space:
 
     @property
     def foot(self) -> TimedEllipse:
-        """What moves a foot."""
+        """Return the actuation of a foot."""
         turns = 2 if self.steps == 4 else 1
         kind = FreeFoot if self.feet == "free" else TimedEllipse
         return kind(turns * self.harmonics, turns)
 
     @property
     def size(self) -> int:
-        """How many numbers a vector has."""
+        """Return the length of a vector."""
         n = self.foot.n_weights
         return 2 + 2 * n if self.steps == 1 else 4 + 4 * n
 
@@ -197,7 +197,7 @@ class Space:
         return weights, Scenario(omega=halves * omega, phase_rad=phase, height_m=RELEASE_M)
 
     def engine(self, summary, timing: Timing) -> Engine:
-        """What advances its gaits."""
+        """Return the engine that simulates its gaits."""
         legs = Controller(self.foot, PhaseOscillator(), limbs=4, sharing=(0, 1, 2, 3))
         return Engine(controller=legs, timing=timing, summary=summary)
 
@@ -246,13 +246,13 @@ def replaced(space: Space, **changes) -> Space:
 
 
 class Walked(NamedTuple):
-    """What a gait does over its last whole strides, and over as many before, [2, lanes] each."""
+    """Results of a gait over its last whole strides, and over as many before, [2, lanes] each."""
 
     speed: np.ndarray
     power: np.ndarray
     turn: np.ndarray
     fall_s: np.ndarray
-    """When it falls [s], infinite if it does not, [lanes]."""
+    """Time of a fall [s], infinite without one, [lanes]."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""How little a walk can cost: a proved bound for walkers, and the best gaits found for quadruped C.
+"""Read the limits of a walk's cost: a proved bound for walkers, and the best gaits found for
+quadruped C.
 
 The bound is on this page of code; what was found, by `studies/legs_limit.py`, is a kept table. The
 argument and the results are in docs/studies/legs_limit.md.
@@ -18,7 +19,7 @@ from tegotae.parts.bodies import Walker
 
 KEPT = Path(__file__).resolve().parents[1] / "docs" / "_static" / "legs_limit" / "known.csv"
 FEET = ("free", "ellipse")
-"""What the feet of the kept limits may do."""
+"""Kinds of motion of the feet in the kept limits."""
 
 
 def stance_loss_j(

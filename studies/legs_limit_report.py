@@ -30,7 +30,7 @@ from tegotae.systems.legged import system
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = GAITS.parent
 FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
-"""Of the rollouts that are kept: ticks of a third, three times as long."""
+"""Timing of the kept rollouts: ticks of a third, three times as long."""
 TOP = 4
 """Gaits of every speed that are simulated finely."""
 NAMES = system("quadruped-c").names
@@ -173,7 +173,7 @@ class Look(NamedTuple):
     """A gait's last stride."""
 
     lag: np.ndarray
-    """Of the middles of stances behind that of LH [cycles], [legs]."""
+    """Lag of the middles of stances behind that of LH [cycles], [legs]."""
     gait: str
     duty: np.ndarray
     longest_s: float
@@ -189,7 +189,7 @@ def _watch(trajectory, scenario, body, timing):
 
 
 def look(gait: Gait) -> Look:
-    """When the feet of a gait are on the ground."""
+    """Return the times at which the feet of a gait are on the ground."""
     weights, scenario = gait.space.decoded(gait.x[None], np.array([gait.wanted]))
     engine = gait.space.engine(_watch, FINE)
     path = engine.run(weights, scenario, Walker(), dtype="float64")
@@ -347,7 +347,7 @@ def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure
 
 
 def controllers(axes: Axes) -> None:
-    """What controllers reach: the vanilla front, and the learned walkers that are kept."""
+    """Draw the reach of controllers: the vanilla front, and the kept learned walkers."""
     kept = front("quadruped-c", "vanilla")
     axes.plot(
         kept["speed"], kept["cost_of_transport"], "-", color=COLOURS[0], label="vanilla front"

@@ -1,4 +1,4 @@
-"""What the search for gaits of least cost minimises."""
+"""Loss that the search for gaits of least cost minimises."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from tegotae.simulation.rollout import Timing
 GAITS = Path(__file__).resolve().parents[1] / "docs" / "_static" / "legs_limit" / "gaits.json"
 """The kept gaits, one for each kind of feet and speed."""
 TIMING = Timing(duration_s=32.0, tick_s=0.0125, frame_s=0.1)
-"""Of a candidate's rollout."""
+"""Timing of a candidate's rollout."""
 SETTLE_S = 10.0
-"""Of it left to settle."""
+"""Settling time of the rollout."""
 POPULATION = 16
 """Candidates of a generation."""
 TRACKING = 4.0
-"""What a speed that is off by all of itself costs, in units of log CoT."""
+"""Loss for a speed error of 100 %, in units of log CoT."""
 
 
 def losses(

@@ -35,9 +35,9 @@ SETS = {"A": (SET_A, (2.6,)), "C": (SET_C, (0.9, 2.1, 3.2))}
 """Bodies, and the frequencies at which they are watched."""
 FRAME = 0.1
 TICKS = tuple(FRAME / n for n in (4, 7, 10, 20, 40))
-"""Of 0.2 m long legs, 0.0143 are 2 ms."""
+"""Control periods; 0.0143 are 2 ms with legs that are 0.2 m long."""
 SHORT, LONG, LAST = 9.0, 60.0, 30.0
-"""Over what time paths are compared; how long it is walked; over which last part gaits are."""
+"""Time over which paths are compared, length of a walk, and the length of its evaluated last part."""
 PHASES = (0.3, 3.0, 3.6, 0.9)
 STARTS = 4
 """Further random starts, for the twin."""
@@ -46,18 +46,18 @@ STARTS = 4
 @traceable
 @dataclass(frozen=True, kw_only=True)
 class AnyTick(Walker):
-    """A walker that is not asked whether a tick is short enough for it."""
+    """A walker that accepts every tick."""
 
     def check_tick(self, tick_s: float) -> None:
-        """Every tick will do."""
+        """Accept every tick."""
 
 
 @dataclass(frozen=True)
 class Gait:
-    """Of the whole strides in the last part of a walk."""
+    """Gait over the whole strides in the last part of a walk."""
 
     lags: np.ndarray
-    """Of all legs behind the first, [legs] [cycles]."""
+    """Lags of all legs behind the first, [legs] [cycles]."""
     speed: float
     frequency: float
     """Strides per √(l0/g)."""
@@ -66,7 +66,8 @@ class Gait:
 
     @classmethod
     def of(cls, time, place, phase, work=None) -> Gait:
-        """From times, places [frames, 2], phases [frames, legs] and absolute work [frames]."""
+        """Compute the gait from times, places [frames, 2], phases [frames, legs] and absolute work
+        [frames]."""
         phase = np.unwrap(phase, axis=0)
         strides = np.maximum.accumulate(phase[:, 0]) / (2 * np.pi)
         first = np.ceil(np.interp(time[-1] - LAST, time, strides))
@@ -100,7 +101,7 @@ def engine(name: str, tick: float) -> dict[str, np.ndarray]:
 
 
 def gait(path: dict[str, np.ndarray], at: int, start: int) -> Gait:
-    """Of one lane of the engine."""
+    """Return the gait of one lane of the engine."""
     lane = {name: x[..., at, start] for name, x in path.items()}
     place = np.column_stack([lane["x_m"], lane["y_m"]])
     return Gait.of(lane["time_s"], place, lane["phase_rad"], lane["work_absolute_j"])

@@ -1,4 +1,4 @@
-"""Why the lightest mode wins: averaging predicts which gait a body gives its legs.
+"""Explain why the lightest mode wins: averaging predicts the gait that a body gives its legs.
 
     python studies/lightest_mode.py
 
@@ -30,11 +30,11 @@ LAWS = {"sector": "V-sector-w8", "reflex": "V-reflex-w8"}
 POINTS = 240
 PUSH_NS = 1e-4
 NEAR = 0.02
-"""How far 1/j is from 1 where drifts are measured."""
+"""Deviation of 1/j from 1 at which drifts are measured."""
 NUDGE_RAD = 0.005
-"""How far legs start off a gait whose rates are measured: small, for unstable ones grow."""
+"""Initial deviation of legs from a gait whose rates are measured: small, for unstable ones grow."""
 SOON_S, LATE_S = 6.0, 26.0
-"""Between which times a drift is measured [s]; legs are back on their cycles by the first."""
+"""Start and end of the measurement of a drift [s]; legs are back on their cycles at the start."""
 
 MODES = {
     "pronk": (1, 1, 1, 1),
@@ -47,7 +47,7 @@ is a mode of the body and, as phases 0 and π, a gait."""
 
 
 class Leg(NamedTuple):
-    """What a single hopper shows of how its kind feel each other."""
+    """Response of a single hopper to others of its kind."""
 
     saved: SavedController
     orbit: Orbit
@@ -94,7 +94,7 @@ RANDOM_STATES = 100_000
 
 
 def rises(even: float) -> float:
-    """Of random states of four legs, the share in which V rises if H = sin ψ + even · cos ψ.
+    """Return the share of random states of four legs in which V rises if H = sin ψ + even · cos ψ.
 
     Inertias are drawn, too: lightnesses of pitch, roll and twist from -1 to 1, heave has none.
     """
@@ -110,7 +110,8 @@ def rises(even: float) -> float:
 
 
 def evenness(legs: dict[str, Leg]) -> list[dict]:
-    """How even H is, as amplitudes of its first harmonics, and how often V then rises."""
+    """Compute the even part of H, as amplitudes of its first harmonics, and the share of states in
+    which V then rises."""
     rows = []
     for law, leg in legs.items():
         odd = 2.0 * float((leg.drift_per_s * np.sin(leg.lag_rad)).mean())
@@ -136,7 +137,7 @@ def predicted(leg: Leg, gait: str, mode: str, lightness: dict[str, float]) -> fl
 
 @needing("touchdown_time_s")
 def touchdowns(trajectory, scenario, body, timing):
-    """Of every leg the last touchdown before `SOON_S` and before the end [s]."""
+    """Return the last touchdown of every leg before `SOON_S` and before the end [s]."""
     soon = round(SOON_S / timing.frame_s)
     time = jnp.nan_to_num(trajectory.touchdown_time_s, nan=0.0)
     return time[:soon].max(axis=0), time.max(axis=0)
@@ -228,7 +229,7 @@ def exponents(law: str, leg: Leg) -> list[dict]:
 
 @needing("phase_rad")
 def last_lags(trajectory, scenario, body, timing):
-    """How far each leg is ahead of the first at the end [rad], [limbs, lanes]."""
+    """Return the phase of each leg relative to the first at the end [rad], [limbs, lanes]."""
     return trajectory.phase_rad[-1] - trajectory.phase_rad[-1, :1]
 
 
@@ -240,7 +241,7 @@ WITHIN = np.cos(0.1 * np.pi)
 
 
 def shares(law: str, ratio: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of random starts of two legs, how many end in phase and how many in antiphase."""
+    """Return the shares of random starts of two legs that end in phase and in antiphase."""
     cells = np.arange(len(ratio)).repeat(STARTS)
     start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (2, STARTS))
     engine = Engine(
@@ -273,7 +274,7 @@ PLATE_STARTS = 24
 
 
 def plates(law: str) -> list[dict]:
-    """Which gait plates of these inertia ratios end in, of random starts."""
+    """Measure the gaits that plates of these inertia ratios reach from random starts."""
     rows = []
     start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (4, PLATE_STARTS))
     for limp in (False, True):
@@ -369,7 +370,7 @@ def draw(legs: dict[str, Leg], curves: dict, bars: list[dict], rates: list[dict]
 
 
 def _stacked(axis, bars: list[dict]) -> None:
-    """Where two legs end, of either law, as bars over the inertia ratio."""
+    """Draw the gaits that two legs reach, of either law, as bars over the inertia ratio."""
     x = np.arange(len(RATIOS))
     for level, law in enumerate(reversed(LAWS)):
         of = columns([row for row in bars if row["law"] == law])

@@ -1,4 +1,5 @@
-"""How far the metrics depend on what counts as a limit cycle: tolerances, period, repeats, window.
+"""Measure the sensitivity of the metrics to the definition of a limit cycle: tolerances, period,
+repeats, window.
 
     python studies/limit_cycle_sensitivity.py
 

@@ -1,4 +1,4 @@
-"""How steady a live controller's loop is on this machine: a simulated leg at 1 kHz.
+"""Measure the jitter of a live controller's loop on this machine: a simulated leg at 1 kHz.
 
 The page on driving hardware shows its figure:
 

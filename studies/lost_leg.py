@@ -45,16 +45,16 @@ TABLES = Path(__file__).resolve().parents[1] / "docs" / "_static" / "lost_leg"
 STARTS = 64
 """Random releases of each case."""
 TIMING = Timing(duration_s=100.0, tick_s=0.008, frame_s=0.08)
-"""Of a release; the leg is lost at half of it."""
+"""Timing of a release; the leg is lost at half of it."""
 FAST = EllipticFoot(stride_m=0.264, lift_m=0.045, press_m=0.0, shift_rad=0.647)
 """Small quick steps, at which a walker can go on with three legs."""
 OMEGA, SIGMA = 8.5, 1.9
 MOVED = {"com_x_m": 0.326, "com_y_m": -0.206}
-"""Where the mass is if the left hind leg is to be lost."""
+"""Position of the mass for the loss of the left hind leg."""
 
 
 LEAST_WAY = 0.5
-"""Who stays up and covers no more than this in the last quarter stands [l0]."""
+"""Largest distance in the last quarter [l0] for which an upright body counts as standing."""
 
 
 def quick() -> Legged:
@@ -144,7 +144,7 @@ def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, An
         return jnp.hypot(path.x_m[b] - path.x_m[a], path.y_m[b] - path.y_m[a])
 
     def ahead(a: int, b: int) -> Any:
-        """How far the feet are ahead of the mass in the mean."""
+        """Return the mean distance of the feet ahead of the mass."""
         x = (path.foot_x_m - path.x_m[:, None])[a:b].mean(axis=1)
         y = (path.foot_y_m - path.y_m[:, None])[a:b].mean(axis=1)
         yaw = path.yaw_rad[a:b]

@@ -22,15 +22,15 @@ from tegotae.simulation.world import Step, with_changes
 from tegotae.systems.legged import Legged, random_phases
 
 LOST_S = 20.0
-"""When the leg is lost."""
+"""Time of the loss of the leg."""
 TIMING = Timing(duration_s=45.0, tick_s=0.008, frame_s=0.04)
-"""Of the rollouts that are shown."""
+"""Timing of the shown rollouts."""
 SEED = 7
-"""Of the phases at release; that of no training or evaluation."""
+"""Seed of the phases at release; no training or evaluation has it."""
 SHOWN_S = (-0.5, 0.5, 1.0, 1.5, 2.5, 4.0)
 """Times after the loss of the frames in a row."""
 FILM_S = (-1.0, 5.0)
-"""From when to when a film is."""
+"""Start and end of a film, relative to the loss."""
 SLOWER = 1.0
 """Seconds of the film for a unit of time."""
 

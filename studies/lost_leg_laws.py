@@ -22,7 +22,7 @@ from tegotae.simulation.world import Step, with_changes
 from tegotae.systems.legged import Legged, random_phases
 
 SHIFT_M, LIFT_M = 0.5, 0.2
-"""How far a network can shift a foot fore and aft, and up and down [l0]."""
+"""Largest shift of a foot by a network, fore and aft, and up and down [l0]."""
 TYPICAL = {
     "spring_force": 0.25,
     "pitch": 0.15,
@@ -34,9 +34,9 @@ TYPICAL = {
 MIRRORED = ("roll", "roll_rate")
 """Senses that have the other sign for the legs of the other side."""
 LOST_S = 20.0
-"""When a leg is lost in training [√(l0/g)]."""
+"""Time at which a leg is lost in training [√(l0/g)]."""
 TIMING = Timing(duration_s=45.0, tick_s=0.0125, frame_s=0.5)
-"""Of an episode of training."""
+"""Timing of a training episode."""
 UNSEEN = 10_000
 """Seeds of phases from here on are of the training; those of the evaluation are small."""
 
@@ -73,17 +73,17 @@ class Law:
 
     @property
     def unit(self) -> int:
-        """How many numbers of a vector are of a leg's networks and its σ."""
+        """Return the number of a vector's entries for a leg's networks and its σ."""
         return 1 + 2 * self.hidden * (len(self.senses) + 2)
 
     @property
     def ends(self) -> int:
-        """How many of fore and hind legs have weights of their own."""
+        """Return the number of ends, fore and hind, with separate weights."""
         return 2 if self.knows == "place" else 1
 
     @property
     def size(self) -> int:
-        """How many numbers a vector has."""
+        """Return the length of a vector."""
         return self.ends * self.unit
 
     def weights(self, x: np.ndarray, sigma: float) -> np.ndarray:
@@ -203,5 +203,5 @@ def scores(
 
 
 def loss_of(score: np.ndarray) -> np.ndarray:
-    """What a search minimises: the worst leg counts most, [controllers]."""
+    """Return the loss that a search minimises: the worst leg counts most, [controllers]."""
     return -(score.min(axis=1) + 0.3 * score.mean(axis=1))

@@ -37,7 +37,7 @@ from tegotae.systems.legged import Legged, settling, walking
 from tegotae.training.learner import versions_of
 
 ZOO = Path(__file__).resolve().parents[1] / "src/tegotae/systems/zoo/data/lost-leg.npz"
-"""Where the learned laws are kept, for names such as `zoo:lost-leg:feels-tilt@quadruped-c`."""
+"""Archive of the learned laws, for names such as `zoo:lost-leg:feels-tilt@quadruped-c`."""
 STEADY = EllipticFoot(stride_m=0.22, lift_m=0.04, press_m=0.0, shift_rad=0.26)
 """Small quick steps that bear a reaction, and its ω and σ below: of a pilot that searched for gait
 and gains at once."""

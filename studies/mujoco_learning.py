@@ -55,7 +55,7 @@ TIME_S = 3072.0
 """Simulated time of one training [s], 256 episodes: twice what SAC and PPO were tuned for."""
 POPULATION = 16
 POINTS = 16
-"""How often an agent is judged."""
+"""Number of evaluations of an agent."""
 CONTROL_S, DECISION = 0.005, 2
 """Control period [s], and how many an agent's action is held for: 10 ms, as it was tuned for."""
 LIMIT = 40.0
@@ -329,7 +329,8 @@ def best_by(curves: pd.DataFrame, time_s: float = math.inf) -> pd.Series:
 
 
 def learned_text(curves: pd.DataFrame) -> str:
-    """What each algorithm had kept after a quarter, a half and all of the time, and at the end."""
+    """Tabulate the best result of each algorithm after a quarter, a half and all of the time, and
+    at the end."""
     parts = {f"by {share * TIME_S:.0f} s": best_by(curves, share * TIME_S) for share in SHARES}
     parts["at the end"] = curves.sort_values("simulated_s").groupby(KEY)["cot_inverse"].last()
     lines = [f"| policy | by | runs | {' | '.join(parts)} |", "|---" * (3 + len(parts)) + "|"]

@@ -57,7 +57,7 @@ class Body:
     omega: float
     made: tuple[tuple[str, Any], ...] = ()
     places: bool = False
-    """Whether its actuators take places; standing still is the middle of them then."""
+    """True if the actuators take positions; standing still is the middle of their range then."""
     max_force: float | None = None
     """Full force, if not the wiring's."""
 
@@ -132,12 +132,12 @@ def experiment(body: Body, model: str, seconds: float) -> EnvExperiment:
 
 
 def folder(work: Path, name: str) -> Path:
-    """Where a body's training is."""
+    """Return the folder of a body's training."""
     return work / name.replace(", ", "-").replace(" ", "-")
 
 
 def learn(work: Path) -> None:
-    """What is not done yet: ART by PGPE, all seeds of a body together."""
+    """Train the missing controllers: ART by PGPE, all seeds of a body together."""
     for name, body in installed(LEARNED):
         run = Run(
             experiment=experiment(body, "ART", TRAINED_S),

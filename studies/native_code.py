@@ -1,4 +1,4 @@
-"""What native code costs and gives: the table of docs/native.md.
+"""Measure the cost and the speed of native code: the table of docs/native.md.
 
     python studies/native_code.py
 
@@ -30,12 +30,13 @@ from tegotae.simulation.recorder import Recorder
 LANES = 1056
 REPEATS = 5
 NEEDS = ("climb_flight_m", "work_positive_j", "work_net_j")
-"""What a fitness needs at least, beside whether a lane failed."""
+"""Channels that every fitness needs, besides the failure of a lane."""
 Program = tuple[Controller, Body, Timing, np.ndarray, Scenario]
 
 
 def programs() -> dict[str, Program]:
-    """What is timed, by name: controller, body, timing, weights [n_weights, lanes], scenario."""
+    """Return the timed programs, by name: controller, body, timing, weights [n_weights, lanes],
+    scenario."""
     rng = np.random.default_rng(0)
     art, sector, walker = build("ART"), build("V-sector-w8"), Walker()
     walks = dataclasses.replace(sector, limbs=walker.limbs, actuation=FOOT)

@@ -55,7 +55,7 @@ SHOWN = {
     "limit_cycle_share": "settled share",
     "recovery_share": "recovered share",
 }
-"""What is listed of a run, by column."""
+"""Columns of a run that are listed, with their labels."""
 _TITLES = {
     "hopf": "Hopf",
     "adaptive-hopf": "adaptive Hopf",
@@ -71,9 +71,9 @@ class Matter:
     omegas: tuple[float, ...] = (8.0, 4.0)
     """Training frequencies ω_t [rad/s]."""
     oscillators: tuple[str, ...] = COMPARED
-    """Which oscillators; the phase oscillator is always among them."""
+    """Oscillators; the phase oscillator is always among them."""
     architectures: tuple[str, ...] = ARCHITECTURES
-    """Which architectures."""
+    """Architectures."""
     seeds: int = 10
     """Runs of each."""
     dir: Path = Path("runs/oscillators")
@@ -103,7 +103,7 @@ class Matter:
 
     @property
     def plan(self) -> Plan:
-        """What is trained and evaluated."""
+        """Return the plan of trainings and evaluations."""
         names = dict.fromkeys((PHASE, *self.oscillators))
         experiments = tuple(
             find(model_name(architecture, oscillator, omega)).experiment()

@@ -1,4 +1,4 @@
-"""How many parameters can PGPE train? 96 to 1024, with settings as they are and with scaled ones.
+"""Measure how many parameters PGPE trains: 96 to 1024, with unchanged and with scaled settings.
 
     python studies/parameter_limit.py
 
@@ -45,7 +45,8 @@ from tegotae.training.settings import tuned
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 SIZES = (96, 128, 256, 1024)
 LARGEST = {"as for 96": 256, "pgpelib": 256}
-"""Where a way ends: 1024 parameters take as long as all the rest, and one way is enough."""
+"""Largest number of parameters of a rule: 1024 take as long as all the rest, and one rule is
+enough."""
 COLUMNS = (
     *("way", "parameters", "population", "std", "learning_rate", "seed"),
     *("untrained_fitness", "fitness", "cot_inverse_m_per_j"),
@@ -116,11 +117,11 @@ class ParameterLimit:
     """Train, and write tables and figure."""
 
     model: str = "ART-rF-tphif-w4"
-    """What is trained."""
+    """Model to train."""
     sizes: tuple[int, ...] = SIZES
     """Parameters."""
     ways: tuple[str, ...] = tuple(WAYS)
-    """How PGPE's settings are chosen."""
+    """Rules by which PGPE's settings are chosen."""
     seeds: int = 6
     """Trainings of each."""
     generations: int = 480

@@ -1,4 +1,4 @@
-"""What bodies can do under the disturbances that controllers are tried with.
+"""Compute the limits of bodies under the disturbances that controllers are tested with.
 
     python studies/physical_limit.py
 
@@ -39,7 +39,7 @@ OMEGAS = (4.0, 8.0)
 """Frequencies of the models [rad/s]."""
 STARTS = 3
 FREE = 1000.0
-"""From here on no work is done, but for the optimiser's tolerance [m/J]."""
+"""Efficiency above which no work is done, but for the optimiser's tolerance [m/J]."""
 
 
 def cases() -> Iterator[tuple[str, float, float]]:
@@ -59,7 +59,7 @@ def disturbed(name: str, level: float) -> Hopper:
 
 
 def row(name: str, level: float, omega: float) -> dict[str, Any]:
-    """What was found, and what is proved."""
+    """Return the best gait found and the proved bound."""
     body = disturbed(name, level)
     own = omega * level if name == "omega" else omega
     row = {"condition": name, "level": level, "omega": omega}

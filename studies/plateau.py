@@ -1,4 +1,4 @@
-"""How long training takes, and with which settings it gets to the plateau soonest.
+"""Measure the length of training, and find the settings that reach the plateau soonest.
 
     python studies/plateau.py                      # all of it; 15 min of CPU time
     python studies/plateau.py --settings pgpe --seeds 2 --models ART-rF-tphif-w4
@@ -57,7 +57,7 @@ SETTINGS: dict[str, Stages] = {
     "cma-es": ((CMAES(population=32, std=0.2), 1.0),),
     "openai-es": ((OpenES(population=32), 1.0),),
 }
-"""What is compared, by name: first what the first study took, and as `pgpe` what it takes now."""
+"""Compared settings, by name: first those of the first study, and as `pgpe` the present ones."""
 
 RESTARTS = "best of two"
 """The first setting once more: of two runs, with half of the episodes each, the better."""
@@ -73,9 +73,9 @@ class Plateau:
     """Train, and write the table and the figure."""
 
     models: tuple[str, ...] = ("AR-rF-sector-w4", "ART-rF-tphif-w4", "T-Fv")
-    """What is trained."""
+    """Models to train."""
     settings: tuple[str, ...] = tuple(SETTINGS)
-    """With which settings."""
+    """Names of the settings."""
     seeds: int = 8
     """Runs of each."""
     out: Path = DOCS / "_static"
@@ -166,7 +166,7 @@ def _from(run: Run, weights: np.ndarray) -> Progress:
 
 
 def _best_of_two(episodes: np.ndarray, best: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of each pair of runs the better, after half of the episodes each."""
+    """Return the better run of each pair, after half of the episodes each."""
     pairs = best[:, : best.shape[1] // 2 * 2].reshape(len(best), -1, 2).max(axis=2)
     half = np.searchsorted(episodes, 0.5 * episodes, side="right") - 1
     return episodes, np.where(half[:, None] >= 0, pairs[half], -np.inf)

@@ -1,4 +1,5 @@
-"""How soon the playground's learner learns: `python studies/playground_learning.py`, with Node.
+"""Measure the learning time of the playground's learner: `python studies/playground_learning.py`,
+with Node.
 
 For each start of the page it runs the page's own worker on the paper's hopper at 8 rad/s, until the
 best mean is within 2 % of the best gait known. A row a start: _static/playground_learning.csv.
@@ -68,7 +69,7 @@ def main() -> None:
 
 
 def learned(task: dict) -> list:
-    """Whether, when, how well and how soon."""
+    """Return the columns of learning: success, its time, the quality and the speed."""
     worker = Path(str(resources.files("playground"))) / "web" / "learn" / "worker.js"
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "learn.mjs"

@@ -59,10 +59,10 @@ OF_GO1 = {"speeds": SPEEDS, "disturbed": DISTURBED, "lost": LOST}
 
 @dataclass(frozen=True)
 class Films:
-    """Which films."""
+    """Make films of robots."""
 
     names: tuple[str, ...] = ("robots", *OF_GO1)
-    """Of them."""
+    """Names of the films."""
 
     def run(self) -> None:
         """Make them."""

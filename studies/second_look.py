@@ -83,7 +83,7 @@ class SecondLook:
     episodes: int = 1000
     """Episodes of each run."""
     algorithms: tuple[str, ...] = tuple(LABELS)
-    """Which to train."""
+    """Algorithms to train."""
 
     def run(self) -> None:
         """Do it all."""

@@ -1,4 +1,4 @@
-"""What does learning add: short laws of two to five numbers beside the learned controllers.
+"""Measure the gain from learning: short laws of two to five numbers beside the learned controllers.
 
     python studies/short_laws.py               # what is missing of it; ten minutes on two cores
     python studies/short_laws.py --seeds 5 --omegas 4
@@ -41,7 +41,7 @@ LEARNED = ("ART-rF-tphi", "ART-rF-tphif", "ARGT-rF-gF-tphi")
 
 @dataclass(frozen=True)
 class ShortLaws:
-    """What is trained, and where it is kept."""
+    """Train short laws, and compare them with the learned controllers."""
 
     omegas: tuple[float, ...] = (4.0, 8.0)
     """Frequencies of the training [rad/s]."""

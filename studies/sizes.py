@@ -43,7 +43,7 @@ def closure(requirements: Iterable[str]) -> set[str]:
 
 
 def megabytes(names: Iterable[str]) -> float:
-    """What the files of distributions take [MB]."""
+    """Return the size of the files of distributions [MB]."""
     files = {Path(str(f.locate())) for name in names for f in distribution(name).files or []}
     return sum(file.stat().st_size for file in files if file.is_file()) / 1e6
 

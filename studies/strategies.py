@@ -17,7 +17,7 @@ KEPT_EVERY = 20
 
 
 class Found(NamedTuple):
-    """What the searches have come to, [starts] first."""
+    """Results of the searches, [starts] first."""
 
     x: np.ndarray
     """The vector of least loss, [starts, size]."""
@@ -32,7 +32,7 @@ class Found(NamedTuple):
 
 
 def load(file: Path) -> Found:
-    """What a search has written down."""
+    """Read the file of a search."""
     with np.load(file) as kept:
         return Found(*(kept[field] for field in Found._fields))
 

@@ -1,4 +1,4 @@
-"""What is missing to the optimum: the best short law and the best learned ones beside it.
+"""Split the distance to the optimum: the best short law and the best learned ones beside it.
 
     python studies/to_the_optimum.py results/learning
 
@@ -50,7 +50,7 @@ _COLOURS = tuple(colour for colour in COLOURS if colour != "#000000")  # black i
 
 @dataclass(frozen=True)
 class ToTheOptimum:
-    """What is taken apart, and where it is kept."""
+    """Split the distance to the optimum into parts."""
 
     study: Annotated[Path, tyro.conf.Positional]
     """A study's folder."""

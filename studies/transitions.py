@@ -1,4 +1,4 @@
-"""Which gait at which speed: learned laws swept up and down in ω, beside vanilla feedback.
+"""Map gaits over speed: learned laws swept up and down in ω, beside vanilla feedback.
 
     python studies/transitions.py NAME ...     # controller files or folders of them; a minute
 
@@ -31,7 +31,7 @@ FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "learned_leg
 LEVELS = np.linspace(1.0, 3.6, 14)
 """Frequencies of the sweep [√(g / l0)]."""
 DWELL = 60.0
-"""How long each lasts [√(l0 / g)]."""
+"""Duration of each level [√(l0 / g)]."""
 STARTS = 4
 """Random releases at either end."""
 
@@ -52,7 +52,7 @@ def swept(names: list[str]) -> list[dict[str, Any]]:
 
 
 def rows_of(label: str, found: GaitSweep) -> list[dict[str, Any]]:
-    """What most starts do at each level, on each way."""
+    """Return the gait of most starts at each level, on each way."""
     rows = []
     bistable = set(found.bistable.tolist())
     for (way, omega), own in found.frame.groupby(["direction", "omega_rad_per_s"], sort=False):

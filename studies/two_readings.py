@@ -43,8 +43,8 @@ METRICS = {
     "cpgu": "CPGu",
     "limit_cycle_share": "settles (share)",
 }
-"""What is compared, with its label. Efficiency is weight times height climbed over work; the gain,
-CoT⁻¹ over the mean of V, stands in its place in the figure."""
+"""Compared metrics, with their labels. Efficiency is weight times height climbed over work; the
+gain, CoT⁻¹ over the mean of V, stands in its place in the figure."""
 
 PLACES = tuple((name, "F") for name in ARCHITECTURES) + tuple(
     (name, "Fv") for name in ("AR", "ART", "ARG", "ARGT", "T")

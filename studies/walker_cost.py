@@ -1,4 +1,4 @@
-"""What the walker's cost of transport counts, and what it does not.
+"""Test what the walker's cost of transport counts, and what it omits.
 
     python studies/walker_cost.py
 
@@ -88,13 +88,13 @@ WATCHED: tuple[Channel, ...] = (
         "load_n", "Load in a tick on the ground [N], a limb.", _stands, lambda t: t.contact.force_n
     ),
 )
-"""What is watched."""
+"""Recorded channels."""
 TOTALS = ("work_positive_j", "work_net_j", "stands_s", "unloaded_s", "slides_s")
 
 
 @needing("x_m", "y_m", "load_n", *TOTALS)
 def watched(trajectory, scenario, body, timing):
-    """Of the last quarter: totals, summed over legs, the way, and the largest load."""
+    """Return totals of the last quarter, summed over legs, the distance, and the largest load."""
     begins = 3 * timing.n_frames // 4
     known = {name: getattr(trajectory, name, None) for name in TOTALS}
     known |= {name: x for name, x in trajectory.channels.items() if name in TOTALS}

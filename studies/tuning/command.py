@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from studies.tuning.record import Confirmation, TunedSettings
 
 _FRESH_SEEDS = 10_000
-"""How far the seeds of the confirmation lie from those of the search."""
+"""Distance of the seeds of the confirmation from those of the search."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TuningOptions:
-    """How long is searched, and on which trainings."""
+    """Options of a search: its length, and the trainings."""
 
     storage: Path = Path("tuning.journal")
     """File that keeps every trial, an Optuna journal."""
@@ -73,7 +73,7 @@ class TuningOptions:
 
 @dataclass(frozen=True, repr=False)
 class Tuning(AnswerBase):
-    """What a search found."""
+    """Results of a search."""
 
     found: TunedSettings
     ranked: list[FrozenTrial]
@@ -149,7 +149,7 @@ def search(experiments: Sequence[Experiment], options: Sequence[TuningOptions]) 
 
 
 def task_of(experiments: Sequence[Experiment], options: Sequence[TuningOptions]) -> TuningTask:
-    """What settings are evaluated on."""
+    """Return the task that settings are evaluated on."""
     own = options[0]
     made = [
         one.experiment.applied(experiment)

@@ -29,11 +29,11 @@ class TunedSettings(TypedDict):
     algorithm: str
     settings: dict[str, object]
     found: dict[str, Any]
-    """On what, by how many trials, how good."""
+    """Origin of the settings: task, number of trials and loss."""
 
 
 class Confirmation(TypedDict):
-    """How settings do on fresh trainings: mean and ends of an interval each, as JSON values."""
+    """Results of settings on fresh trainings: mean and ends of an interval each, as JSON values."""
 
     first_seed: int
     seeds: int
@@ -99,7 +99,7 @@ def describe(
 
 
 def confirmation(task: TuningTask, first: np.ndarray, best: np.ndarray) -> Confirmation:
-    """How the settings tried first and the best ones do on trainings they were not chosen by.
+    """Compare the settings tried first and the best ones on trainings that did not choose them.
 
     The intervals are over all trainings, models and seeds alike, the difference's over pairs.
 

@@ -85,7 +85,7 @@ def _set_aside(path: Path) -> None:
 
 
 def _has_values(study: Study) -> bool:
-    """Whether anything was found, so far."""
+    """Return True if a trial of the study has a value."""
     trials = study.get_trials(deepcopy=False)
     return any(trial.intermediate_values or trial.values for trial in trials)
 
@@ -154,7 +154,7 @@ def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
 
 
 class _Entry(msgspec.Struct):
-    """What every line of a journal has; the rest is Optuna's."""
+    """Fields of every line of a journal that this reader needs; the rest is Optuna's."""
 
     op_code: int
     worker_id: str

@@ -1,4 +1,4 @@
-"""What settings are evaluated on: experiments, seeds, and a budget of simulated time."""
+"""Task that settings are evaluated on: experiments, seeds, and a budget of simulated time."""
 
 from __future__ import annotations
 

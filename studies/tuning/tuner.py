@@ -120,7 +120,7 @@ def _pool(workers: int) -> Workers:
 
 
 def _answer(future: Future[T]) -> T:
-    """What a worker found.
+    """Return the result of a worker.
 
     Raises:
         TegotaeError: as the worker did, or if its process has ended.

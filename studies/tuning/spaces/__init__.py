@@ -25,7 +25,7 @@ SPACES: dict[str, Space] = {
 
 
 def space_of(algorithm: str) -> Space:
-    """What may be tried for an algorithm: the package's, or one that says so itself.
+    """Return the search space of an algorithm: the package's, or that of a user's algorithm.
 
     An evolution strategy of a user's own says so by two attributes of its class: `suggest`, a
     static method from an Optuna trial to its settings, and `FIRST`, the parameters tried first.

@@ -1,4 +1,4 @@
-"""What the spaces of all agents share."""
+"""Parts that the spaces of all agents share."""
 
 from __future__ import annotations
 

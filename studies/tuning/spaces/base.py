@@ -1,4 +1,4 @@
-"""What may be tried for one algorithm."""
+"""Search space of one algorithm."""
 
 from __future__ import annotations
 

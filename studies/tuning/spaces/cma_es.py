@@ -1,4 +1,4 @@
-"""What may be tried for CMA-ES."""
+"""Search space of CMA-ES."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may be tried for OpenAI-ES."""
+"""Search space of OpenAI-ES."""
 
 from __future__ import annotations
 

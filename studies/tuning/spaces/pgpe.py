@@ -1,4 +1,4 @@
-"""What may be tried for PGPE."""
+"""Search space of PGPE."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the spaces of all evolution strategies share."""
+"""Parts that the spaces of all evolution strategies share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may be tried for PPO."""
+"""Search space of PPO."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 
 def suggest(trial: BaseTrial) -> PPOSettings:
-    """How far rewards reach, how fast is learned, how much is explored, and how it is gathered."""
+    """Suggest the horizon of rewards, the learning rate, the exploration, and the gathering of
+    data."""
     return PPOSettings(
         **suggest_shared(trial),
         n_steps=60 * 2 ** trial.suggest_int("log2_n_steps_over_60", 0, 4),

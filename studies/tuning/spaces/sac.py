@@ -1,4 +1,4 @@
-"""What may be tried for SAC."""
+"""Search space of SAC."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 
 def suggest(trial: BaseTrial) -> SACSettings:
-    """How far rewards reach, how fast is learned, and how much is explored; not how often."""
+    """Suggest the horizon of rewards, the learning rate and the exploration; the number of updates
+    is fixed."""
     return SACSettings(
         **suggest_shared(trial),
         td_steps=2 ** trial.suggest_int("log2_td_steps", 0, 6),
