@@ -54,19 +54,19 @@ def _reading(experiments: list[Mapping[str, Any]]) -> str:
     """A sentence on the reading: its name, and the values that all experiments share."""
     shared = {}
     for place, words in _VALUES:
-        values = [_at(each, place) for each in experiments]
+        values = [_at(experiment, place) for experiment in experiments]
         if values and values[0] is not None and all(value == values[0] for value in values):
             shared[place] = values[0], words
     if not any(place.startswith("system.body") for place in shared):
         return ""
-    said = ", ".join(words.format(value) for value, words in shared.values())
+    settings = ", ".join(words.format(value) for value, words in shared.values())
     name = _name(experiments[0], {place: value for place, (value, _) in shared.items()})
-    return f"{name}: {said}."
+    return f"{name}: {settings}."
 
 
 def _name(experiment: Mapping[str, Any], shared: Mapping[str, Any]) -> str:
-    own = all_models()["V-sector-w4"].experiment().document
-    if len(shared) == len(_VALUES) and all(_at(own, each) == shared[each] for each in shared):
+    standard = all_models()["V-sector-w4"].experiment().document
+    if len(shared) == len(_VALUES) and all(_at(standard, path) == shared[path] for path in shared):
         return "The study's own reading"
     try:
         body = Hopper(**{k: v for k, v in experiment["system"]["body"].items() if k != "kind"})

@@ -31,24 +31,24 @@ def best_run(fitness: np.ndarray) -> int:
     return int(np.argmax(fitness))
 
 
-def kept(found: Evaluation, fitness: np.ndarray, omega: float | None) -> dict[str, np.ndarray]:
+def kept(evaluation: Evaluation, fitness: np.ndarray, omega: float | None) -> dict[str, np.ndarray]:
     """The best run's last seconds before the ground drops, at the training frequency.
 
     Args:
-        found: the evaluation, with these channels; its first runs are the trained ones.
+        evaluation: the evaluation, with these channels; its first runs are the trained ones.
         fitness: of the trained runs, shape [runs].
         omega: training frequency [rad/s]; None without an oscillator.
 
     Returns:
         Channels by name, shape [frames]; none if no episode is at that frequency.
     """
-    episode = _episode(found.omega, omega)
+    episode = _episode(evaluation.omega, omega)
     if episode is None:
         return {}
     last = -round(LAST_S / Timing().frame_s)
     return {
         name: values[last:, best_run(fitness), episode].astype("float32")
-        for name, values in found.recording.items()
+        for name, values in evaluation.recording.items()
     }
 
 
@@ -76,20 +76,22 @@ def orbit_of(record: Record) -> Orbit | None:
     assert episode is not None  # a gait is kept
     hops = record.episodes["limit_cycle_period"][best_run(record.best_fitness), episode]
     # NaN in frames without an apex compares as false.
-    least = hop_height_m(float(np.asarray(experiment.body.rest_length_m)), gait["ground_m"])
-    at = np.flatnonzero(gait["apex_height_m"] >= least)
+    hop_limit_m = hop_height_m(float(np.asarray(experiment.body.rest_length_m)), gait["ground_m"])
+    hop_ticks = np.flatnonzero(gait["apex_height_m"] >= hop_limit_m)
     repeats = experiment.protocol.limit_cycle.min_repeats
-    if not np.isfinite(hops) or len(at) <= hops:
+    if not np.isfinite(hops) or len(hop_ticks) <= hops:
         return None
     k = int(hops)
-    begins = at[::-1][::k][::-1][-repeats - 1 :]  # of every cycle the first apex, and the end
+    begins = hop_ticks[::-1][::k][::-1][
+        -repeats - 1 :
+    ]  # of every cycle the first apex, and the end
     apex_s, time = gait["apex_time_s"], gait["time_s"]
     inside = (time > apex_s[begins[0]]) & (time <= apex_s[begins[-1]])
     cycle = np.searchsorted(apex_s[begins], time[inside]) - 1
     since = time[inside] - apex_s[begins][cycle]
     order = np.argsort(since)
     path = {name: values[inside][order] for name, values in gait.items()}
-    apexes = at[-k - 1 : -1]
+    apexes = hop_ticks[-k - 1 : -1]
     return Orbit(
         hops=k,
         period_s=float(np.mean(np.diff(apex_s[begins]))),
@@ -107,5 +109,5 @@ def orbit_of(record: Record) -> Orbit | None:
 
 def _episode(omegas: np.ndarray, omega: float | None) -> int | None:
     """The number of the episode at the training frequency; the only one without an oscillator."""
-    at = np.flatnonzero(np.isnan(omegas) if omega is None else omegas == omega)
-    return int(at[0]) if len(at) else None
+    matches = np.flatnonzero(np.isnan(omegas) if omega is None else omegas == omega)
+    return int(matches[0]) if len(matches) else None

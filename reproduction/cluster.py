@@ -52,13 +52,13 @@ def on_cluster(
     def results(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, CellResult], None, None]:
         with _client(distributed, address, timeout_s) as client:
             futures = {client.submit(measure_all, bundle, pure=False): bundle for bundle in work}
-            done = _as_they_come(distributed, client, futures, address, patience_s)
+            completed = _as_they_come(distributed, client, futures, address, patience_s)
             while True:
                 try:
-                    future = next(done, None)
+                    future = next(completed, None)
                     if future is None:
                         return
-                    found = future.result()
+                    outcomes = future.result()
                 except distributed.KilledWorker:
                     raise WorkersDiedError from None
                 except ImportError as error:
@@ -67,7 +67,7 @@ def on_cluster(
                     ) from None
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
                     raise TegotaeError(f"the Dask scheduler at {address} went away") from None
-                yield from zip(futures[future], found, strict=True)
+                yield from zip(futures[future], outcomes, strict=True)
 
     return results
 
@@ -82,18 +82,18 @@ def _as_they_come(
     """Futures as they are done. A missing worker is reported, and borne for so long."""
     pending, alone_since, warned = set(futures), None, not client.scheduler_info()["workers"]
     while pending:
-        done: set[Future] = set()
+        completed: set[Future] = set()
         with suppress(TimeoutError):
             waited = distributed.wait(pending, timeout=_LOOK_S, return_when="FIRST_COMPLETED")
-            done = set(waited.done)
-        pending -= done
-        yield from done
-        if done or client.scheduler_info()["workers"]:
+            completed = set(waited.done)
+        pending -= completed
+        yield from completed
+        if completed or client.scheduler_info()["workers"]:
             alone_since, warned = None, False
             continue
-        now = time.monotonic()
-        alone_since = now if alone_since is None else alone_since
-        if now - alone_since > patience_s:
+        time_s = time.monotonic()
+        alone_since = time_s if alone_since is None else alone_since
+        if time_s - alone_since > patience_s:
             raise TegotaeError(
                 f"the Dask scheduler at {address} has had no workers for {patience_s:g} s"
             )
@@ -153,16 +153,18 @@ def _knock(address: str, timeout_s: float, patience_s: float) -> None:
     except (OverflowError, TypeError, ValueError) as error:  # no address, or no certificates
         raise _unreachable(address, str(error)) from None
     try:
-        found = asyncio.run(greet(options))
+        reply = asyncio.run(greet(options))
     except TimeoutError:
         raise _unreachable(address, f"no answer within {timeout_s:g} s") from None
     except Exception:  # another protocol's words are taken for anything, such as sizes
         raise _unreachable(address, "what answers does not speak as one") from None
-    if found.get("type") != "Scheduler":
-        raise _unreachable(address, f"a {found.get('type', 'stranger')} answers there")
-    if not found.get("workers"):
+    if reply.get("type") != "Scheduler":
+        raise _unreachable(address, f"a {reply.get('type', 'stranger')} answers there")
+    if not reply.get("workers"):
         _warn_of_no_workers(address, patience_s)
 
 
-def _unreachable(address: str, why: str) -> TegotaeError:
-    return TegotaeError(f"no Dask scheduler can be reached at {address!r}: {why.splitlines()[0]}")
+def _unreachable(address: str, reason: str) -> TegotaeError:
+    return TegotaeError(
+        f"no Dask scheduler can be reached at {address!r}: {reason.splitlines()[0]}"
+    )

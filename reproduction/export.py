@@ -67,9 +67,9 @@ def read_csv(path: Path) -> Table:
         TegotaeError: if the file cannot be read, is no such table, or has a run twice.
     """
     cells = tables.read_csv(path, _NEEDED, kind=_KIND)
-    found = {name: _column(path, name, column) for name, column in cells.items()}
-    require_once(path, {name: found[name] for name in _ROW if name in found})
-    return Table(found)
+    columns = {name: _column(path, name, column) for name, column in cells.items()}
+    require_once(path, {name: columns[name] for name in _ROW if name in columns})
+    return Table(columns)
 
 
 def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:
@@ -107,24 +107,24 @@ def merge(source: Folder, target: Folder) -> int:
     output_folder(target.records)
     with target.locked():
         target.describe(source.document)
-        whole, others = source.all()
-        for message in others:
+        incoming, problems = source.all()
+        for message in problems:
             print(f"{source.path}: {message}")
-        there = {key_of(record.configuration): record for record in target.all()[0]}
-        engines = {record.engine.partition(",")[0] for record in (*whole, *there.values())}
+        existing = {key_of(record.configuration): record for record in target.all()[0]}
+        engines = {record.engine.partition(",")[0] for record in (*incoming, *existing.values())}
         if len(engines) > 1:
             raise TegotaeError(
                 f"the records of {source.path} and {target.path} are of different engines, "
                 f"{' and '.join(sorted(engines))}; they cannot be merged"
             )
-        for record in whole:
-            other = there.get(key_of(record.configuration), record)
-            if _content(other) != _content(record):
+        for record in incoming:
+            counterpart = existing.get(key_of(record.configuration), record)
+            if _content(counterpart) != _content(record):
                 print(
                     f"{record.model} differs in {source.path} and {target.path}, at equal "
-                    f"settings: made with {_made_with(record)}, and with {_made_with(other)}"
+                    f"settings: made with {_made_with(record)}, and with {_made_with(counterpart)}"
                 )
-        lacking = [r for r in whole if key_of(r.configuration) not in there]
+        lacking = [r for r in incoming if key_of(r.configuration) not in existing]
         for record in lacking:
             record.result.write(target.records / f"{key_of(record.configuration)}{SUFFIX}")
     return len(lacking)
@@ -132,8 +132,8 @@ def merge(source: Folder, target: Folder) -> int:
 
 def _content(record: Record) -> list[bytes]:
     """All that was found, to be compared bit for bit."""
-    found = {name: value for name, value in vars(record).items() if name != "software"}
-    return [np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(found)]
+    content = {name: value for name, value in vars(record).items() if name != "software"}
+    return [np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(content)]
 
 
 def _made_with(record: Record) -> str:

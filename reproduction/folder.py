@@ -117,9 +117,9 @@ class Folder:
         """
         place = self.path / "study.json"
         if place.exists():
-            found = self.document
-            document = united(found, document)
-            if document == found:
+            existing = self.document
+            document = united(existing, document)
+            if document == existing:
                 return
         elif any(self.records.iterdir()):
             raise TegotaeError(
@@ -136,23 +136,23 @@ class Folder:
         """
         place = self.path / "study.json"
         try:
-            found = documents.fitted(documents.read(place), dict)
-            kind = "python -m reproduction" + " readings" * ("choices" in found)
-            if "scale" in found and kind != self.COMMAND:
+            document = documents.fitted(documents.read(place), dict)
+            kind = "python -m reproduction" + " readings" * ("choices" in document)
+            if "scale" in document and kind != self.COMMAND:
                 raise TegotaeError(f"{self.path} is a folder of {kind}; look at it with that")
-            if found.get("format", FORMAT) != FORMAT:
+            if document.get("format", FORMAT) != FORMAT:
                 raise TegotaeError(
                     f"{place} is of another version of tegotae, whose studies have other numbers; "
                     "choose another folder"
                 )
-            documents.fitted(found, self.SCHEMA)
+            documents.fitted(document, self.SCHEMA)
         except FileNotFoundError:
             raise TegotaeError(
                 f"{self.path} holds no study; start one with {self.COMMAND} run"
             ) from None
         except DamagedDocumentError as error:
             raise TegotaeError(f"{place} is damaged: {error}; choose another folder") from None
-        return found
+        return document
 
     def study(self, cells: Sequence[Unit]) -> Study:
         """These units, measured into the folder's records."""
@@ -165,18 +165,18 @@ class Folder:
             TegotaeError: if there is no study.
         """
         document = self.document
-        found, others = [], []
+        records, problems = [], []
         for path in sorted(self.records.glob(f"*{SUFFIX}")):
             try:
                 record = _named(path)
             except DamagedRecordError as error:
-                others.append(f"{error}; run the study again to replace it")
+                problems.append(f"{error}; run the study again to replace it")
                 continue
             if self.is_of(document, record.configuration):
-                found.append(record)
+                records.append(record)
             else:
-                others.append(f"{path.name} is of another study; it is left out")
-        return found, others
+                problems.append(f"{path.name} is of another study; it is left out")
+        return records, problems
 
     def is_of(self, document: Document, configuration: Document) -> bool:
         """Return whether a record of this configuration belongs to the study of this document."""

@@ -26,13 +26,13 @@ def rate_slope(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
         >>> rate_slope(np.array([3.0, 4.0, 5.0]), np.array([[3.5, 4.0, 4.5]]))
         array([0.5])
     """
-    known = np.isfinite(hop_rate) & np.isfinite(omega)
-    number = known.sum(axis=1)
+    defined = np.isfinite(hop_rate) & np.isfinite(omega)
+    number = defined.sum(axis=1)
     rows = np.maximum(number, 1)[:, None]
 
     def centred(values: np.ndarray) -> np.ndarray:
-        values = np.where(known, values, 0.0)
-        return np.where(known, values - values.sum(axis=1, keepdims=True) / rows, 0.0)
+        values = np.where(defined, values, 0.0)
+        return np.where(defined, values - values.sum(axis=1, keepdims=True) / rows, 0.0)
 
     x, y = centred(np.broadcast_to(omega, hop_rate.shape)), centred(hop_rate)
     enough = number >= _FEWEST
@@ -63,5 +63,5 @@ def nearer_resonance(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
 
 def best_hop_rate() -> float:
     """The hop rate of the most efficient gait that the default hopper can have [rad/s]."""
-    found = curve()
-    return float(found["omega"][np.nanargmax(found["cot_inverse"])])
+    optimum = curve()
+    return float(optimum["omega"][np.nanargmax(optimum["cot_inverse"])])

@@ -105,7 +105,9 @@ class Plan:
             "budgets": self.budgets,
             "algorithm": algorithm_document(self.algorithm),
             **metrics_document(self.metrics),
-            "experiments": {each.name: each.document for each in self.experiments},
+            "experiments": {
+                experiment.name: experiment.document for experiment in self.experiments
+            },
         }
         return json.loads(json.dumps(document))
 
@@ -121,24 +123,24 @@ def _require_sendable(metric: Metric) -> None:
         ) from None
 
 
-def united(found: Document, wanted: Document) -> Document:
+def united(existing: Document, requested: Document) -> Document:
     """The document of a study that has the experiments of both of two documents (`Plan.document`).
 
     Raises:
         TegotaeError: if they are no parts of one study: anything but the experiments differs, or
             two of the same name do; says what.
     """
-    names = differing(_without_experiments(found), _without_experiments(wanted))
+    names = differing(_without_experiments(existing), _without_experiments(requested))
     if of_metrics := [name for name in names if name.partition(".")[0] == "metrics"]:
-        own = ", ".join(sorted(found.get("metrics", {}))) or "none"
+        metrics = ", ".join(sorted(existing.get("metrics", {}))) or "none"
         names = [name for name in names if name not in of_metrics]
-        names.append(f"set of your own metrics ({own}; see --parts)")
-    theirs, ours = found.get("experiments", {}), wanted.get("experiments", {})
+        names.append(f"set of your own metrics ({metrics}; see --parts)")
+    theirs, ours = existing.get("experiments", {}), requested.get("experiments", {})
     for name in theirs.keys() & ours.keys():
-        names += [each for each in differing(theirs[name], ours[name]) if each not in names]
+        names += [field for field in differing(theirs[name], ours[name]) if field not in names]
     if names:
         raise TegotaeError(f"another {', '.join(sorted(names))}")
-    return {**wanted, "experiments": {**theirs, **ours}} if theirs or ours else wanted
+    return {**requested, "experiments": {**theirs, **ours}} if theirs or ours else requested
 
 
 def _without_experiments(document: Document) -> Document:
@@ -160,7 +162,7 @@ def is_of(document: Document, configuration: Document) -> bool:
     }
 
 
-def plan(scale: str, models: str | Sequence[str] = "*", others: Sequence[Experiment] = ()) -> Plan:
+def plan(scale: str, models: str | Sequence[str] = "*", extra: Sequence[Experiment] = ()) -> Plan:
     """The plan of a scale, restricted to the models that match patterns, with others beside them.
 
     - `smoke`: three small models for seconds, to see that everything works;
@@ -173,7 +175,7 @@ def plan(scale: str, models: str | Sequence[str] = "*", others: Sequence[Experim
     Args:
         scale: its name.
         models: a pattern of their names, with * and ? as in a shell, or several; empty for none.
-        others: experiments that are trained and evaluated beside the models.
+        extra: experiments that are trained and evaluated beside the models.
 
     Raises:
         TegotaeError: for an unknown scale, a pattern that matches none of the scale's models, or
@@ -181,16 +183,16 @@ def plan(scale: str, models: str | Sequence[str] = "*", others: Sequence[Experim
     """
     if scale not in _SCALES:
         raise unknown("scale", scale, _SCALES)
-    whole = _SCALES[scale]()
-    names = [experiment.name for experiment in whole.experiments]
-    wanted: set[str] = set()
+    full = _SCALES[scale]()
+    names = [experiment.name for experiment in full.experiments]
+    selected: set[str] = set()
     for pattern in [models] if isinstance(models, str) else models:
         matching = {name for name in names if fnmatch.fnmatchcase(name, pattern)}
-        if not matching and (pattern or not others):
+        if not matching and (pattern or not extra):
             raise unknown("model of this scale", pattern, names)
-        wanted |= matching
-    chosen = tuple(each for each in whole.experiments if each.name in wanted)
-    return dataclasses.replace(whole, experiments=(*chosen, *others))
+        selected |= matching
+    experiments = tuple(entry for entry in full.experiments if entry.name in selected)
+    return dataclasses.replace(full, experiments=(*experiments, *extra))
 
 
 SMOKE = PGPE(population=8, std=0.3, std_lr=0.1, learning_rate=0.2, max_speed=0.4)
@@ -224,7 +226,7 @@ def _quick() -> Plan:
         return model.actuation in _PLAIN and len(sensed) < 2 and not half_learned
 
     models = filter(plain, all_models().values())
-    return Plan(scale="quick", experiments=tuple(each.experiment() for each in models), seeds=5)
+    return Plan(scale="quick", experiments=tuple(entry.experiment() for entry in models), seeds=5)
 
 
 def _paper() -> Plan:

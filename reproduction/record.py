@@ -113,8 +113,8 @@ def read(path: Path) -> Record:
     try:
         return record_of(result)
     except Exception as error:  # whatever a file may hold
-        why = (str(error).splitlines() or [type(error).__name__])[0]
-        raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise DamagedRecordError(f"{path.name} is damaged: {reason}") from None
 
 
 def record_of(result: CellResult) -> Record:

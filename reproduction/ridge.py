@@ -54,9 +54,9 @@ def find_resonance(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Res
     """
     counts = np.where(np.isfinite(value) & (value > 0.0), value, -np.inf)
     best, row = np.argmax(counts, axis=1), np.arange(len(sigma))
-    found = np.isfinite(counts[row, best])
+    defined = np.isfinite(counts[row, best])
     return Resonance(
-        np.asarray(sigma)[found], np.asarray(omega)[best][found], counts[row, best][found]
+        np.asarray(sigma)[defined], np.asarray(omega)[best][defined], counts[row, best][defined]
     )
 
 
@@ -77,17 +77,19 @@ def find_losses(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Detuni
         >>> found.omega, found.lost
         (array([3., 4., 5.]), array([0. , 0.5, 0. ]))
     """
-    known = np.where(np.isfinite(value), np.maximum(value, 0.0), 0.0)
+    positive = np.where(np.isfinite(value), np.maximum(value, 0.0), 0.0)
     omega = np.asarray(omega, float)
-    best = known.argmax(axis=0)
-    at = np.flatnonzero(known[best, np.arange(len(omega))] > 0.0)
+    best = positive.argmax(axis=0)
+    columns = np.flatnonzero(positive[best, np.arange(len(omega))] > 0.0)
     losses = []
-    for i in at:
-        row = known[best[i]]
+    for i in columns:
+        row = positive[best[i]]
         sides = omega[i] + np.array([-AWAY_RAD_PER_S, AWAY_RAD_PER_S])
-        there = np.interp(sides, omega, row, left=np.nan, right=np.nan)
-        losses.append(1.0 - mean_defined(there) / row[i])
-    return DetuningLoss(omega[at], np.asarray(sigma, float)[best[at]], np.array(losses, float))
+        neighbours = np.interp(sides, omega, row, left=np.nan, right=np.nan)
+        losses.append(1.0 - mean_defined(neighbours) / row[i])
+    return DetuningLoss(
+        omega[columns], np.asarray(sigma, float)[best[columns]], np.array(losses, float)
+    )
 
 
 _RESAMPLES = 2000

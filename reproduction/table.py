@@ -124,8 +124,8 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
             episodes = np.minimum(training.pop("episodes_trained"), budget)
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
-            then = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((place(record), training, means(record, then or record.episodes)))
+            at_budget = {name: values[i] for name, values in record.at_budgets.items()}
+            rows.append((place(record), training, means(record, at_budget or record.episodes)))
     return of_runs(rows) if rows else None
 
 
@@ -140,15 +140,15 @@ def tabulate_sampled(records: Iterable[Record]) -> Table:
 def ordered(records: Iterable[Record]) -> list[Record]:
     """Records in the order of the registry of models, those of other experiments behind them."""
     by_name = {record.model: record for record in records}
-    others = sorted(by_name.keys() - all_models().keys())
-    return [by_name[name] for name in (*all_models(), *others) if name in by_name]
+    extra = sorted(by_name.keys() - all_models().keys())
+    return [by_name[name] for name in (*all_models(), *extra) if name in by_name]
 
 
 def means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Means over the episodes of what is defined, of all metrics that are known or follow."""
-    found = with_derived(record, episodes)
-    averaged = {name: mean_defined(values) for name, values in found.items()}
-    return averaged | _hop_rates(record, found.get("hop_rate"))
+    derived = with_derived(record, episodes)
+    averaged = {name: mean_defined(values) for name, values in derived.items()}
+    return averaged | _hop_rates(record, derived.get("hop_rate"))
 
 
 def _hop_rates(record: Record, hop_rate: np.ndarray | None) -> dict[str, np.ndarray]:
@@ -156,14 +156,14 @@ def _hop_rates(record: Record, hop_rate: np.ndarray | None) -> dict[str, np.ndar
     if hop_rate is None:
         return {}
     rates, omega = np.asarray(hop_rate, float), np.asarray(record.omega, float)
-    found = {"rate_slope": rate_slope(omega, rates)}
+    rates_by_name = {"rate_slope": rate_slope(omega, rates)}
     try:
         experiment = record.experiment
     except TegotaeError:  # of a part that is not registered here
-        return found
+        return rates_by_name
     if has_table(experiment.body, experiment.protocol.work):
-        found["nearer_resonance"] = nearer_resonance(omega, rates)
-    return found
+        rates_by_name["nearer_resonance"] = nearer_resonance(omega, rates)
+    return rates_by_name
 
 
 def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -221,8 +221,8 @@ def of_runs(
     model lacks is undefined there.
     """
     sets = list(sets)
-    found = {name for _, _, values in sets for name in values}
-    held = [*(name for name in names() if name in found), *sorted(found.difference(names()))]
+    reported = {name for _, _, values in sets for name in values}
+    held = [*(name for name in names() if name in reported), *sorted(reported.difference(names()))]
     rows: dict[str, list] = {}
     for place, training, measured in sets:
         for i in range(len(training["best_fitness"])):

@@ -100,11 +100,11 @@ class Unit:
 
 def metrics_document(metrics: Iterable[Metric]) -> Document:
     """Return the descriptions of a user's metrics, names and code; empty for none."""
-    found = {}
+    documents = {}
     for metric in metrics:
         code = code_noted(metric)
-        found[metric.name] = {"name": metric.name} | ({} if code is None else {CODE: code})
-    return {"metrics": found} if found else {}
+        documents[metric.name] = {"name": metric.name} | ({} if code is None else {CODE: code})
+    return {"metrics": documents} if documents else {}
 
 
 def key_of(configuration: Document) -> str:
@@ -158,7 +158,7 @@ def work(unit: Unit) -> Record:
     learned = _searched(run) if experiment.is_searched else _trained(unit)
     drawn = [_drawn(learned, run.seeds)] if learned.deviation.any() else []
     sets = np.concatenate([learned.weights, *learned.at_budgets, *drawn])
-    found = evaluate(
+    evaluation = evaluate(
         experiment.controller,
         sets,
         experiment.omega,
@@ -174,7 +174,9 @@ def work(unit: Unit) -> Record:
 
     def at(number: int) -> dict[str, np.ndarray]:
         rows = slice(number * n_runs, (number + 1) * n_runs)
-        return {name: each[rows].astype("float32") for name, each in found.episodes.items()}
+        return {
+            name: values[rows].astype("float32") for name, values in evaluation.episodes.items()
+        }
 
     budgets = range(1, 1 + len(learned.at_budgets))
     of_drawn = 1 + len(learned.at_budgets) if drawn else 0
@@ -191,15 +193,15 @@ def work(unit: Unit) -> Record:
             for name in Curves._fields
             if learned.curves
         },
-        omega=found.omega,
+        omega=evaluation.omega,
         episodes=at(0),
         at_budgets={
             name: np.stack([at(number)[name] for number in budgets])
-            for name in found.episodes
+            for name in evaluation.episodes
             if budgets
         },
         sampled=at(of_drawn),
-        gait=best_gait.kept(found, learned.fitness, experiment.omega),
+        gait=best_gait.kept(evaluation, learned.fitness, experiment.omega),
     )
 
 
@@ -229,7 +231,7 @@ def _trained(unit: Unit) -> _Learned:
         np.asarray(progress.best_std),
         np.asarray(progress.best_fitness),
         np.asarray(progress.generation),
-        run.learner.stopping.reasons(np.array([each.centre_fitness for each in curves])),
+        run.learner.stopping.reasons(np.array([curve.centre_fitness for curve in curves])),
         curves,
         snapshots,
     )

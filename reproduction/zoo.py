@@ -67,18 +67,20 @@ def entries(records: Iterable[Record]) -> Iterator[ZooEntry]:
 ACTUATIONS = ("sector", "reflex", "tphif")
 
 
-def core(whole: Zoo) -> Iterator[ZooEntry]:
+def core(archive: Zoo) -> Iterator[ZooEntry]:
     """Select the part of the paper's study that an installed package has: single networks, and
     models that sense F_k alone, with a reflex, an actuation learned from φ and f, or, where A and R
     are learned, a sector."""
     for name, model in all_models().items():
         plain = "Fv" not in (model.terms.reaction, model.terms.gain)
-        usual = model.actuation in ("reflex", "tphif") or {"A", "R"} <= {*model.learned_terms}
-        kept = model.is_single_network or (plain and usual and model.actuation in ACTUATIONS)
-        if kept and name in whole.models:
-            runs = whole.runs(name)
-            own = {field: runs.pop(field) for field in ("seed", "fitness", "generations", "ended")}
-            yield ZooEntry(whole.common(name), whole.weights(name), **own, metrics=runs)
+        is_common = model.actuation in ("reflex", "tphif") or {"A", "R"} <= {*model.learned_terms}
+        is_core = model.is_single_network or (plain and is_common and model.actuation in ACTUATIONS)
+        if is_core and name in archive.models:
+            runs = archive.runs(name)
+            summary = {
+                field: runs.pop(field) for field in ("seed", "fitness", "generations", "ended")
+            }
+            yield ZooEntry(archive.common(name), archive.weights(name), **summary, metrics=runs)
 
 
 def _document(record: Record) -> JsonObject:
@@ -136,11 +138,11 @@ def write(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
 
 def _software(entries: Iterable[ZooEntry]) -> dict[str, str]:
     """Versions of the programs that made them; of several, all."""
-    found: dict[str, dict[str, None]] = {}
+    versions_by_name: dict[str, dict[str, None]] = {}
     for entry in entries:
         for name, version in cast(dict[str, str], entry.document["software"]).items():
-            found.setdefault(name, {})[version] = None
-    return {name: ", ".join(versions) for name, versions in found.items()}
+            versions_by_name.setdefault(name, {})[version] = None
+    return {name: ", ".join(versions) for name, versions in versions_by_name.items()}
 
 
 def _columns(entry: ZooEntry, metrics: Iterable[str]) -> np.ndarray:

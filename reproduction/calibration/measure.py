@@ -79,8 +79,8 @@ class FitnessMap(NamedTuple):
 
 def vanilla(reading: Reading, actuation: str) -> Controller:
     """The vanilla controller under a reading."""
-    own = find(f"V-{actuation}-w8").controller()
-    return dataclasses.replace(own, actuation=reading.actuation(own.actuation))
+    controller = find(f"V-{actuation}-w8").controller()
+    return dataclasses.replace(controller, actuation=reading.actuation(controller.actuation))
 
 
 def measure(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaScores:
@@ -96,9 +96,9 @@ def measure(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaSco
     maps = {name: gain_map(reading, name, grid) for name in ACTUATIONS}
     gains = {
         (name, omega_t): tuned_gain(
-            each.sigma, each.omega, each.fitness, [omega_t + off for off in reading.tuned_over]
+            swept.sigma, swept.omega, swept.fitness, [omega_t + off for off in reading.tuned_over]
         )
-        for name, each in maps.items()
+        for name, swept in maps.items()
         for omega_t in grid.omega_t
     }
     return scored(reading, maps, gains, grid.protocol)
@@ -118,7 +118,7 @@ def scored(
         gains: of V [rad/(s N)], by actuation and ω_t.
         protocol: of V's evaluation; height and drop are the reading's.
     """
-    cot = {name: np.asarray(each.outcome.cot_inverse) for name, each in maps.items()}
+    cot = {name: np.asarray(result.outcome.cot_inverse) for name, result in maps.items()}
     length = reading.hopper.rest_length_m
     protocol = dataclasses.replace(
         protocol,
@@ -126,13 +126,13 @@ def scored(
         drop_m=reading.drop * length,
         work=reading.work,
     )
-    own = [
+    rows = [
         _evaluated(reading, name, gain, omega_t, protocol)
         for (name, omega_t), gain in gains.items()
     ]
-    settles, t0, t1, dependent, slow = np.nanmean(np.array(own), axis=0)
+    settles, t0, t1, dependent, slow = np.nanmean(np.array(rows), axis=0)
     sector, reflex = maps["sector"], maps["reflex"]
-    losses = [quick_loss(maps[name].omega, each) for name, each in cot.items()]
+    losses = [quick_loss(maps[name].omega, result) for name, result in cot.items()]
     return VanillaScores(
         settles=float(settles),
         short_t0=float(t0),
@@ -178,15 +178,15 @@ class _MapSummary:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[Outcome, HopOutcome]:
-        given = trajectory, scenario, body, timing
-        return self.outcome(*given), _FITNESS.outcome(*given)
+        arguments = trajectory, scenario, body, timing
+        return self.outcome(*arguments), _FITNESS.outcome(*arguments)
 
 
 def _evaluated(
     reading: Reading, actuation: str, gain: float, omega_t: float, protocol: Protocol
 ) -> tuple[float, ...]:
     """Evaluate V: settled share, short T0, short T1, CPGu, slowing."""
-    found = evaluate(
+    evaluation = evaluate(
         vanilla(reading, actuation),
         [[gain]],
         omega_t,
@@ -195,13 +195,13 @@ def _evaluated(
         metrics=("limit_cycle_share", "t0_s", "t1_s", "cpgu"),
         recorded=_PUSHES,
     )
-    values = {name: each[0] for name, each in found.episodes.items()}
-    half = found.recording[_PUSHES[0]].shape[0] // 2  # the later half, mostly settled
-    feedback, force = (found.recording[name][half:, 0] for name in _PUSHES)
+    values = {name: episodes[0] for name, episodes in evaluation.episodes.items()}
+    half = evaluation.recording[_PUSHES[0]].shape[0] // 2  # the later half, mostly settled
+    feedback, force = (evaluation.recording[name][half:, 0] for name in _PUSHES)
     return (
         float(values["limit_cycle_share"].mean()),
         short(values["t0_s"], protocol.undisturbed_s),
         short(values["t1_s"], protocol.disturbed_s),
         float(np.nanmean(values["cpgu"])) if np.isfinite(values["cpgu"]).any() else np.nan,
-        slows(feedback, force, found.omega),
+        slows(feedback, force, evaluation.omega),
     )

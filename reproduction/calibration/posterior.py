@@ -75,8 +75,8 @@ def distances(scores: np.ndarray, target: np.ndarray | None = None) -> np.ndarra
     """
     scores = np.asarray(scores, float)
     target = np.ones(scores.shape[1]) if target is None else np.asarray(target, float)
-    asked = np.isfinite(target)
-    off = np.where(np.isfinite(scores[:, asked]), scores[:, asked] - target[asked], 1.0)
+    is_scored = np.isfinite(target)
+    off = np.where(np.isfinite(scores[:, is_scored]), scores[:, is_scored] - target[is_scored], 1.0)
     return np.sqrt(np.mean(off**2, axis=1))
 
 
@@ -142,37 +142,37 @@ def together(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
     1 where one says nothing about the other, 0 where they exclude each other; NaN where one is
     never met. [scores, scores].
     """
-    each = met(scores, levels).astype(float)
-    both = each.T @ each / len(each)
-    by_chance = np.outer(each.mean(axis=0), each.mean(axis=0))
-    return np.divide(both, by_chance, out=np.full(both.shape, np.nan), where=by_chance > 0.0)
+    is_met = met(scores, levels).astype(float)
+    joint = is_met.T @ is_met / len(is_met)
+    by_chance = np.outer(is_met.mean(axis=0), is_met.mean(axis=0))
+    return np.divide(joint, by_chance, out=np.full(joint.shape, np.nan), where=by_chance > 0.0)
 
 
-def narrowed(coordinates: np.ndarray, found: CalibrationPosterior) -> np.ndarray:
+def narrowed(coordinates: np.ndarray, posterior: CalibrationPosterior) -> np.ndarray:
     """Return the spread of each choice among the accepted readings over that of all, [choices].
 
     About 1 where the scores say nothing about a choice: it remains undetermined.
 
     Args:
         coordinates: of all readings, [readings, choices].
-        found: the accepted, with their weights.
+        posterior: the accepted, with their weights.
     """
     spread = coordinates.std(axis=0)
-    own = coordinates[found.accepted]
-    mean = found.weights @ own
-    inside = np.sqrt(found.weights @ (own - mean) ** 2)
+    accepted = coordinates[posterior.accepted]
+    mean = posterior.weights @ accepted
+    inside = np.sqrt(posterior.weights @ (accepted - mean) ** 2)
     return inside / np.where(spread > 0.0, spread, 1.0)
 
 
 def representative(
-    found: CalibrationPosterior, coordinates: np.ndarray, count: int, tries: int = 4000
+    posterior: CalibrationPosterior, coordinates: np.ndarray, count: int, tries: int = 4000
 ) -> np.ndarray:
     """Different readings that stand for a posterior: their numbers in rising order, [count].
 
     Of many draws by the weights the one whose energy distance to the posterior is least.
 
     Args:
-        found: the posterior.
+        posterior: the posterior.
         coordinates: where all readings lie, [readings, choices].
         count: how many.
         tries: how many draws are compared.
@@ -183,17 +183,17 @@ def representative(
     Source: G. J. Székely and M. L. Rizzo, Energy statistics: a class of statistics based on
     distances, Journal of Statistical Planning and Inference 143 (2013), on the distance.
     """
-    weighty = int((found.weights > 0.0).sum())
+    weighty = int((posterior.weights > 0.0).sum())
     if not 0 < count <= weighty:
         raise TegotaeError(f"{count} readings cannot be drawn of {weighty} that were accepted")
-    own = coordinates[found.accepted]
-    apart = np.linalg.norm(own[:, None] - own[None], axis=-1)
-    to_all = apart @ found.weights
+    accepted = coordinates[posterior.accepted]
+    pairwise = np.linalg.norm(accepted[:, None] - accepted[None], axis=-1)
+    to_all = pairwise @ posterior.weights
     draw = np.random.default_rng(0)
-    best, least = np.arange(count), np.inf
+    best, lowest = np.arange(count), np.inf
     for _ in range(tries):
-        some = draw.choice(len(own), size=count, replace=False, p=found.weights)
-        energy = 2.0 * to_all[some].mean() - apart[np.ix_(some, some)].mean()
-        if energy < least:
-            best, least = some, energy
-    return np.sort(found.accepted[best])
+        some = draw.choice(len(accepted), size=count, replace=False, p=posterior.weights)
+        energy = 2.0 * to_all[some].mean() - pairwise[np.ix_(some, some)].mean()
+        if energy < lowest:
+            best, lowest = some, energy
+    return np.sort(posterior.accepted[best])

@@ -63,14 +63,14 @@ def candidates(count: int) -> list[Reading]:
     from scipy.stats import qmc  # slow to import
 
     require_count("bodies", count)
-    found: list[Reading] = []
+    readings: list[Reading] = []
     exponent = max(count - 1, 1).bit_length()
-    while len(found) < count:
+    while len(readings) < count:
         # A longer sequence begins as the shorter one does.
         points = qmc.Sobol(len(PRIOR), rng=_SEED).random_base2(exponent)
-        found = [each for each in map(_reading, points) if each is not None]
+        readings = [reading for reading in map(_reading, points) if reading is not None]
         exponent += 1
-    return found[:count]
+    return readings[:count]
 
 
 def coordinates(reading: Reading) -> np.ndarray:

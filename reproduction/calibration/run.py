@@ -102,5 +102,5 @@ def _write(path: Path, rows: dict[int, list[float]]) -> None:
 def _written(value: object) -> str:
     """A value of a choice as a cell: numbers that a reader can copy."""
     if isinstance(value, tuple):
-        return " ".join(f"{each:g}" for each in value)
+        return " ".join(f"{number:g}" for number in value)
     return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

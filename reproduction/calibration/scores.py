@@ -75,11 +75,11 @@ def reflex_stays(omega: np.ndarray, cot: np.ndarray) -> float:
 
     Gains with which nothing hops show no resonance.
     """
-    known = np.where(np.isfinite(cot) & (cot > 0.0), cot, -np.inf)
-    has = np.isfinite(known).any(axis=1)
+    hopping = np.where(np.isfinite(cot) & (cot > 0.0), cot, -np.inf)
+    has = np.isfinite(hopping).any(axis=1)
     if has.sum() < 3:
         return 0.0
-    best = omega[known[has].argmax(axis=1)]
+    best = omega[hopping[has].argmax(axis=1)]
     by_chance = float(np.std(omega))
     return max(0.0, 1.0 - float(np.std(best)) / by_chance) * float(has.mean())
 
@@ -93,13 +93,13 @@ def quick_loss(omega: np.ndarray, cot: np.ndarray, away: float = 1.0) -> float:
     losses = []
     for i in range(len(omega)):
         best = int(value[:, i].argmax())
-        here = value[best, i]
-        if here <= 0.0:
+        reference = value[best, i]
+        if reference <= 0.0:
             continue
         for target in (omega[i] - away, omega[i] + away):
             if omega[0] <= target <= omega[-1]:
-                there = float(np.interp(target, omega, value[best]))
-                losses.append(max(0.0, 1.0 - there / here))
+                detuned = float(np.interp(target, omega, value[best]))
+                losses.append(max(0.0, 1.0 - detuned / reference))
     return float(np.mean(losses)) if losses else math.nan
 
 
@@ -117,7 +117,7 @@ def tuned_gain(
         fitness: of the map, [gains, frequencies].
         over: the frequencies that count [rad/s]; the nearest of the map is taken for each.
     """
-    columns = [int(np.abs(omega - each).argmin()) for each in over]
+    columns = [int(np.abs(omega - frequency).argmin()) for frequency in over]
     return float(sigma[int(fitness[:, columns].mean(axis=1).argmax())])
 
 

@@ -25,11 +25,11 @@ def by_budget(table: Table, final: Table | None = None) -> dict[str, Table]:
         TegotaeError: for a table without that column, or without a budget in it.
     """
     budgets = table.columns.get("training_budget", np.array([]))
-    known = np.unique(budgets[~np.isnan(budgets)])
-    if len(known) == 0:
+    distinct = np.unique(budgets[~np.isnan(budgets)])
+    if len(distinct) == 0:
         raise TegotaeError("the table has no training_budget; it must say how long each run was")
-    found = {f"{budget:.0f} episodes": _after(table, float(budget)) for budget in known}
-    return found if final is None else found | {PLATEAU: final}
+    tables = {f"{budget:.0f} episodes": _after(table, float(budget)) for budget in distinct}
+    return tables if final is None else tables | {PLATEAU: final}
 
 
 def _after(table: Table, budget: float) -> Table:

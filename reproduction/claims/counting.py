@@ -74,12 +74,12 @@ def counts(table: Table) -> list[Count]:
         24
     """
     omegas = np.unique(table["omega_t"][np.isfinite(table["omega_t"])])
-    known = has_episodes(table) or _REST in table.columns
-    unsettled = (DROPPED, WORST) if known else (DROPPED, WORST, AT_REST)
+    has_rest = has_episodes(table) or _REST in table.columns
+    unsettled = (DROPPED, WORST) if has_rest else (DROPPED, WORST, AT_REST)
     sampled = (SAMPLED,) if (table.columns.get("sample", np.zeros(1)) > 0).any() else ()
     return [
-        Count(*each)
-        for each in itertools.product(
+        Count(*options)
+        for options in itertools.product(
             unsettled,
             (MEAN, BEST, *sampled),
             (ALL, *(f"{omega:g}" for omega in omegas)),
@@ -102,11 +102,11 @@ def with_sampled(table: Table, sampled: Table | None) -> Table:
     """
     if sampled is None:
         return table
-    both = [
-        {**each.columns, "sample": np.full(len(each), i)} for i, each in enumerate((table, sampled))
+    samples = [
+        {**part.columns, "sample": np.full(len(part), i)} for i, part in enumerate((table, sampled))
     ]
-    shared = [name for name in both[0] if name in both[1]]
-    return Table({name: np.concatenate([each[name] for each in both]) for name in shared})
+    shared = [name for name in samples[0] if name in samples[1]]
+    return Table({name: np.concatenate([part[name] for part in samples]) for name in shared})
 
 
 def has_episodes(table: Table) -> bool:
@@ -134,8 +134,8 @@ def per_run(table: Table, metric: str, unsettled: str, protocol: Protocol | None
     elif metric in _WORST and unsettled != DROPPED:
         share = np.ones(len(table)) if has_episodes(table) else _share(table, metric, unsettled)
         worst = _WORST[metric](protocol)
-        known = np.isfinite(values)
-        values = np.where(known, share * np.nan_to_num(values) + (1.0 - share) * worst, worst)
+        defined = np.isfinite(values)
+        values = np.where(defined, share * np.nan_to_num(values) + (1.0 - share) * worst, worst)
     columns = {**table.columns, metric: values}
     return _episodes_averaged(columns, metric) if has_episodes(table) else Table(columns)
 
@@ -170,12 +170,12 @@ def _episodes_averaged(columns: dict[str, np.ndarray], metric: str) -> Table:
     rows: dict[tuple, list[int]] = {}
     for row, key in enumerate(keys):
         rows.setdefault(key, []).append(row)
-    first = [each[0] for each in rows.values()]
-    found = {name: column[first] for name, column in columns.items()}
+    first = [indices[0] for indices in rows.values()]
+    averaged = {name: column[first] for name, column in columns.items()}
     values = columns[metric]
     means = []
-    for each in rows.values():
-        defined = values[each][np.isfinite(values[each])]
+    for indices in rows.values():
+        defined = values[indices][np.isfinite(values[indices])]
         means.append(defined.mean() if len(defined) else np.nan)
-    found[metric] = np.array(means)
-    return Table(found)
+    averaged[metric] = np.array(means)
+    return Table(averaged)

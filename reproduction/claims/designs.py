@@ -24,10 +24,10 @@ def designs(table: Table) -> dict[tuple, Table]:
     drives = np.array([DRIVES.get(name, "") for name in table["actuation"]])
     columns = [column.tolist() for column in (omegas, drives)]
     keys = list(zip(*columns, strict=True))
-    rows = {key: [other == key for other in keys] for key in sorted(set(keys))}
+    rows = {key: [candidate == key for candidate in keys] for key in sorted(set(keys))}
     return {
-        key: Table({name: column[at] for name, column in table.columns.items()})
-        for key, at in rows.items()
+        key: Table({name: column[mask] for name, column in table.columns.items()})
+        for key, mask in rows.items()
     }
 
 
@@ -38,8 +38,8 @@ def within_omega(values: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
     """
     centred = np.array(values, float)
     for omega in np.unique(np.nan_to_num(omega_t)):
-        there = np.nan_to_num(omega_t) == omega
-        centred[..., there] -= mean_defined(centred[..., there])[..., None]
+        mask = np.nan_to_num(omega_t) == omega
+        centred[..., mask] -= mean_defined(centred[..., mask])[..., None]
     return centred
 
 
@@ -49,9 +49,9 @@ def correlation(table: Table, a: str, b: str, *, seed: int = 0, resamples: int =
     The interval is a percentile bootstrap over rows. All is NaN for fewer than `MODELS` of them.
     """
     x, y = table[a], table[b]
-    both = np.isfinite(x) & np.isfinite(y)
-    omega_t, undefined = table["omega_t"][both], int((~both).sum())
-    x, y = (within_omega(each[both], omega_t) for each in (x, y))
+    defined = np.isfinite(x) & np.isfinite(y)
+    omega_t, undefined = table["omega_t"][defined], int((~defined).sum())
+    x, y = (within_omega(column[defined], omega_t) for column in (x, y))
     if len(x) < MODELS or x.std() == 0.0 or y.std() == 0.0:
         return Interval(np.nan, np.nan, np.nan, np.nan, len(x), undefined)
     drawn = np.random.default_rng(seed).integers(0, len(x), (resamples, len(x)))

@@ -18,8 +18,8 @@ from tegotae._support.errors import TegotaeError
 DIGITS = 6
 """Significant digits of the effects in the file."""
 
-_COUNT = tuple(each.name for each in fields(Count))
-_EFFECT = tuple(each.name for each in fields(EffectEstimate))
+_COUNT = tuple(field.name for field in fields(Count))
+_EFFECT = tuple(field.name for field in fields(EffectEstimate))
 _VERDICT = "verdict"
 _KIND = "table that python -m reproduction claims wrote"
 
@@ -29,12 +29,12 @@ def effect_columns(findings: Iterable[Finding]) -> dict[str, list[Any]]:
     columns: dict[str, list[Any]] = {name: [] for name in ("claim", *_COUNT, *_EFFECT, _VERDICT)}
     for finding in findings:
         verdicts = finding.verdicts
-        for count, found in finding.by_count.items():
+        for count, estimate in finding.by_count.items():
             columns["claim"].append(finding.claim.name)
             for name in _COUNT:
                 columns[name].append(getattr(count, name))
             for name in _EFFECT:
-                columns[name].append(getattr(found, name))
+                columns[name].append(getattr(estimate, name))
             columns[_VERDICT].append(verdicts[count])
     return columns
 
@@ -54,16 +54,17 @@ def read_effects(path: Path) -> list[Finding]:
     cells = tables.read_csv(path, ("claim", *_COUNT, *_EFFECT, _VERDICT), kind=_KIND)
     require_once(path, {name: cells[name] for name in ("claim", *_COUNT)})
     claims = {claim.name: claim for claim in ATOMIC_CLAIMS}
-    found: dict[str, dict[Count, EffectEstimate]] = {}
+    estimates: dict[str, dict[Count, EffectEstimate]] = {}
     try:
         numbers = [tables.numbers(cells[name]).tolist() for name in _EFFECT]
         counts = zip(*(cells[name].tolist() for name in _COUNT), strict=True)
         rows = zip(cells["claim"].tolist(), counts, *numbers, strict=True)
         for name, count, *values in rows:
-            found.setdefault(name, {})[Count(*count)] = EffectEstimate(*values)
+            estimates.setdefault(name, {})[Count(*count)] = EffectEstimate(*values)
         selected = {*cells["claim"][cells[_VERDICT] == SELECTED_FOR].tolist()}
         return [
-            Finding(claims[name], by_count, name in selected) for name, by_count in found.items()
+            Finding(claims[name], by_count, name in selected)
+            for name, by_count in estimates.items()
         ]
     except (KeyError, ValueError):
         raise TegotaeError(f"{path} is no {_KIND}") from None

@@ -124,12 +124,15 @@ class _DesignCells:
                 continue
             place = (omega, DRIVES.get(actuation, "")) if np.isfinite(omega) else ANYWHERE
             columns.setdefault((architecture, senses, place), []).append(i)
-        for (architecture, senses, place), at in columns.items():
-            found = mean_defined(values[:, at])
-            self._places.setdefault((architecture, senses), {})[place] = found
+        for (architecture, senses, place), positions in columns.items():
+            mean = mean_defined(values[:, positions])
+            self._places.setdefault((architecture, senses), {})[place] = mean
         self._all = {
             cell: mean_defined(
-                values[:, [i for key, at in columns.items() if key[:2] == cell for i in at]]
+                values[
+                    :,
+                    [i for key, positions in columns.items() if key[:2] == cell for i in positions],
+                ]
             )
             for cell in self._places
         }
@@ -150,39 +153,39 @@ class _DesignCells:
     def gain(self, effect: DoubleDifference) -> EffectEstimate:
         """One difference minus another; its size is the second."""
         ours, theirs = (self._difference(*pair) for pair in (effect.ours, effect.theirs))
-        alike = theirs.of_designs.shape == ours.of_designs.shape
-        designs = ours.of_designs - (theirs.of_designs if alike else theirs.values[0])
+        same_shape = theirs.of_designs.shape == ours.of_designs.shape
+        designs = ours.of_designs - (theirs.of_designs if same_shape else theirs.values[0])
         return _interval(_Gap(ours.values - theirs.values, theirs.values, designs))
 
     def _difference(
         self, ours: ArchitectureGroup, theirs: ArchitectureGroup | None, *, lowest: bool = False
     ) -> _Gap:
-        mine, other = self._of(ours), [] if theirs is None else self._of(theirs)
-        if not mine or (theirs is not None and not other):
+        mine, reference = self._of(ours), [] if theirs is None else self._of(theirs)
+        if not mine or (theirs is not None and not reference):
             return _NO_GAP
         if self._count.average == FIGURE_2:
-            return self._normalised(mine, other, lowest)
-        places = [{p for cell in cells for p in self._places[cell]} for cells in (mine, other)]
-        shared = self._shared(*places) if other else sorted(places[0])
+            return self._normalised(mine, reference, lowest)
+        places = [{p for cell in cells for p in self._places[cell]} for cells in (mine, reference)]
+        shared = self._shared(*places) if reference else sorted(places[0])
         level = [self._at(mine, place) for place in shared]
         base = (
             [
-                self._least(other, place, shared) if lowest else self._at(other, place)
+                self._least(reference, place, shared) if lowest else self._at(reference, place)
                 for place in shared
             ]
-            if other
+            if reference
             else [np.zeros(1)] * len(shared)
         )
         gaps = [a - b for a, b in zip(level, base, strict=True)]
         # The designs that count are those that the runs as they are define.
-        used = [i for i, gap in enumerate(gaps) if np.isfinite(gap[0])]
-        if not used:
+        defined = [i for i, gap in enumerate(gaps) if np.isfinite(gap[0])]
+        if not defined:
             return _NO_GAP
-        known = {shared[i]: float(base[i][0]) for i in used}
+        base_values = {shared[i]: float(base[i][0]) for i in defined}
         return _Gap(
-            _over([gaps[i] for i in used]),
-            _over([base[i] for i in used]),
-            self._of_designs(mine, known),
+            _over([gaps[i] for i in defined]),
+            _over([base[i] for i in defined]),
+            self._of_designs(mine, base_values),
         )
 
     def _of_designs(self, mine: list[tuple[str, str]], base: dict[tuple, float]) -> np.ndarray:
@@ -209,23 +212,23 @@ class _DesignCells:
         return sorted((a & b) - {ANYWHERE})
 
     def _at(self, cells: list[tuple[str, str]], place: tuple) -> np.ndarray:
-        there = [self._places[cell].get(place, self._places[cell].get(ANYWHERE)) for cell in cells]
+        values = [self._places[cell].get(place, self._places[cell].get(ANYWHERE)) for cell in cells]
         # A small study may have a design of one architecture and not of another.
-        return _over([each for each in there if each is not None] or [np.full(1, np.nan)])
+        return _over([value for value in values if value is not None] or [np.full(1, np.nan)])
 
     def _least(self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]) -> np.ndarray:
         """Return, at a place of the design, the architecture that is lowest over all cells."""
         means = _stacked([_over([self._at([cell], p) for p in shared]) for cell in cells])
-        known = np.where(np.isnan(means), np.inf, means)
-        here = _stacked([self._at([cell], place) for cell in cells])
-        return np.take_along_axis(here, known.argmin(axis=0)[None], axis=0)[0]
+        ranked = np.where(np.isnan(means), np.inf, means)
+        levels = _stacked([self._at([cell], place) for cell in cells])
+        return np.take_along_axis(levels, ranked.argmin(axis=0)[None], axis=0)[0]
 
     def _normalised(
-        self, mine: list[tuple[str, str]], other: list[tuple[str, str]], lowest: bool
+        self, mine: list[tuple[str, str]], reference: list[tuple[str, str]], lowest: bool
     ) -> _Gap:
         """Differences of means over all models, over the metric's range."""
         level = _over([self._all[cell] for cell in mine])
-        rows = [self._all[cell] for cell in other]
+        rows = [self._all[cell] for cell in reference]
         if not rows:
             base = np.zeros_like(level)
         elif lowest:
@@ -251,27 +254,30 @@ def _correlation(effect: Correlation, runs: Resampled, count: Count) -> EffectEs
     if count.omega_t != ALL:
         keep = np.array([f"{x:g}" == count.omega_t for x in models.omega_t])
         a, b, omega_t = a[:, keep], b[:, keep], omega_t[keep]
-    found = _correlated(a, b, omega_t)
+    correlations = _correlated(a, b, omega_t)
     # Models are the designs: what varies beside them is ω_t.
-    each = [
+    by_omega = [
         _correlated(a[:1, omega_t == omega], b[:1, omega_t == omega], omega_t[omega_t == omega])
         for omega in np.unique(omega_t[np.isfinite(omega_t)])
     ]
-    estimate = _interval(_Gap(found, np.full(1, 1.0), complete(np.array(each).reshape(1, -1))))
+    estimate = _interval(
+        _Gap(correlations, np.full(1, 1.0), complete(np.array(by_omega).reshape(1, -1)))
+    )
     ends = np.clip([estimate.designs_low, estimate.designs_high], -1.0, 1.0)
     return replace(estimate, designs_low=float(ends[0]), designs_high=float(ends[1]))
 
 
 def _correlated(a: np.ndarray, b: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
     """Correlation within ω_t over the models that define both, of each row; NaN of too few."""
-    both = np.isfinite(a) & np.isfinite(b)
-    a, b = (within_omega(np.where(both, each, np.nan), omega_t) for each in (a, b))
-    n = both.sum(axis=1)
+    defined = np.isfinite(a) & np.isfinite(b)
+    a, b = (within_omega(np.where(defined, column, np.nan), omega_t) for column in (a, b))
+    n = defined.sum(axis=1)
     if n[0] < MODELS:
         return np.full(1, np.nan)
-    x, y = (np.where(both, each, 0.0) for each in (a, b))
+    x, y = (np.where(defined, column, 0.0) for column in (a, b))
     x, y = (
-        np.where(both, each - each.sum(axis=1, keepdims=True) / n[:, None], 0.0) for each in (x, y)
+        np.where(defined, column - column.sum(axis=1, keepdims=True) / n[:, None], 0.0)
+        for column in (x, y)
     )
     scale = np.sqrt((x**2).sum(axis=1) * (y**2).sum(axis=1))
     return np.where(scale > 0.0, (x * y).sum(axis=1) / np.where(scale > 0.0, scale, 1.0), np.nan)
@@ -288,10 +294,10 @@ def _over(rows: list[np.ndarray]) -> np.ndarray:
 
 
 def _interval(gap: _Gap) -> EffectEstimate:
-    found = gap.values
-    drawn = found[1:][np.isfinite(found[1:])]
-    if not np.isfinite(found[0]) or len(drawn) < 0.5 * (len(found) - 1) or len(drawn) == 0:
+    values = gap.values
+    drawn = values[1:][np.isfinite(values[1:])]
+    if not np.isfinite(values[0]) or len(drawn) < 0.5 * (len(values) - 1) or len(drawn) == 0:
         return NOT_KNOWN
     low, high = np.percentile(drawn, LEVEL)
     ends = (float(low), float(high)), crossed(gap.of_designs)
-    return EffectEstimate(float(found[0]), *ends[0], float(gap.base[0]), *ends[1])
+    return EffectEstimate(float(values[0]), *ends[0], float(gap.base[0]), *ends[1])

@@ -46,10 +46,10 @@ def read_ridges(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         TegotaeError: if the table cannot be read.
     """
     columns = ("omega_rad_per_s", "best_sigma_rad_per_s_n", "censored")
-    found = _by_actuation(folder / RIDGES, columns)
+    columns_by_name = _by_actuation(folder / RIDGES, columns)
     return {
         name: (omega, np.where(censored == 0.0, sigma, np.nan))
-        for name, (omega, sigma, censored) in found.items()
+        for name, (omega, sigma, censored) in columns_by_name.items()
     }
 
 
@@ -59,8 +59,8 @@ def read_resonances(folder: Path) -> dict[str, np.ndarray]:
     Raises:
         TegotaeError: if the table cannot be read.
     """
-    found = _by_actuation(folder / RESONANCES, ("best_omega_rad_per_s",))
-    return {name: omega for name, (omega,) in found.items()}
+    resonances = _by_actuation(folder / RESONANCES, ("best_omega_rad_per_s",))
+    return {name: omega for name, (omega,) in resonances.items()}
 
 
 def read_losses(folder: Path) -> dict[str, np.ndarray]:
@@ -69,16 +69,16 @@ def read_losses(folder: Path) -> dict[str, np.ndarray]:
     Raises:
         TegotaeError: if the table cannot be read.
     """
-    found = _by_actuation(folder / LOSSES, ("cot_inverse_a_lost",))
-    return {name: lost for name, (lost,) in found.items()}
+    losses = _by_actuation(folder / LOSSES, ("cot_inverse_a_lost",))
+    return {name: share for name, (share,) in losses.items()}
 
 
 def _by_actuation(path: Path, columns: tuple[str, ...]) -> dict[str, tuple[np.ndarray, ...]]:
     rows = _rows(path, ("actuation", *columns), (str, *(float for _ in columns)))
 
     def own(actuation: str) -> tuple[np.ndarray, ...]:
-        found = np.array([row[1:] for row in rows if row[0] == actuation], float)
-        return tuple(found.reshape(-1, len(columns)).T)
+        values = np.array([row[1:] for row in rows if row[0] == actuation], float)
+        return tuple(values.reshape(-1, len(columns)).T)
 
     return {name: own(name) for name in ("sector", "reflex")}
 
@@ -149,8 +149,8 @@ def command_for(table: str, folder: Path | None = None) -> str:
         >>> command_for("parameter_limit.csv")
         'python studies/parameter_limit.py --out experiments'
     """
-    found = next(each for each in EXPERIMENTS if table in each.tables)
-    return found.command.format(folder=folder or "experiments")
+    match = next(experiment for experiment in EXPERIMENTS if table in experiment.tables)
+    return match.command.format(folder=folder or "experiments")
 
 
 def require_folder(folder: Path | None) -> None:

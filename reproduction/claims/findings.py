@@ -27,7 +27,7 @@ EVERYWHERE = Count()
 """The count of an effect that is not of the study's table: there is one way."""
 
 
-def verdict(claim: AtomicClaim, found: EffectEstimate) -> str:
+def verdict(claim: AtomicClaim, estimate: EffectEstimate) -> str:
     """Return the verdict of an effect on a claim: `REPRODUCED` if its interval has the claimed
     sign, `OPPOSITE` if it has the other, `TOO_SMALL` if it has both. An effect is alike if the
     interval lies within `EQUIVALENCE`, and it is the opposite if it lies outside.
@@ -36,14 +36,14 @@ def verdict(claim: AtomicClaim, found: EffectEstimate) -> str:
         >>> verdict(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3))
         'reproduced'
     """
-    if not found.known:
+    if not estimate.known:
         return NOT_MEASURED
     if claim.sign == ALIKE:
-        least, most = sorted((share - 1.0) * found.size for share in EQUIVALENCE)
-        if least < found.low and found.high < most:
+        lower, upper = sorted((share - 1.0) * estimate.size for share in EQUIVALENCE)
+        if lower < estimate.low and estimate.high < upper:
             return REPRODUCED
-        return OPPOSITE if found.high < least or most < found.low else TOO_SMALL
-    low, high = sorted((claim.sign * found.low, claim.sign * found.high))
+        return OPPOSITE if estimate.high < lower or upper < estimate.low else TOO_SMALL
+    low, high = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
     if low > 0.0:
         return REPRODUCED
     return OPPOSITE if high < 0.0 else TOO_SMALL
@@ -53,7 +53,7 @@ CLEAR = 1e3
 """The margin of an effect without spread, such as of a share of zero in all runs."""
 
 
-def margin_of(claim: AtomicClaim, found: EffectEstimate) -> float:
+def margin_of(claim: AtomicClaim, estimate: EffectEstimate) -> float:
     """Return the margin by which a claim with a sign is reproduced, or opposite.
 
     The effect, positive on the claimed side, over the half of its interval that looks towards zero:
@@ -64,10 +64,12 @@ def margin_of(claim: AtomicClaim, found: EffectEstimate) -> float:
         >>> f"{margin_of(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3)):.0f}"
         '2'
     """
-    if not found.known:
+    if not estimate.known:
         return math.nan
-    half = found.effect - found.low if found.effect > 0.0 else found.high - found.effect
-    signed = claim.sign * found.effect
+    half = (
+        estimate.effect - estimate.low if estimate.effect > 0.0 else estimate.high - estimate.effect
+    )
+    signed = claim.sign * estimate.effect
     return signed / half if half > 0.0 else math.copysign(CLEAR, signed)
 
 
@@ -90,15 +92,15 @@ class Finding:
         """The verdict of a way that agrees with the claim."""
         return SELECTED_FOR if self.selected else REPRODUCED
 
-    def verdict(self, found: EffectEstimate) -> str:
+    def verdict(self, estimate: EffectEstimate) -> str:
         """Return the verdict of an effect on the claim."""
-        word = verdict(self.claim, found)
+        word = verdict(self.claim, estimate)
         return self.agreeing if word == REPRODUCED else word
 
     @property
     def verdicts(self) -> dict[Count, str]:
         """The verdict by the way to count."""
-        return {count: self.verdict(found) for count, found in self.by_count.items()}
+        return {count: self.verdict(estimate) for count, estimate in self.by_count.items()}
 
     @property
     def tally(self) -> Counter[str]:
@@ -118,24 +120,24 @@ class Finding:
         some have that and none the opposite, and the other way round; "depends on" and the choices
         if both signs are found.
         """
-        found = self.tally
-        if found[self.agreeing] and found[OPPOSITE]:
+        tally = self.tally
+        if tally[self.agreeing] and tally[OPPOSITE]:
             words = [CHOICES[name] for name in self.depends_on] or ["several choices together"]
             return f"depends on {', '.join(words)}"
         for word in (self.agreeing, OPPOSITE):
-            if found[word]:
-                return f"{word}, or {TOO_SMALL}" if found[TOO_SMALL] else word
-        return TOO_SMALL if found[TOO_SMALL] else NOT_MEASURED
+            if tally[word]:
+                return f"{word}, or {TOO_SMALL}" if tally[TOO_SMALL] else word
+        return TOO_SMALL if tally[TOO_SMALL] else NOT_MEASURED
 
     @property
     def depends_on(self) -> tuple[str, ...]:
         """The choices that turn it: two ways that differ in this alone find opposite signs."""
-        found = set()
-        for (a, one), (b, other) in itertools.combinations(self.verdicts.items(), 2):
-            apart = differ_in(a, b)
-            if len(apart) == 1 and {one, other} == {self.agreeing, OPPOSITE}:
-                found.add(apart[0])
-        return tuple(name for name in CHOICES if name in found)
+        choices = set()
+        for (a, first), (b, second) in itertools.combinations(self.verdicts.items(), 2):
+            differences = differ_in(a, b)
+            if len(differences) == 1 and {first, second} == {self.agreeing, OPPOSITE}:
+                choices.add(differences[0])
+        return tuple(name for name in CHOICES if name in choices)
 
 
 def findings(
@@ -143,7 +145,7 @@ def findings(
     experiments: Path | None = None,
     claims: Iterable[AtomicClaim] = ATOMIC_CLAIMS,
     resamples: int = RESAMPLES,
-    ways: Iterable[Count] | None = None,
+    options: Iterable[Count] | None = None,
     selected: Collection[str] = (),
 ) -> list[Finding]:
     """Every claim's effect in every way to count.
@@ -154,7 +156,7 @@ def findings(
         experiments: folder of the experiments' tables (Figs. 3 and 4, number of parameters).
         claims: which claims.
         resamples: how often the runs are drawn anew.
-        ways: the ways to count; all that the table allows by default. A claim about one kind of
+        options: the ways to count; all that the table allows by default. A claim about one kind of
             run is counted by this kind in each.
         selected: names of the claims that the table's body was chosen to agree with.
 
@@ -163,13 +165,15 @@ def findings(
     """
     require_folder(experiments)
     runs = Resampled(table.of_the_paper(), resamples)
-    ways = list(counts(runs.table) if ways is None else ways)
-    found = []
+    options = list(counts(runs.table) if options is None else options)
+    results = []
     for claim in claims:
         if isinstance(claim.effect, OfTrainings | OfGainMap):
             by_count = {EVERYWHERE: measure_kept(claim.effect, experiments)}
         else:
-            own = dict.fromkeys(replace(each, run=claim.run or each.run) for each in ways)
-            by_count = {count: measure(claim.effect, runs, count) for count in own}
-        found.append(Finding(claim, by_count, claim.name in selected))
-    return found
+            matching = dict.fromkeys(
+                replace(option, run=claim.run or option.run) for option in options
+            )
+            by_count = {count: measure(claim.effect, runs, count) for count in matching}
+        results.append(Finding(claim, by_count, claim.name in selected))
+    return results

@@ -47,8 +47,10 @@ def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> Effect
     if not path.exists():
         return NOT_KNOWN
     if isinstance(effect, OfGainMap):
-        of = {"resonance_shift": _of_resonances, "loss": _of_losses}.get(effect.measure, _of_ridges)
-        return of(effect, folder)
+        estimator = {"resonance_shift": _of_resonances, "loss": _of_losses}.get(
+            effect.measure, _of_ridges
+        )
+        return estimator(effect, folder)
     if effect.metric == "nearer_resonance":
         return _of_gaits(effect, path)
     return _of_curves(effect, path) if effect.metric == "cot_inverse" else _of_sizes(path)
@@ -56,16 +58,16 @@ def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> Effect
 
 def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
     """CoT⁻¹ late in training, one algorithm minus another, averaged over the policies."""
-    found = groups(read_curves([path]))
-    both = (effect.ours, effect.theirs)
-    models = dict.fromkeys(model for model, _ in found)
+    curves = groups(read_curves([path]))
+    algorithms = (effect.ours, effect.theirs)
+    models = dict.fromkeys(model for model, _ in curves)
     pairs = [
         (
-            [late_mean(run) for run in found[model, effect.ours]],
-            [late_mean(run) for run in found[model, effect.theirs]],
+            [late_mean(run) for run in curves[model, effect.ours]],
+            [late_mean(run) for run in curves[model, effect.theirs]],
         )
         for model in models
-        if all((model, algorithm) in found for algorithm in both)
+        if all((model, algorithm) in curves for algorithm in algorithms)
     ]
     size = float(np.mean([np.mean(theirs) for _, theirs in pairs])) if pairs else np.nan
     return _of_interval(stratified_difference(pairs), size)
@@ -90,24 +92,24 @@ def _of_sizes(path: Path) -> EffectEstimate:
     """
     trainings = read_trainings(path)
     pairs = []
-    for way in dict.fromkeys(each.way for each in trainings):
-        own = [each for each in trainings if each.way == way]
-        start = [t.untrained_fitness for t in own if t.untrained_fitness > 0.5 * FAILED_FITNESS]
+    for way in dict.fromkeys(training.way for training in trainings):
+        runs = [training for training in trainings if training.way == way]
+        start = [t.untrained_fitness for t in runs if t.untrained_fitness > 0.5 * FAILED_FITNESS]
         if not start:
             continue
-        least = float(np.median(start))
-        more, fewer = (
-            [max(t.fitness, least) for t in own if (t.parameters > PARAMETERS) == large]
+        floor = float(np.median(start))
+        larger, smaller = (
+            [max(t.fitness, floor) for t in runs if (t.parameters > PARAMETERS) == large]
             for large in (True, False)
         )
-        pairs.append((more, fewer))
+        pairs.append((larger, smaller))
     pairs = [pair for pair in pairs if all(pair)]
-    size = float(np.mean([np.mean(fewer) for _, fewer in pairs])) if pairs else np.nan
+    size = float(np.mean([np.mean(smaller) for _, smaller in pairs])) if pairs else np.nan
     return _of_interval(stratified_difference(pairs), size)
 
 
-def _of_interval(found: Interval, size: float) -> EffectEstimate:
-    return EffectEstimate(found.mean, found.low, found.high, size)
+def _of_interval(interval: Interval, size: float) -> EffectEstimate:
+    return EffectEstimate(interval.mean, interval.low, interval.high, size)
 
 
 def _of_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
@@ -115,25 +117,25 @@ def _of_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
     ridges = read_ridges(folder)
     lines = {name: _line(*ridges[name]) for name in (effect.ours, effect.theirs) if name}
     if effect.measure == "slope":
-        found, size = lines[effect.ours]["slope"], lines[effect.ours]["r_squared"][0]
+        values, size = lines[effect.ours]["slope"], lines[effect.ours]["r_squared"][0]
     else:
         base = lines[effect.theirs]["r_squared"] if effect.theirs else np.zeros(1)
-        found, size = lines[effect.ours]["r_squared"] - base, base[0]
-    return _of_draws(found, size)
+        values, size = lines[effect.ours]["r_squared"] - base, base[0]
+    return _of_draws(values, size)
 
 
 def _of_resonances(effect: OfGainMap, folder: Path) -> EffectEstimate:
     """Spread of the best frequency over the gains (standard deviation), less another's."""
-    found = read_resonances(folder)
-    ours, theirs = (_drawn(found[name]).std(axis=1) for name in (effect.ours, effect.theirs))
+    resonances = read_resonances(folder)
+    ours, theirs = (_drawn(resonances[name]).std(axis=1) for name in (effect.ours, effect.theirs))
     return _of_draws(ours - theirs, theirs[0])
 
 
 def _of_losses(effect: OfGainMap, folder: Path) -> EffectEstimate:
     """Mean loss over the frequencies, of both actuations alike."""
-    found = read_losses(folder)
-    each = [_drawn(lost).mean(axis=1) for lost in found.values()]
-    return _of_draws(np.mean(each, axis=0), np.nan)
+    losses = read_losses(folder)
+    means = [_drawn(loss).mean(axis=1) for loss in losses.values()]
+    return _of_draws(np.mean(means, axis=0), np.nan)
 
 
 def _drawn(values: np.ndarray) -> np.ndarray:
@@ -145,12 +147,12 @@ def _drawn(values: np.ndarray) -> np.ndarray:
     return values[np.concatenate([np.arange(n)[None], drawn])]
 
 
-def _of_draws(found: np.ndarray, size: float) -> EffectEstimate:
-    drawn = found[1:][np.isfinite(found[1:])]
-    if not np.isfinite(found[0]) or len(drawn) == 0:
+def _of_draws(values: np.ndarray, size: float) -> EffectEstimate:
+    drawn = values[1:][np.isfinite(values[1:])]
+    if not np.isfinite(values[0]) or len(drawn) == 0:
         return NOT_KNOWN
     low, high = np.percentile(drawn, LEVEL)
-    return EffectEstimate(float(found[0]), float(low), float(high), float(size))
+    return EffectEstimate(float(values[0]), float(low), float(high), float(size))
 
 
 def _line(omega: np.ndarray, sigma: np.ndarray) -> dict[str, np.ndarray]:
@@ -159,8 +161,8 @@ def _line(omega: np.ndarray, sigma: np.ndarray) -> dict[str, np.ndarray]:
     omega, sigma = omega[defined], sigma[defined]
     n = len(omega)
     if n < 3:
-        nothing = np.full(1 + _RESAMPLES, np.nan)
-        return {"slope": nothing, "r_squared": nothing}
+        undefined = np.full(1 + _RESAMPLES, np.nan)
+        return {"slope": undefined, "r_squared": undefined}
     drawn = np.random.default_rng(0).integers(0, n, (_RESAMPLES, n))
     drawn = np.concatenate([np.arange(n)[None], drawn])
     slope, _, r_squared = line(omega[drawn], sigma[drawn])

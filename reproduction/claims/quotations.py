@@ -37,12 +37,12 @@ def hashes_of(text: str) -> set[str]:
     return {hashlib.sha256(run.encode()).hexdigest()[:_DIGITS] for run in runs}
 
 
-def stands_in(quotation: str, known: Collection[str]) -> bool:
+def stands_in(quotation: str, hashes: Collection[str]) -> bool:
     """Return whether every run of words of a quotation occurs in a text.
 
     Args:
         quotation: with `OMISSION` where words are left out.
-        known: `hashes_of` the text.
+        hashes: `hashes_of` the text.
 
     Example:
         >>> text = hashes_of("It is visible how the oscillator is slowed down.")
@@ -50,4 +50,4 @@ def stands_in(quotation: str, known: Collection[str]) -> bool:
         (True, False)
     """
     parts = [hashes_of(part) for part in quotation.split(OMISSION)]
-    return all(part and part <= set(known) for part in parts)
+    return all(part and part <= set(hashes) for part in parts)

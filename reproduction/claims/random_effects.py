@@ -24,13 +24,13 @@ def crossed(differences: np.ndarray) -> tuple[float, float]:
     if 1 in differences.shape:
         return _student(differences, float(differences.var(ddof=1)), differences.size - 1)
     by_design, by_omega = differences.mean(axis=1), differences.mean(axis=0)
-    rest = differences - by_design[:, None] - by_omega[None] + differences.mean()
+    residuals = differences - by_design[:, None] - by_omega[None] + differences.mean()
     df = np.array([designs - 1, omegas - 1, (designs - 1) * (omegas - 1)])
     squares = np.array(
         [
             omegas * by_design.var(ddof=1),
             designs * by_omega.var(ddof=1),
-            (rest**2).sum() / df[2],
+            (residuals**2).sum() / df[2],
         ]
     )
     total = float(squares @ [1.0, 1.0, -1.0])

@@ -69,10 +69,10 @@ class Resampled:
         rows: Table,
         metric: str,
         sample: np.ndarray,
-        own: np.ndarray,
+        mask: np.ndarray,
         run: str,
     ) -> np.ndarray:
-        centre = own & (sample == 0)
+        centre = mask & (sample == 0)
         values, fitness = rows[metric][centre], rows["best_fitness"][centre]
         drawn = self._drawn(name, len(values))
         if run == MEAN:
@@ -86,19 +86,19 @@ class Resampled:
         assert run == SAMPLED
         runs = rows["run"][centre][drawn[np.arange(len(drawn)), is_best.argmax(axis=1)]]
         return self._sampled(
-            rows["run"][own & (sample > 0)], rows[metric][own & (sample > 0)], runs
+            rows["run"][mask & (sample > 0)], rows[metric][mask & (sample > 0)], runs
         )
 
     def _sampled(self, of_run: np.ndarray, values: np.ndarray, runs: np.ndarray) -> np.ndarray:
         """One controller drawn from each of some runs' distributions; the first is their mean."""
-        found = np.full(len(runs), np.nan)
+        drawn = np.full(len(runs), np.nan)
         for run in np.unique(runs):
             of_it = values[of_run == run]
-            at = runs == run
+            mask = runs == run
             if len(of_it):
-                found[at] = self._random.choice(of_it, at.sum())
-        found[0] = mean_defined(values[of_run == runs[0]][None])[0]
-        return found
+                drawn[mask] = self._random.choice(of_it, mask.sum())
+        drawn[0] = mean_defined(values[of_run == runs[0]][None])[0]
+        return drawn
 
     def _drawn(self, name: str, runs: int) -> np.ndarray:
         """Numbers of a model's runs, [1 + resamples, runs]; the first row has each of them once."""

@@ -69,33 +69,33 @@ class StudyClaims:
         tables = tables_of(self.source, self.budgets, self.sampled)
         selected = tables.selected | self._selected(self.source)
         runs = with_sampled(tables.runs, tables.sampled)
-        found = findings(runs, self.experiments, selected=selected)
+        results = findings(runs, self.experiments, selected=selected)
         beside = {path.stem: self._beside(path) for path in self.beside}
-        for each in found:
-            print(f"{each.claim.name:26} {each.outcome}")
+        for finding in results:
+            print(f"{finding.claim.name:26} {finding.outcome}")
         if self.out is None:
             return
         texts = {
-            "claims.md": outcomes_table(found),
-            "claims-by-design.md": designs_table({self.source.stem: found, **beside}),
-            "effects.csv": effects_csv(found),
+            "claims.md": outcomes_table(results),
+            "claims-by-design.md": designs_table({self.source.stem: results, **beside}),
+            "effects.csv": effects_csv(results),
         }
-        texts |= {f"effects-{name}.csv": effects_csv(each) for name, each in beside.items()}
+        texts |= {f"effects-{name}.csv": effects_csv(finding) for name, finding in beside.items()}
         columns = {}
         if self.readings is not None:
             columns = counts_by_claim(*read_tables(self.readings))
         if beside or columns:
-            texts["claims-beside.md"] = beside_table(found, beside, columns)
+            texts["claims-beside.md"] = beside_table(results, beside, columns)
         if tables.budgets is not None:
-            after = {
-                name: findings(runs, ways=[Count()], selected=selected)
+            budgets = {
+                name: findings(runs, options=[Count()], selected=selected)
                 for name, runs in by_budget(tables.budgets, tables.runs).items()
             }
-            texts["claims-by-budget.md"] = by_budget_table(after)
+            texts["claims-by-budget.md"] = by_budget_table(budgets)
         output_folder(self.out)
         for name, text in texts.items():
             write_atomically(self.out / name, text)
-        pictures = {"claims.png": claims_figure(found)} if has_effects(found) else {}
+        pictures = {"claims.png": claims_figure(results)} if has_effects(results) else {}
         for name, figure in pictures.items():
             save_figure(figure, self.out / name)
         print(f"wrote {', '.join([*texts, *pictures])} to {self.out}")

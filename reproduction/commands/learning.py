@@ -100,12 +100,12 @@ class StudyPrimary:
         readings = {path.stem: read(path) for path in self.sources}
         if self.out is not None:
             output_folder(self.out)
-        whole, by_omega = primary_tables(readings)
+        overall, by_omega = primary_tables(readings)
         if self.out is not None:
-            write_atomically(self.out / f"{self.name}.md", whole)
+            write_atomically(self.out / f"{self.name}.md", overall)
             write_atomically(self.out / f"{self.name}-by-omega.md", by_omega)
             save_figure(learning_figure(readings), self.out / f"{self.name}.png")
-        print(f"{whole}\n{by_omega}")
+        print(f"{overall}\n{by_omega}")
 
 
 @dataclass(frozen=True)

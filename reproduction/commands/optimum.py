@@ -50,7 +50,7 @@ class Optimum(Output):
 
         self.check_out()
         require_finite("omega", self.omega, above=0.0)
-        found = curve()
+        optimum = curve()
         points: dict[str, Gaits] = {}
         longer: dict[str, Gaits] = {}
         for path in self.tables:
@@ -60,11 +60,11 @@ class Optimum(Output):
                     f"{path} has no shares of the optimum; it must be of the paper's hopper, with "
                     "absolute work"
                 )
-            for of, several in ((points, False), (longer, True)):
+            for series, several in ((points, False), (longer, True)):
                 for name, gaits in _of_table(table, several=several).items():
-                    before = of.get(name, (np.array([]), np.array([])))
-                    rates, values = zip(before, gaits, strict=True)
-                    of[name] = (np.concatenate(rates), np.concatenate(values))
+                    previous = series.get(name, (np.array([]), np.array([])))
+                    rates, values = zip(previous, gaits, strict=True)
+                    series[name] = (np.concatenate(rates), np.concatenate(values))
         stances = {f"optimum, {self.omega:g} rad/s": _optimal_stance(self.omega)}
         for name in self.controller:
             meant = resolve(name)
@@ -73,8 +73,8 @@ class Optimum(Output):
             saved, path = controller_of(meant), Path(stem(name))
             orbit, gait = find_orbit(saved), _gait(saved)
             name = called(saved, path, {**points, **longer})
-            of = points if orbit.hops == 1 else longer
-            of[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
+            series = points if orbit.hops == 1 else longer
+            series[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
             stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = stance_of(orbit)
             reached = share(gait.cot_inverse, gait.hop_rate, gait.limit_cycle_period)
             print(
@@ -82,9 +82,9 @@ class Optimum(Output):
                 f"{orbit.hops}: {reached:.0%} of the optimum"
             )
         figure = optimum_figure(
-            found, points, stances, max_force_n=Hopper().max_force_n, longer=longer
+            optimum, points, stances, max_force_n=Hopper().max_force_n, longer=longer
         )
-        self.write(figure, optimum_tables(found, points, stances, longer))
+        self.write(figure, optimum_tables(optimum, points, stances, longer))
 
 
 def called(saved: SavedController, path: Path, taken: Container[str]) -> str:
@@ -115,9 +115,9 @@ def _optimal_stance(omega: float) -> dict[str, np.ndarray]:
     from reproduction.optimum import optimise, stances
     from tegotae.parts.bodies import Hopper
 
-    kept = stances()
-    if omega in kept:
-        return kept[omega]
+    tabulated = stances()
+    if omega in tabulated:
+        return tabulated[omega]
     gait = optimise(Hopper(), omega)
     return {"time_s": gait.time_s[-1], "force_n": gait.force_n[-1]}
 

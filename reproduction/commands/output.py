@@ -47,5 +47,5 @@ class Output:
         """Write the figure and its data, and say where."""
         from tegotae.figures.style import save_figure, write_tables
 
-        written = [save_figure(figure, self.file), *write_tables(self.file, tables)]
-        print("wrote " + ", ".join(map(str, written)))
+        paths = [save_figure(figure, self.file), *write_tables(self.file, tables)]
+        print("wrote " + ", ".join(map(str, paths)))

@@ -80,12 +80,12 @@ class MultiverseStatus:
         folder = MultiverseFolder(self.dir)
         plan = folder.plan(self.readings)
         records, damaged = folder.all()
-        whole = sum(is_whole(plan, table) for table in tables(plan, records).values())
+        complete = sum(is_whole(plan, table) for table in tables(plan, records).values())
         keys = {unit.key for unit in plan.units}
-        done = sum(key_of(record.configuration) in keys for record in records)
+        count = sum(key_of(record.configuration) in keys for record in records)
         print(
-            f"scale {plan.scale}: {done} of {len(keys)} models done, "
-            f"{whole} of {plan.readings} readings complete"
+            f"scale {plan.scale}: {count} of {len(keys)} models done, "
+            f"{complete} of {plan.readings} readings complete"
         )
         for message in damaged:
             print(message)
@@ -106,8 +106,8 @@ class MultiverseExport:
         """Write them."""
         from reproduction.readings.tables import EFFECTS, READINGS, write_tables
 
-        readings, found = _findings(self.dir, self.readings)
-        write_tables(readings, found, self.out)
+        readings, by_reading = _findings(self.dir, self.readings)
+        write_tables(readings, by_reading, self.out)
         print(f"wrote {READINGS}, {EFFECTS} to {self.out}")
 
 
@@ -132,19 +132,21 @@ class MultiverseFigures(PictureFormat):
         from tegotae.figures.style import save_figure
 
         exported = (self.source / READINGS).exists()
-        readings, found = read_tables(self.source) if exported else _findings(self.source)
-        known = sorted({omega for by_omega in found.values() for omega in by_omega})
-        if self.omega not in known:
-            raise TegotaeError(f"omega is {self.omega!r}; it must be one of {', '.join(known)}")
-        figures = {f"multiverse.{self.format}": overview_figure(readings, found, self.omega)}
+        readings, by_reading = read_tables(self.source) if exported else _findings(self.source)
+        frequencies = sorted({omega for by_omega in by_reading.values() for omega in by_omega})
+        if self.omega not in frequencies:
+            raise TegotaeError(
+                f"omega is {self.omega!r}; it must be one of {', '.join(frequencies)}"
+            )
+        figures = {f"multiverse.{self.format}": overview_figure(readings, by_reading, self.omega)}
         for claim in CLAIMS:
-            each = of_claim(found, claim.name, self.omega)
-            if each and (claim.headline or decisive(influences(readings, each))):
-                figures[f"{claim.name}.{self.format}"] = curve_figure(readings, each)
+            results = of_claim(by_reading, claim.name, self.omega)
+            if results and (claim.headline or decisive(influences(readings, results))):
+                figures[f"{claim.name}.{self.format}"] = curve_figure(readings, results)
         output_folder(self.out)
         for name, figure in figures.items():
             save_figure(figure, self.out / name)
-        text = shares_table(readings, found, self.omega)
+        text = shares_table(readings, by_reading, self.omega)
         write_atomically(self.out / "multiverse.md", text)
         print(f"wrote {', '.join(figures)}, multiverse.md to {self.out}")
 
@@ -158,16 +160,16 @@ def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], Find
     records, damaged = folder.all()
     for message in damaged:
         print(message)
-    found = tables(plan, records)
-    if not found:
+    by_number = tables(plan, records)
+    if not by_number:
         raise TegotaeError(
             f"{path} holds no result yet; first: python -m reproduction readings run"
         )
-    whole = sum(is_whole(plan, table) for table in found.values())
-    if whole < plan.readings:
+    complete = sum(is_whole(plan, table) for table in by_number.values())
+    if complete < plan.readings:
         print(
-            f"{whole} of {plan.readings} readings are complete; of the others, only claims "
+            f"{complete} of {plan.readings} readings are complete; of the others, only claims "
             "count that have all of their models"
         )
-    by_reading = findings_by_reading(found, models=plan.models)
+    by_reading = findings_by_reading(by_number, models=plan.models)
     return [reading for reading, _ in plan.by_reading], by_reading

@@ -35,8 +35,8 @@ def experiments_at(place: str) -> list[Experiment]:
     Raises:
         TegotaeError: if there are none, or they cannot be read.
     """
-    found = resolve(place)
-    return list(found.experiments) or [found.experiment()]
+    resolved = resolve(place)
+    return list(resolved.experiments) or [resolved.experiment()]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,7 @@ class StudyRun(ReadingOptions):
         from reproduction import runner
         from tegotae.study import on_cores
 
-        chosen = self.plan
+        study = self.plan
         if self.workers is not None:
             require_workers(self.workers)
         results = partial(on_cores, workers=self.workers)
@@ -84,7 +84,7 @@ class StudyRun(ReadingOptions):
             from reproduction.cluster import on_cluster
 
             results = on_cluster(self.cluster)
-        total = runner.run(chosen, self.dir, results, anew=self.anew)
+        total = runner.run(study, self.dir, results, anew=self.anew)
         print(
             f"{total} records in {self.dir}; next: python -m reproduction report --dir {self.dir}"
         )
@@ -92,31 +92,31 @@ class StudyRun(ReadingOptions):
     @property
     def plan(self) -> Plan:
         """The plan of the run."""
-        others = [each for name in chain(*self.experiments) for each in experiments_at(name)]
-        own = {each.name for each in others}
-        whole = plan(self.scale, [*chain(*self.models)] if self.models else "*", others)
+        extra = [entry for name in chain(*self.experiments) for entry in experiments_at(name)]
+        names = {entry.name for entry in extra}
+        base = plan(self.scale, [*chain(*self.models)] if self.models else "*", extra)
         options = self._read
-        models = options.at_frequencies([e for e in whole.experiments if e.name not in own])
-        experiments = [*map(options.applied, models), *others]
+        models = options.at_frequencies([e for e in base.experiments if e.name not in names])
+        experiments = [*map(options.applied, models), *extra]
         for experiment in experiments:
             experiment.check()
-        for metric in whole.metrics:
+        for metric in base.metrics:
             check_metric(metric)
         settings: dict[str, Any] = {} if self.seeds is None else {"seeds": self.seeds}
         if self.algorithm is not None:
             settings["algorithm"] = settings_named(self.algorithm, Algorithm)
-        return replace(whole, experiments=tuple(experiments), **settings)
+        return replace(base, experiments=tuple(experiments), **settings)
 
     @property
     def _read(self) -> ReadingOptions:
         """The options of the reading, except those that were given."""
         reading = reading_named(self.reading)
-        given = {
+        overrides = {
             field.name: getattr(self, field.name)
             for field in fields(ReadingOptions)
             if getattr(self, field.name) != field.default
         }
-        return replace(reading, **given)
+        return replace(reading, **overrides)
 
 
 @dataclass(frozen=True)
@@ -130,13 +130,13 @@ class StudyStatus:
         """Print it."""
         folder = Folder(self.dir)
         document = folder.document
-        whole = [unit.run.experiment.name for unit in plan(document["scale"]).units]
-        models = list(dict.fromkeys([*whole, *document["experiments"]]))
+        planned = [unit.run.experiment.name for unit in plan(document["scale"]).units]
+        models = list(dict.fromkeys([*planned, *document["experiments"]]))
         records, damaged = folder.all()
-        found = {record.model for record in records}
-        missing = [name for name in models if name not in found]
-        done = len(models) - len(missing)
-        print(f"scale {document['scale']}: {done} of {len(models)} models done")
+        recorded = {record.model for record in records}
+        missing = [name for name in models if name not in recorded]
+        count = len(models) - len(missing)
+        print(f"scale {document['scale']}: {count} of {len(models)} models done")
         if missing:
             print(f"missing: {', '.join(missing[:8])}{' ...' if len(missing) > 8 else ''}")
         for message in damaged:
@@ -281,12 +281,12 @@ class StudyFigures(PictureFormat):
             "correlations": correlation_figure(table),
         }
         if budgets is not None:
-            after = {
-                name: findings(runs, ways=[Count()])
+            findings_by_budget = {
+                name: findings(runs, options=[Count()])
                 for name, runs in by_budget(budgets, table).items()
             }
-            if drawn_claims(after):
-                figures["budgets"] = budgets_figure(after)
+            if drawn_claims(findings_by_budget):
+                figures["budgets"] = budgets_figure(findings_by_budget)
         for omega, figure in convergence.figures(records).items():
             figures[f"convergence-w{omega}"] = figure
         panels = policy_panels(records, table)
@@ -357,19 +357,19 @@ def tables_of(
 
     if source.is_dir():
         records = _records(Folder(source))
-        own = StudyTables(
+        tables = StudyTables(
             tabulate(records),
             tabulate_budgets(records),
             tabulate_sampled(records),
             selecting_body(records[0].experiment.body),
         )
     else:
-        own = StudyTables(read_csv(source))
+        tables = StudyTables(read_csv(source))
     return StudyTables(
-        own.runs,
-        own.budgets if budgets is None else read_csv(budgets),
-        own.sampled if sampled is None else read_csv(sampled),
-        own.selected,
+        tables.runs,
+        tables.budgets if budgets is None else read_csv(budgets),
+        tables.sampled if sampled is None else read_csv(sampled),
+        tables.selected,
     )
 
 
@@ -384,6 +384,6 @@ def _records(folder: Folder) -> list[Record]:
     for name in {name: None for record in records for name in record.software}:
         versions = sorted({record.software.get(name, "none") for record in records})
         if len(versions) > 1:
-            what = f"with different versions of {name}"
-            print(f"the records were made {what}: {', '.join(versions)}")
+            cause = f"with different versions of {name}"
+            print(f"the records were made {cause}: {', '.join(versions)}")
     return records

@@ -27,9 +27,9 @@ def atlas_figure(runs: pd.DataFrame) -> Figure:
         figure = new_figure(PAGE_IN, 2.9 * len(omegas))
         panels = figure.subplots(len(omegas), 2, squeeze=False, width_ratios=(3, 2))
         for (left, right), omega in zip(panels, omegas, strict=True):
-            same = where(runs, runs.omega_t == omega)
-            _left(left, same)
-            _replaced(right, same)
+            group = where(runs, runs.omega_t == omega)
+            _left(left, group)
+            _replaced(right, group)
             left.set(title=f"$\\omega_t$ = {omega:g} rad/s", ylabel="merit [m/J]")
         panels[-1][0].set(xlabel="what is left of it with the feedback cut")
         panels[-1][1].set(xlabel="numbers of the form")
@@ -41,8 +41,8 @@ def atlas_figure(runs: pd.DataFrame) -> Figure:
 def _left(axes: Axes, runs: pd.DataFrame) -> None:
     for kind in KINDS[1:-1]:
         group = where(runs, runs.kind == kind)
-        left = np.clip(group.merit_cut / group.merit, 0.0, 1.2)
-        axes.scatter(left, group.merit, 7, color=_COLOURS[kind], alpha=0.6, lw=0, label=kind)
+        share = np.clip(group.merit_cut / group.merit, 0.0, 1.2)
+        axes.scatter(share, group.merit, 7, color=_COLOURS[kind], alpha=0.6, lw=0, label=kind)
     axes.set(xlim=(-0.03, 1.23), ylim=(0.0, None))
 
 
@@ -50,13 +50,15 @@ def _replaced(axes: Axes, runs: pd.DataFrame) -> None:
     best = where(runs, runs.best & ~runs.kind.isin([KINDS[0], NETWORK]))
     forms = forms_of_a_leg()
     numbers = {name: forms[name].on_a_leg().n_weights for name in forms_by_numbers()}
-    most = range(min(numbers.values()), max(numbers.values()) + 1)
+    counts = range(min(numbers.values()), max(numbers.values()) + 1)
     for share, line in zip(SHARES, (":", "--", "-"), strict=True):
         replaced = [
             (best[[f"kept {name}" for name in numbers if numbers[name] <= n]].max(axis=1) >= share)
-            for n in most
+            for n in counts
         ]
         means = [float(x.mean()) for x in replaced]
-        axes.plot(most, means, line, color="black", marker=".", lw=1.0, label=f"keeps {share:.0%}")
+        axes.plot(
+            counts, means, line, color="black", marker=".", lw=1.0, label=f"keeps {share:.0%}"
+        )
     axes.set(ylim=(0.0, 1.02), ylabel="share of controllers")
     axes.legend(loc="lower right")

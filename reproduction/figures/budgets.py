@@ -53,7 +53,7 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
     if not claims:
         raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
     first = next(iter(by_budget.values()))
-    titles = {each.claim.name: each.claim.title for each in first}
+    titles = {finding.claim.name: finding.claim.title for finding in first}
     across = min(_ACROSS, len(claims))
     rows = -(-len(claims) // across)
     with styled():
@@ -62,12 +62,12 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
         for panel in panels.flat[len(claims) :]:
             panel.set_visible(False)
         for i, (panel, claim) in enumerate(zip(panels.flat, claims, strict=False)):
-            _draw(panel, [found[claim] for found in map(_by_claim, by_budget.values())])
+            _draw(panel, [by_claim[claim] for by_claim in map(_by_claim, by_budget.values())])
             panel.set_title(textwrap.fill(titles[claim], _COLUMNS), loc="left", fontsize=6)
             panel.tick_params(axis="both", labelsize=6)
             if i + across >= len(claims):
-                shown = [heading.removesuffix(" episodes") for heading in by_budget]
-                panel.set_xticks(range(len(by_budget)), shown)
+                labels = [heading.removesuffix(" episodes") for heading in by_budget]
+                panel.set_xticks(range(len(by_budget)), labels)
                 panel.tick_params(axis="x", labelbottom=True, labelrotation=90)
                 panel.set_xlabel("episodes per run", fontsize=6)
         figure.legend(
@@ -75,7 +75,7 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
                 *(
                     Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.0, label=word)
                     for word, (colour, mark) in LOOK.items()
-                    if word != SELECTED_FOR or any(each.selected for each in first)
+                    if word != SELECTED_FOR or any(finding.selected for finding in first)
                 ),
                 Patch(color="0.92", lw=0, label="claimed side of zero"),
             ],
@@ -90,7 +90,7 @@ def drawn_claims(by_budget: Mapping[str, Sequence[Finding]]) -> list[str]:
     return [
         claim
         for claim, effects in _effects(by_budget).items()
-        if any(found.known for found in effects)
+        if any(estimate.known for estimate in effects)
     ]
 
 
@@ -99,27 +99,27 @@ def _first(finding: Finding) -> EffectEstimate:
 
 
 def _by_claim(findings: Sequence[Finding]) -> dict[str, Finding]:
-    return {each.claim.name: each for each in findings if each.claim.sign != ALIKE}
+    return {finding.claim.name: finding for finding in findings if finding.claim.sign != ALIKE}
 
 
 def _effects(by_budget: Mapping[str, Sequence[Finding]]) -> dict[str, list[EffectEstimate]]:
     """The effects of every claim with a sign, budget by budget."""
-    found: dict[str, list[EffectEstimate]] = {}
+    estimates: dict[str, list[EffectEstimate]] = {}
     for findings in by_budget.values():
         for name, finding in _by_claim(findings).items():
-            found.setdefault(name, []).append(_first(finding))
-    return found
+            estimates.setdefault(name, []).append(_first(finding))
+    return estimates
 
 
 def _draw(panel: Axes, findings: Sequence[Finding]) -> None:
     effects = [_first(finding) for finding in findings]
-    known = [x for x, found in enumerate(effects) if found.known]
-    panel.plot(known, [effects[x].effect for x in known], color="0.6", lw=0.5, zorder=1)
-    for x in known:
-        found = effects[x]
-        colour, mark = LOOK[findings[x].verdict(found)]
-        panel.plot([x, x], [found.low, found.high], color=colour, lw=1.2)
-        panel.plot(x, found.effect, mark, color=colour, ms=4, mew=0)
+    positions = [x for x, estimate in enumerate(effects) if estimate.known]
+    panel.plot(positions, [effects[x].effect for x in positions], color="0.6", lw=0.5, zorder=1)
+    for x in positions:
+        estimate = effects[x]
+        colour, mark = LOOK[findings[x].verdict(estimate)]
+        panel.plot([x, x], [estimate.low, estimate.high], color=colour, lw=1.2)
+        panel.plot(x, estimate.effect, mark, color=colour, ms=4, mew=0)
     panel.axhline(0.0, color="black", lw=0.5)
     bottom, top = panel.get_ylim()
     claimed = (0.0, top) if findings[0].claim.sign > 0 else (bottom, 0.0)

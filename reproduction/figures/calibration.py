@@ -20,8 +20,8 @@ _INKS = ("0.25", COLOURS[0], COLOURS[4])
 
 def posterior_figure(
     places: np.ndarray,
-    found: Mapping[str, CalibrationPosterior],
-    own: Reading,
+    posteriors: Mapping[str, CalibrationPosterior],
+    standard: Reading,
     program: Reading,
 ) -> Figure:
     """Each choice's posterior beside its prior, in the order of `PRIOR`.
@@ -31,24 +31,28 @@ def posterior_figure(
 
     Args:
         places: where all readings lie, [readings, choices].
-        found: posteriors by name.
-        own: the study's reading.
+        posteriors: posteriors by name.
+        standard: the study's reading.
         program: the reading of the co-author's program.
     """
     rows = -(-len(PRIOR) // _COLUMNS)
-    marks = ((own, "black", 7, "the study's"), (program, COLOURS[5], 4, "co-author's program"))
+    marks = ((standard, "black", 7, "the study's"), (program, COLOURS[5], 4, "co-author's program"))
     with styled():
         figure = new_figure(PAGE_IN, 1.45 * rows)
         panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
         for i, (choice, panel) in enumerate(zip(PRIOR, panels, strict=False)):
             edges = _edges(choice)
             _steps(panel, edges, places[:, i], np.ones(len(places)), "prior", fill=True)
-            for name, ink in zip(found, _INKS, strict=False):
-                each = found[name]
-                _steps(panel, edges, places[each.accepted, i], each.weights, name, ink=ink)
+            for name, ink in zip(posteriors, _INKS, strict=False):
+                posterior = posteriors[name]
+                _steps(
+                    panel, edges, places[posterior.accepted, i], posterior.weights, name, ink=ink
+                )
             for reading, ink, size, name in marks:
-                at = np.clip(coordinates_of(choice, reading), 0.0, 1.0)
-                panel.plot(at, 0.0, "^", color=ink, ms=size, clip_on=False, label=name, zorder=5)
+                position = np.clip(coordinates_of(choice, reading), 0.0, 1.0)
+                panel.plot(
+                    position, 0.0, "^", color=ink, ms=size, clip_on=False, label=name, zorder=5
+                )
             _ticks(panel, choice)
             panel.set_title(choice.label, size=8)
             panel.set(ylim=(0.0, None), yticks=[])
@@ -87,11 +91,11 @@ def _ticks(panel, choice: AnalysisChoice) -> None:
     else:
         low, high = choice.values
         middle = (low * high) ** 0.5 if choice.name in LOGARITHMIC else 0.5 * (low + high)
-        shown = [low, HERTZ if choice.name == "frequency_weight" else middle, high]
-        names = [f"{value:.2g}" for value in shown]
+        values = [low, HERTZ if choice.name == "frequency_weight" else middle, high]
+        names = [f"{value:.2g}" for value in values]
         if choice.name == "frequency_weight":
             names[1] = "Hz²"
-        panel.set_xticks([place(choice, value) for value in shown], names, size=6)
+        panel.set_xticks([place(choice, value) for value in values], names, size=6)
 
 
 def written(name: str, value: object) -> str:
@@ -115,7 +119,7 @@ def written(name: str, value: object) -> str:
 def scores_figure(
     words: Sequence[str],
     spreads: Mapping[str, np.ndarray],
-    named: Mapping[str, np.ndarray],
+    marked: Mapping[str, np.ndarray],
     levels: Mapping[str, np.ndarray],
 ) -> Figure:
     """The scores of readings, a row a statement: where they lie, and from where one counts as met.
@@ -123,7 +127,7 @@ def scores_figure(
     Args:
         words: the statements, short.
         spreads: by name, the quantiles 5 %, 50 % and 95 % over readings, [3, statements].
-        named: by name, the scores of single readings, [statements].
+        marked: by name, the scores of single readings, [statements].
         levels: by strictness, from which score on each statement is met.
     """
     rows = np.arange(len(words))
@@ -136,9 +140,9 @@ def scores_figure(
             spreads.items(), looks, strict=False
         ):
             panel.hlines(rows - 0.14, low, high, color=ink, lw=width, label=f"{name}: 90 %, median")
-            inner = "0.35" if mark == "|" else ink
-            panel.plot(middle, rows - 0.14, mark, color=inner, ms=size, zorder=4)
-        for (name, scores), (mark, fill) in zip(named.items(), marks, strict=False):
+            colour = "0.35" if mark == "|" else ink
+            panel.plot(middle, rows - 0.14, mark, color=colour, ms=size, zorder=4)
+        for (name, scores), (mark, fill) in zip(marked.items(), marks, strict=False):
             edge = "black" if mark == "^" else COLOURS[4]
             panel.plot(
                 scores, rows + 0.24, mark, ms=4.5, mfc=fill, mec=edge, ls="", label=name, zorder=5
@@ -175,16 +179,16 @@ def statements_figure(
         bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.15), sharey=True)
         height = 0.8 / len(shares)
         for i, ((name, share), ink) in enumerate(zip(shares.items(), _INKS, strict=False)):
-            at = np.arange(n) - 0.4 + (i + 0.5) * height
-            bars.barh(at, share, height=0.9 * height, color=ink, lw=0, label=name)
+            positions = np.arange(n) - 0.4 + (i + 0.5) * height
+            bars.barh(positions, share, height=0.9 * height, color=ink, lw=0, label=name)
         bars.set_yticks(range(n), words)
         bars.set(xlim=(0.0, 1.0), ylim=(n - 0.45, -0.55), xlabel="share of readings")
         bars.tick_params(axis="y", length=0)
         bars.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.0)
-        shown = np.where(np.eye(n, dtype=bool), np.nan, together)
-        image = matrix.imshow(shown, cmap="PuOr", vmin=0.0, vmax=2.0, aspect="auto")
+        off_diagonal = np.where(np.eye(n, dtype=bool), np.nan, together)
+        image = matrix.imshow(off_diagonal, cmap="PuOr", vmin=0.0, vmax=2.0, aspect="auto")
         for row, column in np.ndindex(n, n):
-            value = shown[row, column]
+            value = off_diagonal[row, column]
             if np.isfinite(value):
                 ink = "white" if abs(value - 1.0) > 0.65 else "black"
                 text = f"{value:.1f}"

@@ -57,7 +57,7 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
     with styled():
         figure = new_figure(PAGE_IN, _ROW_IN * len(rows) + 1.0)
         panels = figure.subplots(1, 3, width_ratios=(1.3, 0.95, 0.8), sharey=True)
-        effects, numbers, ways = panels
+        effects, numbers, tallies = panels
         for y, row in enumerate(rows):
             if isinstance(row, str):
                 effects.text(-0.75, y, row, size=6.5, weight="bold", va="center", clip_on=False,
@@ -65,7 +65,7 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
             else:
                 _draw_effect(effects, y, row)
                 numbers.text(0.0, y, _number(row), size=6, va="center")
-                _draw_ways(ways, y, row)
+                _draw_ways(tallies, y, row)
         drawn = [(y, row.claim.title) for y, row in enumerate(rows) if not isinstance(row, str)]
         effects.set_yticks(*map(list, zip(*drawn, strict=True)), size=6)
         effects.set_xscale("symlog", linthresh=1.0)
@@ -82,7 +82,7 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
         effects.axvspan(-_MOST, -1.0, color="0.94", lw=0, zorder=0)
         numbers.set(xlim=(0.0, 1.0), xlabel="effect [95 %], unit")
         numbers.set_xticks([])
-        ways.set(xlim=(0.0, 1.0), xlabel="share of the ways\nto count", xticks=(0.0, 0.5, 1.0))
+        tallies.set(xlim=(0.0, 1.0), xlabel="share of the ways\nto count", xticks=(0.0, 0.5, 1.0))
         for axes in panels:
             axes.patch.set_visible(False)  # headings reach into the next panel
             axes.tick_params(axis="y", length=0)
@@ -103,48 +103,49 @@ def has_effects(findings: Sequence[Finding]) -> bool:
 def _rows(groups: Mapping[str, Sequence[Finding]]) -> list[str | Finding]:
     """Headings, each followed by its findings that have an effect."""
     rows: list[str | Finding] = []
-    for heading, own in groups.items():
-        drawn = [each for each in own if shown_effect(each)]
+    for heading, group in groups.items():
+        drawn = [finding for finding in group if shown_effect(finding)]
         rows += [heading, *drawn] if drawn else []
     return rows
 
 
 def _draw_effect(axes: Axes, y: int, finding: Finding) -> None:
-    found = shown_effect(finding)
-    assert found is not None
+    estimate = shown_effect(finding)
+    assert estimate is not None
     if finding.claim.sign == ALIKE:
         return
-    colour, mark = LOOK[finding.verdict(found)]
-    x = float(np.clip(margin_of(finding.claim, found), -0.9 * _MOST, 0.9 * _MOST))
+    colour, mark = LOOK[finding.verdict(estimate)]
+    x = float(np.clip(margin_of(finding.claim, estimate), -0.9 * _MOST, 0.9 * _MOST))
     axes.plot([0.0, x], [y, y], color=colour, lw=1.4)
     axes.plot(x, y, mark, color=colour, ms=4, mew=0)
-    if found.over_designs.known:
-        axes.plot(margin_of(finding.claim, found.over_designs), y, **_HOLLOW)
+    if estimate.over_designs.known:
+        axes.plot(margin_of(finding.claim, estimate.over_designs), y, **_HOLLOW)
 
 
 def _number(finding: Finding) -> str:
-    found = shown_effect(finding)
-    assert found is not None
-    text = f"{found.effect:+.2f} [{found.low:.2f}, {found.high:.2f}] {unit(finding.claim.effect)}"
+    estimate = shown_effect(finding)
+    assert estimate is not None
+    interval = f"[{estimate.low:.2f}, {estimate.high:.2f}]"
+    text = f"{estimate.effect:+.2f} {interval} {unit(finding.claim.effect)}"
     return text.replace("-", "−")
 
 
 def _draw_ways(axes: Axes, y: int, finding: Finding) -> None:
     counts = {word: finding.tally[word] for word in _BARS}
-    left, whole = 0.0, max(sum(counts.values()), 1)
+    start, total = 0.0, max(sum(counts.values()), 1)
     for word, count in counts.items():
         axes.barh(
             y,
-            count / whole,
-            left=left,
+            count / total,
+            left=start,
             height=0.7,
             color=_BARS[word][0],
             hatch=_BARS[word][1],
             edgecolor="white",
             lw=0,
         )
-        left += count / whole
-    axes.text(1.02, y, f"{whole}", size=6, va="center", clip_on=False)
+        start += count / total
+    axes.text(1.02, y, f"{total}", size=6, va="center", clip_on=False)
 
 
 def _handles(rows: Sequence[str | Finding]) -> list[Line2D | Patch]:

@@ -81,7 +81,7 @@ def convergence_figure(trainings: Mapping[str, Trainings], *, lowest: float = 0.
     """
     if not trainings:
         raise TegotaeError("no trainings to draw; give at least one")
-    best = {name: found.best() for name, found in trainings.items()}
+    best = {name: training.best() for name, training in trainings.items()}
     highest = float(max(np.nanmax(b, initial=lowest) for b in best.values()))
     across = min(_ACROSS, len(trainings))
     rows = -(-len(trainings) // across)
@@ -90,14 +90,14 @@ def convergence_figure(trainings: Mapping[str, Trainings], *, lowest: float = 0.
         panels = figure.subplots(rows, across, sharex=True, sharey=True, squeeze=False)
         for panel in panels.flat[len(trainings) :]:
             panel.set_visible(False)
-        for i, (panel, (name, found)) in enumerate(
+        for i, (panel, (name, training)) in enumerate(
             zip(panels.flat, trainings.items(), strict=False)
         ):
-            _draw(panel, found, best[name], lowest)
-            panel.set_title(f"{name}: {_counts(found)}", loc="left", fontsize=7)
+            _draw(panel, training, best[name], lowest)
+            panel.set_title(f"{name}: {_counts(training)}", loc="left", fontsize=7)
             below = int((~_shown(best[name], lowest)).sum())
             if below:
-                words = f"{below} of {len(found.reason)} end below {lowest:g}, not in the mean"
+                words = f"{below} of {len(training.reason)} end below {lowest:g}, not in the mean"
                 panel.text(0.03, 0.97, words, transform=panel.transAxes, va="top", fontsize=6)
             panel.set_xscale("log")
             if i + across >= len(trainings):
@@ -116,18 +116,18 @@ def convergence_table(
     """Return the data of the figure's means: a row per name and point, with the interval of the
     mean."""
     rows: dict[str, list] = {}
-    for name, found in trainings.items():
-        best = found.best()
+    for name, training in trainings.items():
+        best = training.best()
         means = [interval(row) for row in best[:, _shown(best, lowest)]]
         columns = {
             "name": [name] * len(means),
-            "episodes": found.episodes,
+            "episodes": training.episodes,
             "best_fitness": [m.mean for m in means],
             "low": [m.low for m in means],
             "high": [m.high for m in means],
-            "runs": [len(found.reason)] * len(means),
+            "runs": [len(training.reason)] * len(means),
             "runs_below": [int((~_shown(best, lowest)).sum())] * len(means),
-            "stopped_runs": [int(np.sum(found.stop_episode <= e)) for e in found.episodes],
+            "stopped_runs": [int(np.sum(training.stop_episode <= e)) for e in training.episodes],
         }
         for key, column in columns.items():
             rows.setdefault(key, []).extend(column)
@@ -139,34 +139,36 @@ def _shown(best: np.ndarray, lowest: float) -> np.ndarray:
     return best[-1] >= lowest
 
 
-def _draw(panel: Axes, found: Trainings, best: np.ndarray, lowest: float) -> None:
+def _draw(panel: Axes, training: Trainings, best: np.ndarray, lowest: float) -> None:
     colour = COLOURS[0]
     means = [interval(row) for row in best[:, _shown(best, lowest)]]
     low, high = (np.array(ends) for ends in zip(*((m.low, m.high) for m in means), strict=True))
-    panel.fill_between(found.episodes, low, high, color=colour, alpha=0.2, lw=0)
-    for run, (stop, reason) in enumerate(zip(found.stop_episode, found.reason, strict=True)):
-        on = found.episodes <= stop
-        panel.plot(found.episodes[on], best[on, run], color=colour, lw=0.4, alpha=0.6)
+    panel.fill_between(training.episodes, low, high, color=colour, alpha=0.2, lw=0)
+    for run, (stop, reason) in enumerate(zip(training.stop_episode, training.reason, strict=True)):
+        on = training.episodes <= stop
+        panel.plot(training.episodes[on], best[on, run], color=colour, lw=0.4, alpha=0.6)
         colour = _COLOURS.get(reason, _OTHER)
         if on.any():
-            panel.plot(found.episodes[on][-1], best[on, run][-1], ".", ms=3.5, mew=0, color=colour)
+            panel.plot(
+                training.episodes[on][-1], best[on, run][-1], ".", ms=3.5, mew=0, color=colour
+            )
         panel.axvline(stop, 0.0, 0.09, lw=0.9, color=colour)
-    panel.plot(found.episodes, [m.mean for m in means], color=colour, lw=1.3)
+    panel.plot(training.episodes, [m.mean for m in means], color=colour, lw=1.3)
 
 
-def _counts(found: Trainings) -> str:
+def _counts(training: Trainings) -> str:
     """Return the counts of runs by reason of their end, the most common first."""
-    return ", ".join(f"{n} {reason}" for reason, n in Counter(found.reason).most_common())
+    return ", ".join(f"{n} {reason}" for reason, n in Counter(training.reason).most_common())
 
 
 def _handles(trainings: Mapping[str, Trainings]) -> list:
-    reasons = dict.fromkeys(reason for found in trainings.values() for reason in found.reason)
-    known = [reason for reason in _COLOURS if reason in reasons]
-    others = [reason for reason in reasons if reason not in _COLOURS]
-    stops = [(f"stopped: {reason}", _COLOURS[reason]) for reason in known]
-    if others:
-        stops.append((f"stopped: {', '.join(others)}", _OTHER))
-    several = any(len(found.reason) > 1 for found in trainings.values())
+    reasons = dict.fromkeys(reason for training in trainings.values() for reason in training.reason)
+    coloured = [reason for reason in _COLOURS if reason in reasons]
+    uncoloured = [reason for reason in reasons if reason not in _COLOURS]
+    stops = [(f"stopped: {reason}", _COLOURS[reason]) for reason in coloured]
+    if uncoloured:
+        stops.append((f"stopped: {', '.join(uncoloured)}", _OTHER))
+    several = any(len(training.reason) > 1 for training in trainings.values())
     of_several = [
         Patch(color=COLOURS[0], alpha=0.2, lw=0, label="its 95 % interval"),
         Line2D([], [], color=COLOURS[0], lw=0.4, alpha=0.6, label="runs"),

@@ -81,22 +81,22 @@ def policy_panels(records: Sequence[Record], table: Table) -> list[PolicyPanel]:
         records: of the study.
         table: their table, a row a run.
     """
-    found = []
+    panels = []
     for number, architecture, drive in PANELS:
-        own = [
+        matching = [
             record
             for record in records
-            if (at := place(record))["architecture"] == architecture
-            and at["observation"] == "F"
-            and DRIVES.get(at["actuation"]) == drive
+            if (labels := place(record))["architecture"] == architecture
+            and labels["observation"] == "F"
+            and DRIVES.get(labels["actuation"]) == drive
             and isinstance(record.experiment.body, Hopper)
         ]
-        for record in sorted(own, key=lambda each: -float(each.best_fitness.max())):
+        for record in sorted(matching, key=lambda candidate: -float(candidate.best_fitness.max())):
             orbit = orbit_of(record) if record.gait else None
             if orbit is not None:
-                found.append(_panel(number, architecture, drive, record, orbit, table))
+                panels.append(_panel(number, architecture, drive, record, orbit, table))
                 break
-    return found
+    return panels
 
 
 def _panel(
@@ -106,7 +106,7 @@ def _panel(
     saved = controller_of(record, run)
     body = saved.body
     assert isinstance(body, Hopper)
-    most = min(1.1 * float(orbit.spring_force_n.max()), body.most_spring_n)
+    limit_n = min(1.1 * float(orbit.spring_force_n.max()), body.most_spring_n)
     row = int(np.flatnonzero((table["model"] == record.model) & (table["run"] == run))[0])
     return PolicyPanel(
         number,
@@ -114,7 +114,7 @@ def _panel(
         drive,
         record.model,
         run,
-        actuation_surface(saved, np.linspace(0.0, most, _ROWS), columns=_ROWS),
+        actuation_surface(saved, np.linspace(0.0, limit_n, _ROWS), columns=_ROWS),
         orbit,
         _normalised(table, row),
         float(body.max_force_n),
@@ -122,12 +122,14 @@ def _panel(
 
 
 def _normalised(table: Table, row: int) -> dict[str, float]:
-    found = {}
+    numbers = {}
     for name in NORMALISED:
         values = table[name]
-        least, most = np.nanmin(values), np.nanmax(values)
-        found[name] = float((values[row] - least) / (most - least)) if most > least else np.nan
-    return found | {n: float(table[n][row]) for n in SHARES if n in table.columns}
+        lowest, highest = np.nanmin(values), np.nanmax(values)
+        numbers[name] = (
+            float((values[row] - lowest) / (highest - lowest)) if highest > lowest else np.nan
+        )
+    return numbers | {n: float(table[n][row]) for n in SHARES if n in table.columns}
 
 
 def policies_figure(panels: Sequence[PolicyPanel]) -> Figure:
@@ -210,8 +212,8 @@ def _cycle(axes: Axes, panel: PolicyPanel, left: bool, right: bool) -> None:
     feedback.plot(phase, panel.orbit.feedback_rad_per_s[order], ".", ms=1, color=COLOURS[4])
     largest = max(float(np.abs(panel.orbit.feedback_rad_per_s).max()), 0.1)
     feedback.set_ylim(-1.1 * largest, 1.1 * largest)
-    for each in (axes, feedback):
-        each.tick_params(labelsize=6)
+    for panel_axes in (axes, feedback):
+        panel_axes.tick_params(labelsize=6)
     phase_axis(axes)
     if left:
         axes.set_ylabel("$F_a/\\alpha$")

@@ -55,7 +55,7 @@ def gain_map_figure(
         max(np.nanmax(values(sweep)[part], initial=1e-3) for sweep in sweeps.values())
         for part in range(2)
     ]
-    is_censored = any(found.censored.any() for found in ridges.values())
+    is_censored = any(ridge.censored.any() for ridge in ridges.values())
     with styled():
         # The line of the legend on censored gains is two lines high.
         height = (1.3 if is_censored else 0.95) + 1.45 * len(sweeps) + 1.0
@@ -83,20 +83,20 @@ def gain_map_figure(
                 if line == 0:
                     bar = figure.colorbar(mesh, ax=panels[:, part], location="top", aspect=18)
                     bar.set_label(_LABELS[part])
-            found = ridges[name]
-            fitted = ~found.censored
+            ridge = ridges[name]
+            fitted = ~ridge.censored
             for colour, size in (("white", 4.5), ("black", 1.5)):
-                at = found.omega[fitted], found.sigma[fitted]
-                row[0].plot(*at, ".", color=colour, ms=size, mew=0)
-            row[0].plot(found.omega[~fitted], found.sigma[~fitted], **_CENSORED)
-            if np.isfinite(found.slope):
+                points = ridge.omega[fitted], ridge.sigma[fitted]
+                row[0].plot(*points, ".", color=colour, ms=size, mew=0)
+            row[0].plot(ridge.omega[~fitted], ridge.sigma[~fitted], **_CENSORED)
+            if np.isfinite(ridge.slope):
                 ends = sweep.omega[[0, -1]]
-                row[0].plot(ends, found.line(ends), color="white", lw=1.8)
-                row[0].plot(ends, found.line(ends), color="black", lw=0.9, ls="--")
+                row[0].plot(ends, ridge.line(ends), color="white", lw=1.8)
+                row[0].plot(ends, ridge.line(ends), color="black", lw=0.9, ls="--")
             row[0].yaxis.set_major_locator(MaxNLocator(5, integer=True))
             row[0].xaxis.set_major_locator(MaxNLocator(5, integer=True))
             row[0].set_ylabel(f"{name}\ngain σ [rad/(s N)]")
-        _beside_the_optimum(below, ridges, known=optimum)
+        _beside_the_optimum(below, ridges, has_optimum=optimum)
         unused.legend(*below.get_legend_handles_labels(), loc="center left")
         panels[-1, 1].tick_params(labelbottom=True)
         for panel in (below, panels[-1, 1]):
@@ -119,11 +119,11 @@ def gain_map_figure(
     return figure
 
 
-def _beside_the_optimum(panel: Axes, ridges: Mapping[str, Ridge], *, known: bool) -> None:
+def _beside_the_optimum(panel: Axes, ridges: Mapping[str, Ridge], *, has_optimum: bool) -> None:
     """The best CoT⁻¹ A of each frequency, and the largest possible."""
-    for colour, (name, found) in zip((COLOURS[0], COLOURS[4]), ridges.items(), strict=False):
-        panel.plot(found.omega, found.value, ".", ms=2.5, mew=0, color=colour, label=f"best {name}")
-    if known:
+    for colour, (name, ridge) in zip((COLOURS[0], COLOURS[4]), ridges.items(), strict=False):
+        panel.plot(ridge.omega, ridge.value, ".", ms=2.5, mew=0, color=colour, label=f"best {name}")
+    if has_optimum:
         largest = np.max(curve()["cot_inverse"])
         panel.axhline(largest, color="black", lw=0.9, label="physical optimum")
     panel.set_ylim(0.0, 1.08 * panel.get_ylim()[1])
@@ -159,27 +159,27 @@ def gain_map_tables(
     }
     lines = {
         name: {
-            "omega_rad_per_s": found.omega,
-            "best_sigma_rad_per_s_n": found.sigma,
-            "censored": found.censored.astype(int),
-            "cot_inverse_a_m_per_j": found.value,
-            "fitted_sigma_rad_per_s_n": found.line(found.omega),
+            "omega_rad_per_s": ridge.omega,
+            "best_sigma_rad_per_s_n": ridge.sigma,
+            "censored": ridge.censored.astype(int),
+            "cot_inverse_a_m_per_j": ridge.value,
+            "fitted_sigma_rad_per_s_n": ridge.line(ridge.omega),
         }
-        for name, found in ridges.items()
+        for name, ridge in ridges.items()
     }
     resonances, losses = {}, {}
     for name, sweep in sweeps.items():
-        at = sweep.sigma, sweep.omega, sweep.outcome.cot_inverse
-        best, lost = find_resonance(*at), find_losses(*at)
+        axes = sweep.sigma, sweep.omega, sweep.outcome.cot_inverse
+        best, detuning = find_resonance(*axes), find_losses(*axes)
         resonances[name] = {
             "sigma_rad_per_s_n": best.sigma,
             "best_omega_rad_per_s": best.omega,
             "cot_inverse_a_m_per_j": best.value,
         }
         losses[name] = {
-            "omega_rad_per_s": lost.omega,
-            "best_sigma_rad_per_s_n": lost.sigma,
-            "cot_inverse_a_lost": lost.lost,
+            "omega_rad_per_s": detuning.omega,
+            "best_sigma_rad_per_s_n": detuning.sigma,
+            "cot_inverse_a_lost": detuning.lost,
         }
     return {
         "": _joined(maps),
@@ -196,7 +196,7 @@ def _joined(tables: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def draw_quantity(
-    axes: Axes, x: np.ndarray, y: np.ndarray, value: AnyArray, regime: AnyArray, **how: Any
+    axes: Axes, x: np.ndarray, y: np.ndarray, value: AnyArray, regime: AnyArray, **options: Any
 ) -> QuadMesh:
     """Draw a quantity where there is a limit cycle, and elsewhere the regime; returns the mesh.
 
@@ -205,5 +205,5 @@ def draw_quantity(
         how: limits and colours, as for matplotlib's `pcolormesh`.
     """
     draw_regimes(axes, x, y, regime)
-    shown = np.ma.masked_where((regime <= UNSETTLED) | ~np.isfinite(value), value)
-    return axes.pcolormesh(x, y, shown, rasterized=True, **{"cmap": quantities(), **how})
+    visible = np.ma.masked_where((regime <= UNSETTLED) | ~np.isfinite(value), value)
+    return axes.pcolormesh(x, y, visible, rasterized=True, **{"cmap": quantities(), **options})

@@ -48,8 +48,10 @@ def learning_figure(readings: Mapping[str, pd.DataFrame]) -> Figure:
 
 def _draw(axes: Axes, name: str, rows: pd.DataFrame) -> None:
     """Means of a kind over ω_t, and their intervals; V's three drives are no sample of runs."""
-    found = [(w, interval(x.merit.to_numpy(), within=POSITIVE)) for w, x in rows.groupby("omega_t")]
-    omegas, means = zip(*found, strict=True)
+    intervals = [
+        (w, interval(x.merit.to_numpy(), within=POSITIVE)) for w, x in rows.groupby("omega_t")
+    ]
+    omegas, means = zip(*intervals, strict=True)
     colour = _COLOURS.get(name, "black")
     line = "-" if name == "V" or name in _COLOURS else ":" if name == "clock" else "--"
     label = name if line == "-" else f"{name}, short law"

@@ -55,26 +55,26 @@ def overview_figure(
         by_reading: what comes of the claims under each.
         omega: on which ω_t, "both", "4" or "8".
     """
-    found = {claim.name: of_claim(by_reading, claim.name, omega) for claim in CLAIMS}
-    found = {name: each for name, each in found.items() if each}
+    by_claim = {claim.name: of_claim(by_reading, claim.name, omega) for claim in CLAIMS}
+    by_claim = {name: findings for name, findings in by_claim.items() if findings}
     selected = selecting(readings)
     with styled():
-        figure = new_figure(PAGE_IN, 1.2 + 0.21 * len(found))
+        figure = new_figure(PAGE_IN, 1.2 + 0.21 * len(by_claim))
         bars, matrix = figure.subplots(1, 2, width_ratios=(1.0, 1.7), sharey=True)
-        for row, (name, each) in enumerate(found.items()):
+        for row, (name, findings) in enumerate(by_claim.items()):
             agreeing = _SELECTED if name in selected else OUTCOME_COLOURS[REPRODUCED]
-            _bar(bars, row, list(each.values()), OUTCOME_COLOURS | {REPRODUCED: agreeing})
-        titles = [claim.title for claim in CLAIMS if claim.name in found]
-        bars.set_yticks(range(len(found)), titles, size=6)
-        bars.set(xlim=(0.0, 1.0), ylim=(len(found) - 0.45, -0.55), xlabel="share of readings")
+            _bar(bars, row, list(findings.values()), OUTCOME_COLOURS | {REPRODUCED: agreeing})
+        titles = [claim.title for claim in CLAIMS if claim.name in by_claim]
+        bars.set_yticks(range(len(by_claim)), titles, size=6)
+        bars.set(xlim=(0.0, 1.0), ylim=(len(by_claim) - 0.45, -0.55), xlabel="share of readings")
         bars.tick_params(axis="y", length=0)
         figure.legend(
-            handles=_handles(selected=any(name in selected for name in found)),
+            handles=_handles(selected=any(name in selected for name in by_claim)),
             loc="outside upper left",
             ncols=5,
             handlelength=1.0,
         )
-        _matrix(figure, matrix, [influences(readings, each) for each in found.values()])
+        _matrix(figure, matrix, [influences(readings, findings) for findings in by_claim.values()])
     return figure
 
 
@@ -86,32 +86,32 @@ def _handles(*, selected: bool) -> list[Patch | Line2D]:
 
 
 def _bar(panel, row: int, findings: list[Finding], colours: Mapping[str, str]) -> None:
-    left = 0.0
-    each = shares(findings)
+    start = 0.0
+    parts = shares(findings)
     for word, colour in colours.items():
-        part = each[word]
+        part = parts[word]
         if not part.count:
             continue
-        panel.barh(row, part.mean, left=left, height=0.7, color=colour, lw=0)
+        panel.barh(row, part.mean, left=start, height=0.7, color=colour, lw=0)
         ink = "black" if word == TOO_SMALL else "white"
         panel.text(
-            left + part.mean / 2, row, f"{part.count}", ha="center", va="center", color=ink, size=6
+            start + part.mean / 2, row, f"{part.count}", ha="center", va="center", color=ink, size=6
         )
-        left += part.mean
-    if not math.isnan(each[REPRODUCED].low):
-        ends = [each[REPRODUCED].low, each[REPRODUCED].high]
+        start += part.mean
+    if not math.isnan(parts[REPRODUCED].low):
+        ends = [parts[REPRODUCED].low, parts[REPRODUCED].high]
         panel.plot(ends, [row + 0.43] * 2, color="black", lw=1.0, clip_on=False)
 
 
-def _matrix(figure: Figure, panel, found: list[list[Influence]]) -> None:
-    values = np.array([[i.correlation for i in row] for row in found])
+def _matrix(figure: Figure, panel, rows: list[list[Influence]]) -> None:
+    values = np.array([[i.correlation for i in row] for row in rows])
     image = panel.imshow(values, cmap="PuOr", vmin=-1.0, vmax=1.0, aspect="auto")
-    labels = [influence.choice.label for influence in found[0]]
+    labels = [influence.choice.label for influence in rows[0]]
     panel.set_xticks(range(len(labels)), labels, rotation=45, ha="right")
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)
-    for row, each in enumerate(found):
-        for column, influence in enumerate(each):
+    for row, entries in enumerate(rows):
+        for column, influence in enumerate(entries):
             _cell(panel, column, row, influence)
     bar = figure.colorbar(image, label="rank correlation", ticks=(-1, 0, 1))
     bar.ax.spines[:].set_visible(False)
@@ -128,7 +128,7 @@ def _cell(panel, x: float, y: float, influence: Influence) -> None:
         panel.text(x, y, text, ha="center", va="center", size=5, weight="bold", color=ink)
 
 
-def curve_figure(readings: Sequence[Reading], found: Mapping[int, Finding]) -> Figure:
+def curve_figure(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> Figure:
     """One claim under every reading: its effect, sorted, and the choices behind each.
 
     Above, every effect and its interval in the colour of its outcome, with the claimed side of zero
@@ -137,17 +137,17 @@ def curve_figure(readings: Sequence[Reading], found: Mapping[int, Finding]) -> F
 
     Args:
         readings: all readings.
-        found: what comes of the claim, by the number of the reading, at least one.
+        findings: what comes of the claim, by the number of the reading, at least one.
     """
-    claim = next(iter(found.values())).claim
-    order = sorted(found, key=lambda n: _key(_first(found[n])))
+    claim = next(iter(findings.values())).claim
+    order = sorted(findings, key=lambda n: _key(_first(findings[n])))
     with styled():
         figure = new_figure(PAGE_IN, 3.1)
         figure.suptitle(claim.title, x=0.01, ha="left", fontsize=8, weight="bold")
         effects, choices = figure.subplots(2, 1, height_ratios=(1.0, 1.5), sharex=True)
-        _effects(effects, [found[n] for n in order])
+        _effects(effects, [findings[n] for n in order])
         effects.set_title(described(claim.effect), loc="left", fontsize=7, pad=2)
-        _choices(choices, [readings[n] for n in order], order, influences(readings, found))
+        _choices(choices, [readings[n] for n in order], order, influences(readings, findings))
     return figure
 
 
@@ -155,39 +155,39 @@ def _first(finding: Finding) -> EffectEstimate:
     return next(iter(finding.by_count.values()))
 
 
-def _key(found: EffectEstimate) -> float:
-    return found.effect if found.known else -math.inf
+def _key(estimate: EffectEstimate) -> float:
+    return estimate.effect if estimate.known else -math.inf
 
 
 def _effects(panel, findings: list[Finding]) -> None:
-    known = [found for found in map(_first, findings) if found.known]
+    defined = [estimate for estimate in map(_first, findings) if estimate.known]
     # The effects decide the scale: one interval of two runs must not press all others flat.
-    inside = [0.0, *(found.effect for found in known)]
+    inside = [0.0, *(estimate.effect for estimate in defined)]
     room = 0.5 * (max(inside) - min(inside) or 1.0)
-    low = max(min([*inside, *(found.low for found in known)]), min(inside) - room)
-    high = min(max([*inside, *(found.high for found in known)]), max(inside) + room)
+    low = max(min([*inside, *(estimate.low for estimate in defined)]), min(inside) - room)
+    high = min(max([*inside, *(estimate.high for estimate in defined)]), max(inside) + room)
     edge = 0.06 * (high - low or 1.0)
     low, high = low - edge, high + edge
     panel.set_ylim(low, high)
     panel.axhspan(*((0.0, high) if findings[0].claim.sign > 0 else (low, 0.0)), color="0.93", lw=0)
     panel.axhline(0.0, color="0.5", lw=0.6)
     for x, finding in enumerate(findings):
-        found, colour = _first(finding), OUTCOME_COLOURS.get(finding.outcome, "0.9")
-        if not found.known:
+        estimate, colour = _first(finding), OUTCOME_COLOURS.get(finding.outcome, "0.9")
+        if not estimate.known:
             panel.text(x, low, "–", ha="center", va="bottom", color="0.5")
             continue
-        panel.plot([x, x], [found.low, found.high], color=colour, lw=1.4)
-        panel.plot(x, found.effect, "o", ms=3, color=colour, mec="black", mew=0.4)
+        panel.plot([x, x], [estimate.low, estimate.high], color=colour, lw=1.4)
+        panel.plot(x, estimate.effect, "o", ms=3, color=colour, mec="black", mew=0.4)
     panel.tick_params(axis="x", length=0, labelbottom=False)
 
 
-def _choices(panel, readings: list[Reading], numbers: list[int], found: list[Influence]) -> None:
+def _choices(panel, readings: list[Reading], numbers: list[int], entries: list[Influence]) -> None:
     colours = matplotlib.colormaps[SEQUENTIAL]
-    for row, influence in enumerate(found):
+    for row, influence in enumerate(entries):
         choice = influence.choice
         for x, reading in enumerate(readings):
-            at = place(choice, getattr(reading, choice.name))
-            panel.plot(x, row, "s", ms=4, color=colours(0.95 * at), mew=0)
+            position = place(choice, getattr(reading, choice.name))
+            panel.plot(x, row, "s", ms=4, color=colours(0.95 * position), mew=0)
         panel.text(
             len(readings) - 0.2,
             row,
@@ -196,8 +196,8 @@ def _choices(panel, readings: list[Reading], numbers: list[int], found: list[Inf
             fontsize=6,
             weight="bold" if influence.p < SIGNIFICANT else "normal",
         )
-    panel.set_yticks(range(len(found)), [_range(i.choice) for i in found], fontsize=6)
-    panel.set_ylim(len(found) - 0.4, -0.6)
+    panel.set_yticks(range(len(entries)), [_range(i.choice) for i in entries], fontsize=6)
+    panel.set_ylim(len(entries) - 0.4, -0.6)
     panel.set_xticks(range(len(numbers)), [str(n) for n in numbers], fontsize=5)
     panel.set_xlabel("reading" + (" (0 is the study's)" if Reading() in readings else ""))
     panel.spines[:].set_visible(False)
@@ -212,10 +212,10 @@ def _words(influence: Influence) -> str:
 
 
 def _range(choice: AnalysisChoice) -> str:
-    known = {True: "yes", False: "no", math.inf: "plateau"}
+    labels = {True: "yes", False: "no", math.inf: "plateau"}
 
     def word(value) -> str:
         is_known = isinstance(value, bool) or value == math.inf
-        return known[value] if is_known else written(choice.name, value)
+        return labels[value] if is_known else written(choice.name, value)
 
     return f"{choice.label}, {word(choice.values[0])} … {word(choice.values[-1])}"

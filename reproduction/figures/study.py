@@ -61,8 +61,8 @@ def architectures(table: Table) -> tuple[str, ...]:
 def frequencies(table: Table) -> tuple[float | None, ...]:
     """Training frequencies ω_t in a table [rad/s], rising; at last None, of what has none."""
     omegas = np.unique(table["omega_t"])
-    known = [float(omega) for omega in omegas[np.isfinite(omegas)]]
-    return (*known, *([None] if np.isnan(omegas).any() else []))
+    defined = [float(omega) for omega in omegas[np.isfinite(omegas)]]
+    return (*defined, *([None] if np.isnan(omegas).any() else []))
 
 
 def architecture_metrics(
@@ -77,26 +77,26 @@ def architecture_metrics(
     What a table does not hold has no entry. Where too few runs define a metric for an interval, it
     is their mean alone.
     """
-    shown = [metric.name for metric in table.shown(FIGURE)]
-    found = {}
+    names = [metric.name for metric in table.shown(FIGURE)]
+    intervals = {}
     for observation in OBSERVATIONS:
         for architecture in architectures(table):
             rows = table.where(architecture=architecture)
             if architecture not in _OF_FORCE_ALONE:
                 rows = rows.where(observation=(observation, ""))
             for omega_t in frequencies(rows):
-                own = rows if omega_t is None else rows.where(omega_t=omega_t)
-                for metric in shown:
-                    values = [design[metric] for design in designs(own).values()]
+                cell = rows if omega_t is None else rows.where(omega_t=omega_t)
+                for metric in names:
+                    values = [design[metric] for design in designs(cell).values()]
                     within = range_of(metric)
                     mean = balanced_difference(values, single_is_exact=True, within=within)
-                    undefined = int(np.isnan(own[metric]).sum())
+                    undefined = int(np.isnan(cell[metric]).sum())
                     if np.isnan(mean.mean):
-                        mean = dataclasses.replace(mean, mean=float(mean_defined(own[metric])))
-                    found[observation, metric, architecture, omega_t] = dataclasses.replace(
-                        mean, count=len(own) - undefined, undefined=undefined
+                        mean = dataclasses.replace(mean, mean=float(mean_defined(cell[metric])))
+                    intervals[observation, metric, architecture, omega_t] = dataclasses.replace(
+                        mean, count=len(cell) - undefined, undefined=undefined
                     )
-    return found
+    return intervals
 
 
 def architectures_figure(table: Table, only: str = "") -> Figure:
@@ -109,25 +109,27 @@ def architectures_figure(table: Table, only: str = "") -> Figure:
         table: the study's runs.
         only: the one metric that is drawn, such as `cot_inverse`; by default all of the figure's.
     """
-    found = architecture_metrics(table)
-    shown = [metric for metric in table.shown(FIGURE) if only in ("", metric.name)]
+    intervals = architecture_metrics(table)
+    metrics = [metric for metric in table.shown(FIGURE) if only in ("", metric.name)]
     limited = "optimum_share" in table.metrics and np.isfinite(table["optimum_share"]).any()
     omegas, names = frequencies(table), architectures(table)
-    own = set(table.beside_the_paper()["architecture"].tolist())
+    extra = set(table.beside_the_paper()["architecture"].tolist())
     colours = dict(zip(omegas, _colours(omegas), strict=True))
     with styled():
-        figure = new_figure(PAGE_IN, _LEGEND_IN + _PANEL_IN * len(shown))
-        panels = figure.subplots(len(shown), 2, sharex=True, sharey="row", squeeze=False)
-        for row, metric in zip(panels, shown, strict=True):
-            of = {key: value for key, value in found.items() if key[1] == metric.name}
+        figure = new_figure(PAGE_IN, _LEGEND_IN + _PANEL_IN * len(metrics))
+        panels = figure.subplots(len(metrics), 2, sharex=True, sharey="row", squeeze=False)
+        for row, metric in zip(panels, metrics, strict=True):
+            row_intervals = {
+                key: value for key, value in intervals.items() if key[1] == metric.name
+            }
             limit = _LIMITS[metric.name]() if metric.name in _LIMITS and limited else None
-            bottom, top = _ends(of.values(), [] if limit is None else [limit])
+            bottom, top = _ends(row_intervals.values(), [] if limit is None else [limit])
             for panel, observation in zip(row, OBSERVATIONS, strict=True):
                 for place, architecture in enumerate(names):
                     bars = {
-                        omega: of[observation, metric.name, architecture, omega]
+                        omega: row_intervals[observation, metric.name, architecture, omega]
                         for omega in omegas
-                        if (observation, metric.name, architecture, omega) in of
+                        if (observation, metric.name, architecture, omega) in row_intervals
                     }
                     _bars(panel, place, bars, colours, top - bottom)
                 if limit is not None:
@@ -144,18 +146,18 @@ def architectures_figure(table: Table, only: str = "") -> Figure:
             if sum(map(len, names)) > _LETTERS:  # there may be many, and long ones
                 panel.tick_params(axis="x", labelrotation=90)
         figure.align_ylabels(panels[:, 0])
-        named: list[Artist] = [
-            Patch(color=colours[omega], lw=0, label=_named(omega, own)) for omega in omegas
+        handles: list[Artist] = [
+            Patch(color=colours[omega], lw=0, label=_named(omega, extra)) for omega in omegas
         ]
-        named.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
+        handles.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
         if limited:
-            of_whom = " for the paper's hopper" if own else ""
+            of_whom = " for the paper's hopper" if extra else ""
             limit = f"what is physically possible{of_whom}"
-            named.append(Line2D([], [], color="0.3", lw=0.8, ls="--", label=limit))
+            handles.append(Line2D([], [], color="0.3", lw=0.8, ls="--", label=limit))
         figure.legend(
-            handles=named,
+            handles=handles,
             loc="outside lower center",
-            ncols=len(named),
+            ncols=len(handles),
             title=_NOTE,
             title_fontsize=7,
         )
@@ -179,25 +181,25 @@ def _axis(metric: Metric) -> str:
     return f"{label}\n(share)" if metric.range == SHARE else label
 
 
-def _named(omega: float | None, others: Collection[str]) -> str:
+def _named(omega: float | None, extra: Collection[str]) -> str:
     if omega is None:
-        return "no $\\omega_t$" if others else "T, which has no $\\omega_t$"
+        return "no $\\omega_t$" if extra else "T, which has no $\\omega_t$"
     return rf"$\omega_t$ = {omega:g} rad/s"
 
 
 def _colours(omegas: tuple[float | None, ...]) -> list[str]:
     """One a frequency, and grey for what has none."""
-    known = iter((COLOURS[3], COLOURS[0], COLOURS[5], COLOURS[6], COLOURS[4]) * len(omegas))
-    return ["0.55" if omega is None else next(known) for omega in omegas]
+    palette = iter((COLOURS[3], COLOURS[0], COLOURS[5], COLOURS[6], COLOURS[4]) * len(omegas))
+    return ["0.55" if omega is None else next(palette) for omega in omegas]
 
 
-def _ends(values: Iterable[Interval], more: Iterable[float]) -> tuple[float, float]:
+def _ends(values: Iterable[Interval], limits: Iterable[float]) -> tuple[float, float]:
     """Lowest and highest of the means, the ends of the intervals, zero and more.
 
     They are 0 and 1 if there is nothing but zeros.
     """
     ends = [end for v in values for end in (v.mean, v.low, v.high) if np.isfinite(end)]
-    bottom, top = min([*ends, *more, 0.0]), max([*ends, *more, 0.0])
+    bottom, top = min([*ends, *limits, 0.0]), max([*ends, *limits, 0.0])
     return (bottom, top) if bottom < top else (0.0, 1.0)
 
 
@@ -244,9 +246,9 @@ def _bars(
 def correlations(table: Table) -> np.ndarray:
     """Pearson correlations of the metrics over all models, shape [metrics, metrics]."""
     models = table.per_model()
-    shown = [metric.name for metric in table.shown(FIGURE)]
+    names = [metric.name for metric in table.shown(FIGURE)]
     return np.array(
-        [[1.0 if a == b else correlation(models, a, b).mean for b in shown] for a in shown]
+        [[1.0 if a == b else correlation(models, a, b).mean for b in names] for a in names]
     )
 
 

@@ -101,8 +101,8 @@ def measured(
     for cell, result in zip(evaluations, study.results(), strict=True):
         part = rows(cell, result.arrays)
         part["best"] = part.index == part.merit_chosen.argmax()
-        known = curves.get(cell.record.model, {})
-        numbers = {name: x for name, x in known.items() if not name.startswith("start_")}
+        fits = curves.get(cell.record.model, {})
+        numbers = {name: x for name, x in fits.items() if not name.startswith("start_")}
         parts.append(part.assign(**numbers))
     runs = joined(parts).reset_index(drop=True)
     return _with_forms(runs.assign(kind=kinds(runs)), folder, with_feedback, curves, retuning, pool)
@@ -119,31 +119,31 @@ def _with_forms(
     of_model = {record.model: record for record in records}
     for form in forms_by_numbers():
         runs[f"kept {form}"] = np.nan
-        left = where(runs, runs.best & ~runs.kind.isin([KINDS[0], NETWORK]))
-        kept = left.filter(like="kept ").max(axis=1)
-        left = where(left, ~(kept >= SHARES[-1]))
-        groups = [same for _, same in left.groupby("omega_t")]
+        remaining = where(runs, runs.best & ~runs.kind.isin([KINDS[0], NETWORK]))
+        shares = remaining.filter(like="kept ").max(axis=1)
+        remaining = where(remaining, ~(shares >= SHARES[-1]))
+        groups = [group for _, group in remaining.groupby("omega_t")]
         cells = [
             FormOfControllers(
                 form,
-                float(same.omega_t.iloc[0]),
-                [of_model[model] for model in same.model],
-                same.run.tolist(),
+                float(group.omega_t.iloc[0]),
+                [of_model[model] for model in group.model],
+                group.run.tolist(),
                 np.array(
                     [
                         curves[model][f"start_{form}"][run]
-                        for model, run in zip(same.model, same.run, strict=True)
+                        for model, run in zip(group.model, group.run, strict=True)
                     ]
                 ),
                 retuning,
             )
-            for same in groups
+            for group in groups
         ]
         study = Study(folder / "forms", cells, title=f"{form}, by ω_t", suffix=".form.npz")
         study.run(pool)
-        for same, result in zip(groups, study.results(), strict=True):
+        for group, result in zip(groups, study.results(), strict=True):
             for name, kind in (("merit", "kept"), ("cloned", "cloned")):
-                runs.loc[same.index, f"{kind} {form}"] = result.arrays[name] / same.merit
+                runs.loc[group.index, f"{kind} {form}"] = result.arrays[name] / group.merit
     return runs
 
 
@@ -159,14 +159,14 @@ def shortest(runs: pd.DataFrame, share: float) -> pd.Series:
 def atlas_tables(runs: pd.DataFrame) -> str:
     """The atlas of a body in Markdown: kinds of feedback, learned curves, and shortest forms."""
     parts = []
-    for omega, same in runs.groupby("omega_t"):
+    for omega, group in runs.groupby("omega_t"):
         parts.append(f"At $\\omega_t$ = {omega:g} rad/s, what the feedback does:")
-        parts.append(table(_kinds_table(same)))
+        parts.append(table(_kinds_table(group)))
     parts.append(f"Where feedback makes the merit, learned curves with R² of at least {GOOD:g}:")
     parts.append(table(_curves_table(where(runs, runs.kind.isin(KINDS[4:7])))))
-    for omega, same in runs.groupby("omega_t"):
+    for omega, group in runs.groupby("omega_t"):
         parts.append(f"Shortest forms at $\\omega_t$ = {omega:g} rad/s, controllers of each:")
-        parts.append(table(_forms_table(same)))
+        parts.append(table(_forms_table(group)))
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
@@ -207,12 +207,12 @@ def _curves_table(runs: pd.DataFrame) -> list[list[str]]:
 
 def _forms_table(runs: pd.DataFrame) -> list[list[str]]:
     """Count the controllers whose shortest form is each form, with the largest merit kept by it."""
-    chosen = {share: shortest(runs, share) for share in SHARES}
+    shortest_forms = {share: shortest(runs, share) for share in SHARES}
     lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES), "best merit"]]
     forms = forms_of_a_leg()
     for form in forms_by_numbers():
-        counts = [str((names == form).sum()) for names in chosen.values()]
+        counts = [str((names == form).sum()) for names in shortest_forms.values()]
         best = f"{(runs[f'kept {form}'] * runs.merit).max():.2f}"
         lines.append([form, str(forms[form].on_a_leg().n_weights), *counts, best])
-    counts = [str((names == NONE).sum()) for names in chosen.values()]
+    counts = [str((names == NONE).sum()) for names in shortest_forms.values()]
     return [*lines, [NONE, "", *counts, ""]]

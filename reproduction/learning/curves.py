@@ -59,10 +59,10 @@ def curves_of(v: Visits, omega: float) -> dict[str, float]:
     """
     numbers = dict.fromkeys((*FITS, "offset", "place"), math.nan)
     if np.isfinite(v.action).all():
-        one, two = action_fits(v)
-        offset, a, b = one.numbers
+        single, double = action_fits(v)
+        offset, a, b = single.numbers
         size = math.hypot(a, b)
-        numbers |= {"action_1": one.explained, "action_2": two.explained}
+        numbers |= {"action_1": single.explained, "action_2": double.explained}
         numbers |= {"offset": offset / size if size else math.nan, "place": math.atan2(b, a)}
     if np.isfinite(v.gain * v.reaction).all():
         numbers |= {name: fit.explained for name, fit in reaction_fits(v).items()}
@@ -108,14 +108,14 @@ class CurvesOfRuns:
         trained run visits.
         """
         saved = saved_runs(self.record)
-        before = Evolution().start(self.record.experiment, range(len(saved))).best_weights
+        initial = Evolution().start(self.record.experiment, range(len(saved))).best_weights
         rows = []
-        for run, untrained in zip(saved, np.asarray(before, float), strict=True):
+        for run, untrained in zip(saved, np.asarray(initial, float), strict=True):
             v, as_before = visited(run, untrained)
-            known = curves_of(as_before, run.system.omega or math.nan)
+            fits = curves_of(as_before, run.system.omega or math.nan)
             rows.append(
                 curves_of(v, run.system.omega or math.nan)
-                | {f"untrained_{name}": known[name] for name in FITS}
+                | {f"untrained_{name}": fits[name] for name in FITS}
                 | {f"start_{name}": x for name, (_, x) in started(run, [v]).items()}
             )
         arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -131,7 +131,7 @@ def visited(saved: SavedController, untrained: np.ndarray) -> tuple[Visits, Visi
     release = start._replace(height_m=start.height_m[:FEW], phase_rad=start.phase_rad[:FEW])
     timing = system.timing_over(protocol.undisturbed_s, tick_s=protocol.tick_s)
     released = ReleasedHopper(saved, np.array([saved.omega]), release, timing, protocol)
-    whole, recorded = released.evaluated(saved.controller, saved.weights), released.recorded()
-    before = replace(released, saved=replace(saved, weights=untrained))
-    (v,), (as_before,) = (visits(x, whole, recorded) for x in (released, before))
+    evaluation, recorded = released.evaluated(saved.controller, saved.weights), released.recorded()
+    initial = replace(released, saved=replace(saved, weights=untrained))
+    (v,), (as_before,) = (visits(x, evaluation, recorded) for x in (released, initial))
     return v, as_before

@@ -82,17 +82,17 @@ def judge(experiment: Experiment, weights: np.ndarray) -> Arrays:
 
 
 def _variants(experiment: Experiment, weights: np.ndarray) -> Arrays:
-    asked = (*MEASURED, mean_feedback)
-    whole = episodes_of(experiment, experiment.controller, weights, experiment.protocol, asked)
-    feedback = mean_defined(np.moveaxis(by_release(whole, mean_feedback.name), 1, -1))
-    variants = [whole]
+    metrics = (*MEASURED, mean_feedback)
+    complete = episodes_of(experiment, experiment.controller, weights, experiment.protocol, metrics)
+    feedback = mean_defined(np.moveaxis(by_release(complete, mean_feedback.name), 1, -1))
+    variants = [complete]
     if experiment.controller.tegotae is not None:
         clock, cut = held(experiment.controller, weights)
         variants.append(episodes_of(experiment, clock, cut, experiment.protocol))
         variants.append(_frozen(experiment, weights, np.nan_to_num(feedback)))
     arrays = {"mean_feedback": feedback.astype("float32")}
     for name in MEASURED:
-        values = np.full((len(VARIANTS), *by_release(whole, name).shape), np.nan, "float32")
+        values = np.full((len(VARIANTS), *by_release(complete, name).shape), np.nan, "float32")
         for i, variant in enumerate(variants):
             values[i] = by_release(variant, name)
         arrays[name] = values
@@ -107,7 +107,8 @@ def _frozen(experiment: Experiment, weights: np.ndarray, feedback: np.ndarray) -
         protocol = dataclasses.replace(experiment.protocol, offsets=(offset,))
         alone.append(episodes_of(experiment, clock, frozen, protocol))
     episodes = {
-        name: np.concatenate([each.episodes[name] for each in alone], axis=1) for name in MEASURED
+        name: np.concatenate([evaluation.episodes[name] for evaluation in alone], axis=1)
+        for name in MEASURED
     }
     return dataclasses.replace(alone[0], episodes=episodes)
 
@@ -171,8 +172,8 @@ class EvaluatedRuns:
     def document(self) -> Document:
         """The record, and how it is judged."""
         name = key_of(self.record.configuration)
-        own = {"record": name, "releases": RELEASES, "spread_m": SPREAD_M, "seed": _SEED}
-        return own | self._changed
+        settings = {"record": name, "releases": RELEASES, "spread_m": SPREAD_M, "seed": _SEED}
+        return settings | self._changed
 
     @property
     def _changed(self) -> dict[str, float]:

@@ -49,11 +49,11 @@ def primary_tables(readings: Mapping[str, pd.DataFrame]) -> tuple[str, str]:
     head = ["body", "learned feedback's", "of", "effect", "designs and ω_t random"]
     rows, by_omega = [[*head, "runs alone", "bootstrap", "base"]], []
     for body, runs in readings.items():
-        for what, run, c in contrasts(runs):
+        for comparison, run, c in contrasts(runs):
             intervals = map(_pair, (c.crossed, c.runs, c.drawn))
-            rows.append([body, what, run, f"{c.effect:+.3f}", *intervals, f"{c.base:.3f}"])
-            own = {f"{omega:g}": f"{value:+.2f}" for omega, value in c.of_omega.items()}
-            by_omega.append({"ω_t": f"{body}: {what}, {run}", **own})
+            rows.append([body, comparison, run, f"{c.effect:+.3f}", *intervals, f"{c.base:.3f}"])
+            effects = {f"{omega:g}": f"{value:+.2f}" for omega, value in c.of_omega.items()}
+            by_omega.append({"ω_t": f"{body}: {comparison}, {run}", **effects})
     columns = list(dict.fromkeys(name for row in by_omega for name in row))
     cells = [[row.get(name, "–") for name in columns] for row in by_omega]
     return table(rows), table([columns, *cells])
@@ -68,8 +68,8 @@ def feedback_table(runs: pd.DataFrame) -> str:
         best = rows.merit.to_numpy()[rows.fitness.to_numpy().argmax()]
         variants = rows.merit, rows.merit_cut, rows.merit_frozen
         merits = [_mean(values, POSITIVE) for values in variants]
-        more = [f"{best:.3f}", _mean(rows.settled, SHARE), _mean(rows.following, UNBOUNDED)]
-        lines.append([f"{rows.omega_t.iloc[0]:g}", _kinds(rows).iloc[0], *merits, *more])
+        shares = [f"{best:.3f}", _mean(rows.settled, SHARE), _mean(rows.following, UNBOUNDED)]
+        lines.append([f"{rows.omega_t.iloc[0]:g}", _kinds(rows).iloc[0], *merits, *shares])
     return table(lines)
 
 
@@ -80,11 +80,11 @@ def _kinds(runs: pd.DataFrame) -> pd.Series:
 
 
 def _mean(values: pd.Series, within: Range) -> str:
-    known = values.dropna().to_numpy()
-    found = interval(known, within=within)
-    if len(known) < FEW:  # V's three drives are no sample of runs
-        return f"{found.mean:.3f}" if len(known) else "–"
-    return f"{found.mean:.3f} [{found.low:.3f}, {found.high:.3f}]"
+    defined = values.dropna().to_numpy()
+    estimate = interval(defined, within=within)
+    if len(defined) < FEW:  # V's three drives are no sample of runs
+        return f"{estimate.mean:.3f}" if len(defined) else "–"
+    return f"{estimate.mean:.3f} [{estimate.low:.3f}, {estimate.high:.3f}]"
 
 
 def _pair(ends: tuple[float, float]) -> str:

@@ -77,11 +77,13 @@ def contrast(
     Returns:
         The contrast, over all ω_t that both have.
     """
-    own = where(runs, runs.senses == "F")
+    selected = where(runs, runs.senses == "F")
     if run == BEST_RUN:
-        own = own.sort_values("fitness", kind="stable").drop_duplicates("model", keep="last")
-    mine = where(own, own.architecture.isin(learned))
-    base = where(own, own.architecture == (LAW if law else "V"))
+        selected = selected.sort_values("fitness", kind="stable").drop_duplicates(
+            "model", keep="last"
+        )
+    mine = where(selected, selected.architecture.isin(learned))
+    base = where(selected, selected.architecture == (LAW if law else "V"))
     base = where(base, base.drive == law) if law else base
     values = _cells(mine, ("architecture", "drive", "omega_t"), outcome)
     theirs = _cells(base, ("drive", "omega_t"), outcome)
@@ -91,10 +93,10 @@ def contrast(
     bases = np.array([[theirs[law or drive, w].mean() for w in omegas] for _, drive in designs])
     draw = np.random.default_rng(0)
     # A cell of the base is shared by designs: it is drawn once.
-    known = {key: _drawn(draw, cell) for key, cell in theirs.items()}
+    base_means = {key: _drawn(draw, cell) for key, cell in theirs.items()}
     gaps = np.array(
         [
-            [_drawn(draw, values[*design, w]) - known[law or design[1], w] for w in omegas]
+            [_drawn(draw, values[*design, w]) - base_means[law or design[1], w] for w in omegas]
             for design in designs
         ]
     )

@@ -59,12 +59,12 @@ def best(body: Body, omega: float, *, period: int = 1, work: str = "absolute") -
     if period not in (1, 2):
         raise TegotaeError(f"period is {period}; the optimum is known for 1 and 2")
     if has_table(body, work):
-        kept = curve()
-        if omega > kept["omega"][-1]:
+        optimum = curve()
+        if omega > optimum["omega"][-1]:
             raise TegotaeError(
-                f"omega is {omega:g}; this hopper hops at {kept['omega'][-1]:.1f} rad/s at most"
+                f"omega is {omega:g}; this hopper hops at {optimum['omega'][-1]:.1f} rad/s at most"
             )
-        value = float(kept.at("cot_inverse" if period == 1 else "cot_inverse_two", omega))
+        value = float(optimum.at("cot_inverse" if period == 1 else "cot_inverse_two", omega))
         if np.isfinite(value):
             return value
     return optimise(body, omega, period=period, work=work).cot_inverse

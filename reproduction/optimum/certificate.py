@@ -102,24 +102,24 @@ def certify(
     """
     body = check_ballistic(body, omega, work)
     require_count("cells", cells, least=2)
-    least, most = _lift_offs(body)
-    low, high = lift_off or (least, most)
-    if not least <= low < high:
+    lowest_speed, highest_speed = _lift_offs(body)
+    low, high = lift_off or (lowest_speed, highest_speed)
+    if not lowest_speed <= low < high:
         raise TegotaeError(
-            f"lift_off is ({low:g}, {high:g}); it must be a range, from {least:.3g} m/s on"
+            f"lift_off is ({low:g}, {high:g}); it must be a range, from {lowest_speed:.3g} m/s on"
         )
     # Lower flights are no hops. Where hops begin higher, so that both end there, it is rounded up.
-    lowest = (1.0 + 2.0 * _OUTWARDS) * least
-    low, lowest = (least, least) if low <= lowest else (low, lowest)
+    lowest = (1.0 + 2.0 * _OUTWARDS) * lowest_speed
+    low, lowest = (lowest_speed, lowest_speed) if low <= lowest else (low, lowest)
     hop_s = 2.0 * math.pi / omega if omega is not None else LONGEST_S
-    for more in _ATTEMPTS:
-        heights, speeds = _knots(body, max(2, cells + more), (lowest, low, high))
+    for increment in _ATTEMPTS:
+        heights, speeds = _knots(body, max(2, cells + increment), (lowest, low, high))
         matrix, limit = _join(
             _stance(body, heights, speeds, work),
             _flight(body, heights, speeds, hop_s, (lowest, low, high)),
         )
         scale = np.asarray(abs(matrix).max(axis=1).todense()).ravel()
-        largest = _LARGEST * most**2 / (2.0 * body.gravity_m_per_s2)
+        largest = _LARGEST * highest_speed**2 / (2.0 * body.gravity_m_per_s2)
         solution = _least(matrix, limit - _MARGIN * scale, largest)
         if solution is None or np.any(matrix @ solution > limit + 1e-15):
             continue
@@ -130,10 +130,10 @@ def certify(
         coefficients = solution[:-2].reshape(shape)
         value = max(value, 0.0)
         return Certificate(value, price, heights, speeds, coefficients, omega, (low, high), work)
-    at = "any frequency" if omega is None else f"{omega:g} rad/s"
+    frequency = "any frequency" if omega is None else f"{omega:g} rad/s"
     raise TegotaeError(
-        f"no upper bound was found at {at}: the linear program did not converge; try other cells "
-        f"than {cells}"
+        f"no upper bound was found at {frequency}: the linear program did not converge; try other "
+        f"cells than {cells}"
     )
 
 
@@ -158,8 +158,11 @@ def upper_bound(
         cells: as in `certify`.
         programs: how many linear programs to solve at most.
     """
-    given = {"best": best, "work": work, "cells": cells, "programs": programs}
-    return max((each.bound for each in upper_certificates(body, omega, **given)), default=0.0)
+    options = {"best": best, "work": work, "cells": cells, "programs": programs}
+    return max(
+        (certificate.bound for certificate in upper_certificates(body, omega, **options)),
+        default=0.0,
+    )
 
 
 def upper_certificates(
@@ -219,10 +222,10 @@ def upper_certificates(
             # What bounds the whole bounds its parts, should their program fail.
             proof = proofs[number]
             with contextlib.suppress(TegotaeError):
-                proof = min(proof, bounded(*half), key=lambda each: each.bound)
+                proof = min(proof, bounded(*half), key=lambda certificate: certificate.bound)
             heapq.heappush(open_ranges, entry(proof, *half))
-    used = {id(proofs[number]): proofs[number] for *_, number in open_ranges}
-    return list(used.values())
+    unique = {id(proofs[number]): proofs[number] for *_, number in open_ranges}
+    return list(unique.values())
 
 
 def _lift_offs(body: Hopper) -> tuple[float, float]:
@@ -254,10 +257,10 @@ def _derivative(degree: int) -> np.ndarray:
 
 def _raised(degree: int, times: int = 1) -> np.ndarray:
     """The same polynomial as one of a higher degree."""
-    whole = np.eye(degree + 1)
+    product = np.eye(degree + 1)
     for n in range(degree, degree + times):
-        whole = _times_line(n, 1.0, 1.0) @ whole
-    return whole
+        product = _times_line(n, 1.0, 1.0) @ product
+    return product
 
 
 def _times_line(degree: int, start: float, end: float) -> np.ndarray:
@@ -358,10 +361,10 @@ def _flight(
 
 def _join(*parts: _Rows) -> tuple[sparse.csr_matrix, np.ndarray]:
     matrices, limits = zip(*(part.matrix() for part in parts), strict=True)
-    whole = sparse.csr_matrix(sparse.vstack(matrices))
-    whole.data[np.abs(whole.data) < 1e-12] = 0.0  # rounding of what cancels
-    whole.eliminate_zeros()
-    return whole, np.concatenate(limits)
+    joined = sparse.csr_matrix(sparse.vstack(matrices))
+    joined.data[np.abs(joined.data) < 1e-12] = 0.0  # rounding of what cancels
+    joined.eliminate_zeros()
+    return joined, np.concatenate(limits)
 
 
 def _least(matrix: sparse.csr_matrix, limit: np.ndarray, largest: float) -> np.ndarray | None:
@@ -388,7 +391,7 @@ def _least(matrix: sparse.csr_matrix, limit: np.ndarray, largest: float) -> np.n
         {"h": casadi.Sparsity(columns, columns), "a": pattern},
         {"highs": settings, "error_on_fail": False},
     )
-    found = solver(
+    result = solver(
         g=cost,
         a=casadi.DM(pattern, scaled.data),
         lba=-np.inf,
@@ -396,5 +399,5 @@ def _least(matrix: sparse.csr_matrix, limit: np.ndarray, largest: float) -> np.n
         lbx=lowest,
         ubx=highest,
     )
-    solution = np.asarray(found["x"]).ravel()
+    solution = np.asarray(result["x"]).ravel()
     return solution if np.isfinite(solution).all() else None

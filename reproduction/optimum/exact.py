@@ -149,7 +149,7 @@ def covers(certificates: Iterable[Certificate], body: Body, omega: float | None)
     exact = ExactNumbers.of(body)
     fastest = None if omega is None else PI_ABOVE * exact.gravity / written(omega)
     reached: Fraction | None = None
-    for low, high in sorted(_numbers(*each.lift_off) for each in certificates):
+    for low, high in sorted(_numbers(*certificate.lift_off) for certificate in certificates):
         if low**2 > exact.least_squared and (reached is None or low > reached):
             return False
         reached = high if reached is None else max(reached, high)
@@ -207,9 +207,9 @@ def _rate(
     pushed = [_raised(_raised(row)) for row in pushed]
     damped = [_raised(_times_line(row, *(-exact.damper * end for end in v))) for row in along_v]
     damped = _transposed([_raised(list(r)) for r in _transposed(damped)])
-    own = [price + price_of_work * (v[0] + (v[1] - v[0]) * Fraction(n, 3)) for n in range(4)]
+    effort = [price + price_of_work * (v[0] + (v[1] - v[0]) * Fraction(n, 3)) for n in range(4)]
     return [
-        [sum(parts, Fraction(0)) for parts in zip(*rows, own, strict=True)]
+        [sum(parts, Fraction(0)) for parts in zip(*rows, effort, strict=True)]
         for rows in zip(moving, pushed, damped, strict=True)
     ]
 
@@ -291,5 +291,5 @@ def _finite(values: np.ndarray) -> np.ndarray:
     return values
 
 
-def _fails(why: str) -> TegotaeError:
-    return TegotaeError(f"the certificate does not hold: {why}")
+def _fails(reason: str) -> TegotaeError:
+    return TegotaeError(f"the certificate does not hold: {reason}")

@@ -61,7 +61,7 @@ def least_work(
     x_grid, v_grid = np.meshgrid(x, v, indexing="ij")
     miss_v, miss_x = 2.0 * mass * fastest, 2.0 * body.max_force_n
     value = miss_x * np.abs(x_grid) + miss_v * np.abs(v_grid - speed)
-    after = []
+    transitions = []
     for force in np.linspace(0.0, body.max_force_n, levels):
         x_next, v_next = flow(body, x_grid, v_grid, force, stance_s / steps)
         moved = x_next - x_grid
@@ -70,18 +70,18 @@ def least_work(
         outside = np.maximum(x_next, 0.0) + np.maximum(-deepest - x_next, 0.0)
         outside_v = np.maximum(np.abs(v_next) - fastest, 0.0)
         cost = force * counted[work] + miss_x * outside + miss_v * outside_v
-        after.append((cost, np.array([(x_next + deepest) / dx, (v_next + fastest) / dv])))
+        transitions.append((cost, np.array([(x_next + deepest) / dx, (v_next + fastest) / dv])))
     for _ in range(steps):
         value = np.min(
             [
                 cost + map_coordinates(value, place, order=3, mode="nearest")
-                for cost, place in after
+                for cost, place in transitions
             ],
             axis=0,
         )
-    least = map_coordinates(value, [[points], [(fastest - speed) / dv]], order=1)
-    if not least[0] < miss_v * 0.1 * speed + body.max_force_n * deepest:
+    work_j = map_coordinates(value, [[points], [(fastest - speed) / dv]], order=1)
+    if not work_j[0] < miss_v * 0.1 * speed + body.max_force_n * deepest:
         raise TegotaeError(
             f"no stance of {stance_s:g} s leads from -{speed:g} to {speed:g} m/s on this grid"
         )
-    return float(least[0])
+    return float(work_j[0])

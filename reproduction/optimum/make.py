@@ -68,18 +68,18 @@ def _row(starts: int, omega: float) -> dict[str, float]:
     body = Hopper()
     row = {"omega": omega}
     try:
-        one = optimise(body, omega, starts=starts)
+        gait = optimise(body, omega, starts=starts)
     except TegotaeError:
         pass
     else:
-        flight_s = 2.0 * one.lift_off_m_per_s.max() / body.gravity_m_per_s2
+        flight_s = 2.0 * gait.lift_off_m_per_s.max() / body.gravity_m_per_s2
         row |= {
-            "cot_inverse": one.cot_inverse,
-            "lift_off": one.lift_off_m_per_s.max(),
-            "stance_s": 2.0 * math.pi / one.omega - flight_s,
-            "swings": sum(stance.swings for stance in one.shape),
-            "bounces": sum(stance.bounce for stance in one.shape),
-            "converged": one.converged,
+            "cot_inverse": gait.cot_inverse,
+            "lift_off": gait.lift_off_m_per_s.max(),
+            "stance_s": 2.0 * math.pi / gait.omega - flight_s,
+            "swings": sum(stance.swings for stance in gait.shape),
+            "bounces": sum(stance.bounce for stance in gait.shape),
+            "converged": gait.converged,
         }
     try:
         two = optimise(body, omega, period=2, starts=4 * starts)
@@ -108,10 +108,10 @@ def _stance_rows(names: list[str], starts: int) -> list[dict[str, float]]:
         for parts in zip(
             gait.time_s, gait.height_m, gait.velocity_m_per_s, gait.force_n, strict=True
         ):
-            time_s, *others = parts
-            for values in zip(time_s + start_s, *others, strict=True):
+            time_s, *series = parts
+            for values in zip(time_s + start_s, *series, strict=True):
                 rows.append(dict(zip(names, (omega, *map(float, values)), strict=True)))
-            start_s += time_s[-1] + 2.0 * others[1][-1] / Hopper().gravity_m_per_s2
+            start_s += time_s[-1] + 2.0 * series[1][-1] / Hopper().gravity_m_per_s2
     return rows
 
 

@@ -204,5 +204,5 @@ def small_hop_limit(body: Body, work: str = "absolute") -> float:
     body = check_ballistic(body, work=work)
     if work == "net":
         return math.inf
-    both = (1.0 - body.weight_n / body.max_force_n) / (2.0 * body.weight_n)
-    return both if work == "absolute" else 2.0 * both
+    absolute = (1.0 - body.weight_n / body.max_force_n) / (2.0 * body.weight_n)
+    return absolute if work == "absolute" else 2.0 * absolute

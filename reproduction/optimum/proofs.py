@@ -56,9 +56,12 @@ class Bounds:
 
 def rows() -> list[Bounds]:
     """Return the claims of the kept table, row by row."""
-    kept = curve()
+    optimum = curve()
     names = ("omega", "upper_bound", "upper_bound_any")
-    return [Bounds(*map(float, each)) for each in zip(*(kept[name] for name in names), strict=True)]
+    return [
+        Bounds(*map(float, values))
+        for values in zip(*(optimum[name] for name in names), strict=True)
+    ]
 
 
 def read(file: Path = FILE) -> list[Certificate]:
@@ -100,20 +103,25 @@ def write(certificates: Sequence[Certificate], file: Path = FILE) -> None:
         file: where; the package's own by default.
     """
     of_each = {
-        "bound": [each.bound for each in certificates],
-        "time_price": [each.time_price for each in certificates],
-        "omega": [math.nan if each.omega is None else each.omega for each in certificates],
-        "lift_off": [each.lift_off for each in certificates],
-        "n_heights": [len(each.heights_m) for each in certificates],
-        "n_speeds": [len(each.speeds_m_per_s) for each in certificates],
+        "bound": [certificate.bound for certificate in certificates],
+        "time_price": [certificate.time_price for certificate in certificates],
+        "omega": [
+            math.nan if certificate.omega is None else certificate.omega
+            for certificate in certificates
+        ],
+        "lift_off": [certificate.lift_off for certificate in certificates],
+        "n_heights": [len(certificate.heights_m) for certificate in certificates],
+        "n_speeds": [len(certificate.speeds_m_per_s) for certificate in certificates],
     }
     joined = {
-        "heights": [each.heights_m for each in certificates],
-        "speeds": [each.speeds_m_per_s for each in certificates],
-        "coefficients": [each.coefficients.ravel() for each in certificates],
+        "heights": [certificate.heights_m for certificate in certificates],
+        "speeds": [certificate.speeds_m_per_s for certificate in certificates],
+        "coefficients": [certificate.coefficients.ravel() for certificate in certificates],
     }
     arrays = {name: np.array(values) for name, values in of_each.items()}
-    write_arrays(file, arrays | {name: np.concatenate(each) for name, each in joined.items()})
+    write_arrays(
+        file, arrays | {name: np.concatenate(certificate) for name, certificate in joined.items()}
+    )
 
 
 def check_row(row: Bounds, certificates: Iterable[Certificate]) -> None:
@@ -131,18 +139,29 @@ def check_row(row: Bounds, certificates: Iterable[Certificate]) -> None:
         >>> check_row(rows()[-1], read())
     """
     body = Hopper()
-    lower = [each for each in certificates if _holds_at(each, row.omega)]
+    lower = [certificate for certificate in certificates if _holds_at(certificate, row.omega)]
     for one_hop, claimed in ((True, row.upper_bound), (False, row.upper_bound_any)):
-        good = [each for each in lower if Fraction(float(each.bound)) <= written(claimed)]
-        groups = (_needed(each, one_hop) for each in _by_frequency(good))
+        good = [
+            certificate
+            for certificate in lower
+            if Fraction(float(certificate.bound)) <= written(claimed)
+        ]
+        groups = (_needed(certificate, one_hop) for certificate in _by_frequency(good))
         omega = row.omega if one_hop else None
-        chosen = next((each for each in groups if each and covers(each, body, omega)), None)
-        if chosen is None:
-            at = "any frequency" if row.omega is None else f"{row.omega:g} rad/s"
+        covering = next(
+            (
+                certificate
+                for certificate in groups
+                if certificate and covers(certificate, body, omega)
+            ),
+            None,
+        )
+        if covering is None:
+            frequency = "any frequency" if row.omega is None else f"{row.omega:g} rad/s"
             period = "period 1" if one_hop else "any period"
-            raise TegotaeError(f"no certificates prove {claimed:g} m/J at {at}, {period}")
-        for each in chosen:
-            verify(each, body)
+            raise TegotaeError(f"no certificates prove {claimed:g} m/J at {frequency}, {period}")
+        for certificate in covering:
+            verify(certificate, body)
 
 
 def _holds_at(certificate: Certificate, omega: float | None) -> bool:
@@ -155,8 +174,8 @@ def _holds_at(certificate: Certificate, omega: float | None) -> bool:
 def _by_frequency(certificates: list[Certificate]) -> Iterable[list[Certificate]]:
     """Certificates in groups of one frequency, the highest first."""
 
-    def frequency(each: Certificate) -> float:
-        return -(each.omega or 0.0)
+    def frequency(certificate: Certificate) -> float:
+        return -(certificate.omega or 0.0)
 
     for _, group in groupby(sorted(certificates, key=frequency), frequency):
         yield list(group)
@@ -164,8 +183,10 @@ def _by_frequency(certificates: list[Certificate]) -> Iterable[list[Certificate]
 
 def _needed(certificates: list[Certificate], one_hop: bool) -> list[Certificate]:
     """Those to be checked: one that covers all by itself, or all where every hop is alike."""
-    whole = [each for each in certificates if covers([each], Hopper(), None)]
-    return whole[:1] or (certificates if one_hop else [])
+    universal = [
+        certificate for certificate in certificates if covers([certificate], Hopper(), None)
+    ]
+    return universal[:1] or (certificates if one_hop else [])
 
 
 def _frequency(omega: float) -> float | None:
@@ -194,13 +215,13 @@ def kept(certificate: Certificate) -> Certificate:
 
 
 def prove(
-    omegas: Iterable[float], found: Iterable[float]
+    omegas: Iterable[float], best_known: Iterable[float]
 ) -> tuple[list[Bounds], list[Certificate]]:
     """Bounds at frequencies, and what proves them.
 
     Args:
         omegas: hop frequencies ω, rising [rad/s].
-        found: CoT⁻¹ of the best gait known at each [m/J]; NaN where there is none.
+        best_known: CoT⁻¹ of the best gait known at each [m/J]; NaN where there is none.
 
     Returns:
         a row a frequency, and the certificates on which they stand, that of any frequency first.
@@ -210,12 +231,12 @@ def prove(
         MissingExtraError: if CasADi is not installed.
     """
     body = Hopper()
-    used = [kept(certify(body))]
+    certificates = [kept(certify(body))]
     bounds: list[Bounds] = []
-    one, every = math.inf, math.inf
-    pairs = list(zip(omegas, found, strict=True))
+    one_hop_bound, any_hop_bound = math.inf, math.inf
+    pairs = list(zip(omegas, best_known, strict=True))
     with reporting("proofs", len(pairs)) as reporter:
-        for done, (omega, best) in enumerate(pairs, 1):
+        for count, (omega, best) in enumerate(pairs, 1):
             for one_hop in (False, True):
                 try:
                     proofs = (
@@ -226,16 +247,18 @@ def prove(
                 except TegotaeError as error:  # the bound of the row before holds here, too
                     print(error, file=sys.stderr)
                     continue
-                bound = rounded_up(max((each.bound for each in proofs), default=0.0))
-                if bound < (one if one_hop else every):
+                bound = rounded_up(max((certificate.bound for certificate in proofs), default=0.0))
+                if bound < (one_hop_bound if one_hop else any_hop_bound):
                     proofs = list(map(kept, proofs))
-                    for each in proofs:
-                        verify(each, body)
-                    used += proofs
-                    one, every = (bound, every) if one_hop else (one, bound)
-            bounds.append(Bounds(omega, min(one, every), every))
-            reporter.update(done, f"{omega:.2f} rad/s")
-    return bounds, used
+                    for certificate in proofs:
+                        verify(certificate, body)
+                    certificates += proofs
+                    one_hop_bound, any_hop_bound = (
+                        (bound, any_hop_bound) if one_hop else (one_hop_bound, bound)
+                    )
+            bounds.append(Bounds(omega, min(one_hop_bound, any_hop_bound), any_hop_bound))
+            reporter.update(count, f"{omega:.2f} rad/s")
+    return bounds, certificates
 
 
 def write_bounds(columns: dict[str, np.ndarray]) -> None:

@@ -142,18 +142,18 @@ def optimise(
             raise TegotaeError(f"a shape does not have {period} hops: {shape}")
     require("casadi", "optimum")
     random = np.random.default_rng(seed)
-    found = []
+    gaits = []
     for shape in shapes:
         solve = _OptimalControl(body, omega, work, shape, intervals)
-        found += [gait for _ in range(starts) if (gait := solve(random)) is not None]
-    if not found:
-        at = "" if omega is None else f" at {omega:g} rad/s"
+        gaits += [gait for _ in range(starts) if (gait := solve(random)) is not None]
+    if not gaits:
+        frequency = "" if omega is None else f" at {omega:g} rad/s"
         raise TegotaeError(
-            f"no gait of period {period} was found{at}: none of {starts * len(shapes)} starts "
-            "converged, as where no hop exists"
+            f"no gait of period {period} was found{frequency}: none of {starts * len(shapes)} "
+            "starts converged, as where no hop exists"
         )
-    best = max(found, key=lambda gait: gait.cot_inverse)
-    return OptimalGait(**{**vars(best), "converged": len(found)})
+    best = max(gaits, key=lambda gait: gait.cot_inverse)
+    return OptimalGait(**{**vars(best), "converged": len(gaits)})
 
 
 def highest_frequency(body: Body, *, starts: int = 4, intervals: int = 20, seed: int = 0) -> float:
@@ -174,10 +174,10 @@ def highest_frequency(body: Body, *, starts: int = 4, intervals: int = 20, seed:
     body = check(body)
     random = np.random.default_rng(seed)
     program = _OptimalControl(body, None, "absolute", (Stance(),), intervals, fastest=True)
-    found = [gait for _ in range(starts) if (gait := program(random)) is not None]
-    if not found:
+    gaits = [gait for _ in range(starts) if (gait := program(random)) is not None]
+    if not gaits:
         raise TegotaeError(f"no fastest hop was found: none of {starts} starts converged")
-    return max(gait.omega for gait in found)
+    return max(gait.omega for gait in gaits)
 
 
 class _OptimalControl:
@@ -199,14 +199,14 @@ class _OptimalControl:
         n = intervals
         gravity = body.gravity_m_per_s2
         hops = sum(not stance.bounce for stance in shape)
-        least, most = least_lift_off(body), most_lift_off(body)
+        lowest, highest = least_lift_off(body), most_lift_off(body)
         lift_off, landing = opti.variable(len(shape)), opti.variable(len(shape))
-        opti.subject_to(opti.bounded(0.0, landing, min(most, 0.999 * most_landing(body))))
+        opti.subject_to(opti.bounded(0.0, landing, min(highest, 0.999 * most_landing(body))))
         opti.subject_to(flight_mismatch(body, lift_off, landing, casadi.log1p) == 0.0)
         self.phases: list[list[tuple[Any, ...]]] = []
         energy, stance_s = 0.0, 0.0
         for number, stance in enumerate(shape):
-            ends = (0.0, least) if stance.bounce else (least, most)
+            ends = (0.0, lowest) if stance.bounce else (lowest, highest)
             opti.subject_to(opti.bounded(ends[0], lift_off[number], ends[1]))
             x_end, v_end = 0.0, -landing[number - 1]
             phases = []
@@ -225,16 +225,16 @@ class _OptimalControl:
                 opti.subject_to(sign * v >= 0.0)
                 before_x = casadi.vertcat(x_end, x[:-1])
                 before_v = casadi.vertcat(v_end, v[:-1])
-                after = flow(body, before_x, before_v, force, duration / n)
-                opti.subject_to(after[0] == x)
-                opti.subject_to(after[1] == v)
+                following = flow(body, before_x, before_v, force, duration / n)
+                opti.subject_to(following[0] == x)
+                opti.subject_to(following[1] == v)
                 x_end, v_end = x[-1], v[-1]
                 opti.subject_to(v_end == (lift_off[number] if last else 0.0))
                 if last:
                     opti.subject_to(x_end == 0.0)
-                done = casadi.sum1(force * (x - before_x))
+                step_work = casadi.sum1(force * (x - before_x))
                 counted = {"absolute": sign, "positive": max(sign, 0), "net": 1}[work]
-                energy += counted * done
+                energy += counted * step_work
                 stance_s += duration + wait
                 phases.append((force, duration, wait, before_x, before_v, x, v, sign))
             self.phases.append(phases)
@@ -248,24 +248,24 @@ class _OptimalControl:
         opti.solver("ipopt", {**quiet, "ipopt.print_level": 0, "ipopt.sb": "yes", **_LIMITS})
         self.opti, self.energy, self.climb = opti, energy, climbed
         self.lift_off, self.landing = lift_off, landing
-        self.total_s, self.hops, self.range = cycle_s, hops, (least, most)
+        self.total_s, self.hops, self.range = cycle_s, hops, (lowest, highest)
 
     def __call__(self, random: np.random.Generator) -> OptimalGait | None:
         """The gait that one random start leads to; None if it does not converge."""
         self._start(random)
         try:
-            found = self.opti.solve()
+            solution = self.opti.solve()
         except RuntimeError:
             return None
-        work_j = max(float(found.value(self.energy)), 0.0)
-        climb_m = float(found.value(self.climb))
-        tables = [self._stance(found, phases) for phases in self.phases]
+        work_j = max(float(solution.value(self.energy)), 0.0)
+        climb_m = float(solution.value(self.climb))
+        tables = [self._stance(solution, phases) for phases in self.phases]
         time_s, height, velocity, force = (list(column) for column in zip(*tables, strict=True))
         return OptimalGait(
             cot_inverse=climb_m / work_j if work_j > 0.0 else math.inf,
-            omega=2.0 * math.pi * self.hops / float(found.value(self.total_s)),
+            omega=2.0 * math.pi * self.hops / float(solution.value(self.total_s)),
             shape=self.shape,
-            lift_off_m_per_s=np.atleast_1d(found.value(self.lift_off)),
+            lift_off_m_per_s=np.atleast_1d(solution.value(self.lift_off)),
             stance_s=np.array([times[-1] for times in time_s]),
             work_j=work_j,
             time_s=time_s,
@@ -276,12 +276,12 @@ class _OptimalControl:
 
     def _start(self, random: np.random.Generator) -> None:
         gravity, n = self.body.gravity_m_per_s2, self.intervals
-        least, most = self.range
+        lowest, highest = self.range
         if self.cycle_s is not None:
-            most = min(most, max(least, 0.5 * gravity * self.cycle_s))
-        lift_off = random.uniform(least, most, len(self.shape))
+            highest = min(highest, max(lowest, 0.5 * gravity * self.cycle_s))
+        lift_off = random.uniform(lowest, highest, len(self.shape))
         if len(lift_off) > 1 and random.uniform() < 0.5:  # one high hop among low ones
-            lift_off[1:] = least
+            lift_off[1:] = lowest
         self.opti.set_initial(self.lift_off, lift_off)
         self.opti.set_initial(self.landing, np.minimum(lift_off, 0.9 * most_landing(self.body)))
         part = np.linspace(0.0, 1.0, n + 1)[1:]
@@ -295,29 +295,29 @@ class _OptimalControl:
                 self.opti.set_initial(x, -depth * (part if sign < 0 else 1.0 - part))
                 self.opti.set_initial(v, sign * depth * rate * np.sin(np.pi * part))
 
-    def _stance(self, found: Any, phases: list[tuple[Any, ...]]) -> tuple[np.ndarray, ...]:
+    def _stance(self, solution: Any, phases: list[tuple[Any, ...]]) -> tuple[np.ndarray, ...]:
         """Times, heights, velocities and forces of a stance; the last row is the lift-off."""
         rows, start, end_v = [], 0.0, 0.0
         for force, duration, wait, before_x, before_v, x, v, _ in phases:
-            length = float(found.value(duration))
+            length = float(solution.value(duration))
             n = self.intervals
             rows.append(
                 np.array(
                     [
                         start + np.arange(n) * length / n,
-                        np.ravel(found.value(before_x)),
-                        np.ravel(found.value(before_v)),
-                        np.ravel(found.value(force)),
+                        np.ravel(solution.value(before_x)),
+                        np.ravel(solution.value(before_v)),
+                        np.ravel(solution.value(force)),
                     ]
                 )
             )
             start += length
-            held = float(found.value(wait))
+            held = float(solution.value(wait))
             if held > 1e-6:
-                top = float(found.value(x[-1]))
+                top = float(solution.value(x[-1]))
                 hold = self.body.weight_n + self.body.stiffness_n_per_m * top
                 rows.append(np.array([[start], [top], [0.0], [hold]]))
                 start += held
-            end_v = float(found.value(v[-1]))
+            end_v = float(solution.value(v[-1]))
         rows.append(np.array([[start], [0.0], [end_v], [0.0]]))
         return tuple(np.concatenate(rows, axis=1))

@@ -50,10 +50,10 @@ def calibrated(count: int) -> list[Reading]:
         24
     """
     require_count("readings", count)
-    found = _calibrated()
-    if count > len(found):
-        raise TegotaeError(f"readings is {count}; the calibrated sample has {len(found)}")
-    return list(found[:count])
+    readings = _calibrated()
+    if count > len(readings):
+        raise TegotaeError(f"readings is {count}; the calibrated sample has {len(readings)}")
+    return list(readings[:count])
 
 
 @cache
@@ -66,8 +66,8 @@ def _calibrated() -> tuple[Reading, ...]:
 
 
 DESIGNS = {
-    each.name: each
-    for each in (
+    entry.name: entry
+    for entry in (
         ReadingDesign("open", CHOICES, sample),
         ReadingDesign("calibrated", PRIOR, calibrated),
     )
@@ -88,9 +88,9 @@ def design_named(name: str) -> ReadingDesign:
 
 def design_of(names: Iterable[str]) -> ReadingDesign | None:
     """The design whose choices are among the columns of a table; None if there is none."""
-    known = set(names)
+    fields = set(names)
     for design in DESIGNS.values():
-        if {choice.name for choice in design.choices} <= known:
+        if {choice.name for choice in design.choices} <= fields:
             return design
     return None
 
@@ -117,7 +117,9 @@ def selecting_body(body: object) -> frozenset[str]:
     """
     numbers = dataclasses.astuple(body) if type(body) is Hopper else ()
     bodies = (dataclasses.astuple(reading.hopper) for reading in _calibrated())
-    is_one = any(np.allclose(numbers, each, rtol=1e-4, atol=0.0) for each in bodies if numbers)
+    is_one = any(
+        np.allclose(numbers, candidate, rtol=1e-4, atol=0.0) for candidate in bodies if numbers
+    )
     return _ON_V if is_one else frozenset()
 
 

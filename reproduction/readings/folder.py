@@ -40,10 +40,10 @@ class MultiverseFolder(Folder):
         """Return whether a record of this configuration belongs to the multiverse of this
         document."""
         shared = {"format": FORMAT, "seeds": list(range(document["seeds"]))}
-        same = all(configuration.get(name) == value for name, value in shared.items())
+        is_equal = all(configuration.get(name) == value for name, value in shared.items())
         experiment = configuration.get("experiment")
         name = experiment.get("name") if isinstance(experiment, dict) else None
-        return same and name in document["models"]
+        return is_equal and name in document["models"]
 
     def plan(self, readings: int | None = None) -> Multiverse:
         """Return the plan of the folder, with the scale's number of readings by default.
@@ -61,13 +61,13 @@ class MultiverseFolder(Folder):
 
 def tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
     """Return the finished table of each reading, by its number."""
-    known = {key_of(record.configuration): record for record in records}
-    found = {}
+    by_key = {key_of(record.configuration): record for record in records}
+    results = {}
     for number, (_, units) in enumerate(plan.by_reading):
-        own = [known[unit.key] for unit in units.values() if unit.key in known]
-        if own:
-            found[number] = tabulate(own)
-    return found
+        matching = [by_key[unit.key] for unit in units.values() if unit.key in by_key]
+        if matching:
+            results[number] = tabulate(matching)
+    return results
 
 
 def is_whole(plan: Multiverse, table: Table) -> bool:

@@ -36,7 +36,7 @@ class Influence:
     p: float
 
 
-def influences(readings: Sequence[Reading], found: Mapping[int, Finding]) -> list[Influence]:
+def influences(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> list[Influence]:
     """Return the influence of each choice on a claim's margin (`verdicts.margin`).
 
     Readings in which the margin is undefined are left out. A rank correlation sees what grows or
@@ -44,10 +44,10 @@ def influences(readings: Sequence[Reading], found: Mapping[int, Finding]) -> lis
 
     Args:
         readings: all readings.
-        found: what comes of the claim, by the number of the reading.
+        findings: what comes of the claim, by the number of the reading.
     """
     choices = choices_of(readings)
-    margins = {number: margin(finding) for number, finding in found.items()}
+    margins = {number: margin(finding) for number, finding in findings.items()}
     numbers = [number for number, value in margins.items() if not np.isnan(value)]
     codes = np.array(
         [[c.place(getattr(readings[n], c.name)) for n in numbers] for c in choices], float
@@ -69,9 +69,9 @@ def influences(readings: Sequence[Reading], found: Mapping[int, Finding]) -> lis
     ]
 
 
-def decisive(found: Sequence[Influence]) -> list[Influence]:
+def decisive(candidates: Sequence[Influence]) -> list[Influence]:
     """The choices that go with the claim beyond chance, the strongest first."""
-    clear = [i for i in found if i.p < SIGNIFICANT and not np.isnan(i.correlation)]
+    clear = [i for i in candidates if i.p < SIGNIFICANT and not np.isnan(i.correlation)]
     return sorted(clear, key=lambda i: -abs(i.correlation))
 
 

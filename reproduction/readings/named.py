@@ -83,12 +83,12 @@ class ReadingOptions(HopperParameters):
             >>> [each.name for each in ReadingOptions(omega_t=(3.0,)).at_frequencies(whole)]
             ['V-sector-w3', 'T-Fv']
         """
-        found: dict[str, Experiment] = {}
+        by_name: dict[str, Experiment] = {}
         for experiment in experiments:
             omegas = () if experiment.omega is None else self.omega_t
-            own = [_at(experiment, omega) for omega in omegas] or [experiment]
-            found |= {each.name: each for each in own}
-        return tuple(found.values())
+            variants = [_at(experiment, omega) for omega in omegas] or [experiment]
+            by_name |= {variant.name: variant for variant in variants}
+        return tuple(by_name.values())
 
     def applied(self, experiment: Experiment) -> Experiment:
         """An experiment with what was given.
@@ -97,14 +97,16 @@ class ReadingOptions(HopperParameters):
             TegotaeError: for what does not fit together, or an option that the experiment's own
                 body or fitness does not have.
         """
-        given = {
+        overrides = {
             field.name: getattr(self, field.name)
             for field in fields(self)
             if getattr(self, field.name) != field.default and field.name != "omega_t"
         }
-        parts = {name: given.pop(name) for name in _PARTS if name in given}
-        own = Experiments(**parts).applied(experiment)
-        return changed(ExperimentOptions.options_of(own), given, own.name).applied(own)
+        parts = {name: overrides.pop(name) for name in _PARTS if name in overrides}
+        updated = Experiments(**parts).applied(experiment)
+        return changed(ExperimentOptions.options_of(updated), overrides, updated.name).applied(
+            updated
+        )
 
 
 def _at(experiment: Experiment, omega: float) -> Experiment:

@@ -94,7 +94,7 @@ class Multiverse:
     @property
     def units(self) -> list[Unit]:
         """All of the work; what shares a compiled program in a row."""
-        units = [unit for _, each in self.by_reading for unit in each.values()]
+        units = [unit for _, by_model in self.by_reading for unit in by_model.values()]
         first: dict[object, int] = {}
         for i, unit in enumerate(units):
             first.setdefault(unit.run.learner.program(unit.run.experiment), i)
@@ -152,8 +152,8 @@ def multiverse(scale: str, readings: int | None = None) -> Multiverse:
     name = scale.removeprefix(_KIND)
     if name not in _SCALES:
         raise unknown("scale", scale, _SCALES)
-    whole = _SCALES[name]()
-    return whole if readings is None else dataclasses.replace(whole, readings=readings)
+    full = _SCALES[name]()
+    return full if readings is None else dataclasses.replace(full, readings=readings)
 
 
 def _smoke() -> Multiverse:

@@ -130,8 +130,8 @@ class Reading:
     @property
     def hopper(self) -> Hopper:
         """The body of these ratios; the standard one to the last bit where they are its own."""
-        own = (*_RATIOS, "mass_kg", "rest_length_m", "flight_damping")
-        if all(getattr(self, name) == getattr(Reading, name) for name in own):
+        names = (*_RATIOS, "mass_kg", "rest_length_m", "flight_damping")
+        if all(getattr(self, name) == getattr(Reading, name) for name in names):
             return _STANDARD
         mass, length, gravity = (
             self.mass_kg,
@@ -149,10 +149,10 @@ class Reading:
             max_force_n=self.force_ratio * mass * gravity,
         )
 
-    def actuation(self, own: Actuation) -> Actuation:
+    def actuation(self, base: Actuation) -> Actuation:
         """An actuation under this reading; a learned one is its own."""
         return with_vanilla_settings(
-            own,
+            base,
             start_rad=self.sector_start,
             duration_s=self.sector_s,
             newtons_per_feedback=self.newtons_per_feedback,

@@ -30,7 +30,7 @@ _DIGITS = 6
 _KIND = "table that python -m reproduction readings export wrote"
 
 
-def write_tables(readings: Sequence[Reading], found: FindingsByReading, folder: Path) -> None:
+def write_tables(readings: Sequence[Reading], by_reading: FindingsByReading, folder: Path) -> None:
     """Write both tables to a folder.
 
     Raises:
@@ -45,9 +45,9 @@ def write_tables(readings: Sequence[Reading], found: FindingsByReading, folder: 
             *(f"{getattr(effect, name):.{_DIGITS}g}" for name in _NUMBERS),
             finding.outcome,
         ]
-        for reading, by_omega in found.items()
-        for omega, each in by_omega.items()
-        for finding in each
+        for reading, by_omega in by_reading.items()
+        for omega, findings in by_omega.items()
+        for finding in findings
         for count, effect in finding.by_count.items()
     ]
     output_folder(folder)
@@ -63,19 +63,19 @@ def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
     """
     readings = [_reading(row, folder) for row in _rows(folder / READINGS, "reading")]
     claims = {claim.name: claim for claim in CLAIMS}
-    found: dict[int, dict[str, list[Finding]]] = {}
+    by_reading: dict[int, dict[str, list[Finding]]] = {}
     for row in _rows(folder / EFFECTS, "reading", "omega_t", "claim"):
         try:
             effect = EffectEstimate(*(tables.number(row[name]) for name in _NUMBERS))
             count = Count(run=row["run"], omega_t=row["omega_t"])
             finding = Finding(claims[row["claim"]], {count: effect})
-            by_omega = found.setdefault(whole_number(row["reading"]), {})
+            by_omega = by_reading.setdefault(whole_number(row["reading"]), {})
             by_omega.setdefault(row["omega_t"], []).append(finding)
         except (KeyError, ValueError, TypeError):
             raise _no_table(folder / EFFECTS) from None
-    if not found or max(found) >= len(readings):
+    if not by_reading or max(by_reading) >= len(readings):
         raise _no_table(folder / EFFECTS)
-    return readings, found
+    return readings, by_reading
 
 
 def _reading(row: dict[str, str], folder: Path) -> Reading:

@@ -54,23 +54,23 @@ def findings_by_reading(
         draws: how often runs are drawn anew.
         models: names of those that a reading has when it is done; those of all tables by default.
     """
-    done = {number: set(table["model"].tolist()) for number, table in tables.items()}
-    planned = set().union(*done.values()) if models is None else set(models)
+    models_by_number = {number: set(table["model"].tolist()) for number, table in tables.items()}
+    planned = set().union(*models_by_number.values()) if models is None else set(models)
     needed = {claim.name: _models_of(claim, planned) for claim in CLAIMS}
-    found = {}
+    results = {}
     for number, table in tables.items():
-        ready = [claim for claim in CLAIMS if needed[claim.name] <= done[number]]
+        ready = [claim for claim in CLAIMS if needed[claim.name] <= models_by_number[number]]
         omegas = np.unique(table["omega_t"][np.isfinite(table["omega_t"])])
-        found[number] = {
-            omega: findings(table, claims=ready, resamples=draws, ways=[Count(omega_t=omega)])
+        results[number] = {
+            omega: findings(table, claims=ready, resamples=draws, options=[Count(omega_t=omega)])
             for omega in (ALL, *(f"{omega:g}" for omega in omegas))
         }
-    return found
+    return results
 
 
 def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
     """Return the models that a claim is about."""
-    about = groups(claim.effect)
+    compared = groups(claim.effect)
     places = {name: design(find(name)) for name in models}
     return {
         name
@@ -78,7 +78,7 @@ def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
         if any(
             place["architecture"] in group.architectures
             and group.observation in ("", place["observation"])
-            for group in about
+            for group in compared
         )
     }
 
@@ -88,13 +88,13 @@ def of_claim(by_reading: FindingsByReading, name: str, omega: str) -> dict[int, 
 
     Nothing if no reading measures it.
     """
-    found = {
+    results = {
         reading: finding
         for reading, by_omega in by_reading.items()
         for finding in by_omega.get(omega, ())
         if finding.claim.name == name
     }
-    return found if any(finding.tally.keys() & _WORDS for finding in found.values()) else {}
+    return results if any(finding.tally.keys() & _WORDS for finding in results.values()) else {}
 
 
 _WORDS = {REPRODUCED, OPPOSITE, TOO_SMALL}
@@ -115,7 +115,7 @@ class Share:
         return self.count / self.of if self.of else math.nan
 
 
-def share(count: int, of: int) -> Share:
+def share(count: int, total: int) -> Share:
     """The share of `count` in `of`, and its interval, which never leaves [0, 1].
 
     Example:
@@ -123,17 +123,17 @@ def share(count: int, of: int) -> Share:
         >>> f"{found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]"
         '0.00 [0.00, 0.11]'
     """
-    if of == 0:
+    if total == 0:
         return Share(0, 0, math.nan, math.nan)
-    p, shrink = count / of, 1.0 + _Z**2 / of
-    centre = (p + _Z**2 / (2 * of)) / shrink
-    half = _Z / shrink * math.sqrt(p * (1.0 - p) / of + (_Z / (2 * of)) ** 2)
-    return Share(count, of, max(0.0, centre - half), min(1.0, centre + half))
+    p, shrink = count / total, 1.0 + _Z**2 / total
+    centre = (p + _Z**2 / (2 * total)) / shrink
+    half = _Z / shrink * math.sqrt(p * (1.0 - p) / total + (_Z / (2 * total)) ** 2)
+    return Share(count, total, max(0.0, centre - half), min(1.0, centre + half))
 
 
-def shares(found: Iterable[Finding]) -> dict[str, Share]:
+def shares(findings: Iterable[Finding]) -> dict[str, Share]:
     """The share of readings in which a claim is reproduced, too small to tell, and opposite."""
-    counts = Counter(finding.outcome for finding in found)
+    counts = Counter(finding.outcome for finding in findings)
     words = (REPRODUCED, TOO_SMALL, OPPOSITE)
     total = sum(counts[word] for word in words)
     return {word: share(counts[word], total) for word in words}

@@ -61,7 +61,7 @@ _ALGORITHMS = {"pgpe": "PGPE", "pgpe-figure3": "PGPE", "sac": "SAC", "ppo": "PPO
 def outcomes_table(findings: Sequence[Finding]) -> str:
     """A table per group of `GROUPS`: words, effect, outcome, and how many ways say what."""
     return "\n".join(
-        f"**{heading}**\n\n{_group(own)}" for heading, own in grouped(findings).items()
+        f"**{heading}**\n\n{_group(group)}" for heading, group in grouped(findings).items()
     )
 
 
@@ -77,13 +77,18 @@ def beside_table(
         beside: of other studies, by the heading of their column.
         columns: further columns by their heading: words by the name of the claim.
     """
-    others = [{each.claim.name: each.outcome for each in found} for found in beside.values()]
-    others += [dict(words) for words in (columns or {}).values()]
+    outcomes_by_study = [
+        {member.claim.name: member.outcome for member in entries} for entries in beside.values()
+    ]
+    outcomes_by_study += [dict(words) for words in (columns or {}).values()]
     rows = [["", "the study", *beside, *(columns or {})]]
-    for own in (each for group in grouped(findings).values() for each in group):
-        outcomes = [own.outcome, *(found.get(own.claim.name, "") for found in others)]
+    for finding in (member for group in grouped(findings).values() for member in group):
+        outcomes = [
+            finding.outcome,
+            *(entries.get(finding.claim.name, "") for entries in outcomes_by_study),
+        ]
         if set(outcomes) - {NOT_MEASURED}:
-            rows.append([named(own.claim), *outcomes])
+            rows.append([named(finding.claim), *outcomes])
     return table(rows)
 
 
@@ -99,23 +104,25 @@ def designs_table(studies: Mapping[str, Sequence[Finding]]) -> str:
         title = named(claim)
         for study, findings in studies.items():
             finding = findings[i]
-            found = next(iter(finding.by_count.values()))
-            if found.over_designs.known:
-                words = map(finding.verdict, (found, found.over_designs))
-                rows.append([title, study, f"{found.effect:+.2f}", *_intervals(found), *words])
+            estimate = next(iter(finding.by_count.values()))
+            if estimate.over_designs.known:
+                words = map(finding.verdict, (estimate, estimate.over_designs))
+                rows.append(
+                    [title, study, f"{estimate.effect:+.2f}", *_intervals(estimate), *words]
+                )
                 title = ""
     return table(rows)
 
 
 def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
     """Findings by the headings of `GROUPS`, without those of which there is none."""
-    left, found = list(findings), {}
+    remaining, by_heading = list(findings), {}
     for heading, belongs in GROUPS.items():
-        own = [finding for finding in left if belongs(finding)]
-        left = [finding for finding in left if finding not in own]
-        if own:
-            found[heading] = own
-    return found
+        group = [finding for finding in remaining if belongs(finding)]
+        remaining = [finding for finding in remaining if finding not in group]
+        if group:
+            by_heading[heading] = group
+    return by_heading
 
 
 def _group(findings: Sequence[Finding]) -> str:
@@ -149,24 +156,24 @@ def quoted(claim: AtomicClaim) -> str:
 
 def shown_effect(finding: Finding) -> EffectEstimate | None:
     """The effect as the study counts; in the first way that measures it if that does not."""
-    return next((found for found in finding.by_count.values() if found.known), None)
+    return next((estimate for estimate in finding.by_count.values() if estimate.known), None)
 
 
 def _effect(finding: Finding) -> str:
     """The mean, the level that it is compared with, and the claimed sign."""
-    found = shown_effect(finding)
+    estimate = shown_effect(finding)
     claimed = CLAIMED[finding.claim.sign]
-    if found is None:
+    if estimate is None:
         return claimed
-    size = "" if np.isnan(found.size) or _is_plain(finding) else f" of {found.size:.2f}"
-    return ", ".join(filter(None, (f"{found.effect:+.2f}{size}", claimed)))
+    size = "" if np.isnan(estimate.size) or _is_plain(finding) else f" of {estimate.size:.2f}"
+    return ", ".join(filter(None, (f"{estimate.effect:+.2f}{size}", claimed)))
 
 
-def _intervals(found: EffectEstimate) -> tuple[str, str]:
+def _intervals(estimate: EffectEstimate) -> tuple[str, str]:
     """The 95 % intervals over runs, and over designs and ω_t."""
-    ends = (found.low, found.high), (found.designs_low, found.designs_high)
-    shown = ["–" if np.isnan(low) else f"[{low:.2f}, {high:.2f}]" for low, high in ends]
-    return shown[0], shown[1]
+    ends = (estimate.low, estimate.high), (estimate.designs_low, estimate.designs_high)
+    texts = ["–" if np.isnan(low) else f"[{low:.2f}, {high:.2f}]" for low, high in ends]
+    return texts[0], texts[1]
 
 
 CLAIMED = {
@@ -184,8 +191,8 @@ def _is_plain(finding: Finding) -> bool:
 
 def tally(finding: Finding) -> str:
     """Count the ways to count that agree with a claim, are too small to tell, and are opposite."""
-    found = finding.tally
-    counts = [found[word] for word in (finding.agreeing, TOO_SMALL, OPPOSITE)]
+    counts_by_word = finding.tally
+    counts = [counts_by_word[word] for word in (finding.agreeing, TOO_SMALL, OPPOSITE)]
     return " / ".join(map(str, counts)) if any(counts) else "–"
 
 
@@ -205,7 +212,7 @@ def described(effect: Effect) -> str:
         (a, b), (c, d) = effect.ours, effect.theirs
         return f"{_heading(effect.metric)}, ({a.label} − {b.label}) − ({c.label} − {d.label})"
     if isinstance(effect, OfTrainings):
-        ours, theirs = (_ALGORITHMS.get(each, each) for each in (effect.ours, effect.theirs))
+        ours, theirs = (_ALGORITHMS.get(side, side) for side in (effect.ours, effect.theirs))
         return f"{_heading(effect.metric)}, {ours}{f' − {theirs}' if theirs else ''}"
     if isinstance(effect, OfGainMap):
         theirs = f" − {effect.theirs}" if effect.theirs else ""
@@ -241,12 +248,14 @@ def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
         by: findings, of which the first way to count is taken, by the heading of their column.
     """
     verdicts = {
-        heading: {named(each.claim): next(iter(each.verdicts.values())) for each in found}
-        for heading, found in by.items()
+        heading: {
+            named(finding.claim): next(iter(finding.verdicts.values())) for finding in findings
+        }
+        for heading, findings in by.items()
     }
     rows = [["", *verdicts]]
     for name in next(iter(verdicts.values())):
-        words = [found[name] for found in verdicts.values()]
+        words = [findings[name] for findings in verdicts.values()]
         if set(words) - {NOT_MEASURED}:
             rows.append([name, *words])
     return table(rows)

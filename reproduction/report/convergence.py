@@ -37,12 +37,13 @@ def figures(records: Iterable[Record]) -> dict[str, Figure]:
 
     Nothing where nothing is trained.
     """
-    found = trainings(records)
-    alone = {name: each for (name, omega_t), each in found.items() if omega_t is None}
-    omegas = sorted({omega_t for _, omega_t in found if omega_t is not None})
+    by_model = trainings(records)
+    alone = {name: training for (name, omega_t), training in by_model.items() if omega_t is None}
+    omegas = sorted({omega_t for _, omega_t in by_model if omega_t is not None})
     return {
         f"{omega:g}": convergence_figure(
-            {name: each for (name, omega_t), each in found.items() if omega_t == omega} | alone
+            {name: training for (name, omega_t), training in by_model.items() if omega_t == omega}
+            | alone
         )
         for omega in omegas
     }
@@ -50,11 +51,11 @@ def figures(records: Iterable[Record]) -> dict[str, Figure]:
 
 def table(records: Iterable[Record]) -> dict[str, np.ndarray]:
     """The means that the pictures show: a row per architecture, ω_t and number of episodes."""
-    found = trainings(records)
+    by_model = trainings(records)
     parts = [
         {"omega_t": np.full(len(rows["name"]), np.nan if omega_t is None else omega_t)} | rows
-        for (name, omega_t), each in found.items()
-        for rows in [convergence_table({name: each})]
+        for (name, omega_t), training in by_model.items()
+        for rows in [convergence_table({name: training})]
     ]
     return {column: np.concatenate([part[column] for part in parts]) for column in parts[0]}
 
@@ -71,14 +72,14 @@ def _together(records: list[Record]) -> Trainings:
     # The best of a stretch between two points stands at its end, so that no best is left out.
     best = np.fmax.accumulate(np.concatenate(curves, axis=1), axis=0)
     runs = np.concatenate([record.generations for record in records])
-    shown = np.where(points[:, None] <= runs[None], best[points - 1], np.nan)
+    visible = np.where(points[:, None] <= runs[None], best[points - 1], np.nan)
     # A run that ended between two points is shown to the next.
     for run, last in enumerate(runs):
-        shown[np.searchsorted(points, last), run] = best[last - 1, run]
+        visible[np.searchsorted(points, last), run] = best[last - 1, run]
     population = records[0].population
     return Trainings(
         points * population,
-        shown,
+        visible,
         runs * population,
         tuple(str(reason) for record in records for reason in record.ended),
     )

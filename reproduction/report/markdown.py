@@ -10,13 +10,13 @@ from reproduction.endings import RunEndings
 def endings_table(by: Mapping[str, RunEndings]) -> str:
     """A row per group of runs: how many never hop, stay in a local optimum, or hit the cap."""
     rows = [["", "Runs", "Never hop", "Local optimum", "At the cap", "No limit cycle"]]
-    for name, found in by.items():
+    for name, endings in by.items():
         counts = (
-            found.runs,
-            found.never_hop,
-            found.local_optimum,
-            found.at_cap,
-            found.without_cycle,
+            endings.runs,
+            endings.never_hop,
+            endings.local_optimum,
+            endings.at_cap,
+            endings.without_cycle,
         )
         rows.append([name, *("–" if count is None else f"{count}" for count in counts)])
     return table(rows)

@@ -27,13 +27,13 @@ _ROWS, _COLUMNS = 36, 56
 
 def best_of_architectures(table: Table) -> dict[str, str]:
     """The model whose run has the highest fitness, of every architecture that has runs."""
-    found = {}
+    names = {}
     for architecture in architectures(table):
         rows = np.flatnonzero(table["architecture"] == architecture)
         if not len(rows):
             continue
-        found[architecture] = str(table["model"][rows[np.argmax(table["best_fitness"][rows])]])
-    return found
+        names[architecture] = str(table["model"][rows[np.argmax(table["best_fitness"][rows])]])
+    return names
 
 
 def pages_of_models(
@@ -48,23 +48,23 @@ def pages_of_models(
         table: their table.
         metrics: columns of the table whose value in every run is shown.
     """
-    found = {}
+    pages = {}
     for record in records:
         rows = table["model"] == record.model
         run = best_run(record.best_fitness)
-        found[record.model] = {
+        pages[record.model] = {
             "run": run,
             "metrics": [[_short(value) for value in table[name][rows]] for name in metrics],
         }
         saved = controller_of(record, run)
         if isinstance(saved.body, Hopper):
             has_cycle, gait = _gait(record, saved)
-            found[record.model] |= {
+            pages[record.model] |= {
                 "has_cycle": has_cycle,
                 "hop": _hop(saved, gait),
                 "surface": _surface(saved, gait),
             }
-    return found
+    return pages
 
 
 def gaits_of_best_run(record: Record) -> tuple[np.ndarray, np.ndarray]:
@@ -79,8 +79,8 @@ def gaits_of_best_run(record: Record) -> tuple[np.ndarray, np.ndarray]:
     means = np.nan_to_num(mean_defined(episodes["cot_inverse"]), nan=-1.0)
     run = int(np.argmax(means))
     rate, cot, share, period = (episodes[name][run] for name in needed)
-    known = np.isfinite(share) & (period == 1.0)
-    return rate[known], cot[known]
+    is_known = np.isfinite(share) & (period == 1.0)
+    return rate[is_known], cot[is_known]
 
 
 def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np.ndarray]]:
@@ -109,11 +109,11 @@ def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObje
     assert isinstance(body, Hopper)
     largest_n = float(gait["spring_force_n"].max())
     fastest = max(4.0, 1.05 * float(np.abs(gait["velocity_m_per_s"]).max()))
-    most = 1.1 * largest_n if largest_n > 0.0 else 3.5 * body.weight_n
-    most = min(most, body.most_spring_n)
+    limit_n = 1.1 * largest_n if largest_n > 0.0 else 3.5 * body.weight_n
+    limit_n = min(limit_n, body.most_spring_n)
     surface = actuation_surface(
         saved,
-        np.linspace(0.0, most, _ROWS),
+        np.linspace(0.0, limit_n, _ROWS),
         columns=_COLUMNS,
         velocity_range_m_per_s=(-fastest, fastest),
     )
@@ -123,7 +123,7 @@ def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObje
         "across": "phase" if with_phase else "velocity",
         "from": number(float(across[0])),
         "to": number(float(across[-1])),
-        "most": number(most),
+        "most": number(limit_n),
         "rows": _ROWS,
         "columns": _COLUMNS,
         "force": _packed(surface.actuator_force_n.ravel(), "uint8"),
@@ -154,7 +154,7 @@ def _hop(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObject:
 
 
 def _short(value: float) -> float | None:
-    return None if (found := number(value)) is None else float(f"{found:.3g}")
+    return None if (parsed := number(value)) is None else float(f"{parsed:.3g}")
 
 
 def _packed(values: np.ndarray, kind: str) -> JsonObject:

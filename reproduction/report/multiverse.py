@@ -44,28 +44,32 @@ def shares_table(
     allowed = {
         heading: among
         for heading, is_allowed in ALLOWED.items()
-        if len(among := {n for n, each in enumerate(readings) if is_allowed(each)}) < len(readings)
+        if len(among := {n for n, candidate in enumerate(readings) if is_allowed(candidate)})
+        < len(readings)
     }
     head = ["", "The paper's words", "Reproduced", "Too small to tell", "Opposite"]
     head += [f"{heading}: + / 0 / −" for heading in allowed]
     rows = [[*head, *(["Reading 0"] if has_own else []), "What decides (ρ)"]]
     for claim in CLAIMS:
-        if not (found := of_claim(by_reading, claim.name, omega)):
+        if not (findings := of_claim(by_reading, claim.name, omega)):
             continue
-        each = shares(found.values())
-        clear = decisive(influences(readings, found))
+        candidate = shares(findings.values())
+        clear = decisive(influences(readings, findings))
         deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
-        own = [found[0].outcome if 0 in found else "–"] if has_own else []
-        by_run = {count.run for finding in found.values() for count in finding.by_count}
+        outcomes = [findings[0].outcome if 0 in findings else "–"] if has_own else []
+        by_run = {count.run for finding in findings.values() for count in finding.by_count}
         of_runs = f", by the {'; '.join(by_run)}" if by_run - {claim.run or MEAN} else ""
         rows.append(
             [
                 named(claim),
                 f"“{quoted(claim)}”<br>{described(claim.effect)}{of_runs}",
-                f"{SELECTED_FOR}: " * (claim.name in selected) + _share(each[REPRODUCED]),
-                *(_share(each[word]) for word in (TOO_SMALL, OPPOSITE)),
-                *(_counts(found[n] for n in found if n in among) for among in allowed.values()),
-                *own,
+                f"{SELECTED_FOR}: " * (claim.name in selected) + _share(candidate[REPRODUCED]),
+                *(_share(candidate[word]) for word in (TOO_SMALL, OPPOSITE)),
+                *(
+                    _counts(findings[n] for n in findings if n in among)
+                    for among in allowed.values()
+                ),
+                *outcomes,
                 deciding.replace("-", "−") or "–",
             ]
         )
@@ -86,23 +90,23 @@ def counts_by_claim(
         omega: on which ω_t, "both", "4" or "8".
     """
     is_allowed = list(ALLOWED.values())[-1]
-    kept = {n: found for n, found in by_reading.items() if is_allowed(readings[n])}
+    allowed = {n: findings for n, findings in by_reading.items() if is_allowed(readings[n])}
     columns = {}
-    for heading, among in ((READINGS_COLUMN, by_reading), (ALLOWED_COLUMN, kept)):
+    for heading, among in ((READINGS_COLUMN, by_reading), (ALLOWED_COLUMN, allowed)):
         columns[heading] = {}
         for claim in CLAIMS:
             if counts := _counts(of_claim(among, claim.name, omega).values()):
-                chosen = f", {SELECTED_FOR}" if claim.name in selecting(readings) else ""
-                columns[heading][claim.name] = counts + chosen
+                remark = f", {SELECTED_FOR}" if claim.name in selecting(readings) else ""
+                columns[heading][claim.name] = counts + remark
     return columns
 
 
-def _counts(found: Iterable[Finding]) -> str:
+def _counts(findings: Iterable[Finding]) -> str:
     """Return the numbers of readings that agree, are too small to tell, and are opposite; empty for
     none."""
-    each = shares(found)
+    parts = shares(findings)
     words = (REPRODUCED, TOO_SMALL, OPPOSITE)
-    return " / ".join(str(each[word].count) for word in words) if each[REPRODUCED].of else ""
+    return " / ".join(str(parts[word].count) for word in words) if parts[REPRODUCED].of else ""
 
 
 def _share(share: Share) -> str:

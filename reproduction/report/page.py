@@ -72,7 +72,7 @@ _OWN = "its own"
 
 def report(
     records: list[Record],
-    about: str,
+    subtitle: str,
     experiments: Path | None = None,
     budgets: Table | None = None,
 ) -> str:
@@ -80,7 +80,7 @@ def report(
 
     Args:
         records: the study's records.
-        about: one line on what study this is.
+        subtitle: one line on what study this is.
         experiments: folder with tables and figures of the experiments beside the study
             (`reproduction.claims.experiments`); what is not there is said to be missing.
         budgets: the same runs after several budgets of training.
@@ -90,19 +90,19 @@ def report(
     """
     table, selected = tabulate(records), selecting_body(records[0].experiment.body)
     runs = with_sampled(table, tabulate_sampled(records))
-    found = findings(runs, experiments, selected=selected)
+    results = findings(runs, experiments, selected=selected)
     data = {
-        "about": about,
+        "about": subtitle,
         "software": records[0].software,
         "runs": len(table),
         "without_cycle": int((table["limit_cycle_share"] == 0.0).sum()),
-        "first": first_finding(found, table),
+        "first": first_finding(results, table),
         "figures": [*_figures(table), *_optimum(records), *_convergence(records)],
-        **_claims(found, experiments),
+        **_claims(results, experiments),
         "by_budget": _by_budget(budgets, table, selected),
         "endings": [
-            [name, *dataclasses.astuple(found)]
-            for name, found in endings_by_architecture(table).items()
+            [name, *dataclasses.astuple(results)]
+            for name, results in endings_by_architecture(table).items()
         ],
         "experiments": [
             {"caption": f"{e.caption}.", **embedded_file(experiments / e.figure)}
@@ -127,24 +127,24 @@ _SAID = {
 }
 
 
-def first_finding(found: list[Finding], table: Table) -> JsonObject | None:
+def first_finding(results: list[Finding], table: Table) -> JsonObject | None:
     """The paper's main claim in a sentence, with its number, as the study counts, and its figure.
 
     None of a study whose models do not measure it.
     """
-    finding = next(each for each in found if each.claim.headline)
+    finding = next(candidate for candidate in results if candidate.claim.headline)
     effect = next(iter(finding.by_count.values()))
     if not effect.known:
         return None
     words = (REPRODUCED, TOO_SMALL, OPPOSITE)
-    ways = ", ".join(f"{word} in {finding.tally[word]}" for word in words)
+    counts = ", ".join(f"{word} in {finding.tally[word]}" for word in words)
     title = finding.claim.title
     numbers = f"{effect.effect:+.2f} [{effect.low:.2f}, {effect.high:.2f}], of {effect.size:.2f}"
     return {
         "sentence": f"The paper's main claim: {title}. {_SAID[finding.verdict(effect)]}.",
         "number": numbers.replace("-", "−"),
         "what": f"{described(finding.claim.effect)}, with its 95 % interval over runs. Of "
-        f"{finding.tally.total()} ways to count the same runs: {ways}.",
+        f"{finding.tally.total()} ways to count the same runs: {counts}.",
         "figure": {
             "caption": "CoT⁻¹ per architecture and training frequency ω_t, with 95 % intervals.",
             **embedded_figure(architectures_figure(table, only="cot_inverse")),
@@ -156,11 +156,11 @@ def _figures(table: Table) -> list[JsonObject]:
     def one(caption: str, figure: Figure) -> JsonObject:
         return {"caption": caption, **embedded_figure(figure)}
 
-    found = []
+    entries = []
     if len(table.of_the_paper()):
         caption = "I. The architectures. Filled terms are learned networks, outlined are vanilla."
-        found.append(one(caption, pictograms_figure(table)))
-    found.append(
+        entries.append(one(caption, pictograms_figure(table)))
+    entries.append(
         one(
             "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
             "runs. Inputs of the actuation count alike. At the top, the share of runs [%] that do "
@@ -171,32 +171,32 @@ def _figures(table: Table) -> list[JsonObject]:
     if len(table.per_model()) >= MODELS:
         caption = "III. Correlation of the metrics over all models"
         caption += f"; at least {MODELS} must define both."
-        found.append(one(caption, correlation_figure(table)))
-    return found
+        entries.append(one(caption, correlation_figure(table)))
+    return entries
 
 
 def _measures(table: Table) -> dict[str, tuple[str, str]]:
     """Label and meaning of the metrics that the page shows, and of the fitness, by column."""
-    found = {}
+    labels = {}
     for metric in table.shown(REPORT):
         unit = f" [{metric.unit}]" if metric.unit else ""
         better = {None: "", True: "; more is better", False: "; less is better"}
-        found[metric.name] = (metric.label, f"{metric.about}{unit}{better[metric.more_is_better]}")
-    return found | _FITNESS
+        labels[metric.name] = (metric.label, f"{metric.about}{unit}{better[metric.more_is_better]}")
+    return labels | _FITNESS
 
 
 def _optimum(records: list[Record]) -> list[JsonObject]:
     """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
     gaits = {}
     for vanilla, name in ((False, "learned"), (True, "V")):
-        of = [r for r in records if (place(r)["architecture"] == "V") == vanilla]
-        found = [gaits_of_best_run(record) for record in of]
-        if any(len(omega) for omega, _ in found):
-            gaits[name] = tuple(np.concatenate(each) for each in zip(*found, strict=True))
+        selected = [r for r in records if (place(r)["architecture"] == "V") == vanilla]
+        series = [gaits_of_best_run(record) for record in selected]
+        if any(len(omega) for omega, _ in series):
+            gaits[name] = tuple(np.concatenate(parts) for parts in zip(*series, strict=True))
     if not gaits:
         return []
-    kept = stances()
-    best = {f"optimum, {omega:g} rad/s": kept[omega] for omega in (4.0, 8.0)}
+    tabulated = stances()
+    best = {f"optimum, {omega:g} rad/s": tabulated[omega] for omega in (4.0, 8.0)}
     figure = optimum_figure(curve(), gaits, best, max_force_n=Hopper().max_force_n)
     caption = (
         "CoT⁻¹ over hop frequency of each model's best run, a point an episode that repeats itself "
@@ -217,11 +217,11 @@ def _convergence(records: list[Record]) -> list[JsonObject]:
     ]
 
 
-def _claims(found: list[Finding], experiments: Path | None) -> JsonObject:
+def _claims(results: list[Finding], experiments: Path | None) -> JsonObject:
     """The claims that are measured, a group after the other, the paper's account of itself first;
     how many are not, and the commands that measure some of them."""
-    measured = [finding for finding in found if finding.outcome != NOT_MEASURED]
-    effects = [f.claim.effect for f in found if f.outcome == NOT_MEASURED]
+    measured = [finding for finding in results if finding.outcome != NOT_MEASURED]
+    effects = [f.claim.effect for f in results if f.outcome == NOT_MEASURED]
     commands = {
         command_for(getattr(effect, "table", RIDGES), experiments): None
         for effect in effects
@@ -229,15 +229,15 @@ def _claims(found: list[Finding], experiments: Path | None) -> JsonObject:
     }
     return {
         "claims": [
-            {"heading": heading, "claims": [_claim(finding) for finding in own]}
-            for heading, own in grouped(measured).items()
+            {"heading": heading, "claims": [_claim(finding) for finding in group]}
+            for heading, group in grouped(measured).items()
         ],
-        "unmeasured": {"count": len(effects), "of": len(found), "commands": list(commands)},
+        "unmeasured": {"count": len(effects), "of": len(results), "commands": list(commands)},
     }
 
 
 def _claim(finding: Finding) -> JsonObject:
-    claim, found = finding.claim, shown_effect(finding)
+    claim, estimate = finding.claim, shown_effect(finding)
     return {
         "name": claim.name,
         "title": claim.title,
@@ -247,8 +247,10 @@ def _claim(finding: Finding) -> JsonObject:
         "sign": claim.sign,
         "claimed": CLAIMED[claim.sign],
         "effect": None
-        if found is None
-        else [number(each) for each in (found.effect, found.low, found.high, found.size)],
+        if estimate is None
+        else [
+            number(value) for value in (estimate.effect, estimate.low, estimate.high, estimate.size)
+        ],
         "outcome": finding.outcome,
         "ways": tally(finding),
         "note": claim.note,
@@ -260,12 +262,12 @@ def _by_budget(budgets: Table | None, final: Table, selected: frozenset[str]) ->
     if budgets is None:
         return {"headings": [], "rows": []}
     by = {
-        name: findings(runs, ways=[Count()], selected=selected)
+        name: findings(runs, options=[Count()], selected=selected)
         for name, runs in by_budget(budgets, final).items()
     }
     rows = [
-        [each[0].claim.name, quoted(each[0].claim), *(finding.outcome for finding in each)]
-        for each in zip(*by.values(), strict=True)
+        [group[0].claim.name, quoted(group[0].claim), *(finding.outcome for finding in group)]
+        for group in zip(*by.values(), strict=True)
     ]
     decided = [row for row in rows if set(row[2:]) - {NOT_MEASURED}]
     return {"headings": list(by), "rows": decided}
@@ -286,8 +288,8 @@ def _models(table: Table) -> JsonObject:
     barred = {metric.name for metric in table.shown(REPORT) if metric.range[0] == 0.0}
     return {
         "columns": [
-            {"key": key, "label": label, "about": about, "bar": key in barred}
-            for key, (label, about) in ((key, labels[key]) for key in columns)
+            {"key": key, "label": label, "about": description, "bar": key in barred}
+            for key, (label, description) in ((key, labels[key]) for key in columns)
         ],
         "rows": [list(map(_cell, row)) for row in zip(*columns.values(), strict=True)],
     }

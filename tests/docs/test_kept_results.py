@@ -124,7 +124,7 @@ def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
 @pytest.mark.thorough
 def test_verdicts_after_each_budget_are_those_of_the_kept_tables(table):
     after = {
-        name: findings(runs, ways=[Count()])
+        name: findings(runs, options=[Count()])
         for name, runs in by_budget(read_csv(KEPT / "study" / "paper-budgets.csv"), table).items()
     }
     assert (KEPT / "study" / "claims-by-budget.md").read_text() == by_budget_table(after)

@@ -303,7 +303,7 @@ def test_a_claim_on_potential_counts_the_best_run_alone():
     potential = dataclasses.replace(CLAIM, run=BEST)
     (found,) = findings(table, claims=[potential], resamples=FEW)
     assert {count.run for count in found.by_count} == {BEST}
-    (one,) = findings(table, claims=[potential], resamples=FEW, ways=[Count()])
+    (one,) = findings(table, claims=[potential], resamples=FEW, options=[Count()])
     assert one.by_count[Count(run=BEST)].effect == pytest.approx(2.0)
 
 
@@ -381,7 +381,7 @@ def test_a_study_of_the_papers_models_is_found_for_every_claim():
 
     table = rows(("V", "sector", 4.0, 1.0))
     table.columns["model"] = np.array(["V-sector-w4"] * 4)
-    found = findings(table, resamples=FEW, ways=[Count()])
+    found = findings(table, resamples=FEW, options=[Count()])
     assert [each.claim for each in found] == list(ATOMIC_CLAIMS)
 
 

@@ -85,7 +85,7 @@ def test_every_experiment_has_a_command_that_measures_it():
 def test_a_table_that_is_none_is_named_in_one_line(tmp_path, table, content):
     (tmp_path / table).write_text(content)
     with pytest.raises(TegotaeError, match=table) as error:
-        findings(few(), tmp_path, resamples=20, ways=[Count()])
+        findings(few(), tmp_path, resamples=20, options=[Count()])
     assert len(str(error.value).splitlines()) == 1
 
 

@@ -128,7 +128,7 @@ def test_a_table_has_places_for_what_it_holds():
 
 
 def test_an_experiment_beside_the_models_decides_no_claim_about_them():
-    both = [findings(each, resamples=20, ways=[Count()]) for each in (with_own(), table())]
+    both = [findings(each, resamples=20, options=[Count()]) for each in (with_own(), table())]
     assert repr(both[0]) == repr(both[1])  # NaN is not NaN
 
 

@@ -322,7 +322,7 @@ def test_who_prefers_less_motion_has_to_ask_for_it(page) -> None:
 
 def test_it_begins_with_the_main_claim_its_number_and_its_figure(html):
     table = read_csv(ROOT / "docs" / "_static" / "study" / "paper.csv")
-    found = findings(table, claims=ATOMIC_CLAIMS[:1], resamples=50, ways=[Count()])
+    found = findings(table, claims=ATOMIC_CLAIMS[:1], resamples=50, options=[Count()])
     first = first_finding(found, table)
     assert first is not None
     main = "The paper's main claim: learned feedback is more efficient than V. Here it is so."
