@@ -49,7 +49,7 @@ class GainMap(Output, HopperParameters):
 
         self.check_out()
         sigma = axis("sigma", *self.sigma, self.resolution)
-        omega = axis("omega", *self.omega, self.resolution, most=MOST_RAD_PER_S)
+        omega = axis("omega", *self.omega, self.resolution, upper=MOST_RAD_PER_S)
         source, timing = preset(self.preset), Timing(duration_s=self.duration)
         body = dataclasses.replace(source.hopper, **self.given)
         oscillator = oscillator_called(self.oscillator)

@@ -85,11 +85,11 @@ class OutcomeSummary:
         end_s = trajectory.time_s[-1]
         middle = (timing.n_frames - 1) // 2
         cycle = settled(table, LimitCycle(), -jnp.inf, end_s)
-        found = jnp.isfinite(gait.limit_cycle_period)
+        has_cycle = jnp.isfinite(gait.limit_cycle_period)
         final = jnp.maximum(table.n_hops - 1, 0)
         early = jnp.sum(table.time_s <= trajectory.time_s[middle][None], axis=0, dtype=final.dtype)
-        first = jnp.where(found, cycle.from_hop.astype(final.dtype), jnp.minimum(early, final))
-        last = jnp.where(found, cycle.to_hop.astype(final.dtype), final)
+        first = jnp.where(has_cycle, cycle.from_hop.astype(final.dtype), jnp.minimum(early, final))
+        last = jnp.where(has_cycle, cycle.to_hop.astype(final.dtype), final)
         number = (last - first).astype(end_s.dtype)
 
         travelled = unwrapped(trajectory.phase_rad)
@@ -140,7 +140,7 @@ def axis(
     points: int,
     *,
     above: float | None = None,
-    most: float = MOST_GAIN,
+    upper: float = MOST_GAIN,
 ) -> np.ndarray:
     """`points` evenly spaced values from `low` to `high`.
 
@@ -150,14 +150,14 @@ def axis(
         high: the last one.
         points: how many values, `MOST_POINTS` at most.
         above: all values must be greater than this.
-        most: no value may be larger than this, either way.
+        upper: no value may be larger than this, either way.
 
     Raises:
         TegotaeError: for values that are not finite or beyond their bounds, an empty range, or
             fewer than two points.
     """
     for end, value in (("low", low), ("high", high)):
-        require_finite(f"{name} ({end} end)", value, above=above, least=-most, most=most)
+        require_finite(f"{name} ({end} end)", value, above=above, least=-upper, most=upper)
     require_count(f"points along {name}", points, least=2, most=MOST_POINTS)
     if not low < high:
         raise TegotaeError(
@@ -192,9 +192,9 @@ def locking_ratios(outcome: Outcome) -> np.ndarray:
         Array of `Fraction` or None, of that shape.
     """
     ratios = np.full(outcome.regime.shape, None, object)
-    for at in zip(*np.nonzero(outcome.regime == LIMIT_CYCLE), strict=True):
-        k = int(outcome.limit_cycle_period[at])
-        ratios[at] = Fraction(round(float(outcome.winding_ratio[at]) * k), k)
+    for index in zip(*np.nonzero(outcome.regime == LIMIT_CYCLE), strict=True):
+        k = int(outcome.limit_cycle_period[index])
+        ratios[index] = Fraction(round(float(outcome.winding_ratio[index]) * k), k)
     return ratios
 
 

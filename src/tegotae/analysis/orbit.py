@@ -68,25 +68,25 @@ class Orbit:
     """State of the oscillator beside the phase, by name, each [samples]."""
 
 
-def require_hopper(body: Body, what: str) -> Hopper:
+def require_hopper(body: Body, purpose: str) -> Hopper:
     """The body; raises `TegotaeError` if it is no hopper."""
     if not isinstance(body, Hopper):
-        raise TegotaeError(f"{what} needs a hopper, not a {type(body).__name__}")
+        raise TegotaeError(f"{purpose} needs a hopper, not a {type(body).__name__}")
     return body
 
 
-def require_enterable(saved: SavedController, what: str) -> None:
+def require_enterable(saved: SavedController, purpose: str) -> None:
     """Raise `TegotaeError` unless an orbit can be entered: all of its state is known.
 
     An oscillator that does not name all of its state, or has no phase, would start off the cycle.
     """
     oscillator = saved.controller.oscillator
-    require_one_limb(saved.body, what)
+    require_one_limb(saved.body, purpose)
     if oscillator is not None and not oscillator.is_open:
-        why = "more state than it names in STATE" if oscillator.has_phase else "no phase"
+        reason = "more state than it names in STATE" if oscillator.has_phase else "no phase"
         raise TegotaeError(
-            f"{what} starts rollouts on the limit cycle, with the state that the oscillator has "
-            f"there; {type(oscillator).__name__} has {why}"
+            f"{purpose} starts rollouts on the limit cycle, with the state that the oscillator has "
+            f"there; {type(oscillator).__name__} has {reason}"
         )
 
 
@@ -200,8 +200,8 @@ def paths_of(
     heights = check_releases(height_m, duration_s)
     system = saved.system
     phase = () if saved.controller.oscillator is None else ("phase_rad",)
-    shown = KeptChannels(("time_s", *SIGNALS, *phase, "failed"))
-    engine = system.engine(shown, system.timing_over(duration_s, frame_s=0.01))
+    channels = KeptChannels(("time_s", *SIGNALS, *phase, "failed"))
+    engine = system.engine(channels, system.timing_over(duration_s, frame_s=0.01))
     return engine.run(saved.weights, system.scenario(height_m=heights), saved.body)
 
 
@@ -213,8 +213,8 @@ class _Apexes:
 
     def __call__(self, trajectory, scenario, body, timing):
         table = hops(trajectory, body.rest_length_m)
-        rest = (trajectory.channels[f"apex_{name}"] for name in self.names)
-        return table, *(jnp.take_along_axis(x, table.frame, axis=0) for x in rest)
+        state = (trajectory.channels[f"apex_{name}"] for name in self.names)
+        return table, *(jnp.take_along_axis(x, table.frame, axis=0) for x in state)
 
 
 def hops_of(

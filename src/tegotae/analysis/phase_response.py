@@ -79,12 +79,12 @@ def measure_phase_response(
     nearest = np.full(len(push), np.inf)
     # In a cycle of k hops, the last hop may be any of them: take the one that looks alike.
     for back in range(k):
-        apart = _distance(table, rows, last, unpushed, last[unpushed] - back, k)
+        distance = _distance(table, rows, last, unpushed, last[unpushed] - back, k)
         time = table.time_s[last, rows], table.time_s[last[unpushed] - back, unpushed]
-        closer = apart < nearest
+        closer = distance < nearest
         earlier = turn(TWO_PI * (time[1] - time[0]) / orbit.period_s)
         shift = np.where(closer, earlier, shift)
-        nearest = np.minimum(apart, nearest)
+        nearest = np.minimum(distance, nearest)
     shift = np.where((nearest <= 1.0) & (last >= k), shift, np.nan)
     rows = len(push_ns)
     return pd.DataFrame(
@@ -109,8 +109,13 @@ def check_pushes(push_ns: np.ndarray, body: Hopper, points: int, cycles: int) ->
 def _distance(table, lanes, rows, other_lanes, other_rows, k) -> np.ndarray:
     """Largest distance of the last k hops from their counterparts, over what counts as settled."""
     back, near = np.arange(k)[:, None], LimitCycle()
-    at = np.maximum(rows - back, 0), lanes
-    other = np.maximum(other_rows - back, 0), other_lanes
-    height = np.abs(table.height_m[at] - table.height_m[other]) / near.height_tolerance_m
-    phase = np.abs(turn(table.phase_rad[at] - table.phase_rad[other])) / near.phase_tolerance_rad
+    position = np.maximum(rows - back, 0), lanes
+    other_position = np.maximum(other_rows - back, 0), other_lanes
+    height = (
+        np.abs(table.height_m[position] - table.height_m[other_position]) / near.height_tolerance_m
+    )
+    phase = (
+        np.abs(turn(table.phase_rad[position] - table.phase_rad[other_position]))
+        / near.phase_tolerance_rad
+    )
     return np.nan_to_num(np.maximum(height, phase), nan=np.inf).max(axis=0)

@@ -106,7 +106,7 @@ def poincare_section(
     def after(points: np.ndarray, cycles: int) -> np.ndarray:
         return _apexes(saved, orbit, points, cycles, tick_s)
 
-    fixed, matrix, found = fixed_point(lambda points: after(points, 1)[0], start, step)
+    fixed, matrix, refined = fixed_point(lambda points: after(points, 1)[0], start, step)
     if not np.all(np.isfinite(matrix)):
         raise TegotaeError(
             f"a step of {step:g} off the limit cycle leads to no hop; use a smaller step"
@@ -118,7 +118,7 @@ def poincare_section(
     distance = np.linalg.norm(_apart(nudged, fixed), axis=-1)
     return Poincare(
         fixed_point=fixed,
-        refined=found,
+        refined=refined,
         jacobian=matrix,
         multipliers=values,
         hops=orbit.hops,
@@ -163,9 +163,9 @@ def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray,
         '0.739085 -0.673612 True'
     """
     point, at_start = start, linearised(image, start, step)
-    at, matrix = at_start
+    current, matrix = at_start
     for _ in range(_NEWTON_STEPS):
-        miss = _apart(at, point)
+        miss = _apart(current, point)
         if np.linalg.norm(miss) < _CLOSE:
             return point, matrix, True
         slope = np.eye(len(point)) - matrix
@@ -175,8 +175,8 @@ def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray,
         point = point + np.linalg.solve(slope, miss)
         if np.linalg.norm(_apart(point, start)) > _ASTRAY:
             return start, at_start[1], False
-        at, matrix = linearised(image, point, step)
-    return point, matrix, bool(np.linalg.norm(_apart(at, point)) < _CLOSE)
+        current, matrix = linearised(image, point, step)
+    return point, matrix, bool(np.linalg.norm(_apart(current, point)) < _CLOSE)
 
 
 def observed_factor(distance: np.ndarray) -> float:
@@ -200,9 +200,9 @@ def observed_factor(distance: np.ndarray) -> float:
     return float(np.exp(np.polyfit(turns[counts], np.log(distance[counts]), 1)[0]))
 
 
-def _apart(points: np.ndarray, others: np.ndarray) -> np.ndarray:
+def _apart(points: np.ndarray, references: np.ndarray) -> np.ndarray:
     """The difference of points of the section, phases modulo 2π."""
-    difference = np.array(points - others)
+    difference = np.array(points - references)
     if difference.shape[-1] > 1:
         difference[..., 1] = turn(difference[..., 1])
     return difference
@@ -224,9 +224,9 @@ def _apexes(
     rows = orbit.hops * np.arange(1, cycles + 1) - 1
     beyond = rows >= len(table.time_s)
     rows = np.minimum(rows, len(table.time_s) - 1)
-    found = np.stack([x[rows] for x in (table.height_m, table.phase_rad, *state)], axis=-1)
-    found[beyond] = np.nan
-    return found[..., : points.shape[1]]
+    rows_of_apexes = np.stack([x[rows] for x in (table.height_m, table.phase_rad, *state)], axis=-1)
+    rows_of_apexes[beyond] = np.nan
+    return rows_of_apexes[..., : points.shape[1]]
 
 
 def transient(saved: SavedController, *, duration_s: float = 60.0) -> np.ndarray:

@@ -49,10 +49,10 @@ def policy_paths(
     compressed = body.rest_length_m - (column["height_m"] - column["ground_m"])
     column["spring_force_n"] = np.asarray(body.spring(np.maximum(compressed, 0.0)))
     time = np.arange(len(telemetry)) * settings.step_s
-    shown = (*SIGNALS, *(("phase_rad",) if with_phase else ()))
+    channels = (*SIGNALS, *(("phase_rad",) if with_phase else ()))
     return Trajectory(
         time_s=np.broadcast_to(time[:, None], compressed.shape),
-        **{name: column[name] for name in shown},
+        **{name: column[name] for name in channels},
         failed=np.broadcast_to(step.terminated, compressed.shape),
     )
 

@@ -80,11 +80,11 @@ def actuation_surface(
     controller, body = driven.controller, require_hopper(driven.body, "an actuation surface")
     require_finite("velocity", velocity_m_per_s)
     forces = np.asarray(spring_force_n, float)
-    most = body.most_spring_n
-    if not (np.all(forces >= 0.0) and np.all(forces <= most)):
+    limit = body.most_spring_n
+    if not (np.all(forces >= 0.0) and np.all(forces <= limit)):
         raise TegotaeError(
             f"spring forces go from {np.min(forces):g} to {np.max(forces):g} N; those of this leg "
-            f"lie between 0 and {most:g} N"
+            f"lie between 0 and {limit:g} N"
         )
     with_oscillator = controller.oscillator is not None
     phase = np.linspace(0.0, TWO_PI, columns)
@@ -97,9 +97,11 @@ def actuation_surface(
         angle = jnp.asarray(column if with_oscillator else np.zeros_like(column))
         oscillator = () if controller.oscillator is None else controller.oscillator.start(angle)
         ground = jnp.zeros(column.shape)
-        seen = signals(controller, body, state, oscillator, ground)
-        own = driven.weights if isinstance(driven, SavedController) else driven.weights(seen)
-        weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in own]
+        signals_there = signals(controller, body, state, oscillator, ground)
+        lane_weights = (
+            driven.weights if isinstance(driven, SavedController) else driven.weights(signals_there)
+        )
+        weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in lane_weights]
         turning = jnp.full(column.shape, float(Scenario.of(driven.omega).omega))
         setting = TickSetting(controller, body, weights, turning, ground, jnp.zeros(()))
         control = setting.drive(state, oscillator)

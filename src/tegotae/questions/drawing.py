@@ -385,7 +385,7 @@ def figure_phase_locking(task: HoppingTask, options: PhaseLockingOptions) -> Pic
     sweep = sweep_gain(
         task.runs.controller,
         axis("sigma", *options.sigma, options.resolution),
-        axis("omega", *options.omega, options.resolution, most=limits.MOST_RAD_PER_S),
+        axis("omega", *options.omega, options.resolution, upper=limits.MOST_RAD_PER_S),
         options.body,
         timing=Timing(duration_s=options.duration_s),
         height_m=task.runs.system.release.height_m,
@@ -418,9 +418,9 @@ class HoppingBasin(HoppingOptions):
         from tegotae.figures.maps import basin_figure, describe
 
         saved, points = task.controller(self), self.resolution
-        heights = axis("height", *self.height, points, above=0.0, most=limits.MOST_M)
+        heights = axis("height", *self.height, points, above=0.0, upper=limits.MOST_M)
         across = (
-            axis("velocity", *self.velocity, points, most=limits.MOST_M)
+            axis("velocity", *self.velocity, points, upper=limits.MOST_M)
             if saved.controller.oscillator is None
             else axis("phase", 0.0, 2.0 * math.pi, points)
         )

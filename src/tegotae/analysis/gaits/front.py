@@ -94,7 +94,7 @@ class Search(Part):
         """Walkers that are advanced together: random ones, then those of every round."""
         at_once = max(1, LANES // self.starts)
         begun = range(0, self.coarse, at_once)
-        coarse = [min(at_once, self.coarse - done) for done in begun]
+        coarse = [min(at_once, self.coarse - count) for count in begun]
         return coarse + [self.varied] * self.rounds
 
 
@@ -118,8 +118,10 @@ def travel(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timin
     third, half = last - last // 4, last - 2 * (last // 4)
 
     def speed(first: int, end: int) -> jax.Array:
-        way = length([t.channels[name][end] - t.channels[name][first] for name in ("x_m", "y_m")])
-        return way / (t.time_s[end] - t.time_s[first])
+        distance = length(
+            [t.channels[name][end] - t.channels[name][first] for name in ("x_m", "y_m")]
+        )
+        return distance / (t.time_s[end] - t.time_s[first])
 
     work = t.work_absolute_j[last] - t.work_absolute_j[third]
     return Travel(
@@ -156,8 +158,8 @@ class FrontPart(Cell):
     @property
     def document(self) -> Document:
         """The system, the family, the search, and which part of it."""
-        own = {"family": self.family, "search": self.search, "part": self.number}
-        return {**describe(self.legged), **as_json(own)}
+        settings = {"family": self.family, "search": self.search, "part": self.number}
+        return {**describe(self.legged), **as_json(settings)}
 
     def measure(self) -> CellResult:
         """Release walkers from all phases: their `shares` of the ranges, and their speed and cost,
@@ -165,12 +167,15 @@ class FrontPart(Cell):
         legged, family, search = self.legged, self.family, self.search
         shares = self._shares()
         phase = family.phases(legged, search.starts, search.seed)
-        free = {n: own.at(shares[:, i]) for i, (n, own) in enumerate(family.ranges.items())}
+        free = {
+            n: number_range.at(shares[:, i])
+            for i, (n, number_range) in enumerate(family.ranges.items())
+        }
         tick = legged.timing.tick_s
         timing = Timing(duration_s=search.duration_s, tick_s=tick, frame_s=_COARSE_TICKS * tick)
         numbers = family.numbers(legged, free)
-        found: Travel = _run(legged, family, numbers, phase, travel, timing)
-        speed, cost = travelled(legged, found, search.starts)
+        final: Travel = _run(legged, family, numbers, phase, travel, timing)
+        speed, cost = travelled(legged, final, search.starts)
         return CellResult(self.document, {}, {"shares": shares, "speed": speed, "cost": cost})
 
     def _shares(self) -> np.ndarray:
@@ -181,8 +186,8 @@ class FrontPart(Cell):
         if round_number < 0:
             return draw.uniform(size=(count, len(self.family.ranges)))
         parts = [dataclasses.replace(self, number=n) for n in range(self.number)]
-        done = Study(self.folder / "records", parts, suffix=SUFFIX).results()
-        return variations(together(done), count, 0.12 * 0.75**round_number, draw)
+        results = Study(self.folder / "records", parts, suffix=SUFFIX).results()
+        return variations(together(results), count, 0.12 * 0.75**round_number, draw)
 
 
 def search_front(
@@ -203,14 +208,17 @@ def search_front(
         TegotaeError: for a system that has no such family, or a file that cannot be written.
     """
     search = search or Search()
-    with TemporaryDirectory() as own:
-        folder = folder or Path(own)
+    with TemporaryDirectory() as temporary:
+        folder = folder or Path(temporary)
         parts = [FrontPart(legged, family, search, n, folder) for n in range(len(search.sizes))]
-        done = measured_in_turn(parts, folder, family.name, SUFFIX)
-    found = together(done)
-    last = cheapest(found["speed"], found["cost"], FINALISTS)
-    shares = found["shares"][last]
-    free = {name: own.at(shares[:, i]) for i, (name, own) in enumerate(family.ranges.items())}
+        results = measured_in_turn(parts, folder, family.name, SUFFIX)
+    arrays = together(results)
+    last = cheapest(arrays["speed"], arrays["cost"], FINALISTS)
+    shares = arrays["shares"][last]
+    free = {
+        name: temporary.at(shares[:, i])
+        for i, (name, temporary) in enumerate(family.ranges.items())
+    }
     numbers = family.numbers(legged, free)
     rows = evaluated(legged, family, numbers, search.unseen, search.seed + UNSEEN)
     rows = rows[(rows.upright == 1.0) & (rows.steady == 1.0) & (rows.speed >= LEAST_SPEED)]
@@ -218,41 +226,43 @@ def search_front(
     return rows.iloc[best].reset_index(drop=True)
 
 
-def travelled(legged: Legged, found: Travel, starts: int) -> tuple[np.ndarray, np.ndarray]:
+def travelled(legged: Legged, final: Travel, starts: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean speed and cost of transport of walkers; NaN of those of which a start falls, stands or
     does not settle, [walkers] each."""
     body = unwrapped(legged.body)
     weight = float(body.mass_kg * body.gravity_m_per_s2)  # type: ignore[attr-defined]
-    good = settled(found).reshape(-1, starts).all(axis=1)
-    speed = np.asarray(found.speed_m_per_s).reshape(-1, starts).mean(axis=1)
-    power = np.asarray(found.power_w).reshape(-1, starts).mean(axis=1)
+    good = settled(final).reshape(-1, starts).all(axis=1)
+    speed = np.asarray(final.speed_m_per_s).reshape(-1, starts).mean(axis=1)
+    power = np.asarray(final.power_w).reshape(-1, starts).mean(axis=1)
     good &= speed >= LEAST_SPEED
     with np.errstate(divide="ignore", invalid="ignore"):
         cost = power / (weight * speed)
     return np.where(good, speed, np.nan), np.where(good, cost, np.nan)
 
 
-def settled(found: Travel) -> np.ndarray:
+def settled(final: Travel) -> np.ndarray:
     """Return a mask of the lanes that are upright and of steady speed, [lanes]."""
-    speed, before = np.asarray(found.speed_m_per_s), np.asarray(found.before_m_per_s)
-    steady = np.abs(speed - before) <= STEADY * np.abs(before) + STEADY_SPEED
-    return steady & ~np.asarray(found.failed, bool)
+    speed, speed_before = np.asarray(final.speed_m_per_s), np.asarray(final.before_m_per_s)
+    steady = np.abs(speed - speed_before) <= STEADY * np.abs(speed_before) + STEADY_SPEED
+    return steady & ~np.asarray(final.failed, bool)
 
 
-def together(done: Sequence[CellResult]) -> Arrays:
+def together(results: Sequence[CellResult]) -> Arrays:
     """All parts of a search, those that failed left out."""
-    whole = {name: np.concatenate([part.arrays[name] for part in done]) for name in done[0].arrays}
-    good = np.isfinite(whole["cost"]) & (whole["speed"] < MOST_SPEED)
-    return {name: values[good] for name, values in whole.items()}
+    joined = {
+        name: np.concatenate([part.arrays[name] for part in results]) for name in results[0].arrays
+    }
+    good = np.isfinite(joined["cost"]) & (joined["speed"] < MOST_SPEED)
+    return {name: values[good] for name, values in joined.items()}
 
 
-def cheapest(speed: np.ndarray, cost: np.ndarray, most: int) -> np.ndarray:
+def cheapest(speed: np.ndarray, cost: np.ndarray, count: int) -> np.ndarray:
     """The numbers of the cheapest walkers in every bin of speed, from the slowest bin on.
 
     Args:
         speed: [walkers].
         cost: [walkers].
-        most: how many of every bin.
+        count: how many of every bin.
 
     Example:
         >>> cheapest(np.array([0.06, 0.07, 0.12]), np.array([2.0, 1.0, 3.0]), 1).tolist()
@@ -261,23 +271,23 @@ def cheapest(speed: np.ndarray, cost: np.ndarray, most: int) -> np.ndarray:
     bins = np.floor(speed / SPEED_STEP).astype(int)
     order = np.lexsort((cost, bins))
     first = np.searchsorted(bins[order], bins[order])
-    return order[np.arange(len(order)) - first < most]
+    return order[np.arange(len(order)) - first < count]
 
 
-def variations(found: Arrays, count: int, width: float, draw: np.random.Generator) -> np.ndarray:
+def variations(arrays: Arrays, count: int, width: float, draw: np.random.Generator) -> np.ndarray:
     """Walkers near the cheapest of every speed, as shares of the ranges.
 
     Args:
-        found: the walkers so far.
+        arrays: the walkers so far.
         count: how many.
         width: standard deviation, as a share of the range.
         draw: of the random numbers.
     """
-    if not len(found["cost"]):
-        return draw.uniform(size=(count, found["shares"].shape[1]))
-    parents = found["shares"][cheapest(found["speed"], found["cost"], PARENTS)]
-    own = parents[draw.integers(len(parents), size=count)]
-    return np.clip(own + width * draw.normal(size=own.shape), 0.0, 1.0)
+    if not len(arrays["cost"]):
+        return draw.uniform(size=(count, arrays["shares"].shape[1]))
+    parents = arrays["shares"][cheapest(arrays["speed"], arrays["cost"], PARENTS)]
+    chosen_parents = parents[draw.integers(len(parents), size=count)]
+    return np.clip(chosen_parents + width * draw.normal(size=chosen_parents.shape), 0.0, 1.0)
 
 
 def evaluated(
@@ -299,11 +309,13 @@ def evaluated(
         return pd.DataFrame(columns=list(COLUMNS), dtype=float)
     own_timing = legged.timing
     timing = dataclasses.replace(own_timing, frame_s=2.0 * own_timing.frame_s)
-    way, own = _run(legged, family, numbers, phase, summary, timing)
+    path, columns = _run(legged, family, numbers, phase, summary, timing)
 
-    measured = over_starts(coordination_frame(own, legged.names, TOLERANCE), starts, legged.body)
-    speeds = np.asarray(own.speed_m_per_s).reshape(walkers, starts)
-    duty = np.asarray(own.duty_factor).mean(axis=0).reshape(walkers, starts)
+    measured = over_starts(
+        coordination_frame(columns, legged.names, TOLERANCE), starts, legged.body
+    )
+    speeds = np.asarray(columns.speed_m_per_s).reshape(walkers, starts)
+    duty = np.asarray(columns.duty_factor).mean(axis=0).reshape(walkers, starts)
     return pd.DataFrame(
         {
             "family": family.name,
@@ -311,7 +323,7 @@ def evaluated(
             "cost_of_transport": measured["cost_of_transport"],
             **{name: np.asarray(numbers[name], float) for name in NUMBERS},
             "upright": measured["upright"],
-            "steady": settled(way).reshape(walkers, starts).mean(axis=1),
+            "steady": settled(path).reshape(walkers, starts).mean(axis=1),
             "locked": measured["locked"],
             "speed_spread": np.nanstd(speeds, axis=1),
             "gait": measured["gait"],

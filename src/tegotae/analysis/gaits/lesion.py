@@ -100,16 +100,19 @@ class GaitLesion(Part):
             raise TegotaeError(
                 f"a {type(body).__name__} cannot lose a leg: it does not say which are present"
             )
-        there = (1.0,) * body.limbs if present is None else present
+        present_share = (1.0,) * body.limbs if present is None else present
         for leg in self.lost:
-            if there[names.index(leg)] < 0.5:
+            if present_share[names.index(leg)] < 0.5:
                 raise TegotaeError(f"leg {leg} is lost already; name one that is there")
-        left = tuple(i for i, leg in enumerate(names) if there[i] > 0.5 and leg not in self.lost)
-        if len(left) < 2:
+        remaining = tuple(
+            i for i, leg in enumerate(names) if present_share[i] > 0.5 and leg not in self.lost
+        )
+        if len(remaining) < 2:
             raise TegotaeError(
-                f"{len(left)} of {body.limbs} legs is left; a gait is how several legs go together"
+                f"{len(remaining)} of {body.limbs} legs is left; a gait is how several legs go "
+                "together"
             )
-        return left
+        return remaining
 
     def scenario(self, legged: Legged, phase_rad: LaneNumbers) -> Scenario:
         """A release of the system to which this happens.
@@ -118,19 +121,23 @@ class GaitLesion(Part):
             TegotaeError: for legs or numbers that the body does not have.
         """
         body = unwrapped(legged.body)
-        left, numbers = self.left(legged), numbers_of(body)
+        remaining, numbers = self.left(legged), numbers_of(body)
         changes: dict[str, LaneNumbers] = {}
         for name, value in self.fields:
             if name not in numbers or isinstance(numbers[name], tuple):
                 raise unknown(
                     f"number of a {type(body).__name__}",
                     name,
-                    [each for each, usual in numbers.items() if not isinstance(usual, tuple)],
+                    [
+                        number
+                        for number, nominal in numbers.items()
+                        if not isinstance(nominal, tuple)
+                    ],
                 )
             changes[name] = Step(value, from_s=self.at_s, until_s=self.at_s + self.lasts_s)
         if self.lost:
-            there = np.isin(np.arange(legged.body.limbs), left).astype(float)
-            changes["present"] = Step(there[:, None], from_s=self.at_s)
+            present = np.isin(np.arange(legged.body.limbs), remaining).astype(float)
+            changes["present"] = Step(present[:, None], from_s=self.at_s)
         if self.drop_m:
             changes["drop_m"] = Step(self.drop_m, from_s=self.at_s)
         return with_changes(legged.scenario(phase_rad), legged.body, changes)
@@ -156,8 +163,8 @@ class Aftermath:
     @property
     def share(self) -> tuple[float, float, float]:
         """Share of those who stood that stay up, and its 95 % interval (Wilson); NaN of none."""
-        of, count = int(self.frame.stood_before.sum()), int(self.frame.stays_up.sum())
-        return (count / of, *wilson(count, of)) if of else (np.nan, np.nan, np.nan)
+        total, count = int(self.frame.stood_before.sum()), int(self.frame.stays_up.sum())
+        return (count / total, *wilson(count, total)) if total else (np.nan, np.nan, np.nan)
 
     @property
     def margin_m(self) -> float:
@@ -169,8 +176,8 @@ class Aftermath:
         body = unwrapped(self.legged.body)
         if not isinstance(body, Walker) or len(self.left) < 3:
             return math.nan
-        there = tuple(float(leg in self.left) for leg in range(body.limbs))
-        changes = {**dict(self.lesion.fields), "present": there}
+        present = tuple(float(leg in self.left) for leg in range(body.limbs))
+        changes = {**dict(self.lesion.fields), "present": present}
         return support_margin_m(dataclasses.replace(body, **changes))
 
 
@@ -204,15 +211,15 @@ class BeforeAndAfter(CoordinationSummary):
         changes = dict(scenario.changes)
         harmed, _ = apply_changes(body, scenario.omega, changes, last, timing.tick_s)
         reference = self.left.index(self.reference)
-        after = of_part(second, harmed, reference)
+        gait_after = of_part(second, harmed, reference)
         # Legs that have never felt each other are no more locked after a lesion than before it.
-        whole = _of_legs(self.rhythm.lag(trajectory, self.reference), self.left)
-        after = after._replace(
-            lock_time_s=after.lock_time_s - begun,
-            fall_time_s=after.fall_time_s - begun,
-            moved=jnp.where(jnp.isnan(after.moved), jnp.nan, moved(whole)),
+        lags = _of_legs(self.rhythm.lag(trajectory, self.reference), self.left)
+        gait_after = gait_after._replace(
+            lock_time_s=gait_after.lock_time_s - begun,
+            fall_time_s=gait_after.fall_time_s - begun,
+            moved=jnp.where(jnp.isnan(gait_after.moved), jnp.nan, moved(lags)),
         )
-        return of_part(first, body, self.reference), after
+        return of_part(first, body, self.reference), gait_after
 
 
 def aftermath(
@@ -254,27 +261,27 @@ def aftermath(
             "so that there is a before and an after"
         )
     lesion = dataclasses.replace(lesion, at_s=cut * timing.frame_s)
-    left, legs = lesion.left(legged), legged.names
-    reference = legged.reference if legged.reference in left else left[0]
+    remaining, legs = lesion.left(legged), legged.names
+    reference = legged.reference if legged.reference in remaining else remaining[0]
     phase = random_phases(len(legs), starts, seed)
     summary = legged.summary(
-        BeforeAndAfter, reference=reference, cut=cut, window=shorter // 4, left=left
+        BeforeAndAfter, reference=reference, cut=cut, window=shorter // 4, left=remaining
     )
-    before, after = lanes_of(legged.run(summary, lesion.scenario(legged, phase)))
-    left_legs = [legs[i] for i in left]
-    stood = ~np.isfinite(before.fall_time_s)
-    change = np.asarray(apart(after.lag, before.lag[list(left)]), float)
+    gait_before, gait_after = lanes_of(legged.run(summary, lesion.scenario(legged, phase)))
+    left_legs = [legs[i] for i in remaining]
+    stood = ~np.isfinite(gait_before.fall_time_s)
+    change = np.asarray(apart(gait_after.lag, gait_before.lag[list(remaining)]), float)
     columns = {
         "start": np.arange(starts),
         "stood_before": stood,
-        "stays_up": stood & ~np.isfinite(after.fall_time_s),
-        "gait_before": gait_of(before, legs, tolerance),
-        "gait_after": np.where(stood, gait_of(after, left_legs, tolerance), FALLEN),
+        "stays_up": stood & ~np.isfinite(gait_after.fall_time_s),
+        "gait_before": gait_of(gait_before, legs, tolerance),
+        "gait_after": np.where(stood, gait_of(gait_after, left_legs, tolerance), FALLEN),
         **{f"lag_change_cycles_{leg}": x for leg, x in zip(left_legs, change, strict=True)},
-        **{f"before_{name}": x for name, x in coordination_columns(before, legs).items()},
-        **{f"after_{name}": x for name, x in coordination_columns(after, left_legs).items()},
+        **{f"before_{name}": x for name, x in coordination_columns(gait_before, legs).items()},
+        **{f"after_{name}": x for name, x in coordination_columns(gait_after, left_legs).items()},
     }
-    return Aftermath(legged, lesion, left, reference, pd.DataFrame(columns))
+    return Aftermath(legged, lesion, remaining, reference, pd.DataFrame(columns))
 
 
 def _of_legs(x: jax.Array, legs: Sequence[int]) -> jax.Array:

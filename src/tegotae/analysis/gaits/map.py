@@ -70,7 +70,7 @@ class Axis:
         Raises:
             TegotaeError: for fewer than two, or ends that are not in order.
         """
-        return cls(name, tuple(axis(name, low, high, count, most=math.inf).tolist()))
+        return cls(name, tuple(axis(name, low, high, count, upper=math.inf).tolist()))
 
 
 def check_axis(legged: Legged, axis: Axis) -> None:
@@ -84,12 +84,12 @@ def check_axis(legged: Legged, axis: Axis) -> None:
         legged.with_numbers(sigma=axis.values[0])
         require_finite("a value of sigma", axis.values[-1], most=MOST_GAIN)
     else:
-        known = [OMEGA, SIGMA, *numbers_of(legged.body)]
-        if axis.name not in known:
-            raise unknown("parameter of this system", axis.name, known)
+        names = [OMEGA, SIGMA, *numbers_of(legged.body)]
+        if axis.name not in names:
+            raise unknown("parameter of this system", axis.name, names)
 
 
-def fields_at(body: Body, at: Mapping[str, float]) -> dict[str, FieldNumber]:
+def fields_at(body: Body, values: Mapping[str, float]) -> dict[str, FieldNumber]:
     """The fields of a body at a place on some axes; those of the legs multiplied.
 
     Example:
@@ -97,10 +97,12 @@ def fields_at(body: Body, at: Mapping[str, float]) -> dict[str, FieldNumber]:
         >>> fields_at(Bar(), {"hips_m": 2.0, "inertia_ratio": 0.5, "omega": 8.0})
         {'hips_m': (-1.0, 1.0), 'inertia_ratio': 0.5}
     """
-    usual = numbers_of(body)
+    nominal = numbers_of(body)
     return {
-        name: tuple(value * x for x in own) if isinstance(own := usual[name], tuple) else value
-        for name, value in at.items()
+        name: tuple(value * x for x in entries)
+        if isinstance(entries := nominal[name], tuple)
+        else value
+        for name, value in values.items()
         if name not in (OMEGA, SIGMA)
     }
 
@@ -123,16 +125,16 @@ def settings(legged: Legged, places: Sequence[Mapping[str, float]]) -> list[Sett
         legged: the system.
         places: values by the names of axes.
     """
-    made: list[Setting] = []
-    for at in places:
+    cells: list[Setting] = []
+    for place in places:
         try:
-            body = with_fields(legged.body, fields_at(legged.body, at))
+            body = with_fields(legged.body, fields_at(legged.body, place))
             body.check_tick(legged.timing.tick_s)
         except TegotaeError as error:
-            made.append(Setting(at, None, str(error)))
+            cells.append(Setting(place, None, str(error)))
         else:
-            made.append(Setting(at, body, ""))
-    return made
+            cells.append(Setting(place, body, ""))
+    return cells
 
 
 def lanes_at(
@@ -156,16 +158,16 @@ def lanes_at(
     """
     weights = np.tile(legged.weights, (len(where), 1))
     if SIGMA in where[0].at:
-        weights = np.array([[each.at[SIGMA]] for each in where])
-    fields = [fields_at(legged.body, each.at) for each in where]
-    varied = {name: np.array([each[name] for each in fields]).T for name in fields[0]}
+        weights = np.array([[setting.at[SIGMA]] for setting in where])
+    fields = [fields_at(legged.body, setting.at) for setting in where]
+    varied = {name: np.array([setting[name] for setting in fields]).T for name in fields[0]}
     if OMEGA in where[0].at:
-        varied[OMEGA] = np.array([each.at[OMEGA] for each in where])
+        varied[OMEGA] = np.array([setting.at[OMEGA] for setting in where])
     scenario = legged.scenario(
-        phase_rad, height_m=np.array([legged.system.height_on(each.body) for each in where])
+        phase_rad, height_m=np.array([legged.system.height_on(setting.body) for setting in where])
     )
-    usual = with_changes(scenario, legged.body, varied)
-    return weights, with_changes(usual, legged.body, changes or {})
+    nominal = with_changes(scenario, legged.body, varied)
+    return weights, with_changes(nominal, legged.body, changes or {})
 
 
 NO_BODY = "no such body"
@@ -203,8 +205,8 @@ class GaitMap:
         frame, names = self.frame, self.legged.names
         starts = self.grid("gait").shape[-1]
         gait = self.grid("gait").reshape(-1, starts)
-        most = np.array([pd.Series(row).mode()[0] for row in gait])
-        has = gait == most[:, None]
+        modes = np.array([pd.Series(row).mode()[0] for row in gait])
+        has = gait == modes[:, None]
 
         def of_starts(column: str) -> np.ma.MaskedArray:
             values = frame[column].to_numpy().reshape(-1, starts)
@@ -222,7 +224,7 @@ class GaitMap:
         fell = np.isfinite(frame["fall_time_s"].to_numpy()).reshape(-1, starts)
         cells = frame[[self.x.name, self.y.name, "refused"]].iloc[::starts].reset_index(drop=True)
         return cells.assign(
-            gait=most,
+            gait=modes,
             share=has.mean(axis=1),
             fallen_share=fell.mean(axis=1),
             **{f"lag_cycles_{leg}": mean_lag(leg) for leg in names},
@@ -254,7 +256,7 @@ class MapPart(Cell):
     @property
     def document(self) -> Document:
         """The system, the places of its cells, and the phases."""
-        places = [dict(each.at) for each in self.where]
+        places = [dict(setting.at) for setting in self.where]
         return {**describe(self.legged), "at": places, "phase_rad": self.phase_rad.tolist()}
 
     def measure(self) -> CellResult:
@@ -265,9 +267,11 @@ class MapPart(Cell):
         phase = np.tile(self.phase_rad, self.at_once)
         weights, scenario = lanes_at(self.legged, lanes, phase)
         engine = self.legged.engine(self.legged.summary())
-        found = lanes_of(engine.run(weights, scenario, self.legged.body))
-        kept = {name: x[..., : len(self.where) * starts] for name, x in found._asdict().items()}
-        return CellResult(self.document, {}, kept)
+        coordination = lanes_of(engine.run(weights, scenario, self.legged.body))
+        arrays = {
+            name: x[..., : len(self.where) * starts] for name, x in coordination._asdict().items()
+        }
+        return CellResult(self.document, {}, arrays)
 
 
 def map_gaits(
@@ -308,22 +312,24 @@ def map_gaits(
     for varied in (x, y):
         check_axis(legged, varied)
     require_count("starts", starts, most=MOST_SEEDS)
-    made = settings(legged, [{x.name: a, y.name: b} for b in y.values for a in x.values])
-    able = [each for each in made if each.body is not None]
+    all_settings = settings(legged, [{x.name: a, y.name: b} for b in y.values for a in x.values])
+    able = [setting for setting in all_settings if setting.body is not None]
     if not able:
-        raise TegotaeError(f"no cell of this map has a body: {made[0].refused}")
+        raise TegotaeError(f"no cell of this map has a body: {all_settings[0].refused}")
     phase = random_phases(legged.body.limbs, starts, seed)
     at_once = min(len(able), max(1, LANES // starts))
     parts = [
         MapPart(legged, able[i : i + at_once], phase, at_once) for i in range(0, len(able), at_once)
     ]
     results = measured_in_turn(parts, folder, "gait map", ".map.npz")
-    found = Coordination(
-        *(np.concatenate([each.arrays[n] for each in results], axis=-1) for n in _CHANNELS)
+    coordination = Coordination(
+        *(np.concatenate([setting.arrays[n] for setting in results], axis=-1) for n in _CHANNELS)
     )
-    labels = pd.DataFrame([{**each.at, "refused": each.refused} for each in made])
-    there = np.repeat([each.body is not None for each in made], starts)
-    lanes = coordination_frame(found, legged.names, tolerance).set_index(np.flatnonzero(there))
+    labels = pd.DataFrame([{**setting.at, "refused": setting.refused} for setting in all_settings])
+    possible = np.repeat([setting.body is not None for setting in all_settings], starts)
+    lanes = coordination_frame(coordination, legged.names, tolerance).set_index(
+        np.flatnonzero(possible)
+    )
     every = labels.loc[labels.index.repeat(starts)].reset_index(drop=True).join(lanes)
     return GaitMap(legged, x, y, every.fillna({"gait": NO_BODY}))
 

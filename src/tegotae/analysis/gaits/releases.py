@@ -37,11 +37,11 @@ _OF_LEGS = ("lag", "lag_spread", "touchdown_lag", "step_frequency_hz", "duty_fac
 _UNITS = {name: f"{name}_cycles" for name in ("lag", "lag_spread", "touchdown_lag", "moved")}
 
 
-def coordination_columns(found: Coordination, legs: Sequence[str]) -> dict[str, np.ndarray]:
+def coordination_columns(coordination: Coordination, legs: Sequence[str]) -> dict[str, np.ndarray]:
     """The coordination of lanes as columns, what belongs to a leg with its name at the end.
 
     Args:
-        found: arrays [limbs, lanes] and [lanes].
+        coordination: arrays [limbs, lanes] and [lanes].
         legs: the legs' names.
 
     Example:
@@ -51,7 +51,7 @@ def coordination_columns(found: Coordination, legs: Sequence[str]) -> dict[str, 
         ['lag_cycles_H', 'lag_cycles_F', 'lag_spread_cycles_H']
     """
     columns = {}
-    for name, values in found._asdict().items():
+    for name, values in coordination._asdict().items():
         title = _UNITS.get(name, name)
         if name in _OF_LEGS:
             columns |= {f"{title}_{leg}": values[i] for i, leg in enumerate(legs)}
@@ -61,18 +61,18 @@ def coordination_columns(found: Coordination, legs: Sequence[str]) -> dict[str, 
 
 
 def coordination_frame(
-    found: Coordination, legs: Sequence[str], tolerance: float, **labels: Any
+    coordination: Coordination, legs: Sequence[str], tolerance: float, **labels: Any
 ) -> pd.DataFrame:
     """The gait and the coordination of lanes, a row a lane, behind what tells lanes apart.
 
     Args:
-        found: arrays [limbs, lanes] and [lanes].
+        coordination: arrays [limbs, lanes] and [lanes].
         legs: the legs' names.
         tolerance: how far lags may be from a named pattern's [cycles].
         labels: numbers or texts by name, one or [lanes].
     """
-    gait = gait_of(found, legs, tolerance)
-    return pd.DataFrame({**labels, "gait": gait, **coordination_columns(found, legs)})
+    gait = gait_of(coordination, legs, tolerance)
+    return pd.DataFrame({**labels, "gait": gait, **coordination_columns(coordination, legs)})
 
 
 def system_document(legged: Legged) -> JsonObject:
@@ -125,9 +125,9 @@ class GaitRun:
         """
         t, names = self.trajectory, self.legged.names
         share = np.diff(t.stance_time_s, axis=0, prepend=0.0) / self.timing.frame_s
-        more = {"lag_cycles": self.lag, "stance_share": np.clip(share, 0.0, 1.0)}
+        columns = {"lag_cycles": self.lag, "stance_share": np.clip(share, 0.0, 1.0)}
         table: dict[str, AnyArray] = {}
-        for title, values in {**t.channels, **more}.items():
+        for title, values in {**t.channels, **columns}.items():
             if np.ndim(values) == 1:
                 table[title] = values
             else:
@@ -166,23 +166,23 @@ def simulate(
         require_finite("a phase", angle)
     summary = legged.summary()
     closely = Together((whole_trajectory, summary))
-    trajectory, found = legged.run(closely, legged.scenario(phase[:, None]))
-    found = lanes_of(found)
+    trajectory, coordination = legged.run(closely, legged.scenario(phase[:, None]))
+    coordination = lanes_of(coordination)
     return GaitRun(
         legged=legged,
         phase_rad=phase,
         trajectory=jax.tree.map(lambda x: x[..., 0], trajectory),
-        lag=_course(summary, trajectory, found, legged.timing),
-        found=found,
-        gait=str(gait_of(found, legged.names, tolerance)[0]),
+        lag=_course(summary, trajectory, coordination, legged.timing),
+        found=coordination,
+        gait=str(gait_of(coordination, legged.names, tolerance)[0]),
     )
 
 
 def _course(
-    summary: CoordinationSummary, trajectory: Trajectory, found: Coordination, timing: Timing
+    summary: CoordinationSummary, trajectory: Trajectory, coordination: Coordination, timing: Timing
 ) -> np.ndarray:
     """Lags averaged over the stride of the end, [frames, limbs]; over a frame without any."""
-    hz = float(found.cycle_frequency_hz[0])
+    hz = float(coordination.cycle_frequency_hz[0])
     frames = round(1.0 / (hz * timing.frame_s)) if hz * timing.duration_s > 1.0 else 1
     lag = summary.rhythm.lag(trajectory, summary.reference)
     return np.asarray(over_strides(lag, np.array([frames])), float)[..., 0]
@@ -267,9 +267,9 @@ def over_starts(frame: pd.DataFrame, starts: int, body: Body) -> dict[str, np.nd
     stands, gait = ~np.isfinite(of("fall_time_s")), of("gait")
     locks = stands & ~np.isin(gait.astype(str), NO_GAIT[1:])
     speed, power = mean_defined(of("speed_m_per_s")), mean_defined(of("power_w"))
-    own: Any = unwrapped(body)
-    gravity = float(own.gravity_m_per_s2)
-    weight = float(total_mass_kg(own)) * gravity
+    inner: Any = unwrapped(body)
+    gravity = float(inner.gravity_m_per_s2)
+    weight = float(total_mass_kg(inner)) * gravity
     common = [Counter(row.tolist()).most_common(1)[0] for row in gait]
     with np.errstate(divide="ignore", invalid="ignore"):
         slips = stands & (of("distance_m") > 0.0)
@@ -331,22 +331,22 @@ def release_all(
     if legged.omega is None:
         if len(omegas):
             raise TegotaeError("the controller has no oscillator, and so no omega")
-        asked, starts = np.array([np.nan]), 1
+        frequencies, starts = np.array([np.nan]), 1
     else:
-        asked = np.array(list(omegas) or [legged.omega], float)
-        for omega in asked.tolist():
+        frequencies = np.array(list(omegas) or [legged.omega], float)
+        for omega in frequencies.tolist():
             require_finite("omega", omega, above=0.0, most=MOST_RAD_PER_S)
-    repeats = len(weights) * len(asked)
+    repeats = len(weights) * len(frequencies)
     phase = np.tile(random_phases(legged.body.limbs, starts, seed), repeats)
-    run = np.repeat(np.arange(len(weights)), len(asked) * starts)
-    omega = np.tile(np.repeat(asked, starts), len(weights))
+    run = np.repeat(np.arange(len(weights)), len(frequencies) * starts)
+    omega = np.tile(np.repeat(frequencies, starts), len(weights))
     scenario = with_changes(legged.scenario(phase), legged.body, changes or {})
     if legged.omega is not None:
         scenario = scenario._replace(omega=omega)
     engine = legged.engine(legged.summary())
-    found = lanes_of(engine.run(weights[run], scenario, legged.body))
+    coordination = lanes_of(engine.run(weights[run], scenario, legged.body))
     labels = {"run": run, "omega": omega, "start": np.tile(np.arange(starts), repeats)}
     labels |= {f"release_phase_rad_{leg}": x for leg, x in zip(legged.names, phase, strict=True)}
-    frame = coordination_frame(found, legged.names, tolerance, **labels)
+    frame = coordination_frame(coordination, legged.names, tolerance, **labels)
     body, _ = whole_run(legged.body, dict(scenario.changes))
     return Releases(legged, frame, starts, body)

@@ -57,13 +57,13 @@ class ReturnMap(NamedTuple):
         return float(np.abs(self.multipliers[0]))
 
 
-def fit_return_map(deviation: ArrayLike, *, most: float = LINEAR) -> ReturnMap:
+def fit_return_map(deviation: ArrayLike, *, limit: float = LINEAR) -> ReturnMap:
     """The linear map that takes deviations of lags to those a cycle later, by least squares.
 
     Args:
         deviation: of the legs other than the reference leg, kick by kick, [cycles, legs, kicks]
             [cycles]; NaN where unknown.
-        most: from where a kick's deviations have a larger entry on, they are left out.
+        limit: from where a kick's deviations have a larger entry on, they are left out.
 
     Returns:
         All NaN if fewer deviations are known than legs.
@@ -78,18 +78,18 @@ def fit_return_map(deviation: ArrayLike, *, most: float = LINEAR) -> ReturnMap:
     """
     deviation = np.asarray(deviation, float)
     legs = deviation.shape[1]
-    small = np.nan_to_num(np.abs(deviation), nan=np.inf).max(axis=1) <= most
-    known = np.logical_and.accumulate(small, axis=0)
-    now = np.moveaxis(deviation[:-1], 1, 0).reshape(legs, -1)
-    then = np.moveaxis(deviation[1:], 1, 0).reshape(legs, -1)
-    both = (known[:-1] & known[1:]).ravel()
-    now, then = now[:, both], then[:, both]
-    if np.linalg.matrix_rank(now) < legs:
-        nothing = np.full((legs, legs), np.nan)
-        return ReturnMap(nothing, np.full(legs, np.nan + 0j), np.nan)
-    jacobian = np.linalg.lstsq(now.T, then.T, rcond=None)[0].T
+    small = np.nan_to_num(np.abs(deviation), nan=np.inf).max(axis=1) <= limit
+    usable = np.logical_and.accumulate(small, axis=0)
+    current = np.moveaxis(deviation[:-1], 1, 0).reshape(legs, -1)
+    following = np.moveaxis(deviation[1:], 1, 0).reshape(legs, -1)
+    pairs = (usable[:-1] & usable[1:]).ravel()
+    current, following = current[:, pairs], following[:, pairs]
+    if np.linalg.matrix_rank(current) < legs:
+        undefined = np.full((legs, legs), np.nan)
+        return ReturnMap(undefined, np.full(legs, np.nan + 0j), np.nan)
+    jacobian = np.linalg.lstsq(current.T, following.T, rcond=None)[0].T
     values = np.linalg.eigvals(jacobian)
-    left_over = np.linalg.norm(then - jacobian @ now) / np.linalg.norm(then)
+    left_over = np.linalg.norm(following - jacobian @ current) / np.linalg.norm(following)
     return ReturnMap(jacobian, values[np.argsort(-np.abs(values))], float(left_over))
 
 
@@ -114,12 +114,12 @@ class GaitStability:
         `at`, between two values by a straight line; and whether the gait `loses` its stability
         beyond it."""
         of_gaits = self.frame.groupby("gait", sort=False)
-        found = [
-            (gait, *each)
-            for gait, own in of_gaits
-            for each in crossings(own[self.over.name].tolist(), own.largest)
+        rows = [
+            (gait, *crossing)
+            for gait, group in of_gaits
+            for crossing in crossings(group[self.over.name].tolist(), group.largest)
         ]
-        return pd.DataFrame(found, columns=["gait", "at", "loses"])
+        return pd.DataFrame(rows, columns=["gait", "at", "loses"])
 
 
 def crossings(values: Sequence[float], largest: ArrayLike) -> list[tuple[float, bool]]:
@@ -201,43 +201,43 @@ def stability(
     released = _patterns(legged, gaits)
     timing = timing or legged.timing
     timing = dataclasses.replace(timing, frame_s=2.0 * timing.tick_s)
-    made = settings(legged, [{over.name: value} for value in over.values])
-    if all(each.body is None for each in made):
-        raise TegotaeError(f"no value of {over.name} has a body: {made[0].refused}")
+    cells = settings(legged, [{over.name: value} for value in over.values])
+    if all(setting.body is None for setting in cells):
+        raise TegotaeError(f"no value of {over.name} has a body: {cells[0].refused}")
     kicks = _kicks(limbs, pairs, kick, seed)
     sections = Sections(timing.n_frames // 2, skip + cycles + 1, legged.reference)
-    lag, late = _run(legged, made, list(released.values()), kicks, sections, timing)
+    lag, late = _run(legged, cells, list(released.values()), kicks, sections, timing)
     rows, jacobians = [], {}
     for number, (name, pattern) in enumerate(released.items()):
         maps = []
-        for i, each in enumerate(made):
-            own, end = lag[:, :, i, number], late[:, i, number, 0]
-            there = _near(own[0, :, 0], pattern, tolerance)
-            own = own if there else np.full_like(own, np.nan)
-            found = _map(own, legged.reference, skip)
-            row = {"gait": name, over.name: over.values[i], "largest": found.largest}
-            row |= {"unexplained": found.residual, "stays": _near(end, pattern, tolerance)}
-            row |= {"refused": each.refused}
-            row |= {f"lag_cycles_{leg}": own[0, k, 0] for k, leg in enumerate(legged.names)}
-            for k, multiplier in enumerate(found.multipliers, 1):
+        for i, setting in enumerate(cells):
+            lags, end = lag[:, :, i, number], late[:, i, number, 0]
+            near = _near(lags[0, :, 0], pattern, tolerance)
+            lags = lags if near else np.full_like(lags, np.nan)
+            return_map = _map(lags, legged.reference, skip)
+            row = {"gait": name, over.name: over.values[i], "largest": return_map.largest}
+            row |= {"unexplained": return_map.residual, "stays": _near(end, pattern, tolerance)}
+            row |= {"refused": setting.refused}
+            row |= {f"lag_cycles_{leg}": lags[0, k, 0] for k, leg in enumerate(legged.names)}
+            for k, multiplier in enumerate(return_map.multipliers, 1):
                 row[f"multiplier_{k}_real"] = multiplier.real
                 row[f"multiplier_{k}_imaginary"] = multiplier.imag
             rows.append(row)
-            maps.append(found.jacobian)
+            maps.append(return_map.jacobian)
         jacobians[name] = np.array(maps)
     return GaitStability(legged, over, pd.DataFrame(rows), jacobians)
 
 
 def _patterns(legged: Legged, gaits: Sequence[str] | None) -> dict[str, np.ndarray]:
     """Lags of the gaits by name; of those with a mirror image, one."""
-    found: dict[str, np.ndarray] = {}
+    patterns: dict[str, np.ndarray] = {}
     for pattern in patterns_for(legged.names):
         lag = np.array([pattern.lags[leg] for leg in legged.names])
-        found.setdefault(pattern.name, (lag - lag[legged.reference]) % 1.0)
+        patterns.setdefault(pattern.name, (lag - lag[legged.reference]) % 1.0)
     for name in gaits or ():
-        if name not in found:
-            raise unknown(f"gait of {legged.body.limbs} legs", name, found)
-    return {name: found[name] for name in gaits or found}
+        if name not in patterns:
+            raise unknown(f"gait of {legged.body.limbs} legs", name, patterns)
+    return {name: patterns[name] for name in gaits or patterns}
 
 
 def _kicks(limbs: int, pairs: int, kick: float, seed: int) -> np.ndarray:
@@ -249,7 +249,7 @@ def _kicks(limbs: int, pairs: int, kick: float, seed: int) -> np.ndarray:
 
 def _run(
     legged: Legged,
-    made: Sequence[Setting],
+    cells: Sequence[Setting],
     lags: Sequence[np.ndarray],
     kicks: np.ndarray,
     sections: Sections,
@@ -259,34 +259,36 @@ def _run(
 
     NaN at values without a body.
     """
-    there = [each.body is not None for each in made]
+    possible = [setting.body is not None for setting in cells]
     limbs = len(kicks)
-    shape = sum(there), len(lags), kicks.shape[1]
-    where = [each for each in made if each.body is not None for _ in range(np.prod(shape[1:]))]
+    shape = sum(possible), len(lags), kicks.shape[1]
+    where = [
+        setting for setting in cells if setting.body is not None for _ in range(np.prod(shape[1:]))
+    ]
     lag = np.stack(lags, axis=1)[:, None, :, None]
     phase = np.broadcast_to(-2.0 * np.pi * lag, (limbs, *shape)).reshape(limbs, -1)
     kicked = np.broadcast_to(kicks[:, None, None, :], (limbs, *shape)).reshape(limbs, -1)
     end_s = sections.first * timing.frame_s
     long_s = min(_KICK_FRAMES * timing.frame_s, end_s)
-    omega = np.array([each.at.get(OMEGA, legged.omega) for each in where])
+    omega = np.array([setting.at.get(OMEGA, legged.omega) for setting in where])
     faster = Step(omega[None] + 2.0 * np.pi * kicked / long_s, end_s - long_s, end_s)
     weights, scenario = lanes_at(legged, where, phase % (2.0 * np.pi), changes={OMEGA: faster})
     engine = legged.engine(sections, timing)
-    found = engine.run(weights, scenario, legged.body, dtype="float64")
+    results = engine.run(weights, scenario, legged.body, dtype="float64")
 
     def at_all(x: np.ndarray) -> np.ndarray:
-        whole = np.full((*x.shape[:-1], len(made), *shape[1:]), np.nan)
-        whole[..., there, :, :] = x.reshape(*x.shape[:-1], *shape)
-        return whole
+        padded = np.full((*x.shape[:-1], len(cells), *shape[1:]), np.nan)
+        padded[..., possible, :, :] = x.reshape(*x.shape[:-1], *shape)
+        return padded
 
-    return [at_all(x) for x in found]
+    return [at_all(x) for x in results]
 
 
 def _map(lag: np.ndarray, reference: int, skip: int) -> ReturnMap:
     """The return map of lags [cycles, limbs, kicks], the first unkicked, then pairs."""
-    others = [leg for leg in range(lag.shape[1]) if leg != reference]
+    other_legs = [leg for leg in range(lag.shape[1]) if leg != reference]
     pairs = (lag.shape[2] - 1) // 2
-    up, down = lag[skip:, others, 1 : 1 + pairs], lag[skip:, others, 1 + pairs :]
+    up, down = lag[skip:, other_legs, 1 : 1 + pairs], lag[skip:, other_legs, 1 + pairs :]
     return fit_return_map(0.5 * ((up - down + 0.5) % 1.0 - 0.5))
 
 

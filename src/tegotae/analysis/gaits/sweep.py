@@ -71,8 +71,8 @@ class GaitSweep:
         whatever the gaits are called.
         """
         lag = self.frame[[f"lag_cycles_{leg}" for leg in self.legged.names]].to_numpy()
-        ways = lag.reshape(2, len(self.omega), -1, lag.shape[1])
-        up, down = (np.asarray(circular_mean(way, axis=1)).T for way in ways)
+        directions = lag.reshape(2, len(self.omega), -1, lag.shape[1])
+        up, down = (np.asarray(circular_mean(direction, axis=1)).T for direction in directions)
         return self.omega[distance(up, down) > self.tolerance]
 
 
@@ -97,19 +97,19 @@ class LevelsSummary(CoordinationSummary):
         frames = timing.n_frames // self.levels
         split = jax.tree.map(lambda x: x.reshape(self.levels, frames, *x.shape[1:]), trajectory)
         begins = round((1.0 - MEASURED) * frames)
-        found = jax.vmap(lambda level: coordination(self, level, body, timing.frame_s, begins))(
-            split
-        )
+        coordinations = jax.vmap(
+            lambda level: coordination(self, level, body, timing.frame_s, begins)
+        )(split)
         begun = split.time_s[:, 0] - timing.frame_s
         lag = self.rhythm.lag(trajectory, self.reference)
         omega = jnp.broadcast_to(scenario.omega, lag.shape[1:])
         own_way = drift(omega, trajectory.time_s, self.reference)
         rounded = rounding(trajectory.time_s / timing.tick_s)
         ever = moved_until(lag - own_way, rounded)[frames - 1 :: frames]
-        return found._replace(
-            lock_time_s=found.lock_time_s - begun,
-            fall_time_s=found.fall_time_s - begun,
-            moved=jnp.where(jnp.isnan(found.moved), jnp.nan, ever),
+        return coordinations._replace(
+            lock_time_s=coordinations.lock_time_s - begun,
+            fall_time_s=coordinations.fall_time_s - begun,
+            moved=jnp.where(jnp.isnan(coordinations.moved), jnp.nan, ever),
         )
 
 
@@ -170,39 +170,41 @@ def sweep(
         },
     )._replace(omega=np.where(up, levels[0], levels[-1]) * (1.0 + np.tile(off, 2)))
     summary = legged.summary(LevelsSummary, levels=len(levels))
-    whole = lanes_of(legged.run(summary, scenario, timing))
-    ways = {
-        UP: [x[..., :starts] for x in whole],
-        DOWN: [x[::-1, ..., starts:] for x in whole],
+    summaries = lanes_of(legged.run(summary, scenario, timing))
+    directions = {
+        UP: [x[..., :starts] for x in summaries],
+        DOWN: [x[::-1, ..., starts:] for x in summaries],
     }
     frames = [
         coordination_frame(
             Coordination(*(np.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1) for x in parts)),
             legged.names,
             tolerance,
-            direction=way,
+            direction=direction,
             omega_rad_per_s=np.repeat(levels, starts),
             start=np.tile(np.arange(starts), len(levels)),
         )
-        for way, parts in ways.items()
+        for direction, parts in directions.items()
     ]
     return GaitSweep(legged, pd.concat(frames, ignore_index=True), tolerance)
 
 
-def staircase_timing(own: Timing, levels: int, dwell_s: float) -> Timing:
+def staircase_timing(timing: Timing, levels: int, dwell_s: float) -> Timing:
     """The timing of a staircase whose levels are whole frames.
 
     Raises:
         TegotaeError: for a level shorter than eight frames, or a run that is too long.
     """
     require_finite("dwell_s", dwell_s, above=0.0)
-    frames = round(dwell_s / own.frame_s)
+    frames = round(dwell_s / timing.frame_s)
     if frames < LEAST_FRAMES:
         raise TegotaeError(
             f"dwell_s is {dwell_s:g}; it must be at least eight frames "
-            f"({LEAST_FRAMES * own.frame_s:g} s)"
+            f"({LEAST_FRAMES * timing.frame_s:g} s)"
         )
-    return Timing(duration_s=levels * frames * own.frame_s, tick_s=own.tick_s, frame_s=own.frame_s)
+    return Timing(
+        duration_s=levels * frames * timing.frame_s, tick_s=timing.tick_s, frame_s=timing.frame_s
+    )
 
 
 def hysteresis(frame: Any) -> pd.DataFrame:
@@ -229,31 +231,37 @@ def hysteresis(frame: Any) -> pd.DataFrame:
         [['walk', 2.0, 3.0, 2.0]]
     """
     pairs = [
-        _changes(frame[frame.direction == way], way, ["slow", "fast"][:: 1 if way == UP else -1])
-        for way in (UP, DOWN)
+        _changes(
+            frame[frame.direction == direction],
+            direction,
+            ["slow", "fast"][:: 1 if direction == UP else -1],
+        )
+        for direction in (UP, DOWN)
     ]
-    both = pairs[0].merge(pairs[1], on=["slow", "fast"])
-    return both.assign(
-        width_low=both.up_low - both.down_high, width_high=both.up_high - both.down_low
+    merged = pairs[0].merge(pairs[1], on=["slow", "fast"])
+    return merged.assign(
+        width_low=merged.up_low - merged.down_high, width_high=merged.up_high - merged.down_low
     )
 
 
-def _changes(frame: Any, way: str, names: list[str]) -> pd.DataFrame:
+def _changes(frame: Any, direction: str, names: list[str]) -> pd.DataFrame:
     """Between which levels starts change for the last time from one gait to another, on one way."""
-    rows = frame[~frame.gait.isin(NO_GAIT)].sort_values(_LEVEL, ascending=way == UP, kind="stable")
-    before = rows.groupby("start")[["gait", _LEVEL]].shift()
-    ends = pd.concat([before[_LEVEL], rows[_LEVEL]], axis=1)
+    rows = frame[~frame.gait.isin(NO_GAIT)].sort_values(
+        _LEVEL, ascending=direction == UP, kind="stable"
+    )
+    previous = rows.groupby("start")[["gait", _LEVEL]].shift()
+    ends = pd.concat([previous[_LEVEL], rows[_LEVEL]], axis=1)
     changes: Any = pd.DataFrame(
         {
             "start": rows.start,
-            names[0]: before.gait,
+            names[0]: previous.gait,
             names[1]: rows.gait,
             "low": ends.min(axis=1),
             "high": ends.max(axis=1),
         }
-    )[before.gait.notna() & (before.gait != rows.gait)]
+    )[previous.gait.notna() & (previous.gait != rows.gait)]
     last = changes.drop_duplicates(["start", *names], keep="last")
     return last.groupby(names, as_index=False, sort=False).agg(
-        **{f"{way}_low": ("low", "min"), f"{way}_high": ("high", "max")},
-        **{f"{way}_starts": ("start", "size")},
+        **{f"{direction}_low": ("low", "min"), f"{direction}_high": ("high", "max")},
+        **{f"{direction}_starts": ("start", "size")},
     )

@@ -125,9 +125,9 @@ class Tested(ABC):
             starts: where releases differ.
         """
         _, first = np.unique(runs.weights, axis=0, return_index=True)
-        kept = np.sort(first)
-        labels = tuple(runs.labels[i] for i in kept)
-        tested = cls(dataclasses.replace(runs, weights=runs.weights[kept], labels=labels))
+        indices = np.sort(first)
+        labels = tuple(runs.labels[i] for i in indices)
+        tested = cls(dataclasses.replace(runs, weights=runs.weights[indices], labels=labels))
         return dataclasses.replace(tested, starts=starts) if tested.starts_differ else tested
 
     @property
@@ -353,14 +353,14 @@ class Scaled(Disturbance):
     neutral: float = 1.0
 
     def changes(self, tested, level, at_s):
-        own = {name: np.asarray(tested.usual(name), float) for name in self.fields
+        nominal = {name: np.asarray(tested.usual(name), float) for name in self.fields
                if tested.has_field(name)}  # fmt: skip
-        if not own:
+        if not nominal:
             raise LackingError(f"a {tested.kind} has no {' or '.join(self.fields)}")
-        if not any(map(np.any, own.values())):
+        if not any(map(np.any, nominal.values())):
             raise LackingError(f"its {self.fields[0]} is 0, and so is any share of it")
         # Of several legs [limbs, 1], times levels [lanes].
-        changes = {name: (x[:, None] if x.ndim else x) * level for name, x in own.items()}
+        changes = {name: (x[:, None] if x.ndim else x) * level for name, x in nominal.items()}
         if "rest_length_m" in self.fields:
             longer = (level - 1.0) * float(tested.body.rest_length_m)
             changes["height_m"] = tested.height_m + longer
@@ -531,21 +531,21 @@ def disturbances_named(texts: Iterable[str]) -> tuple[Disturbance, ...]:
         >>> [each.levels for each in disturbances_named(["lag=0.01/0.02", "drops"])]
         [(0.01, 0.02), (0.05, 0.1, 0.2, 0.4)]
     """
-    found: dict[str, Disturbance] = {}
+    selected: dict[str, Disturbance] = {}
     for text in texts:
         name, equals, levels = text.partition("=")
         if name not in CATALOGUE:
             raise unknown("condition", name, CATALOGUE)
-        if name in found:
+        if name in selected:
             raise TegotaeError(f"{name} is named twice; name each condition once")
-        found[name] = CATALOGUE[name]
+        selected[name] = CATALOGUE[name]
         if equals:
             try:
-                numbers = tuple(number(each) for each in levels.split("/"))
+                numbers = tuple(number(part) for part in levels.split("/"))
             except ValueError:
                 raise TegotaeError(
                     f"{text} has no levels; write {name}=LEVEL/LEVEL, such as {name}="
                     f"{'/'.join(f'{x:g}' for x in CATALOGUE[name].levels[:2])}"
                 ) from None
-            found[name] = dataclasses.replace(CATALOGUE[name], levels=numbers)
-    return tuple(found.values()) or tuple(CATALOGUE.values())
+            selected[name] = dataclasses.replace(CATALOGUE[name], levels=numbers)
+    return tuple(selected.values()) or tuple(CATALOGUE.values())

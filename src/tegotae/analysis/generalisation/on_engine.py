@@ -87,21 +87,21 @@ class ControllersUnderTest(Tested):
             self.body.check_release(self.height_m)
         except TegotaeError as error:
             raise TegotaeError(f"{self.name} cannot be tested: {error}") from None
-        own = {"rest_length_m": hasattr(self.unwrapped, "rest_length_m")}
+        fields = {"rest_length_m": hasattr(self.unwrapped, "rest_length_m")}
         if not self.hops:  # whose cost of transport is measured
-            own["mass_kg"] = has_mass(self.unwrapped)
-            own["gravity_m_per_s2"] = hasattr(self.unwrapped, "gravity_m_per_s2")
-        for field, there in own.items():
-            if not there:
+            fields["mass_kg"] = has_mass(self.unwrapped)
+            fields["gravity_m_per_s2"] = hasattr(self.unwrapped, "gravity_m_per_s2")
+        for field, exists in fields.items():
+            if not exists:
                 kind = type(self.unwrapped).__name__
                 raise TegotaeError(f"{self.name} cannot be tested: a {kind} has no {field}")
 
     @property
     def document(self) -> JsonObject:
         """Return the settings that decide the results, beside the disturbances, as JSON values."""
-        own = self.system
-        parts = {"controller": own.controller, "body": self.body, "timing": self.timing}
-        parts |= {"integrator": own.integrator, "release": own.release}
+        system = self.system
+        parts = {"controller": system.controller, "body": self.body, "timing": self.timing}
+        parts |= {"integrator": system.integrator, "release": system.release}
         described = {name: describe(part) for name, part in parts.items()}
         return {**described, "starts": self.starts, "omega": self.omega}
 
@@ -136,9 +136,9 @@ class ControllersUnderTest(Tested):
         """Duration and time step of the rollouts."""
         if self.looked_at is not None:
             return self.looked_at
-        own = self.system.timing
+        timing = self.system.timing
         if not self.hops:
-            return dataclasses.replace(own, duration_s=settling_s(self.body))
+            return dataclasses.replace(timing, duration_s=settling_s(self.body))
         frames = round(HOPPING.n_frames * self.time_scale)
         return dataclasses.replace(
             HOPPING,
@@ -171,9 +171,9 @@ class ControllersUnderTest(Tested):
 
     @property
     def time_scale(self) -> float:
-        own = self.unwrapped
-        gravity = float(getattr(own, "gravity_m_per_s2", 9.81))
-        return math.sqrt(float(own.rest_length_m) / gravity) / _EARTH_S
+        inner = self.unwrapped
+        gravity = float(getattr(inner, "gravity_m_per_s2", 9.81))
+        return math.sqrt(float(inner.rest_length_m) / gravity) / _EARTH_S
 
     @cached_property
     def prepared(self) -> Body:  # type: ignore[override]
@@ -181,17 +181,17 @@ class ControllersUnderTest(Tested):
         it if it knows of terrain, which all change nothing as they are."""
         body = self.body
         ticks = math.ceil(self.longest_delay_s * self.time_scale / self.timing.tick_s - 1e-6)
-        for kind, given in ((Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": ticks})):
+        for kind, settings in ((Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": ticks})):
             if not _around(kind, body):
-                body = kind(body=body, **given)
-        if (own := getattr(self.unwrapped, "terrain", None)) is not None:
-            ground = Sum(first=own, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
+                body = kind(body=body, **settings)
+        if (terrain := getattr(self.unwrapped, "terrain", None)) is not None:
+            ground = Sum(first=terrain, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
             body = with_fields(body, {"terrain": ground})
         return body
 
     def meeting(self, disturbances: Sequence[Disturbance]) -> ControllersUnderTest:
         """The same, whose senses can be as late as disturbances make them."""
-        longest = max(each.longest_delay_s for each in disturbances)
+        longest = max(disturbance.longest_delay_s for disturbance in disturbances)
         if longest <= self.longest_delay_s:
             return self
         return dataclasses.replace(self, longest_delay_s=longest)
@@ -219,10 +219,10 @@ class ControllersUnderTest(Tested):
         check_senses(self.controller, self.body)
         tested = self.meeting(disturbances)
         lanes = LanesUnderTest(tested, disturbances)
-        usual = lanes.measured(lanes.undisturbed)
-        meets = lanes.disturbed(np.ravel(lanes.criterion.at_s(usual)))
-        then = lanes.measured(meets)
-        return lanes.criterion.kept(usual, then, lanes.weight_ratio(meets))
+        baseline = lanes.measured(lanes.undisturbed)
+        meets = lanes.disturbed(np.ravel(lanes.criterion.at_s(baseline)))
+        disturbed = lanes.measured(meets)
+        return lanes.criterion.kept(baseline, disturbed, lanes.weight_ratio(meets))
 
 
 def _around(kind: type, body: Body) -> bool:
@@ -256,8 +256,8 @@ class LanesUnderTest:
     def undisturbed(self) -> list[tuple[dict[str, LaneNumbers], int]]:
         """A level at which nothing is changed."""
         first, size = self.disturbances[0], self.size
-        nothing = np.full(size, first.neutral), np.full(size, np.inf)
-        return [(first.changes(self.tested, *nothing), 1)]
+        neutral = np.full(size, first.neutral), np.full(size, np.inf)
+        return [(first.changes(self.tested, *neutral), 1)]
 
     def disturbed(self, at_s: np.ndarray) -> list[tuple[dict[str, LaneNumbers], int]]:
         """Return the changes at the levels of each disturbance.
@@ -281,14 +281,14 @@ class LanesUnderTest:
         weights = np.tile(np.asarray(weights, "float32"), levels)
         parts = []
         for begin in range(0, count, LANES):
-            here = slice(begin, begin + LANES)
-            own = LaneInputs(
-                weights[..., here], jax.tree.map(lambda x, at=here: x[..., at], scenario)
+            block = slice(begin, begin + LANES)
+            inputs = LaneInputs(
+                weights[..., block], jax.tree.map(lambda x, lanes=block: x[..., lanes], scenario)
             )
-            recorded = self.engine.run_lanes(own, self.tested.prepared)
-            whole = filled((recorded, own.scenario), slice(None), LANES)
-            parts.append(jax.tree.map(np.asarray, self.criterion.of(*whole)))
-        joined = jax.tree.map(lambda *each: np.concatenate(each, axis=-1)[..., :count], *parts)
+            recorded = self.engine.run_lanes(inputs, self.tested.prepared)
+            padded = filled((recorded, inputs.scenario), slice(None), LANES)
+            parts.append(jax.tree.map(np.asarray, self.criterion.of(*padded)))
+        joined = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
     def scenario(self, meets: Meets) -> Scenario:
@@ -298,24 +298,27 @@ class LanesUnderTest:
         phases = np.tile(tested.phase_rad, len(tested.weights))
         release = tested.system.scenario(phase_rad=phases)
         changes = {}
-        for name, usual in self._neutral(release).items():
-            parts = [_lanes(made.get(name, usual), n * self.size) for made, n in meets]
+        for name, neutral in self._neutral(release).items():
+            parts = [
+                _lanes(level_changes.get(name, neutral), n * self.size)
+                for level_changes, n in meets
+            ]
             changes[name] = jax.tree.map(_concatenated, *parts)
         every = jax.tree.map(lambda x: _lanes(x, count), release)
         return with_changes(every, tested.prepared, changes)
 
     def _neutral(self, release: Scenario) -> dict[str, Any]:
         """Return, for every name that some disturbance changes, a change without effect."""
-        found = {}
-        for each in self.disturbances:
-            level = np.array([each.neutral])
-            for name, change in each.changes(self.tested, level, np.full(1, np.inf)).items():
+        neutral = {}
+        for disturbance in self.disturbances:
+            level = np.array([disturbance.neutral])
+            for name, change in disturbance.changes(self.tested, level, np.full(1, np.inf)).items():
                 if name in ENTRIES:
-                    usual = getattr(release, name)
+                    nominal = getattr(release, name)
                 else:
-                    usual = None if name == GROUND else self.tested.usual(name)
-                found[name] = _without(change, usual)
-        return found
+                    nominal = None if name == GROUND else self.tested.usual(name)
+                neutral[name] = _without(change, nominal)
+        return neutral
 
     def weight_ratio(self, meets: Meets) -> np.ndarray:
         """Weight of the body over the usual one, [levels, lanes of the set]."""
@@ -329,15 +332,15 @@ class LanesUnderTest:
         return np.concatenate(parts).reshape(-1, self.size)
 
 
-def _without(change: Any, usual: Any) -> Any:
+def _without(change: Any, nominal: Any) -> Any:
     """The same kind of change that changes nothing."""
     if isinstance(change, Staircase):
         return change._replace(step=0.0)
-    return change._replace(value=_column(usual)) if isinstance(change, Step) else _column(usual)
+    return change._replace(value=_column(nominal)) if isinstance(change, Step) else _column(nominal)
 
 
-def _column(usual: Any) -> Any:
-    return np.asarray(usual, float)[:, None] if isinstance(usual, tuple) else usual
+def _column(nominal: Any) -> Any:
+    return np.asarray(nominal, float)[:, None] if isinstance(nominal, tuple) else nominal
 
 
 def _lanes(x: Any, count: int) -> Any:

@@ -138,8 +138,10 @@ class ModelUnderTest(Tested):
                         )
 
     def _lanes(self, count: int, models: Sequence[Any] | None = None) -> ModelLanes:
-        own = self.experiment
-        settings = dataclasses.replace(own.spec.model_settings, duration_s=own.duration_s)
+        experiment = self.experiment
+        settings = dataclasses.replace(
+            experiment.spec.model_settings, duration_s=experiment.duration_s
+        )
         return ModelLanes(settings, count, models=models)
 
     def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
@@ -149,24 +151,26 @@ class ModelUnderTest(Tested):
 
         def piloted(changes: dict[str, np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
             count = len(changes["omega"])
-            own = self.experiment
-            pilot = Pilot(own.wires, own.wiring, np.tile(weights, (count // size, 1)).T)
+            experiment = self.experiment
+            pilot = Pilot(
+                experiment.wires, experiment.wiring, np.tile(weights, (count // size, 1)).T
+            )
             pilot.restart(np.ones(count, bool), changes["omega"])
             return pilot.act
 
         played = self.played(disturbances, piloted)
-        usual = {name: x[:size] for name, x in played.items()}
-        then = {name: x[size:].reshape(-1, size) for name, x in played.items()}
+        baseline = {name: x[:size] for name, x in played.items()}
+        disturbed = {name: x[size:].reshape(-1, size) for name, x in played.items()}
         length = self.body.rest_length_m
-        walks = usual["ahead_m_per_s"] > _WALKS * math.sqrt(self.body.gravity_m_per_s2 * length)
-        hops = usual["bounce_m"] > _HOPS * length
-        moved = usual["lasted"] & (walks | hops)
+        walks = baseline["ahead_m_per_s"] > _WALKS * math.sqrt(self.body.gravity_m_per_s2 * length)
+        hops = baseline["bounce_m"] > _HOPS * length
+        moved = baseline["lasted"] & (walks | hops)
         with np.errstate(invalid="ignore", divide="ignore"):
-            speed = then["ahead_m_per_s"] / usual["ahead_m_per_s"]
-            share = np.where(walks, speed, then["bounce_m"] / usual["bounce_m"])
-            efficiency = speed * then["weight"] / usual["weight"]
-            efficiency *= usual["power_w"] / then["power_w"]
-        moves = moved & then["lasted"] & (share > STANDING_SHARE)
+            speed = disturbed["ahead_m_per_s"] / baseline["ahead_m_per_s"]
+            share = np.where(walks, speed, disturbed["bounce_m"] / baseline["bounce_m"])
+            efficiency = speed * disturbed["weight"] / baseline["weight"]
+            efficiency *= baseline["power_w"] / disturbed["power_w"]
+        moves = moved & disturbed["lasted"] & (share > STANDING_SHARE)
         of_walks = (np.where(walks, x, np.nan) for x in (efficiency, speed))
         return retained(moved, moved, moves, moves & (share >= _KEEPS), *of_walks)
 
@@ -184,19 +188,21 @@ class ModelUnderTest(Tested):
             `lasted`, `ahead_m_per_s`, `bounce_m`, `power_w`, and `weight` as a share of the usual.
         """
         size, at_s = self.size, EVENT_SHARE * self.experiment.duration_s
-        plan = [(each, level) for each in disturbances for level in each.outwards]
+        plan = [
+            (disturbance, level) for disturbance in disturbances for level in disturbance.outwards
+        ]
         count = (len(plan) + 1) * size
-        usual = {**vars(self.body), "omega": self.omega or 0.0, "at_s": at_s}
-        changes = {name: np.full(count, value, float) for name, value in usual.items()}
+        nominal = {**vars(self.body), "omega": self.omega or 0.0, "at_s": at_s}
+        changes = {name: np.full(count, value, float) for name, value in nominal.items()}
         changes |= {"seed": np.zeros(count), "lasts_s": np.zeros(count)}
-        for number, (each, level) in enumerate(plan, 1):
-            here = slice(number * size, (number + 1) * size)
-            given = each.changes(self, np.full(size, level), np.full(size, at_s))
-            for name, change in given.items():
+        for number, (disturbance, level) in enumerate(plan, 1):
+            block = slice(number * size, (number + 1) * size)
+            overrides = disturbance.changes(self, np.full(size, level), np.full(size, at_s))
+            for name, change in overrides.items():
                 if isinstance(change, Step):  # a push
-                    changes["lasts_s"][here] = change.until_s - at_s
+                    changes["lasts_s"][block] = change.until_s - at_s
                     change = change.value
-                changes[name][here] = change
+                changes[name][block] = change
         return _played(self, changes, at_s, pilot(changes))
 
 
@@ -211,15 +217,15 @@ def _played(
     act: Callable[[np.ndarray], np.ndarray],
 ) -> dict[str, np.ndarray]:
     """An episode of every lane under its changes, [lanes] each."""
-    own, body, count = tested.experiment, tested.body, len(changes["seed"])
-    wires, every = own.wires, np.ones(count, bool)
+    experiment, body, count = tested.experiment, tested.body, len(changes["seed"])
+    wires, every = experiment.wires, np.ones(count, bool)
     mass = changes["mass_kg"] / body.mass_kg
     gravity = changes["gravity_m_per_s2"] / body.gravity_m_per_s2
     models = _models(tested, mass, changes["friction"], gravity)
     lanes = tested._lanes(count, models)
     start = np.arange(count) % tested.starts
-    unseen = _UNSEEN if own.spec.model_settings.noise else 0
-    seen = lanes.reset(own.seed + unseen + start, every)
+    unseen = _UNSEEN if experiment.spec.model_settings.noise else 0
+    observation = lanes.reset(experiment.seed + unseen + start, every)
     senses = _Senses(tested, changes["delay_s"], changes["noise"], changes["seed"])
     names, step_s = wires.observed, wires.step_s
     forward, height = names.index("root_forward"), names.index("root_height")
@@ -229,9 +235,9 @@ def _played(
     try:
         for step in range(lanes.steps):
             push = _push(changes, step * step_s - at_s, step_s)
-            seen, _, over = lanes.step(act(senses(seen)), alive, push_n=push)
-            seen = np.nan_to_num(seen, posinf=0.0, neginf=0.0)
-            track[step] = seen[:, forward], seen[:, height], seen[:, -1]
+            observation, _, over = lanes.step(act(senses(observation)), alive, push_n=push)
+            observation = np.nan_to_num(observation, posinf=0.0, neginf=0.0)
+            track[step] = observation[:, forward], observation[:, height], observation[:, -1]
             alive &= ~(over & ~lanes.truncated)
     finally:
         lanes.close()
@@ -249,16 +255,16 @@ def _models(
     tested: ModelUnderTest, mass: np.ndarray, friction: np.ndarray, gravity: np.ndarray
 ) -> list[Any]:
     """A model a lane; lanes that are alike share one."""
-    usual = sensing(tested.experiment.spec.model_settings).model
-    made: dict[tuple[float, float, float], Any] = {(1.0, 1.0, 1.0): usual}
-    found = []
+    nominal = sensing(tested.experiment.spec.model_settings).model
+    variants: dict[tuple[float, float, float], Any] = {(1.0, 1.0, 1.0): nominal}
+    models = []
     for key in zip(mass.tolist(), friction.tolist(), gravity.tolist(), strict=True):
-        if key not in made:
-            made[key] = copy.copy(usual)
-            made[key].opt.gravity[:] *= key[2]
-            scale_model(made[key], key[0], key[1])
-        found.append(made[key])
-    return found
+        if key not in variants:
+            variants[key] = copy.copy(nominal)
+            variants[key].opt.gravity[:] *= key[2]
+            scale_model(variants[key], key[0], key[1])
+        models.append(variants[key])
+    return models
 
 
 def _push(changes: dict[str, np.ndarray], since_s: float, step_s: float) -> np.ndarray | None:
@@ -288,23 +294,23 @@ class _Senses:
         self._at = {int(i): float(scales.get(name, 1.0))
                     for name, (places, _) in wires.sensed.items() for i in places}  # fmt: skip
         self._steps, self._noise = delay_s / wires.step_s, noise
-        self._random = [np.random.default_rng(int(each)) for each in seed]
+        self._random = [np.random.default_rng(int(lane_seed)) for lane_seed in seed]
         self._past: list[np.ndarray] = []
 
-    def __call__(self, seen: np.ndarray) -> np.ndarray:
+    def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Return the delayed and noisy senses for an observation [lanes, entries]."""
         if not self._steps.any() and not self._noise.any():
-            return seen
+            return observation
         longest = math.ceil(self._steps.max()) + 1
-        self._past = [seen.copy(), *self._past[:longest]]
-        felt = seen.copy()
+        self._past = [observation.copy(), *self._past[:longest]]
+        felt = observation.copy()
         last = len(self._past) - 1
         near = np.minimum(np.floor(self._steps).astype(int), last)
         part = self._steps - np.floor(self._steps)
-        past, lane = np.stack(self._past), np.arange(len(seen))
+        past, lane = np.stack(self._past), np.arange(len(observation))
         far = np.minimum(near + 1, last)
         for entry, scale in self._at.items():
             delayed = (1.0 - part) * past[near, lane, entry] + part * past[far, lane, entry]
-            drawn = [each.standard_normal() for each in self._random]
+            drawn = [generator.standard_normal() for generator in self._random]
             felt[:, entry] = delayed + self._noise * scale * np.array(drawn)
         return felt

@@ -64,10 +64,12 @@ def retained(
         efficiency: over that without them; of what does not move it is not defined.
         speed: likewise.
     """
-    before = {name: np.broadcast_to(x, moves.shape) for name, x in (("had", had), ("moved", moved))}
+    baseline = {
+        name: np.broadcast_to(x, moves.shape) for name, x in (("had", had), ("moved", moved))
+    }
     shares = {"efficiency": efficiency, "speed": speed}
-    after = {name: np.where(moves, x, np.nan) for name, x in shares.items()}
-    return {**before, "moves": moves, "keeps": keeps, **after}
+    disturbed = {name: np.where(moves, x, np.nan) for name, x in shares.items()}
+    return {**baseline, "moves": moves, "keeps": keeps, **disturbed}
 
 
 @dataclass(frozen=True)
@@ -92,37 +94,37 @@ class HopRetention:
     def of(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
         """Return the outcomes of recorded rollouts, arrays [..., lanes]."""
         length = dict(scenario.changes).get(self.rest_length_path, np.float32(self.rest_length_m))
-        usual = LimitCycle()
+        limit_cycle = LimitCycle()
         near = dataclasses.replace(
-            usual, height_tolerance_m=usual.height_tolerance_m * self.rest_length_m
+            limit_cycle, height_tolerance_m=limit_cycle.height_tolerance_m * self.rest_length_m
         )
         return _hop_measures(
             near, recorded, jnp.asarray(length), jnp.asarray(self.event_s, "float32")
         )
 
-    def at_s(self, usual: Outcomes) -> np.ndarray:
+    def at_s(self, baseline: Outcomes) -> np.ndarray:
         """The next apex of a hop; the time itself of what hops no more."""
-        apex = np.asarray(usual["apex_s"])
+        apex = np.asarray(baseline["apex_s"])
         return np.where(np.isfinite(apex), apex, self.event_s)
 
     def kept(
-        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+        self, baseline: Outcomes, disturbed: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
         """The retained part under a disturbance (`Retention`), [levels, lanes] each.
 
         Efficiency is the dimensionless CoT⁻¹, m g Σh / E.
 
         Args:
-            usual: without it, [1, lanes].
-            found: with it, [levels, lanes].
+            baseline: without it, [1, lanes].
+            disturbed: with it, [levels, lanes].
             weight_ratio: weight of the body over the usual one.
         """
-        had = np.isfinite(usual["period"])
-        keeps = found["hops"] & (found["period"] == usual["period"])
-        moves = found["hops"] & usual["hops"]
+        had = np.isfinite(baseline["period"])
+        keeps = disturbed["hops"] & (disturbed["period"] == baseline["period"])
+        moves = disturbed["hops"] & baseline["hops"]
         with np.errstate(invalid="ignore", divide="ignore"):
-            efficiency = found["cot_inverse"] * weight_ratio / usual["cot_inverse"]
-        return retained(had, usual["hops"], moves, keeps & had, efficiency)
+            efficiency = disturbed["cot_inverse"] * weight_ratio / baseline["cot_inverse"]
+        return retained(had, baseline["hops"], moves, keeps & had, efficiency)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -172,11 +174,11 @@ class Walked(CoordinationSummary):
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[Coordination, AnyArray]:
         """Summarise the last quarter of every lane."""
-        found = super().__call__(trajectory, scenario, body, timing)
+        summary = super().__call__(trajectory, scenario, body, timing)
         if not self.looks:
-            return found, found.speed_m_per_s
+            return summary, summary.speed_m_per_s
         frames = len(trajectory.time_s)
-        return found, speed_ahead_m_per_s(trajectory, frames - max(frames // 4, 2))
+        return summary, speed_ahead_m_per_s(trajectory, frames - max(frames // 4, 2))
 
 
 @dataclass(frozen=True)
@@ -201,26 +203,26 @@ class GaitRetention:
         names = ("lag", "lock_time_s", "fall_time_s", "cost_of_transport", "step_frequency_hz")
         return {name: getattr(legs, name) for name in names} | {"ahead_m_per_s": ahead}
 
-    def at_s(self, usual: Outcomes) -> np.ndarray:
+    def at_s(self, baseline: Outcomes) -> np.ndarray:
         """Return the time of a disturbance [s], [lanes], from the undisturbed outcomes."""
-        return np.full(usual["fall_time_s"].shape, self.event_s)
+        return np.full(baseline["fall_time_s"].shape, self.event_s)
 
     def kept(
-        self, usual: Outcomes, found: Outcomes, weight_ratio: np.ndarray
+        self, baseline: Outcomes, disturbed: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
         """The same of a gait; efficiency is the inverse cost of transport."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            locked = np.isfinite(usual["lock_time_s"])
-            gap = np.asarray(apart(found["lag"], usual["lag"]))
+            locked = np.isfinite(baseline["lock_time_s"])
+            gap = np.asarray(apart(disturbed["lag"], baseline["lag"]))
             near = np.nanmax(np.where(np.isnan(gap), np.inf, gap), axis=0) <= LAG_TOLERANCE
-            speed = found["ahead_m_per_s"] / usual["ahead_m_per_s"]
-            moved = _steps(usual)
-            moves = moved & _steps(found) & ~(speed < STANDING_SHARE)
-            efficiency = usual["cost_of_transport"] / found["cost_of_transport"]
-        keeps = moves & locked & near & np.isfinite(found["lock_time_s"])
+            speed = disturbed["ahead_m_per_s"] / baseline["ahead_m_per_s"]
+            moved = _steps(baseline)
+            moves = moved & _steps(disturbed) & ~(speed < STANDING_SHARE)
+            efficiency = baseline["cost_of_transport"] / disturbed["cost_of_transport"]
+        keeps = moves & locked & near & np.isfinite(disturbed["lock_time_s"])
         return retained(locked, moved, moves, keeps, efficiency, speed)
 
 
-def _steps(of: Outcomes) -> np.ndarray:
+def _steps(outcomes: Outcomes) -> np.ndarray:
     """Return a mask of the lanes that stand and step with any leg, since any leg may be lost."""
-    return np.isnan(of["fall_time_s"]) & (of["step_frequency_hz"] > 0.0).any(axis=0)
+    return np.isnan(outcomes["fall_time_s"]) & (outcomes["step_frequency_hz"] > 0.0).any(axis=0)

@@ -58,14 +58,18 @@ def tried(tested: Tested, disturbances: Sequence[Disturbance]) -> Retention:
     Raises:
         TegotaeError: if a level makes no body, or too quick an oscillator.
     """
-    left_out = {each.name: why for each in disturbances if (why := tested.lacks(each))}
-    meets = [each for each in disturbances if each.name not in left_out]
+    left_out = {
+        disturbance.name: reason
+        for disturbance in disturbances
+        if (reason := tested.lacks(disturbance))
+    }
+    meets = [disturbance for disturbance in disturbances if disturbance.name not in left_out]
     if not meets:
-        nothing = {name: pd.Series(dtype=kind) for name, kind in COLUMNS.items()}
-        return Retention(pd.DataFrame(nothing), left_out)
+        empty = {name: pd.Series(dtype=kind) for name, kind in COLUMNS.items()}
+        return Retention(pd.DataFrame(empty), left_out)
     tested.check(meets)
-    kept = tested.kept(meets)
-    levels = [(each.name, level) for each in meets for level in each.outwards]
+    arrays = tested.kept(meets)
+    levels = [(disturbance.name, level) for disturbance in meets for level in disturbance.outwards]
     lane = np.arange(len(levels) * tested.size)
     level, run = lane // tested.size, lane % tested.size // tested.starts
     rows = {
@@ -74,7 +78,7 @@ def tried(tested: Tested, disturbances: Sequence[Disturbance]) -> Retention:
         "run": run,
         "start": lane % tested.starts,
     }
-    return Retention(pd.DataFrame(rows | {n: np.ravel(x) for n, x in kept.items()}), left_out)
+    return Retention(pd.DataFrame(rows | {n: np.ravel(x) for n, x in arrays.items()}), left_out)
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,9 @@ class Trial:
             ).hexdigest(),
             "runs": len(self.tested.weights),
             "disturbances": [
-                _described(each) for each in self.disturbances if not self.tested.lacks(each)
+                _described(disturbance)
+                for disturbance in self.disturbances
+                if not self.tested.lacks(disturbance)
             ],
             **self.tested.document,
         }
@@ -181,20 +187,20 @@ def _described(disturbance: Disturbance) -> Document:
 def _check(controllers: Sequence[Tested], disturbances: Sequence[Disturbance]) -> None:
     if not controllers:
         raise TegotaeError("there are no controllers to test")
-    names = [each.name for each in controllers]
+    names = [member.name for member in controllers]
     for name in names:
         if names.count(name) > 1:
             raise TegotaeError(
                 f"{names.count(name)} sets of controllers are called {name}; try them one by one"
             )
-    met = {each.name: [x for x in disturbances if not each.lacks(x)] for each in controllers}
+    met = {member.name: [x for x in disturbances if not member.lacks(x)] for member in controllers}
     for tested in controllers:
         if met[tested.name]:
             tested.check(met[tested.name])
     if not any(met.values()):
         first = controllers[0]
-        why = "; ".join(f"{each.name}: {first.lacks(each)}" for each in disturbances)
-        raise TegotaeError(f"{first.name} can meet none of these conditions: {why}")
+        reason = "; ".join(f"{member.name}: {first.lacks(member)}" for member in disturbances)
+        raise TegotaeError(f"{first.name} can meet none of these conditions: {reason}")
 
 
 RESAMPLES = 2000
@@ -282,15 +288,17 @@ def margins(
     outcome: Retention, disturbances: Sequence[Disturbance], measure: str = ""
 ) -> Iterator[Margin]:
     """The margins of controllers, for each side of every disturbance that they met."""
-    for each in disturbances:
-        if each.name in outcome.left_out:
+    for disturbance in disturbances:
+        if disturbance.name in outcome.left_out:
             continue
         for below in (True, False):
-            if each.side(below):
-                yield margin(each, below, levels_survived(outcome, each, below, measure))
+            if disturbance.side(below):
+                yield margin(
+                    disturbance, below, levels_survived(outcome, disturbance, below, measure)
+                )
 
 
-def share_interval(kept: int, of: int, runs: int) -> tuple[float, float]:
+def share_interval(count: int, total: int, runs: int) -> tuple[float, float]:
     """95 % interval of the share of lanes of so many runs (Wilson's score); NaN of none.
 
     Releases of one run are no independent trials: they count as if all of them did the same.
@@ -299,7 +307,7 @@ def share_interval(kept: int, of: int, runs: int) -> tuple[float, float]:
         >>> [round(end, 2) for end in share_interval(60, 80, 20)]
         [0.53, 0.89]
     """
-    return wilson(round(kept / of * runs), runs) if of else (np.nan, np.nan)
+    return wilson(round(count / total * runs), runs) if total else (np.nan, np.nan)
 
 
 def curve(outcome: Retention) -> pd.DataFrame:
