@@ -98,12 +98,12 @@ def _write_network(name: str, file: Path) -> None:
     from onnx import TensorProto, helper, numpy_helper
 
     saved = tg.load(name)
-    *inner, bias, outer = np.asarray(saved.weights, np.float32).reshape(-1, 4).T
+    *hidden, bias, output = np.asarray(saved.weights, np.float32).reshape(-1, 4).T
     scales = saved.body.weight_n, np.sqrt(saved.body.gravity_m_per_s2 * saved.body.rest_length_m)
     arrays = {
-        "inner": np.stack(inner) / np.array(scales, np.float32)[:, None],
+        "inner": np.stack(hidden) / np.array(scales, np.float32)[:, None],
         "bias": bias,
-        "outer": outer[:, None],
+        "outer": output[:, None],
     }
     nodes = [
         helper.make_node("Gemm", ["observed", "inner", "bias"], ["drive"]),
@@ -130,8 +130,8 @@ def run() -> None:
             continue
         scored = tg.benchmark_run(str(entry), subject=subject, track=track).document()
         keys = ("score", "low", "high", "stands", "stands_low", "stands_high", "cpu_s")
-        named = {"subject": subject, "track": track, "entry": str(entry), "kind": kind}
-        row = named | {key: scored[key] for key in keys}
+        labels = {"subject": subject, "track": track, "entry": str(entry), "kind": kind}
+        row = labels | {key: scored[key] for key in keys}
         print(row, flush=True)
         for file in (KEPT, OUT / "scores.csv"):
             write_rows(file, [row], digits=4, by=("subject", "track", "entry"))
@@ -140,13 +140,13 @@ def run() -> None:
 
 def report() -> None:
     """The page's table, subject by subject, the best first."""
-    kept = pd.read_csv(KEPT)
+    scores = pd.read_csv(KEPT)
     order = {(str(entry), track): k for k, (_, track, entry, _) in enumerate(PLAN)}
-    assert set(zip(kept["entry"], kept["track"], strict=True)) <= set(order)
+    assert set(zip(scores["entry"], scores["track"], strict=True)) <= set(order)
     lines = ["| subject | entry | kind | track | score | stands |", "|---|---|---|---|---|---|"]
     for subject in dict.fromkeys(subject for subject, *_ in PLAN):
         for x in (
-            kept[kept["subject"] == subject].sort_values("score", ascending=False).itertuples()
+            scores[scores["subject"] == subject].sort_values("score", ascending=False).itertuples()
         ):
             entry = str(x.entry).removeprefix(f"{ENTRIES}/")
             lines.append(

@@ -49,8 +49,8 @@ class CalibratedOptimum:
         """Do it all."""
         if not self.drawn_only:
             write_rows(FOLDER / "optimum.csv", [self._row(omega) for omega in OMEGAS], digits=6)
-        kept = read_csv(FOLDER / "optimum.csv", COLUMNS)
-        omega, best = numbers(kept["omega"]), numbers(kept["cot_inverse"])
+        columns = read_csv(FOLDER / "optimum.csv", COLUMNS)
+        omega, best = numbers(columns["omega"]), numbers(columns["cot_inverse"])
         gaits = best_runs(read_study(FOLDER / "calibrated.csv"))
         save_figure(draw(omega, best, gaits), FOLDER / "optimum.png")
         for name, (rate, value) in gaits.items():
@@ -61,15 +61,15 @@ class CalibratedOptimum:
             )
 
     def _row(self, omega: float) -> dict[str, float]:
-        found = optimise(BODY, omega, starts=self.starts)
+        optimum = optimise(BODY, omega, starts=self.starts)
         row = {
             "omega": omega,
-            "cot_inverse": found.cot_inverse,
-            "lift_off": float(found.lift_off_m_per_s.max()),
-            "swings": sum(stance.swings for stance in found.shape),
-            "converged": found.converged,
+            "cot_inverse": optimum.cot_inverse,
+            "lift_off": float(optimum.lift_off_m_per_s.max()),
+            "swings": sum(stance.swings for stance in optimum.shape),
+            "converged": optimum.converged,
         }
-        print(f"{omega:5.2f} rad/s: {found.cot_inverse:.4f} m/J", flush=True)
+        print(f"{omega:5.2f} rad/s: {optimum.cot_inverse:.4f} m/J", flush=True)
         return row
 
 
@@ -78,13 +78,13 @@ def best_runs(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
     Best is the training fitness, which a user knows; of V, whose runs are releases, CoT⁻¹.
     """
-    chosen = []
+    indices = []
     for model in np.unique(table["model"]):
         rows = np.flatnonzero(table["model"] == model)
         is_v = table["architecture"][rows[0]] == "V"
         value = table["cot_inverse" if is_v else "best_fitness"][rows].astype(float)
-        chosen.append(rows[np.argmax(np.nan_to_num(value, nan=-np.inf))])
-    rows = np.array(chosen)
+        indices.append(rows[np.argmax(np.nan_to_num(value, nan=-np.inf))])
+    rows = np.array(indices)
     rows = rows[table["limit_cycle_period"][rows].astype(float) == 1.0]
     kinds = {
         "with an oscillator": ~np.isin(table["architecture"][rows], ("V", "T")),
@@ -92,7 +92,7 @@ def best_runs(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         "single network T": table["architecture"][rows] == "T",
     }
     columns = (table["hop_rate"].astype(float), table["cot_inverse"].astype(float))
-    return {name: tuple(column[rows[of]] for column in columns) for name, of in kinds.items()}
+    return {name: tuple(column[rows[mask]] for column in columns) for name, mask in kinds.items()}
 
 
 def draw(
@@ -104,8 +104,8 @@ def draw(
         axes = figure.subplots()
         axes.plot(omega, best, color="black", lw=1.2, label="best known gait, period 1")
         marks = (("o", COLOURS[0]), ("s", COLOURS[1]), ("^", COLOURS[4]))
-        for (name, found), (marker, colour) in zip(gaits.items(), marks, strict=True):
-            axes.plot(*found, ls="", marker=marker, ms=3.5, mew=0, color=colour, alpha=0.8,
+        for (name, points), (marker, colour) in zip(gaits.items(), marks, strict=True):
+            axes.plot(*points, ls="", marker=marker, ms=3.5, mew=0, color=colour, alpha=0.8,
                       label=name)  # fmt: skip
         axes.set(xlim=(2.0, 14.0), ylim=(0.0, 0.45))
         axes.set_xlabel("hop frequency [rad/s]")

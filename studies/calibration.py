@@ -99,12 +99,12 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--fine", type=int, default=16, help="of these, the nearest, finely")
     parser.add_argument("--show", action="store_true", help="measure nothing")
     parser.add_argument("--folder", type=Path, default=FOLDER)
-    given = parser.parse_args(words)
-    folder = given.folder
+    arguments = parser.parse_args(words)
+    folder = arguments.folder
     output_folder(folder)
-    if not given.show:
-        coarse = calibrate(folder / "coarse.csv", range(given.bodies), COARSE)
-        near = np.argsort(shortfalls(coarse, LEVELS.target), kind="stable")[: given.fine]
+    if not arguments.show:
+        coarse = calibrate(folder / "coarse.csv", range(arguments.bodies), COARSE)
+        near = np.argsort(shortfalls(coarse, LEVELS.target), kind="stable")[: arguments.fine]
         calibrate(folder / "fine.csv", near.tolist())
         measure_named(folder / "named.csv")
         measure_vanilla(folder)
@@ -116,7 +116,7 @@ def measure_named(path: Path) -> None:
     """Measure the study's own reading and the program's, unless the table is there."""
     if not path.exists():
         scores = [measure(reading, COARSE) for reading in NAMED.values()]
-        columns = {name: [getattr(each, name) for each in scores] for name in SCORES}
+        columns = {name: [getattr(result, name) for result in scores] for name in SCORES}
         tables.write_csv(path, {"reading": list(NAMED), **columns}, digits=4)
 
 
@@ -135,7 +135,7 @@ def measure_vanilla(folder: Path) -> None:
         for name in VANILLA:
             experiment = experiment_under(reading, find(name), protocol=CalibrationGrid().protocol)
             gain, _ = best_gain(experiment)
-            found = evaluate(
+            results = evaluate(
                 experiment.controller,
                 [[gain]],
                 experiment.omega,
@@ -143,7 +143,7 @@ def measure_vanilla(folder: Path) -> None:
                 experiment.protocol,
                 metrics=("limit_cycle_share", "t0_s", "t1_s"),
             ).episodes
-            settles, t0_s, t1_s = (found[key][0] for key in ("limit_cycle_share", "t0_s", "t1_s"))
+            settles, t0_s, t1_s = (results[key][0] for key in ("limit_cycle_share", "t0_s", "t1_s"))
             rows.append((body, name, gain * reading.hopper.weight_n, settles.sum()))
             rows[-1] += (short(t0_s, experiment.protocol.undisturbed_s),)
             rows[-1] += (short(t1_s, experiment.protocol.disturbed_s),)
@@ -185,45 +185,51 @@ def read(folder: Path) -> CalibrationTables:
 
 def found_by(scores: np.ndarray, share: float = SHARE) -> dict[str, CalibrationPosterior]:
     """The posterior by each strictness."""
-    return {each.name: posterior(shortfalls(scores, each.target), share) for each in STRICTNESS}
+    return {
+        strictness.name: posterior(shortfalls(scores, strictness.target), share)
+        for strictness in STRICTNESS
+    }
 
 
 def show(folder: Path) -> None:
     """Write what follows from the tables."""
     measured = read(folder)
-    found = found_by(measured.scores)
+    posteriors = found_by(measured.scores)
     write_atomically(folder / "statements.md", statements(folder))
     write_atomically(folder / "scores.md", scores_table(folder))
     write_atomically(folder / "choices.md", choices(folder))
-    sample = measured.bodies[representative(found[LEVELS.name], measured.places, SAMPLE)]
+    sample = measured.bodies[representative(posteriors[LEVELS.name], measured.places, SAMPLE)]
     readings = candidates(int(sample.max()) + 1)
     rows = [cells_of(readings[body], PRIOR) for body in sample]
     columns = {choice.name: [row[i] for row in rows] for i, choice in enumerate(PRIOR)}
     tables.write_csv(folder / "readings.csv", {"body": sample.tolist(), **columns})
-    figure = posterior_figure(measured.places, found, NAMED["study"], NAMED["program"])
+    figure = posterior_figure(measured.places, posteriors, NAMED["study"], NAMED["program"])
     save_figure(figure, folder / "posterior.png")
-    shares = {each.name: met(measured.scores, each.target).mean(axis=0) for each in STRICTNESS}
+    shares = {
+        strictness.name: met(measured.scores, strictness.target).mean(axis=0)
+        for strictness in STRICTNESS
+    }
     words = [WORDS[name] for name in SCORES]
     figure = statements_figure(words, shares, together(measured.scores, LEVELS.target))
     save_figure(figure, folder / "statements.png")
-    own, near = found[LEVELS.name], measured.scores
-    named = tables.read_csv(folder / "named.csv")
+    levels, near = posteriors[LEVELS.name], measured.scores
+    named_scores = tables.read_csv(folder / "named.csv")
     figure = scores_figure(
         words,
         {
             "all readings": np.quantile(near, (0.05, 0.5, 0.95), axis=0),
             "posterior": np.array(
                 [
-                    [_quantile(each[own.accepted], own.weights, q) for each in near.T]
+                    [_quantile(values[levels.accepted], levels.weights, q) for values in near.T]
                     for q in (0.05, 0.5, 0.95)
                 ]
             ),
         },
         {
-            name: np.array([float(named[score][k]) for score in SCORES])
+            name: np.array([float(named_scores[score][k]) for score in SCORES])
             for k, name in enumerate(NAMED)
         },
-        {f"met, {each.name}": each.target for each in STRICTNESS},
+        {f"met, {strictness.name}": strictness.target for strictness in STRICTNESS},
     )
     save_figure(figure, folder / "scores.png")
 
@@ -231,32 +237,40 @@ def show(folder: Path) -> None:
 def statements(folder: Path) -> str:
     """Per statement: how many of the readings meet it, and from which score on it is met."""
     scores = read(folder).scores
-    counts = {each.name: met(scores, each.target) for each in STRICTNESS}
+    counts = {strictness.name: met(scores, strictness.target) for strictness in STRICTNESS}
     rows = [["statement", *(f"meet it, {name}" for name in counts)]]
     for i, name in enumerate(SCORES):
         shares = [
-            f"{counts[each.name][:, i].mean():.0%} (≥ {each.target[i]:.2g})" for each in STRICTNESS
+            f"{counts[strictness.name][:, i].mean():.0%} (≥ {strictness.target[i]:.2g})"
+            for strictness in STRICTNESS
         ]
         rows.append([WORDS[name], *shares])
-    most = [f"{each.sum(axis=1).max()} of {len(SCORES)}" for each in counts.values()]
-    return table([*rows, ["most that one reading meets", *most]])
+    maxima = [f"{matches.sum(axis=1).max()} of {len(SCORES)}" for matches in counts.values()]
+    return table([*rows, ["most that one reading meets", *maxima]])
 
 
 def scores_table(folder: Path) -> str:
     """Per statement: the median score among all and the accepted, and the scores of those named."""
     measured = read(folder)
     scores, fine = measured.scores, measured.fine
-    own = found_by(scores)[LEVELS.name]
-    named = tables.read_csv(folder / "named.csv")
+    levels = found_by(scores)[LEVELS.name]
+    named_scores = tables.read_csv(folder / "named.csv")
     rows = [["statement", "all", "posterior", "finely", *NAMED]]
     for i, name in enumerate(SCORES):
-        inside = [_quantile(each[own.accepted, i], own.weights, 0.5) for each in (scores, fine)]
-        cells = [np.median(scores[:, i]), *inside, *map(float, named[name])]
-        rows.append([WORDS[name], *(f"{each:.2f}" for each in cells)])
-    known = np.array([[float(named[name][k]) for name in SCORES] for k in range(len(NAMED))])
+        inside = [
+            _quantile(values[levels.accepted, i], levels.weights, 0.5) for values in (scores, fine)
+        ]
+        cells = [np.median(scores[:, i]), *inside, *map(float, named_scores[name])]
+        rows.append([WORDS[name], *(f"{value:.2f}" for value in cells)])
+    reference = np.array(
+        [[float(named_scores[name][k]) for name in SCORES] for k in range(len(NAMED))]
+    )
     finely = np.where(np.isfinite(fine).any(axis=1), shortfalls(fine, LEVELS.target), math.nan)
-    inside = [_quantile(each[own.accepted], own.weights, 0.5) for each in (own.distance, finely)]
-    far = [np.median(own.distance), *inside, *shortfalls(known, LEVELS.target)]
+    inside = [
+        _quantile(values[levels.accepted], levels.weights, 0.5)
+        for values in (levels.distance, finely)
+    ]
+    far = [np.median(levels.distance), *inside, *shortfalls(reference, LEVELS.target)]
     rows.append([f"shortfall, {LEVELS.name}", *(f"{value:.2f}" for value in far)])
     return table(rows)
 
@@ -265,24 +279,26 @@ def choices(folder: Path) -> str:
     """Per choice: the posterior's middle and its 90 % range, and how narrow it is."""
     measured = read(folder)
     scores, places = measured.scores, measured.places
-    own = found_by(scores)[LEVELS.name]
-    ways = [(LEVELS.name, share) for share in SHARES]
-    ways += [(each.name, SHARE) for each in STRICTNESS if each is not LEVELS]
-    rows = [["choice", "prior", "posterior", *(f"{name}, {share:.1%}" for name, share in ways)]]
-    narrow = [narrowed(places, found_by(scores, share)[name]) for name, share in ways]
+    levels = found_by(scores)[LEVELS.name]
+    criteria = [(LEVELS.name, share) for share in SHARES]
+    criteria += [(strictness.name, SHARE) for strictness in STRICTNESS if strictness is not LEVELS]
+    rows = [["choice", "prior", "posterior", *(f"{name}, {share:.1%}" for name, share in criteria)]]
+    narrow = [narrowed(places, found_by(scores, share)[name]) for name, share in criteria]
     for i, choice in enumerate(PRIOR):
-        at = places[own.accepted, i]
+        position = places[levels.accepted, i]
         if choice.levels:
-            weights = [own.weights[np.isclose(at, choice.place(v))].sum() for v in choice.values]
-            named = [_named(choice, value) for value in choice.values]
-            prior = " / ".join(named)
+            weights = [
+                levels.weights[np.isclose(position, choice.place(v))].sum() for v in choice.values
+            ]
+            labels = [_named(choice, value) for value in choice.values]
+            prior = " / ".join(labels)
             inside = " / ".join(f"{weight:.0%}" for weight in weights)
         else:
             prior = " … ".join(_named(choice, value) for value in choice.values)
-            low, middle, high = (_quantile(at, own.weights, q) for q in (0.05, 0.5, 0.95))
-            shown = [_named(choice, value_at(choice, float(x))) for x in (middle, low, high)]
-            inside = f"{shown[0]} ({shown[1]} … {shown[2]})"
-        rows.append([choice.label, prior, inside, *(f"{each[i]:.2f}" for each in narrow)])
+            low, middle, high = (_quantile(position, levels.weights, q) for q in (0.05, 0.5, 0.95))
+            texts = [_named(choice, value_at(choice, float(x))) for x in (middle, low, high)]
+            inside = f"{texts[0]} ({texts[1]} … {texts[2]})"
+        rows.append([choice.label, prior, inside, *(f"{widths[i]:.2f}" for widths in narrow)])
     return table(rows)
 
 

@@ -63,22 +63,22 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("study", type=Path)
     parser.add_argument("--out", type=Path, required=True)
-    given = parser.parse_args(words)
-    chosen = tuple(CATALOGUE.values())
-    steady = {each.name: each for each in read(given.study)}
+    arguments = parser.parse_args(words)
+    disturbances = tuple(CATALOGUE.values())
+    steady = {runs.name: runs for runs in read(arguments.study)}
     pairs, controllers = [], []
     for name in MODELS:
-        before = steady[name]
-        before = dataclasses.replace(
-            before, weights=before.weights[: len(SEEDS)], labels=before.labels[: len(SEEDS)]
+        baseline = steady[name]
+        baseline = dataclasses.replace(
+            baseline, weights=baseline.weights[: len(SEEDS)], labels=baseline.labels[: len(SEEDS)]
         )
-        folder = given.out / "training" / name
+        folder = arguments.out / "training" / name
         train(run_of(varied(find(name).experiment())), folder)
-        (after,) = read(folder)
-        pairs.append((before, after))
-        controllers += [ControllersUnderTest.of(before), ControllersUnderTest.of(after)]
-    done = generalise(controllers, chosen, given.out / "trials")
-    tables(done, pairs)
+        (retrained,) = read(folder)
+        pairs.append((baseline, retrained))
+        controllers += [ControllersUnderTest.of(baseline), ControllersUnderTest.of(retrained)]
+    outcomes = generalise(controllers, disturbances, arguments.out / "trials")
+    tables(outcomes, pairs)
 
 
 def varied(experiment: Experiment) -> Experiment:
@@ -101,31 +101,31 @@ def run_of(experiment: Experiment) -> Run:
     )
 
 
-def tables(done: Sequence[Done], pairs) -> None:
+def tables(results: Sequence[Done], pairs) -> None:
     """Write what it costs, what it gains, and the curves."""
     protocol = Protocol(offsets=(0.0,), drop_m=0.0)
     rows = []
     for pair in pairs:
-        for how, runs in zip(TRAINED, pair, strict=True):
+        for training, runs in zip(TRAINED, pair, strict=True):
             sets = np.unique(runs.weights, axis=0)  # a search has one outcome, whatever the seed
-            found = evaluate(
+            table = evaluate(
                 runs.controller, sets, runs.omega, runs.body, protocol,
                 metrics=["cot_inverse", "limit_cycle_share"],
             ).runs()  # fmt: skip
-            cot = interval(found["cot_inverse"])
+            cot = interval(table["cot_inverse"])
             rows.append(
-                {"model": pair[0].name, "trained": how, "runs": len(sets)}
-                | {"limit_cycle_share": float(found["limit_cycle_share"].mean())}
+                {"model": pair[0].name, "trained": training, "runs": len(sets)}
+                | {"limit_cycle_share": float(table["limit_cycle_share"].mean())}
                 | {"cot_inverse": cot.mean, "low": cot.low, "high": cot.high}
             )
     write_rows(KEPT / "undisturbed.csv", rows, digits=3)
     write_text(KEPT / "undisturbed.md", undisturbed_text(rows))
-    outcomes = {tested.name: (tested, outcome) for tested, outcome in done}
-    write_overall(done, pairs)
+    outcomes = {tested.name: (tested, outcome) for tested, outcome in results}
+    write_overall(results, pairs)
     rows = []
-    for before, after in pairs:
-        for how, runs in (("steady", before), ("varied", after)):
-            rows += list(_margins(before.name, how, outcomes[runs.name]))
+    for steady, varied in pairs:
+        for training, runs in (("steady", steady), ("varied", varied)):
+            rows += list(_margins(steady.name, training, outcomes[runs.name]))
     write_rows(KEPT / "varied.csv", rows, digits=3)
     write_text(KEPT / "varied.md", varied_text(rows))
     for name in ("ART-rF-tphif-w8", "T-Fv"):
@@ -135,58 +135,59 @@ def tables(done: Sequence[Done], pairs) -> None:
         save_figure(groups_figure(groups, tuple(CATALOGUE.values())), KEPT / file)
 
 
-def write_overall(done: Sequence[Done], pairs) -> None:
+def write_overall(results: Sequence[Done], pairs) -> None:
     """Write the mean share of levels at which a run still hops, and keeps its gait, over runs."""
-    outcomes = {tested.name: outcome for tested, outcome in done}
+    outcomes = {tested.name: outcome for tested, outcome in results}
     lines = ["| model | trained | conditions | still hops | keeps its gait |", "|---" * 5 + "|"]
-    for before, after in pairs:
-        for seen in (True, False):
-            for how, runs in zip(TRAINED, (before, after), strict=True):
+    for steady, varied in pairs:
+        for in_training in (True, False):
+            for training, runs in zip(TRAINED, (steady, varied), strict=True):
                 cells = [
-                    _over_levels(outcomes[runs.name], seen, measure)
+                    _over_levels(outcomes[runs.name], in_training, measure)
                     for measure in ("moves", "keeps")
                 ]
-                what = "seen" if seen else "never seen"
+                label = "seen" if in_training else "never seen"
                 lines.append(
-                    f"| {before.name} | {TRAINED[how]} | {what} | {cells[0]} | {cells[1]} |"
+                    f"| {steady.name} | {TRAINED[training]} | {label} | {cells[0]} | {cells[1]} |"
                 )
     write_text(KEPT / "overall.md", "\n".join(lines) + "\n")
 
 
-def _over_levels(outcome: Retention, seen: bool, measure: str) -> str:
+def _over_levels(outcome: Retention, in_training: bool, measure: str) -> str:
     """Mean over runs, and its interval, of the share of a run's levels."""
     table = outcome.table[outcome.table[MEASURES[measure]]]
-    table = table[table["condition"].isin(SEEN) == seen]
+    table = table[table["condition"].isin(SEEN) == in_training]
     if measure == "keeps":
         table = table[table["condition"] != "noise"]  # under which no hop is like the last
     shares = table.groupby("run")[measure].mean()
-    found = interval(np.array(shares, float), within=(0.0, 1.0))
-    ends = "" if np.isnan(found.low) else f" [{found.low:.2f}, {found.high:.2f}]"
-    return f"{found.mean:.2f}{ends}"
+    estimate = interval(np.array(shares, float), within=(0.0, 1.0))
+    ends = "" if np.isnan(estimate.low) else f" [{estimate.low:.2f}, {estimate.high:.2f}]"
+    return f"{estimate.mean:.2f}{ends}"
 
 
-def _margins(model: str, how: str, one: Done):
-    _, outcome = one
+def _margins(model: str, training: str, result: Done):
+    _, outcome = result
     table = outcome.table
-    for each in CATALOGUE.values():
-        if each.name in outcome.left_out:
+    for disturbance in CATALOGUE.values():
+        if disturbance.name in outcome.left_out:
             continue
         for below in (True, False):
-            if not each.side(below):
+            if not disturbance.side(below):
                 continue
-            found = margin(each, below, levels_survived(outcome, each, below))
-            there = table[
-                (table["condition"] == each.name) & ((table["level"] < each.neutral) == below)
+            limits = margin(disturbance, below, levels_survived(outcome, disturbance, below))
+            rows = table[
+                (table["condition"] == disturbance.name)
+                & ((table["level"] < disturbance.neutral) == below)
             ]
             share = {}
-            for measure, before in MEASURES.items():
-                kept = there[measure][there[before]]
-                share[measure] = float(kept.mean()) if len(kept) else np.nan
+            for measure, baseline in MEASURES.items():
+                values = rows[measure][rows[baseline]]
+                share[measure] = float(values.mean()) if len(values) else np.nan
             yield {
                 "model": model,
-                "trained": how,
-                "seen": each.name in SEEN,
-                **found._asdict(),
+                "trained": training,
+                "seen": disturbance.name in SEEN,
+                **limits._asdict(),
                 **share,
             }
 
@@ -212,16 +213,17 @@ def varied_text(rows: Sequence[dict]) -> str:
     models = list(dict.fromkeys(row["model"] for row in rows))
     cells = {(r["condition"], r["side"], r["model"], r["trained"]): r for r in rows}
     lines = [f"| condition | {' | '.join(models)} |", "|---" * (len(models) + 1) + "|"]
-    for each in CATALOGUE.values():
+    for disturbance in CATALOGUE.values():
         for side in ("below", "above"):
             pairs = [
-                [cells.get((each.name, side, model, how)) for how in TRAINED] for model in models
+                [cells.get((disturbance.name, side, model, training)) for training in TRAINED]
+                for model in models
             ]
             if not any(row for pair in pairs for row in pair):
                 continue
-            seen = ", seen" if each.name in SEEN else ""
-            said = (" → ".join(_share(row, each.measure) for row in pair) for pair in pairs)
-            lines.append(f"| {each.name} {side}{seen} | {' | '.join(said)} |")
+            note = ", seen" if disturbance.name in SEEN else ""
+            texts = (" → ".join(_share(row, disturbance.measure) for row in pair) for pair in pairs)
+            lines.append(f"| {disturbance.name} {side}{note} | {' | '.join(texts)} |")
     return "\n".join(lines) + "\n"
 
 

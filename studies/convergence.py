@@ -84,23 +84,23 @@ class Heun(Integrator):
     def tick(self, setting, moment):
         """One tick; see `Integrator.tick`."""
         controller, body, *_, ground_m, tick_s = setting
-        now = moment.drive
-        phase = phase_of(controller, moment.oscillator, now.feedback)
-        guess = held(moment.oscillator, now.rate, tick_s)
-        phase_guess = phase_of(controller, guess, now.feedback)
-        force = setting.push(now.command, phase, phase_guess)
+        first = moment.drive
+        phase = phase_of(controller, moment.oscillator, first.feedback)
+        guess = held(moment.oscillator, first.rate, tick_s)
+        phase_guess = phase_of(controller, guess, first.feedback)
+        force = setting.push(first.command, phase, phase_guess)
         body_guess, _ = body.advance(moment.body, force, ground_m, tick_s)
-        then = setting.drive(body_guess, guess)
+        second = setting.drive(body_guess, guess)
 
         oscillator = moved(
-            moment.oscillator, lambda a, b: 0.5 * tick_s * (a + b), now.rate, then.rate
+            moment.oscillator, lambda a, b: 0.5 * tick_s * (a + b), first.rate, second.rate
         )
-        phase_end = phase_of(controller, oscillator, now.feedback)
-        mean_force = 0.5 * (now.command + then.command)
+        phase_end = phase_of(controller, oscillator, first.feedback)
+        mean_force = 0.5 * (first.command + second.command)
         force = setting.push(mean_force, phase, phase_end)
         state, contact = body.advance(moment.body, force, ground_m, tick_s)
         end = setting.drive(state, oscillator)
-        return Moment(state, oscillator, end, now), contact, force
+        return Moment(state, oscillator, end, first), contact, force
 
 
 SCHEMES = {
@@ -126,11 +126,11 @@ def reference(law: Law, omega: float) -> Reference:
     flown = fly(law, omega=omega, duration=DURATION_S)
     amplification = 0.0
     for higher, faster in ((PERTURBATION, 0.0), (0.0, PERTURBATION)):
-        other = fly(law, omega=omega * (1.0 + faster), height=1.2 + higher, duration=DURATION_S)
-        if len(flown.apex_height) != len(other.apex_height):
+        neighbour = fly(law, omega=omega * (1.0 + faster), height=1.2 + higher, duration=DURATION_S)
+        if len(flown.apex_height) != len(neighbour.apex_height):
             amplification = np.inf
             break
-        moved = np.abs(flown.apex_height - other.apex_height).max(initial=0.0)
+        moved = np.abs(flown.apex_height - neighbour.apex_height).max(initial=0.0)
         amplification = max(amplification, moved / PERTURBATION)
     hops = flown.apex_height >= hop_height_m(1.0)
     return Reference(flown.apex_height[hops], amplification)
@@ -168,8 +168,8 @@ def largest_error_m(heights: np.ndarray, expected: np.ndarray) -> float:
     hops = heights[heights >= hop_height_m(1.0)]
     if abs(len(hops) - len(expected)) > 1:
         return np.inf
-    both = min(len(hops), len(expected))
-    return float(np.abs(hops[:both] - expected[:both]).max(initial=0.0))
+    count = min(len(hops), len(expected))
+    return float(np.abs(hops[:count] - expected[:count]).max(initial=0.0))
 
 
 def study() -> list[dict]:
@@ -196,13 +196,13 @@ def study() -> list[dict]:
                     "tick_ms": 1e3 * tick_s,
                     "omega_rad_per_s": omega,
                     "sigma_rad_per_s_n": sigma,
-                    "amplification": known.amplification,
-                    "kind": kind(known.amplification),
-                    "hops": len(known.hops_m),
-                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, i], known.hops_m),
+                    "amplification": solution.amplification,
+                    "kind": kind(solution.amplification),
+                    "hops": len(solution.hops_m),
+                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, i], solution.hops_m),
                 }
-                for i, ((omega, sigma), known) in enumerate(zip(cases, expected, strict=True))
-                if kind(known.amplification) != "chaotic"
+                for i, ((omega, sigma), solution) in enumerate(zip(cases, expected, strict=True))
+                if kind(solution.amplification) != "chaotic"
             ]
     return rows
 
@@ -210,18 +210,18 @@ def study() -> list[dict]:
 def learned(saved: tegotae.SavedController) -> Law:
     """A trained law as the solver takes it, from the equations and the weights alone."""
     controller, body, weights = saved.controller, saved.body, np.asarray(saved.weights, float)
-    own = {role: weights[part] for role, part in controller.layout.items()}
+    parts = {role: weights[part] for role, part in controller.layout.items()}
     weight_n = body.mass_kg * body.gravity_m_per_s2
     rate = sqrt(body.gravity_m_per_s2 / body.rest_length_m)
 
     def value(role: str, phase: float, spring: float, f: float = 0.0) -> float:
         term = controller.terms[role]
         if not isinstance(term, Network):
-            plain = {VanillaAction: -cos(phase), VanillaReaction: spring, ConstantGain: own[role]}
+            plain = {VanillaAction: -cos(phase), VanillaReaction: spring, ConstantGain: parts[role]}
             return float(np.sum(plain[type(term)]))
         read = {"sin_phase": sin(phase), "cos_phase": cos(phase)}
         read |= {"spring_force": spring / weight_n, "feedback": f / rate}
-        return network(own[role], tuple(read[name] for name in term.reads))
+        return network(parts[role], tuple(read[name] for name in term.reads))
 
     def feedback(phase: float, spring: float, v: float) -> float:
         return np.prod([value(role, phase, spring) for role in ("action", "reaction", "gain")])
@@ -242,8 +242,8 @@ def study_of_learned() -> list[dict]:
     for name in names:
         saved = tegotae.load(f"zoo:paper:{name}")
         assert saved.omega is not None
-        known = reference(learned(saved), saved.omega)
-        print(f"{name}: {kind(known.amplification)}", flush=True)
+        solution = reference(learned(saved), saved.omega)
+        print(f"{name}: {kind(solution.amplification)}", flush=True)
         for tick_s, dtype in runs:
             engine = tegotae.Engine(
                 controller=saved.controller,
@@ -257,10 +257,10 @@ def study_of_learned() -> list[dict]:
                     "law": name,
                     "dtype": dtype,
                     "tick_ms": 1e3 * tick_s,
-                    "amplification": known.amplification,
-                    "kind": kind(known.amplification),
-                    "hops": len(known.hops_m),
-                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, 0], known.hops_m),
+                    "amplification": solution.amplification,
+                    "kind": kind(solution.amplification),
+                    "hops": len(solution.hops_m),
+                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, 0], solution.hops_m),
                 }
             )
     return rows
@@ -268,8 +268,8 @@ def study_of_learned() -> list[dict]:
 
 def errors_mm(rows: list[dict], **where) -> np.ndarray:
     """Errors [mm] of the cases of some rows."""
-    chosen = [r for r in rows if all(r[k] == v for k, v in where.items())]
-    return np.array([r["largest_apex_error_mm"] for r in chosen])
+    matches = [r for r in rows if all(r[k] == v for k, v in where.items())]
+    return np.array([r["largest_apex_error_mm"] for r in matches])
 
 
 def summary(rows: list[dict]) -> list[dict[str, str]]:
@@ -277,14 +277,14 @@ def summary(rows: list[dict]) -> list[dict[str, str]]:
     keys = ("kind", "scheme", "dtype", "actuation")
     table = []
     for values in dict.fromkeys(tuple(r[k] for k in keys) for r in rows):
-        chosen = dict(zip(keys, values, strict=True))
-        worst = {t: errors_mm(rows, tick_ms=1e3 * t, **chosen).max() for t in TICKS_S}
-        shown = {
+        labels = dict(zip(keys, values, strict=True))
+        worst = {t: errors_mm(rows, tick_ms=1e3 * t, **labels).max() for t in TICKS_S}
+        cells = {
             f"{1e3 * t:g} ms": "hops lost" if np.isinf(e) else f"{float(f'{e:.2g}'):g}"
             for t, e in worst.items()
         }
-        cases = len(errors_mm(rows, tick_ms=1e3 * TICKS_S[0], **chosen))
-        table.append({**chosen, "cases": str(cases), **shown})
+        cases = len(errors_mm(rows, tick_ms=1e3 * TICKS_S[0], **labels))
+        table.append({**labels, "cases": str(cases), **cells})
     return sorted(table, key=lambda row: row["kind"])
 
 

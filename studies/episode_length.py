@@ -53,7 +53,7 @@ class EpisodeLength:
 
     def run(self) -> None:
         """Do it all."""
-        rows = [self._row(model, *way) for model in MODELS for way in WAYS]
+        rows = [self._row(model, *setting) for model in MODELS for setting in WAYS]
         with self.out.open("w", newline="", encoding="utf-8") as stream:
             table = csv.writer(stream, lineterminator="\n")
             table.writerow(COLUMNS)
@@ -78,11 +78,11 @@ class EpisodeLength:
             maxlen=1,
         )
         weights = np.asarray(progress.best_weights)
-        found = evaluate(
+        results = evaluate(
             experiment.controller, weights, experiment.omega, experiment.body, protocol
         ).episodes
-        at_omega_t = found["limit_cycle_share"][:, protocol.offsets.index(0.0)]
-        means = [at_omega_t.mean(), *(mean_defined(found[metric].ravel()) for metric in METRICS)]
+        at_omega_t = results["limit_cycle_share"][:, protocol.offsets.index(0.0)]
+        means = [at_omega_t.mean(), *(mean_defined(results[metric].ravel()) for metric in METRICS)]
         return [name, f"{episode_s:g}", f"{settle_s:g}", f"{population}"] + [
             f"{float(mean):.3f}" for mean in means
         ]

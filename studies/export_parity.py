@@ -71,14 +71,14 @@ class Parity:
 
 def trained(folder: Path) -> dict[str, SavedController]:
     """The best run of every model of a study."""
-    found = {}
+    controllers = {}
     for record in Folder(folder).all()[0]:
         experiment = record.experiment
         weights = record.weights[int(np.nanargmax(record.best_fitness))]
-        found[record.model] = SavedController.of(
+        controllers[record.model] = SavedController.of(
             experiment.controller, np.asarray(weights, float), experiment.omega, experiment.body
         )
-    return found
+    return controllers
 
 
 def hoppers(best: dict[str, SavedController]) -> list[dict[str, Any]]:
@@ -88,13 +88,13 @@ def hoppers(best: dict[str, SavedController]) -> list[dict[str, Any]]:
         for i, saved in enumerate(best.values()):
             (place := Path(folder) / str(i)).mkdir()
             programs.append(Compiled(Export(saved, HELD.tick_s), place))
-        found = apexes_of_the_robots(programs, Hopper(), 1.2, 0.0)
+        results = apexes_of_the_robots(programs, Hopper(), 1.2, 0.0)
     rows = []
     with reporting("compare", len(best)) as report:
-        for done, (name, of_robot) in enumerate(zip(best, found, strict=True)):
+        for index, (name, of_robot) in enumerate(zip(best, results, strict=True)):
             times, heights = apexes_of_the_package(best[name])
-            both = min(len(heights), len(of_robot))
-            gap = np.abs(heights[:both] - of_robot[:both])
+            count = min(len(heights), len(of_robot))
+            gap = np.abs(heights[:count] - of_robot[:count])
             rows.append(
                 {
                     "model": name,
@@ -104,7 +104,7 @@ def hoppers(best: dict[str, SavedController]) -> list[dict[str, Any]]:
                     "largest_gap_mm": 1e3 * gap.max(initial=0.0),
                 }
             )
-            report.update(done + 1, name)
+            report.update(index + 1, name)
     return rows
 
 
@@ -115,7 +115,7 @@ def walker(name: str) -> dict[str, Any]:
     phases = np.linspace(0.0, 5.0, legs.body.limbs)
     path = own_run(saved, _WALK, height_m=legs.system.release.height_m, phase_rad=phases[:, None])
     with tempfile.TemporaryDirectory() as folder:
-        found = driven(
+        trace = driven(
             [Compiled(Export(saved, _WALK.tick_s), Path(folder))],
             legs.body,
             legs.system.release.height_m,
@@ -124,7 +124,7 @@ def walker(name: str) -> dict[str, Any]:
             recorded=lambda state, contact: state.position,
         )
     every = round(_WALK.frame_s / _WALK.tick_s)
-    of_robot = found[every - 1 :: every, :, 0]
+    of_robot = trace[every - 1 :: every, :, 0]
     of_package = np.stack([np.asarray(path.x_m)[:, 0], np.asarray(path.height_m)[:, 0]], axis=1)
     gap = np.abs(of_robot[:, [0, 2]] - of_package[: len(of_robot)]).max()
     row = {"model": name, "apexes": 0, "apexes_of_c": 0, "regular": True}

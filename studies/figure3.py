@@ -108,9 +108,11 @@ class Figure3:
 
     def _evolution(self, arm: str) -> Evolution:
         settings: Any = configuration(arm).settings
-        whole = Stopping()
-        generations = max(2, round(whole.generations * self.scale))
-        stopping = replace(whole, generations=generations, least=min(whole.least, generations))
+        criterion = Stopping()
+        generations = max(2, round(criterion.generations * self.scale))
+        stopping = replace(
+            criterion, generations=generations, least=min(criterion.least, generations)
+        )
         return Evolution(algorithm=settings, stopping=stopping)
 
     def _agent(self, arm: str) -> AgentLearner:
@@ -131,8 +133,8 @@ def write(curves: pd.DataFrame, out: Path) -> None:
     """The table of all points, the comparison and the figure."""
     write_csv(out / "figure3.csv", curves, digits=6)
     (out / "figure3.md").write_text(text(curves), encoding="utf-8")
-    shown = curves[curves["algorithm"].isin(["pgpe-figure3", *AGENTS])]
-    save_figure(algorithms_figure(shown), out / "figure3.png")
+    selection = curves[curves["algorithm"].isin(["pgpe-figure3", *AGENTS])]
+    save_figure(algorithms_figure(selection), out / "figure3.png")
 
 
 def gaits(out: Path) -> dict[str, list[Any]]:
@@ -151,7 +153,7 @@ def gaits(out: Path) -> dict[str, list[Any]]:
                     continue
                 saved = load(path)
                 at_omega_t = Protocol(offsets=(0.0,))
-                found = evaluate(
+                results = evaluate(
                     saved.controller,
                     saved.weights,
                     saved.omega,
@@ -159,8 +161,8 @@ def gaits(out: Path) -> dict[str, list[Any]]:
                     metrics=metrics,
                 )
                 seed = int(path.stem.rpartition("seed")[2])
-                measured = [float(found.episodes[name][0, 0]) for name in metrics]
-                nearer = float(nearer_resonance(found.omega, found.episodes["hop_rate"])[0])
+                measured = [float(results.episodes[name][0, 0]) for name in metrics]
+                nearer = float(nearer_resonance(results.omega, results.episodes["hop_rate"])[0])
                 for name, value in zip(columns, (arm, model, seed, *measured, nearer), strict=True):
                     rows[name].append(value)
     return rows
@@ -180,17 +182,17 @@ def text(curves: pd.DataFrame) -> str:
         equal = min((_end_s(run) for runs in agents.values() for run in runs), default=np.inf)
         for arm in ARMS:
             runs = by.get((model, arm), [])
-            for until, called in _marks(arm, runs, equal):
+            for until, label in _marks(arm, runs, equal):
                 for lines, value in ((cells, late_mean), (best, _best)):
                     ours = [value(run, until(run)) for run in runs]
                     over = [
-                        "" if arm in AGENTS or other not in agents
-                        else _words(difference(ours, [value(r, np.inf) for r in agents[other]]))
-                        for other in AGENTS
+                        "" if arm in AGENTS or agent not in agents
+                        else _words(difference(ours, [value(r, np.inf) for r in agents[agent]]))
+                        for agent in AGENTS
                     ]  # fmt: skip
-                    of = _words(interval(ours, within=range_of(COT)))
-                    named = (policy, arm.upper() if arm in AGENTS else arm, str(len(runs)), called)
-                    lines.append(f"| {' | '.join((*named, of, *over))} |")
+                    cost = _words(interval(ours, within=range_of(COT)))
+                    labels = (policy, arm.upper() if arm in AGENTS else arm, str(len(runs)), label)
+                    lines.append(f"| {' | '.join((*labels, cost, *over))} |")
     return "\n".join([*cells, "", *best]) + "\n"
 
 
@@ -204,11 +206,11 @@ def _marks(arm: str, runs: Sequence[pd.DataFrame], equal: float) -> list[tuple[A
     def after(run: pd.DataFrame) -> float:
         return float(run["simulated_s"].iloc[min(GENERATIONS, len(run) - 1)])
 
-    whole = float(np.mean([_end_s(run) for run in runs]))
+    mean_end_s = float(np.mean([_end_s(run) for run in runs]))
     return [
         (lambda run: equal, f"{equal:.0f}"),
         (after, f"{after(runs[0]):.0f}, {GENERATIONS} generations"),
-        (lambda run: np.inf, f"{whole:.0f}, plateau"),
+        (lambda run: np.inf, f"{mean_end_s:.0f}, plateau"),
     ]
 
 
@@ -220,10 +222,10 @@ def _best(run: pd.DataFrame, until_s: float) -> float:
     return float(np.nanmax(run.loc[run["simulated_s"] <= until_s, COT]))
 
 
-def _words(found: Interval) -> str:
-    if np.isnan(found.low):
-        return f"{found.mean:.2f}"
-    return f"{found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]"
+def _words(estimate: Interval) -> str:
+    if np.isnan(estimate.low):
+        return f"{estimate.mean:.2f}"
+    return f"{estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}]"
 
 
 if __name__ == "__main__":

@@ -52,11 +52,11 @@ class WebpWriter(GifWriter):
 
     def finish(self) -> None:
         """Write the file."""
-        first, *others = self._pictures
+        first, *later = self._pictures
         first.save(
             self.outfile,
             save_all=True,
-            append_images=others,
+            append_images=later,
             duration=round(1000 / self.fps),
             loop=0,
             quality=self._quality,
@@ -91,11 +91,11 @@ class Film:
         for name in self.scenes:
             if name not in SCENES:
                 raise unknown("scene", name, SCENES)
-        shown = [name for name in self.scenes if _possible(name)]
-        if not shown:
+        names = [name for name in self.scenes if _possible(name)]
+        if not names:
             raise TegotaeError("no scene is left; name another, such as --scenes hop")
         folder = output_folder(self.folder)
-        files = {name: folder / f"{name}.webp" for name in shown}
+        files = {name: folder / f"{name}.webp" for name in names}
         missing = [name for name, file in files.items() if not self._made(file)]
         pictures = round(self.seconds * self.fps)
         with reporting("film", max(1, pictures * len(missing))) as reporter:
@@ -105,7 +105,9 @@ class Film:
                     SCENES[name],
                     number,
                     files[name],
-                    lambda at, _, k=k, name=name: reporter.update(k * pictures + at + 1, name),
+                    lambda index, _, k=k, name=name: reporter.update(
+                        k * pictures + index + 1, name
+                    ),
                 )
         write_atomically(folder / "film.webp", joined([x.read_bytes() for x in files.values()]))
         print(folder / "film.webp")
@@ -126,7 +128,7 @@ class Film:
     def _lasts_s(self) -> float:
         return round(self.seconds * self.fps) * round(1000 / self.fps) / 1000
 
-    def _make(self, scene: Scene, number: str, file: Path, done: Callable[..., None]) -> None:
+    def _make(self, scene: Scene, number: str, file: Path, report: Callable[..., None]) -> None:
         with matplotlib.rc_context(LARGER):
             figure = new_figure(*SIZE_IN)
             figure.set_layout_engine("none")
@@ -144,7 +146,7 @@ class Film:
             moving = animated(figure, draw, frames, playing.artists)
             writer = WebpWriter(playing.artists, self.fps, self.quality)
             half = file.with_suffix(".part.webp")
-            moving.save(half, writer=writer, dpi=self.width / SIZE_IN[0], progress_callback=done)
+            moving.save(half, writer=writer, dpi=self.width / SIZE_IN[0], progress_callback=report)
             half.replace(file)
 
 
@@ -152,10 +154,10 @@ def _possible(name: str) -> bool:
     """Return True if the packages of a scene are installed; else print a line that names the
     missing one."""
     module = SCENES[name].needs
-    there = not module or importlib.util.find_spec(module) is not None
-    if not there:
+    installed = not module or importlib.util.find_spec(module) is not None
+    if not installed:
         note(f"scene {name} is left out: it needs `pip install --no-deps {module}`")
-    return there
+    return installed
 
 
 def seconds_of(film: Image.Image) -> float:
@@ -176,17 +178,17 @@ def joined(films: Sequence[bytes]) -> bytes:
     """
     head, pictures = b"", []
     for film in films:
-        at = 12
-        while at < len(film):
-            (length,) = struct.unpack_from("<I", film, at + 4)
-            piece = film[at : at + 8 + length + length % 2]
+        offset = 12
+        while offset < len(film):
+            (length,) = struct.unpack_from("<I", film, offset + 4)
+            piece = film[offset : offset + 8 + length + length % 2]
             if piece[:4] == b"ANMF":
                 pictures.append(piece)
             elif film is films[0] and piece[:4] in (b"VP8X", b"ANIM"):
                 head += piece
-            at += len(piece)
-    whole = b"WEBP" + head + b"".join(pictures)
-    return b"RIFF" + struct.pack("<I", len(whole)) + whole
+            offset += len(piece)
+    content = b"WEBP" + head + b"".join(pictures)
+    return b"RIFF" + struct.pack("<I", len(content)) + content
 
 
 if __name__ == "__main__":

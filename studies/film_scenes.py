@@ -122,15 +122,15 @@ class Leg:
 
     def draw(self, time_s: float) -> None:
         """Move to a time of the run."""
-        at = self.run.frame(time_s)
-        y, ground = float(self.run["height_m"][at]), float(self.run["ground_m"][at])
+        frame = self.run.frame(time_s)
+        y, ground = float(self.run["height_m"][frame]), float(self.run["ground_m"][frame])
         foot = max(ground, y - 1.0)
         self.ground.set_y(ground - 5)
         self.mass.set_data([0.0], [y])
         sideways = 0.09 * np.array([0, 0, *([1, -1] * 4), 1, 0, 0])
         self.spring.set_data(sideways - 0.1, np.linspace(foot, y, 13))
         self.push.set_data([0.12, 0.12], [foot, y])
-        self.push.set_linewidth(1.0 + 1.5 * float(self.run["actuator_force_n"][at]))
+        self.push.set_linewidth(1.0 + 1.5 * float(self.run["actuator_force_n"][frame]))
 
 
 def strip(axes: Axes, back_s: float, label: str, low: float, high: float) -> None:
@@ -158,25 +158,25 @@ def hop(figure: Figure, seconds: float) -> Playing:
     portrait.set_title("phase portrait")
     (path,) = portrait.plot([], [], color="0.75", lw=0.8)
     (trail,) = portrait.plot([], [], color=BLUE, lw=2.0)
-    (now,) = portrait.plot([], [], "o", color=BLACK, ms=8)
+    (marker,) = portrait.plot([], [], "o", color=BLACK, ms=8)
     load = figure.add_axes((0.70, 0.16, 0.27, 0.62))
     strip(load, 3.0, "force [N]", -0.3, 1.35 * float(force.max()))
     load.set(xlabel="time [s], now at 0", title="force on the ground")
-    (whole,) = load.plot([], [], color=BLUE, lw=1.8, label="in all")
+    (total,) = load.plot([], [], color=BLUE, lw=1.8, label="in all")
     (push,) = load.plot([], [], color=ORANGE, lw=1.8, label="of the actuator")
     load.legend(loc="upper left")
 
     def draw(time_s: float) -> None:
         leg.draw(time_s)
-        at, past, near = run.frame(time_s), run.since(time_s, 1e9), run.since(time_s, 1.0)
+        frame, past, near = run.frame(time_s), run.since(time_s, 1e9), run.since(time_s, 1.0)
         path.set_data(run["height_m"][past], run["velocity_m_per_s"][past])
         trail.set_data(run["height_m"][near], run["velocity_m_per_s"][near])
-        now.set_data([run["height_m"][at]], [run["velocity_m_per_s"][at]])
+        marker.set_data([run["height_m"][frame]], [run["velocity_m_per_s"][frame]])
         last = run.since(time_s, 3.0)
-        whole.set_data(run.time_s[last] - time_s, force[last])
+        total.set_data(run.time_s[last] - time_s, force[last])
         push.set_data(run.time_s[last] - time_s, run["actuator_force_n"][last])
 
-    return Playing(draw, [*leg.artists, path, trail, now, whole, push])
+    return Playing(draw, [*leg.artists, path, trail, marker, total, push])
 
 
 PARKED = 0.1
@@ -186,8 +186,8 @@ PARKED = 0.1
 def latch(figure: Figure, seconds: float) -> Playing:
     """The five-number law that parks its phase: once in flight, once in stance."""
     table = read_csv(STATIC / "law_map" / "laws.csv")
-    own = (table["form"] == "latch") & (table["subject"] == "study")
-    of_law = own & (numbers(table["omega"]) == 4.0)
+    of_form = (table["form"] == "latch") & (table["subject"] == "study")
+    of_law = of_form & (numbers(table["omega"]) == 4.0)
     laws = Laws(*(numbers(table[name])[of_law][2:3] for name in TITLES))
     system, settle = system_of("study", "latch").replaced({"omega": 4.0}), 20.0
     run = rollout(system, weights_of("study", "latch", laws), settle + 0.5 * seconds)
@@ -214,15 +214,15 @@ def latch(figure: Figure, seconds: float) -> Playing:
     def draw(time_s: float) -> None:
         own_s = settle + 0.5 * time_s
         leg.draw(own_s)
-        at, last = run.frame(own_s), run.since(own_s, 4.0)
-        colour = ORANGE if parked[at] else BLUE
-        x, y = math.cos(phase[at]), math.sin(phase[at])
+        frame, last = run.frame(own_s), run.since(own_s, 4.0)
+        colour = ORANGE if parked[frame] else BLUE
+        x, y = math.cos(phase[frame]), math.sin(phase[frame])
         hand.set_data([0.0, x], [0.0, y])
         tip.set_data([x], [y])
         for artist in (hand, tip, word):
             artist.set_color(colour)
-        where = "in stance" if run.stands[at] else "in flight"
-        word.set_text(f"parked {where}" if parked[at] else "turns")
+        where = "in stance" if run.stands[frame] else "in flight"
+        word.set_text(f"parked {where}" if parked[frame] else "turns")
         back, share = time[last] - own_s, phase[last] % TURN / TURN
         moves.set_data(back[~parked[last]], share[~parked[last]])
         rests.set_data(back[parked[last]], share[parked[last]])
@@ -245,9 +245,9 @@ def locked(omegas: np.ndarray) -> np.ndarray:
     system = resolve("V-sector-w8").experiment().system
     system = system.replaced({"timing": Timing(duration_s=40.0, frame_s=0.02)})
     scenario = system.scenario()._replace(omega=omega)
-    found = system.engine(OutcomeSummary()).run(sigma[:, None], scenario, system.body)
-    one = (found.regime == LIMIT_CYCLE) & (np.abs(found.winding_ratio - 1.0) < 0.01)
-    return one.reshape(len(SIGMAS), len(omegas))
+    outcome = system.engine(OutcomeSummary()).run(sigma[:, None], scenario, system.body)
+    is_locked = (outcome.regime == LIMIT_CYCLE) & (np.abs(outcome.winding_ratio - 1.0) < 0.01)
+    return is_locked.reshape(len(SIGMAS), len(omegas))
 
 
 def tongue(figure: Figure, seconds: float) -> Playing:
@@ -262,8 +262,8 @@ def tongue(figure: Figure, seconds: float) -> Playing:
         rollout(saved.system, saved.weights, seconds, from_omega=FAST, **fall),
     ]
     legs = [
-        Leg(figure.add_axes((left, 0.12, 0.14, 0.62)), run, 2.8, title)
-        for left, run, title in zip((0.08, 0.26), runs, ("clock", "learned"), strict=True)
+        Leg(figure.add_axes((edge, 0.12, 0.14, 0.62)), run, 2.8, title)
+        for edge, run, title in zip((0.08, 0.26), runs, ("clock", "learned"), strict=True)
     ]
     legs[1].mass.axes.set(ylabel="", yticklabels=[])  # type: ignore[union-attr]
     rates = figure.add_axes((0.50, 0.48, 0.47, 0.31))
@@ -291,11 +291,11 @@ def tongue(figure: Figure, seconds: float) -> Playing:
     def draw(time_s: float) -> None:
         for leg in legs:
             leg.draw(time_s)
-        for dot, at, rate in zip(dots, times, values, strict=True):
-            dot.set_data(command(at[at <= time_s]), rate[at <= time_s])
-        now = float(command(time_s))
-        line.set_data([now, now], [SIGMAS[0], SIGMAS[-1]])
-        place.set_data([now], [0.0])
+        for dot, hop_times, rate in zip(dots, times, values, strict=True):
+            dot.set_data(command(hop_times[hop_times <= time_s]), rate[hop_times <= time_s])
+        omega = float(command(time_s))
+        line.set_data([omega, omega], [SIGMAS[0], SIGMAS[-1]])
+        place.set_data([omega], [0.0])
 
     return Playing(draw, [*legs[0].artists, *legs[1].artists, *dots, line, place])
 
@@ -345,9 +345,9 @@ class Walk:
         off = hips[:, :2] - hips[:, :2].mean(axis=0)
         self.round = np.argsort(np.arctan2(off[:, 1], off[:, 0]), kind="stable")
 
-    def draw(self, at: int, frame_s: float, lost: int | None = None) -> None:
+    def draw(self, frame: int, frame_s: float, missing: int | None = None) -> None:
         """Move to a frame; a lost leg is not drawn."""
-        hips, feet, stands = (x[at] for x in self.shape[:3])
+        hips, feet, stands = (x[frame] for x in self.shape[:3])
         x, y = hips[:, 0].mean(), hips[:, 1].mean()
         first = math.floor((x - 1.55) / 0.5)
         for up, stones, outline, legs, soles in self.views:
@@ -362,11 +362,11 @@ class Walk:
                 )
                 sole.set_data([feet[k, 0] - x], [feet[k, up] - aside])
                 sole.set_fillstyle("full" if stands[k] else "none")
-                leg.set_visible(k != lost)
-                sole.set_visible(k != lost)
-        back = np.arange(max(0, at - round(self.BACK / frame_s)), at + 1)
+                leg.set_visible(k != missing)
+                sole.set_visible(k != missing)
+        back = np.arange(max(0, frame - round(self.BACK / frame_s)), frame + 1)
         for k, bar in enumerate(self.bars):
-            bar.set_data((back - at) * frame_s, np.where(self.shape.stands[back, k], k, np.nan))
+            bar.set_data((back - frame) * frame_s, np.where(self.shape.stands[back, k], k, np.nan))
 
 
 def gaits(figure: Figure, seconds: float) -> Playing:
@@ -380,19 +380,19 @@ def gaits(figure: Figure, seconds: float) -> Playing:
     facts = figure.add_axes((0.66, 0.56, 0.31, 0.22))
     facts.set(xlim=(3.0, 8.0), ylim=(0.0, 0.5), ylabel="speed [√(g l0)]")
     facts.set_title("speed over the command ω")
-    (known,) = facts.plot([], [], "o", color=SKY, ms=7)
-    (now,) = facts.plot([], [], "o", color=BLACK, ms=10)
+    (points,) = facts.plot([], [], "o", color=SKY, ms=7)
+    (marker,) = facts.plot([], [], "o", color=BLACK, ms=10)
     word = figure.text(0.31, 0.76, "", ha="center", fontsize=12, weight="bold")
 
     def draw(time_s: float) -> None:
         level = min(int(time_s / part + 1e-9), len(RISE) - 1)
-        left = part - (time_s - level * part)
-        walk.draw((level + 1) * length - 1 - round(left / frame_s), frame_s)
-        known.set_data(RISE[:level], speeds[:level])
-        now.set_data([RISE[level]], [speeds[level]])
+        remaining_s = part - (time_s - level * part)
+        walk.draw((level + 1) * length - 1 - round(remaining_s / frame_s), frame_s)
+        points.set_data(RISE[:level], speeds[:level])
+        marker.set_data([RISE[level]], [speeds[level]])
         word.set_text(f"ω = {RISE[level]:g}: {names[level]}")
 
-    return Playing(draw, [*walk.artists, known, now, word])
+    return Playing(draw, [*walk.artists, points, marker, word])
 
 
 LOST = "LH"
@@ -415,13 +415,13 @@ def lost(figure: Figure, seconds: float) -> Playing:
     begins = LOST_S - 0.3 * seconds
 
     def draw(time_s: float) -> None:
-        at = round((begins + time_s) / frame_s) - 1
-        gone = t.time_s[at] > LOST_S
-        walk.draw(at, frame_s, number if gone else None)
+        frame = round((begins + time_s) / frame_s) - 1
+        gone = t.time_s[frame] > LOST_S
+        walk.draw(frame, frame_s, number if gone else None)
         word.set_text("left hind leg lost" if gone else "")
-        back = slice(max(0, at - round(walk.BACK / frame_s)), at + 1)
+        back = slice(max(0, frame - round(walk.BACK / frame_s)), frame + 1)
         for line, angle in ((pitch, t.pitch_rad), (roll, t.roll_rad)):
-            line.set_data(t.time_s[back] - t.time_s[at], np.degrees(angle[back]))
+            line.set_data(t.time_s[back] - t.time_s[frame], np.degrees(angle[back]))
 
     return Playing(draw, [*walk.artists, pitch, roll, word])
 
@@ -435,15 +435,17 @@ def go1(figure: Figure, seconds: float) -> Playing:
     from tegotae.training.environments.replay import replay
 
     saved = resolve(str(GO1)).controller()
-    own = EnvExperiment.of(saved)
-    own = dataclasses.replace(own, omegas=(), episodes=1, duration_s=0.5 * seconds + 0.1)
-    (episode,) = replay(own, saved.weights[None], seed=1001)
-    pictures, found = film(episode), episode.episode
+    experiment = EnvExperiment.of(saved)
+    experiment = dataclasses.replace(
+        experiment, omegas=(), episodes=1, duration_s=0.5 * seconds + 0.1
+    )
+    (episode,) = replay(experiment, saved.weights[None], seed=1001)
+    pictures, record = film(episode), episode.episode
     scene = figure.add_axes((0.03, 0.10, 0.56, 0.72))
     _bare(scene)
     picture = scene.imshow(pictures[0])
     names = ("FL", "FR", "RL", "RR")
-    loads = found.observation[:, [found.names.index(f"{n}_foot_force") for n in names]]
+    loads = record.observation[:, [record.names.index(f"{n}_foot_force") for n in names]]
     rows, lines = figure.subplots(4, 1, sharex=True), []
     for k, (axes, name) in enumerate(zip(rows, names, strict=True)):
         axes.set_position((0.68, 0.63 - 0.155 * k, 0.29, 0.13))
@@ -451,17 +453,17 @@ def go1(figure: Figure, seconds: float) -> Playing:
         lines += axes.plot([], [], color=COLOURS[k], lw=1.8)
     rows[0].set_title("force on each foot [N]")
     rows[-1].set_xlabel("time [s], now at 0")
-    place = found.observation[:, found.names.index("root_forward")]
+    place = record.observation[:, record.names.index("root_forward")]
     word = figure.text(0.31, 0.78, "", ha="center", fontsize=12, weight="bold")
 
     def draw(time_s: float) -> None:
         own_s = 0.5 * time_s
         picture.set_data(pictures[min(round(own_s * FRAMES_PER_S), len(pictures) - 1)])
-        last = (found.time_s > own_s - 2.0) & (found.time_s <= own_s)
+        last = (record.time_s > own_s - 2.0) & (record.time_s <= own_s)
         for line, load in zip(lines, loads.T, strict=True):
-            line.set_data(found.time_s[last] - own_s, load[last])
-        at = min(int(np.searchsorted(found.time_s, own_s)), len(place) - 1)
-        word.set_text(f"{own_s:4.1f} s   {place[at] - place[0]:4.1f} m")
+            line.set_data(record.time_s[last] - own_s, load[last])
+        frame = min(int(np.searchsorted(record.time_s, own_s)), len(place) - 1)
+        word.set_text(f"{own_s:4.1f} s   {place[frame] - place[0]:4.1f} m")
 
     return Playing(draw, [picture, word, *lines])
 

@@ -30,9 +30,9 @@ def main() -> None:
     """Find and write."""
     rows = []
     for omega in OMEGAS:
-        found = float(curve().at("cot_inverse", omega))
+        reference = float(curve().at("cot_inverse", omega))
         finer = optimise(Hopper(), omega, starts=STARTS, intervals=INTERVALS, seed=1).cot_inverse
-        rows.append({"omega": omega, "kept": found, "finer": finer, "ratio": finer / found})
+        rows.append({"omega": omega, "kept": reference, "finer": finer, "ratio": finer / reference})
         print(rows[-1], flush=True)
     write_rows(KEPT / "optimum.finer.csv", rows, digits=6)
     write_text(KEPT / "optimum.finer.md", text())

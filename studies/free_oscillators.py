@@ -103,8 +103,8 @@ def free(oscillator: Any, duration_s: float = 12.0, step_s: float = 0.002) -> np
         def step(state: Any, _: Any) -> Any:
             first = oscillator.rate(state, omega, none)
             ahead = jax.tree.map(lambda x, dx: x + step_s * dx, state, first)
-            then = oscillator.rate(ahead, omega, none)
-            state = jax.tree.map(lambda x, a, b: x + 0.5 * step_s * (a + b), state, first, then)
+            second = oscillator.rate(ahead, omega, none)
+            state = jax.tree.map(lambda x, a, b: x + 0.5 * step_s * (a + b), state, first, second)
             return state, (state.phase, state.radius)
 
         start = oscillator.start(jnp.zeros(1))._replace(radius=jnp.full(1, 0.2))
@@ -126,12 +126,12 @@ def driven(oscillator: Any, entries: dict[str, tuple[float, float]], with_load: 
         for start in STARTS
     ]
     weights = np.zeros((len(lanes), controller.n_weights))
-    at = controller.layout["oscillator"].start
+    offset = controller.layout["oscillator"].start
     names = learned.names
     sigma, turn, push, start = np.array(lanes).T
     weights[:, 0] = sigma
-    weights[:, at + names.index("turn")] = turn - 1.0
-    weights[:, at + names.index("push")] = push
+    weights[:, offset + names.index("turn")] = turn - 1.0
+    weights[:, offset + names.index("push")] = push
     engine = Engine(
         controller=controller, timing=Timing(duration_s=60.0), summary=trajectory_and_gait
     )
@@ -140,10 +140,10 @@ def driven(oscillator: Any, entries: dict[str, tuple[float, float]], with_load: 
 
 def trajectory_and_gait(trajectory, scenario, body, timing):
     """Return the trajectory for the pictures and the gait for the comparison."""
-    kept = {
+    channels = {
         name: trajectory.channels[name] for name in ("time_s", "height_m", "phase_rad", "radius")
     }
-    return kept, GaitSummary()(trajectory, scenario, body, timing)
+    return channels, GaitSummary()(trajectory, scenario, body, timing)
 
 
 def compared(name: str, entries: dict[str, Any], gait: Any) -> list[dict[str, Any]]:
@@ -155,8 +155,12 @@ def compared(name: str, entries: dict[str, Any], gait: Any) -> list[dict[str, An
         inside = settled[row]
 
         def mean(values: np.ndarray, row: int = row, inside: np.ndarray = inside) -> float:
-            chosen = values.reshape(len(entries), -1)[row][inside]
-            return float(np.nanmean(chosen)) if np.isfinite(chosen).any() else float("nan")
+            settled_values = values.reshape(len(entries), -1)[row][inside]
+            return (
+                float(np.nanmean(settled_values))
+                if np.isfinite(settled_values).any()
+                else float("nan")
+            )
 
         rows.append(
             {
@@ -187,10 +191,10 @@ def draw_free() -> Figure:
             plane.set_aspect("equal")
             plane.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6), xlabel="r cos φ")
             turns = 0.002 * np.arange(len(phase)) * OMEGA / (2.0 * np.pi)
-            shown = turns > turns[-1] - 2.0
-            at = turns[shown] - turns[shown][0]
-            wave.plot(at, np.sin(phase[shown]), color=COLOURS[0], label="sin φ")
-            wave.plot(at, radius[shown], color=COLOURS[1], label="r")
+            window = turns > turns[-1] - 2.0
+            time_turns = turns[window] - turns[window][0]
+            wave.plot(time_turns, np.sin(phase[window]), color=COLOURS[0], label="sin φ")
+            wave.plot(time_turns, radius[window], color=COLOURS[1], label="r")
             wave.set(xlabel="ω t / 2π", ylim=(-1.6, 1.6))
         planes[0].set_ylabel("r sin φ")
         figure.legend(*waves[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -203,13 +207,15 @@ def draw_entrained(paths: dict[str, Any]) -> Figure:
         figure = new_figure(PAGE_IN, 3.0)
         heights, waves = figure.subplots(2, len(paths), sharex=True, sharey="row")
         for height, wave, (name, (path, lane)) in zip(heights, waves, paths.items(), strict=True):
-            shown = path["time_s"][:, lane] > 57.5
-            time = path["time_s"][shown, lane] - 57.5
-            height.plot(time, path["height_m"][shown, lane], color=COLOURS[0])
+            window = path["time_s"][:, lane] > 57.5
+            time = path["time_s"][window, lane] - 57.5
+            height.plot(time, path["height_m"][window, lane], color=COLOURS[0])
             height.axhline(1.0, color="0.6", lw=0.5)
             height.set_title(f"{name}, σ = {SIGMAS[lane // len(STARTS)]:g}", loc="left")
-            wave.plot(time, np.sin(path["phase_rad"][shown, lane]), color=COLOURS[0], label="sin φ")
-            wave.plot(time, path["radius"][shown, lane], color=COLOURS[1], label="r")
+            wave.plot(
+                time, np.sin(path["phase_rad"][window, lane]), color=COLOURS[0], label="sin φ"
+            )
+            wave.plot(time, path["radius"][window, lane], color=COLOURS[1], label="r")
             wave.set_xlabel("time [s]")
         heights[0].set_ylabel("height [m]")
         figure.legend(*waves[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)

@@ -41,19 +41,19 @@ def main() -> None:
     parser.add_argument("--family", nargs="*", default=())
     parser.add_argument("--folder", type=Path, default=Path("fronts"))
     parser.add_argument("--show", action="store_true", help="search nothing")
-    given = parser.parse_args()
-    if given.show:
-        for name in given.systems:
+    arguments = parser.parse_args()
+    if arguments.show:
+        for name in arguments.systems:
             show(name)
         return
-    for name in given.systems:
+    for name in arguments.systems:
         legged = system(name)
         for family in families(legged).values():
-            if given.family and family.name not in given.family:
+            if arguments.family and family.name not in arguments.family:
                 continue
             search = FREE if name == MAIN else LESS
             search = TIED if family.name.startswith(FORCED) else search
-            rows = search_front(legged, family, search, given.folder / name)
+            rows = search_front(legged, family, search, arguments.folder / name)
             table = rows.to_dict("records")
             write_rows(TABLES / f"{name}.csv", table, digits=6, by=("family",))
         show(name)
@@ -76,9 +76,9 @@ def markdown(name: str, families: list[str], speeds: tuple[float, ...]) -> str:
         "|---" * (len(speeds) + 1) + "|",
     ]
     for family in families:
-        own = front(name, family)
-        at = [own.cost_at(v) if own.reaches(v) else np.nan for v in speeds]
-        cells = [f"{cost:.2f}" if np.isfinite(cost) else "–" for cost in at]
+        curve = front(name, family)
+        costs = [curve.cost_at(v) if curve.reaches(v) else np.nan for v in speeds]
+        cells = [f"{cost:.2f}" if np.isfinite(cost) else "–" for cost in costs]
         lines.append(f"| {family} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 

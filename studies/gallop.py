@@ -69,8 +69,8 @@ def harmonics(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
     """⟨N cos φ⟩ and ⟨N sin φ⟩ of every leg over the last whole strides, and its last phase."""
     t = trajectory
     stride = 2.0 * jnp.pi / scenario.omega
-    whole = jnp.floor(0.5 * timing.duration_s / stride) * stride
-    count = (t.time_s[-1] - t.time_s < whole).astype(t.time_s.dtype)[:, None]
+    span = jnp.floor(0.5 * timing.duration_s / stride) * stride
+    count = (t.time_s[-1] - t.time_s < span).astype(t.time_s.dtype)[:, None]
 
     def mean(x: Any) -> Any:
         return (count * x).sum(axis=0) / count.sum(axis=0)
@@ -97,9 +97,9 @@ def coupling(legged: Legged) -> list[dict[str, Any]]:
     cosine, sine, last, fell = still.engine(harmonics, timing).run((0.0,), scenario, legged.body)
     rows = []
     for k, omega in enumerate(OMEGAS):
-        own = np.arange(k * LAGS, (k + 1) * LAGS)
-        own = own[~fell[own].astype(bool)]
-        matrix, explained = fitted((cosine - 1j * sine)[:, own], last[:, own])
+        lanes = np.arange(k * LAGS, (k + 1) * LAGS)
+        lanes = lanes[~fell[lanes].astype(bool)]
+        matrix, explained = fitted((cosine - 1j * sine)[:, lanes], last[:, lanes])
         rows.append(
             {
                 "omega": omega,
@@ -117,22 +117,22 @@ def coupling(legged: Legged) -> list[dict[str, Any]]:
 
 def fitted(loads: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, float]:
     """G of ⟨N_i exp(-i φ_i)⟩ = ½ Σ_j G_ij exp(i (φ_j - φ_i)), and the share that it explains."""
-    matrix, left, whole = np.zeros((4, 4), complex), 0.0, 0.0
+    matrix, residual, total = np.zeros((4, 4), complex), 0.0, 0.0
     for i in range(4):
-        others = np.exp(1j * (phase - phase[i])).T
-        row, *_ = np.linalg.lstsq(others, loads[i], rcond=None)
+        phasors = np.exp(1j * (phase - phase[i])).T
+        row, *_ = np.linalg.lstsq(phasors, loads[i], rcond=None)
         matrix[i] = 2.0 * row
-        left += np.abs(loads[i] - others @ row).var()
-        whole += np.abs(loads[i] - loads[i].mean()).var()
-    return matrix, 1.0 - left / whole
+        residual += np.abs(loads[i] - phasors @ row).var()
+        total += np.abs(loads[i] - loads[i].mean()).var()
+    return matrix, 1.0 - residual / total
 
 
 def averaged(matrix: np.ndarray, legged: Legged) -> str:
     """The gait in which most of 64 random starts of the averaged equations end."""
     phase = random_phases(4, 64, 1)
     for _ in range(5000):
-        apart = np.exp(1j * (phase[None] - phase[:, None]))
-        phase = phase - 0.05 * np.real((matrix[:, :, None] * apart).sum(axis=1))
+        phasors = np.exp(1j * (phase[None] - phase[:, None]))
+        phase = phase - 0.05 * np.real((matrix[:, :, None] * phasors).sum(axis=1))
     lag = (phase[legged.reference] - phase) / (2.0 * np.pi) % 1.0
     names, counts = np.unique(named(lag, legged.names), return_counts=True)
     return str(names[counts.argmax()])
@@ -143,18 +143,18 @@ def emerged(legged: Legged) -> list[dict[str, Any]]:
     starts = 12
     phase = np.tile(random_phases(4, starts), len(OMEGAS))
     scenario = legged.scenario(phase)._replace(omega=np.repeat(OMEGAS, starts))
-    found = lanes_of(legged.run(legged.summary(), scenario))
-    gait = gait_of(found, legged.names).reshape(len(OMEGAS), starts)
+    results = lanes_of(legged.run(legged.summary(), scenario))
+    gait = gait_of(results, legged.names).reshape(len(OMEGAS), starts)
     rows = []
     for k, names in enumerate(gait):
         name, count = commonest(names)
-        own = np.arange(k * starts, (k + 1) * starts)[names == name]
+        lanes = np.arange(k * starts, (k + 1) * starts)[names == name]
         rows.append(
             {
                 "gait": name,
                 "starts": count,
                 **{
-                    column: np.mean(np.asarray(getattr(found, column))[..., own])
+                    column: np.mean(np.asarray(getattr(results, column))[..., lanes])
                     for column in _OF_GAIT
                 },
             }
@@ -167,8 +167,8 @@ _OF_GAIT = ("speed_m_per_s", "cost_of_transport", "duty_factor", "flight_share",
 
 def commonest(names: np.ndarray) -> tuple[str, int]:
     """The most common name, and how often it occurs."""
-    found, counts = np.unique(names, return_counts=True)
-    return str(found[counts.argmax()]), int(counts.max())
+    gaits, counts = np.unique(names, return_counts=True)
+    return str(gaits[counts.argmax()]), int(counts.max())
 
 
 def modes() -> None:
@@ -202,8 +202,8 @@ def released(
     com = np.asarray(changes.get("com_z_m", body.com_z_m))  # type: ignore[attr-defined]
     scenario = scenario._replace(height_m=np.broadcast_to(1.0 + com - sag + lanes["press"], count))
     own_system = dataclasses.replace(legged.system, controller=kind.controller(legged))
-    own = legged.timing
-    timing = Timing(duration_s=150.0, tick_s=own.tick_s, frame_s=2.0 * own.frame_s)
+    base = legged.timing
+    timing = Timing(duration_s=150.0, tick_s=base.tick_s, frame_s=2.0 * base.frame_s)
     engine = own_system.engine(legged.summary(), timing)
     return lanes_of(engine.run(kind.weights(lanes), with_changes(scenario, body, changes), body))
 
@@ -227,30 +227,31 @@ def mapped() -> None:
     omega = 7.2
     inertia = stiff * (r / omega) ** 2
     yaw = body.inertia_z_kg_m2 / body.inertia_y_kg_m2
-    ways = {
+    axes = {
         "omega": ({"com_x_m": com}, by_omega),
         "inertia": (
             {"com_x_m": com, "inertia_y_kg_m2": inertia, "inertia_z_kg_m2": yaw * inertia},
             np.full_like(r, omega),
         ),
     }
-    for way, (bodies, omegas) in ways.items():
+    for axis, (bodies, omegas) in axes.items():
         able = possible(legged, bodies)
         bodies = {name: x[..., able] for name, x in bodies.items()}
-        found = released(legged, bodies, own_numbers(legged, omegas[able]), starts)
-        gait = gait_of(found, legged.names).reshape(-1, starts)
+        results = released(legged, bodies, own_numbers(legged, omegas[able]), starts)
+        gait = gait_of(results, legged.names).reshape(-1, starts)
         speed, cost = (
             np.asarray(x).reshape(-1, starts)
-            for x in (found.speed_m_per_s, found.cost_of_transport)
+            for x in (results.speed_m_per_s, results.cost_of_transport)
         )
         for k, names in enumerate(gait):
             name, count = commonest(names)
-            own = names == name
+            matches = names == name
             rows.append(
                 {
-                    "by": way, "r": r[able][k], "com_x": com[able][k], "omega": omegas[able][k],
+                    "by": axis, "r": r[able][k], "com_x": com[able][k], "omega": omegas[able][k],
                     "gait": name, "starts": count,
-                    "speed_m_per_s": speed[k][own].mean(), "cost_of_transport": cost[k][own].mean(),
+                    "speed_m_per_s": speed[k][matches].mean(),
+                    "cost_of_transport": cost[k][matches].mean(),
                 }
             )  # fmt: skip
     write_rows(FOLDER / "gallop-map.csv", rows, digits=4)
@@ -286,20 +287,20 @@ OF_FOOT = ("sigma", "stride", "lift", "press")
 
 def drawn(count: int, around: dict[str, np.ndarray], width: float, draw: Any) -> dict:
     """Bodies with numbers near those of some others, each varied by a factor or a length."""
-    own = draw.integers(len(around["com_x_m"]), size=count)
-    found = {}
+    parents = draw.integers(len(around["com_x_m"]), size=count)
+    bodies = {}
     for name, x in around.items():
-        value = x[own]
+        value = x[parents]
         if name in ("com_x_m", "com_z_m", "shift"):
-            found[name] = value + width * (0.5 if name == "com_x_m" else 0.3) * draw.normal(
+            bodies[name] = value + width * (0.5 if name == "com_x_m" else 0.3) * draw.normal(
                 size=count
             )
         else:
-            found[name] = value * np.exp(width * draw.normal(size=count))
-    found["com_z_m"] = np.clip(found["com_z_m"], -0.7, 0.0)
-    roll, pitch, yaw = (found[f"inertia_{axis}_kg_m2"] for axis in "xyz")
-    found["inertia_z_kg_m2"] = np.clip(yaw, np.abs(pitch - roll), pitch + roll)
-    return found
+            bodies[name] = value * np.exp(width * draw.normal(size=count))
+    bodies["com_z_m"] = np.clip(bodies["com_z_m"], -0.7, 0.0)
+    roll, pitch, yaw = (bodies[f"inertia_{axis}_kg_m2"] for axis in "xyz")
+    bodies["inertia_z_kg_m2"] = np.clip(yaw, np.abs(pitch - roll), pitch + roll)
+    return bodies
 
 
 def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -320,11 +321,11 @@ def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np
     tuned = own_numbers(legged, np.tile(LADDER, n))
     for name in (*OF_FOOT, "shift"):
         tuned[name] = np.repeat(drawn_bodies[name][able], rungs)
-    found = released(legged, bodies, tuned, starts)
-    gait = gait_of(found, legged.names).reshape(n, rungs, starts)
+    results = released(legged, bodies, tuned, starts)
+    gait = gait_of(results, legged.names).reshape(n, rungs, starts)
     speed, cost = (
         np.asarray(x).reshape(n, rungs, starts).mean(axis=2)
-        for x in (found.speed_m_per_s, found.cost_of_transport)
+        for x in (results.speed_m_per_s, results.cost_of_transport)
     )
     gallops = np.isin(gait, GALLOPS).all(axis=2) & (speed > 0.05)
     trots = (gait == "trot").all(axis=2) & (speed > 0.05)
@@ -353,8 +354,8 @@ def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np
             cheaper = cost[k, near].min() / cost[k, rung] if len(near) else np.nan
             against = near[cost[k, near].argmin()] if len(near) else fast
             score = max(faster, 0.0 if np.isnan(cheaper) else cheaper)
-            before = np.nanmax([result["faster"][body], result["cheaper"][body], 0.0])
-            if score > before:
+            previous = np.nanmax([result["faster"][body], result["cheaper"][body], 0.0])
+            if score > previous:
                 result["faster"][body], result["cheaper"][body] = faster, cheaper
                 result["omega"][body] = LADDER[rung]
                 result["gallop_speed"][body], result["gallop_cost"][body] = (
@@ -372,36 +373,41 @@ def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np
 def of_system(legged: Legged) -> dict[str, np.ndarray]:
     """The numbers of a system's body and foot, as those of one body of the search."""
     body: Any = legged.body
-    own = {name: np.array([getattr(body, name)]) for name in (*VARIED, "com_x_m", "com_z_m")}
-    own |= {"reach": np.array([body.hips_x_m[0]]), "breadth": np.array([body.hips_y_m[0]])}
+    values = {name: np.array([getattr(body, name)]) for name in (*VARIED, "com_x_m", "com_z_m")}
+    values |= {"reach": np.array([body.hips_x_m[0]]), "breadth": np.array([body.hips_y_m[0]])}
     foot = own_numbers(legged, np.ones(1))
-    return own | {name: foot[name] for name in (*OF_FOOT, "shift")}
+    return values | {name: foot[name] for name in (*OF_FOOT, "shift")}
 
 
 def search(count: int = 512, rounds: int = 4) -> None:
     """Write `gallop-search.csv`: the bodies whose gallop does best beside the trot below it."""
     legged = system("quadruped-g")
     draw = np.random.default_rng(0)
-    whole: dict[str, np.ndarray] = {}
+    archive: dict[str, np.ndarray] = {}
     around = of_system(legged)
     with reporting("bodies", count * rounds) as reporter:
         for number in range(rounds):
             bodies = drawn(count, around, (0.3, 0.3, 0.2, 0.12)[min(number, 3)], draw)
-            found = bodies | outcome(legged, bodies)
-            whole = {k: np.concatenate([whole[k], x]) if whole else x for k, x in found.items()}
+            candidates = bodies | outcome(legged, bodies)
+            archive = {
+                k: np.concatenate([archive[k], x]) if archive else x for k, x in candidates.items()
+            }
             reporter.update(count * (number + 1))
-            score = np.fmax(whole["faster"], np.nan_to_num(whole["cheaper"]))
+            score = np.fmax(archive["faster"], np.nan_to_num(archive["cheaper"]))
             first = np.argsort(-np.nan_to_num(score))[:16]
             first = first[np.nan_to_num(score[first]) > 0.0]
             if len(first):
-                around = {name: whole[name][first] for name in around}
-    order = np.argsort(-np.nan_to_num(np.fmax(whole["faster"], np.nan_to_num(whole["cheaper"]))))
-    rows = [{name: x[k] for name, x in whole.items()} for k in order[:20]]
+                around = {name: archive[name][first] for name in around}
+    order = np.argsort(
+        -np.nan_to_num(np.fmax(archive["faster"], np.nan_to_num(archive["cheaper"])))
+    )
+    rows = [{name: x[k] for name, x in archive.items()} for k in order[:20]]
     write_rows(FOLDER / "gallop-search.csv", rows, digits=5)
-    has = np.isfinite(whole["faster"])
+    has = np.isfinite(archive["faster"])
     print(f"{len(has)} bodies, {has.sum()} with a gallop and a trot below it")
     print(
-        f"faster: {(whole['faster'][has] > 1).sum()}, cheaper: {(whole['cheaper'][has] > 1).sum()}"
+        f"faster: {(archive['faster'][has] > 1).sum()}, "
+        f"cheaper: {(archive['cheaper'][has] > 1).sum()}"
     )
 
 
@@ -413,28 +419,31 @@ def best() -> None:
     """
     legged, starts = system("quadruped-g"), 8
     table = read_csv(FOLDER / "gallop-search.csv")
-    chosen = {name: numbers(x) for name, x in table.items() if name != "gallop"}
-    pays = chosen["gallop_cost"] < chosen["trot_cost"]
+    columns = {name: numbers(x) for name, x in table.items() if name != "gallop"}
+    pays = columns["gallop_cost"] < columns["trot_cost"]
     # A trot that hardly moves is no rival.
-    pays &= chosen["trot_speed"] > 0.2
-    k = int(np.argmax(np.where(pays, chosen["faster"], 0.0)))
+    pays &= columns["trot_speed"] > 0.2
+    k = int(np.argmax(np.where(pays, columns["faster"], 0.0)))
     omegas = np.linspace(2.0, 11.0, 37)
-    one = {name: chosen[name][k] for name in (*VARIED, "com_x_m", "com_z_m")}
-    bodies = {name: np.full(len(omegas), x) for name, x in one.items()}
+    values = {name: columns[name][k] for name in (*VARIED, "com_x_m", "com_z_m")}
+    bodies = {name: np.full(len(omegas), x) for name, x in values.items()}
     for name, axis in (("hips_x_m", "reach"), ("hips_y_m", "breadth")):
         signs = np.sign(np.array(getattr(legged.body, name)))
-        bodies[name] = signs[:, None] * np.full(len(omegas), chosen[axis][k])
+        bodies[name] = signs[:, None] * np.full(len(omegas), columns[axis][k])
     tuned = own_numbers(legged, omegas)
-    tuned |= {name: np.full(len(omegas), chosen[name][k]) for name in (*OF_FOOT, "shift")}
-    found = released(legged, bodies, tuned, starts)
-    gait = gait_of(found, legged.names).reshape(-1, starts)
+    tuned |= {name: np.full(len(omegas), columns[name][k]) for name in (*OF_FOOT, "shift")}
+    results = released(legged, bodies, tuned, starts)
+    gait = gait_of(results, legged.names).reshape(-1, starts)
     rows = []
-    for at, omega in enumerate(omegas):
-        name, count = commonest(gait[at])
-        own = at * starts + np.flatnonzero(gait[at] == name)
+    for index, omega in enumerate(omegas):
+        name, count = commonest(gait[index])
+        lanes = index * starts + np.flatnonzero(gait[index] == name)
         rows.append(
             {"omega": omega, "gait": name, "starts": count}
-            | {column: np.mean(np.asarray(getattr(found, column))[..., own]) for column in _OF_GAIT}
+            | {
+                column: np.mean(np.asarray(getattr(results, column))[..., lanes])
+                for column in _OF_GAIT
+            }
         )
     write_rows(FOLDER / "gallop-best.csv", rows, digits=4)
 
@@ -446,15 +455,15 @@ def drawn_figure() -> None:
     """Write `gallop.png` of the kept tables: the modes over ω, and the two maps."""
     with styled():
         figure = new_figure(PAGE_IN, 2.9)
-        left, *maps = figure.subplots(1, 3, width_ratios=(1.1, 1.0, 1.0))
-        _modes(left)
-        seen: list[str] = []
+        panel, *maps = figure.subplots(1, 3, width_ratios=(1.1, 1.0, 1.0))
+        _modes(panel)
+        names: list[str] = []
         table = read_csv(FOLDER / "gallop-map.csv")
-        for axes, way, title in zip(maps, ("omega", "inertia"), _TITLES, strict=True):
-            seen += _map(axes, table, way)
+        for axes, axis, title in zip(maps, ("omega", "inertia"), _TITLES, strict=True):
+            names += _map(axes, table, axis)
             axes.set(xlabel="centre of mass, forward [l0]", title=title)
         maps[0].set_ylabel("ω over the rate of pitching, r")
-        named_gaits = sorted(set(seen), key=lambda name: (name in NO_GAIT, name))
+        named_gaits = sorted(set(names), key=lambda name: (name in NO_GAIT, name))
         keys = [
             Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in named_gaits
         ]
@@ -482,31 +491,31 @@ def risen() -> tuple[Legged, Any, list[str], list[Any], Timing]:
     def closely(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
         return trajectory, levels(trajectory, scenario, body, timing)
 
-    trajectory, found = legged.run(closely, scenario, timing)
+    trajectory, result = legged.run(closely, scenario, timing)
     trajectory = jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory)
-    found = lanes_of(found)
-    each = [type(found)(*(x[k] for x in found)) for k in range(len(RISE))]
-    gaits = [gait_of(level, legged.names)[0] for level in each]
-    return legged, trajectory, gaits, each, timing
+    result = lanes_of(result)
+    results = [type(result)(*(x[k] for x in result)) for k in range(len(RISE))]
+    gaits = [gait_of(level, legged.names)[0] for level in results]
+    return legged, trajectory, gaits, results, timing
 
 
 def film() -> None:
     """Write `transition.gif`: one rollout in which ω rises by steps."""
-    legged, trajectory, gaits, each, timing = risen()
+    legged, trajectory, gaits, levels, timing = risen()
     length = timing.n_frames // len(RISE)
     frames = []
-    for k, level in enumerate(each):
+    for k, level in enumerate(levels):
         back_s = SHOWN / float(level.cycle_frequency_hz[0])
         back = np.linspace(back_s / timing.frame_s, 0.0, round(SHOWN * FRAMES_PER_S))
         frames.append((k + 1) * length - 1 - np.round(back).astype(int))
     with styled():
-        shown = moving(
+        animation = moving(
             legged,
             trajectory,
             np.concatenate(frames),
-            lambda at: f"ω = {RISE[at // length]:g}   {gaits[at // length]}",
+            lambda frame: f"ω = {RISE[frame // length]:g}   {gaits[frame // length]}",
         )
-        save_animation(shown, FOLDER / "transition.gif")
+        save_animation(animation, FOLDER / "transition.gif")
     print(*(f"ω = {w:g}: {gait}" for w, gait in zip(RISE, gaits, strict=True)), sep="; ")
 
 
@@ -527,11 +536,11 @@ def _modes(axes: Axes) -> None:
     axes.set_title("modes; below, the gait")
 
 
-def _map(axes: Axes, table: dict[str, np.ndarray], way: str) -> list[str]:
-    own = table["by"] == way
-    x, y = numbers(table["com_x"][own]), numbers(table["r"][own])
-    gaits = [str(name) for name in table["gait"][own]]
-    share = numbers(table["starts"][own]) / 4.0
+def _map(axes: Axes, table: dict[str, np.ndarray], axis: str) -> list[str]:
+    rows = table["by"] == axis
+    x, y = numbers(table["com_x"][rows]), numbers(table["r"][rows])
+    gaits = [str(name) for name in table["gait"][rows]]
+    share = numbers(table["starts"][rows]) / 4.0
     colours = [to_rgba(gait_colour(gait), float(s)) for gait, s in zip(gaits, share, strict=True)]
     width, height = COM_X[1] - COM_X[0], R[1] - R[0]
     axes.bar(x, height, width, y - 0.5 * height, color=colours, lw=0)

@@ -63,24 +63,24 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--show", action="store_true", help="try nothing")
     parser.add_argument("--only", type=int, default=None, help="so many models at most")
-    given = parser.parse_args(words)
-    if given.show:
+    arguments = parser.parse_args(words)
+    if arguments.show:
         show()
         return
-    if given.study is None or given.out is None:
+    if arguments.study is None or arguments.out is None:
         parser.error("needs a study's folder and --out, or --show")
-    chosen = tuple(CATALOGUE.values())
-    controllers = ordered([ControllersUnderTest.of(runs) for runs in read(given.study)])[
-        : given.only
+    disturbances = tuple(CATALOGUE.values())
+    controllers = ordered([ControllersUnderTest.of(runs) for runs in read(arguments.study)])[
+        : arguments.only
     ]
-    done = generalise(controllers, chosen, given.out)
-    tables(done)
+    results = generalise(controllers, disturbances, arguments.out)
+    tables(results)
 
 
 def ordered(controllers: Sequence[ControllersUnderTest]) -> list[ControllersUnderTest]:
     """The plain models first, so that a stopped run has something of every architecture."""
     plain = {experiment.name: i for i, experiment in enumerate(plan("quick").experiments)}
-    return sorted(controllers, key=lambda each: plain.get(each.name, len(plain)))
+    return sorted(controllers, key=lambda item: plain.get(item.name, len(plain)))
 
 
 def architecture(tested: ControllersUnderTest) -> str:
@@ -88,11 +88,11 @@ def architecture(tested: ControllersUnderTest) -> str:
     return all_models()[tested.name].architecture
 
 
-def grouped(done: Sequence[Done]) -> dict[str, list[Done]]:
+def grouped(results: Sequence[Done]) -> dict[str, list[Done]]:
     """Controllers by architecture, in the paper's order."""
     groups: dict[str, list[Done]] = {}
-    for each in done:
-        groups.setdefault(architecture(each[0]), []).append(each)
+    for result in results:
+        groups.setdefault(architecture(result[0]), []).append(result)
     return {name: groups[name] for name in sorted(groups, key=_place)}
 
 
@@ -100,32 +100,34 @@ def _place(name: str) -> tuple[int, str]:
     return (GROUPS.index(name) if name in GROUPS else len(GROUPS), name)
 
 
-def tables(done: Sequence[Done]) -> None:
+def tables(results: Sequence[Done]) -> None:
     """Write margins of models, margins of architectures, and the curves."""
-    chosen = tuple(CATALOGUE.values())
+    disturbances = tuple(CATALOGUE.values())
     rows = [
         {"model": tested.name, **m._asdict()}
-        for tested, outcome in done
-        for m in margins(outcome, chosen)
+        for tested, outcome in results
+        for m in margins(outcome, disturbances)
         if m.runs
     ]
     write_rows(KEPT / "margins.csv", rows, digits=3)
-    groups = grouped(done)
-    rows = [row for name in groups for row in of_group(name, groups[name], chosen)]
+    groups = grouped(results)
+    rows = [row for name in groups for row in of_group(name, groups[name], disturbances)]
     write_rows(KEPT / "architectures.csv", rows, digits=3)
-    shown = {f"{name} ({len(groups[name])})": groups[name] for name in GROUPS if name in groups}
-    save_figure(groups_figure(shown, chosen), KEPT / "curves.png")
-    moving = tuple(dataclasses.replace(each, measure="moves") for each in chosen)
+    labelled = {f"{name} ({len(groups[name])})": groups[name] for name in GROUPS if name in groups}
+    save_figure(groups_figure(labelled, disturbances), KEPT / "curves.png")
+    moving = tuple(
+        dataclasses.replace(disturbance, measure="moves") for disturbance in disturbances
+    )
     rows = [row for name in groups for row in of_group(name, groups[name], moving)]
     write_rows(KEPT / "moving.csv", rows, digits=3)
-    save_figure(groups_figure(shown, moving), KEPT / "moving.png")
-    by_name = {tested.name: tested for tested, _ in done}
+    save_figure(groups_figure(labelled, moving), KEPT / "moving.png")
+    by_name = {tested.name: tested for tested, _ in results}
     write_rows(
         KEPT / "edge.csv",
         list(edge([by_name[name] for name in LOOKED_AT if name in by_name])),
         digits=3,
     )
-    deployed = {tested.name: outcome for tested, outcome in done}.get(DEPLOYED)
+    deployed = {tested.name: outcome for tested, outcome in results}.get(DEPLOYED)
     if deployed is not None:
         write_text(KEPT / "deploy.md", deploy_text(deployed))
     show()
@@ -145,8 +147,8 @@ def rows_of(file: Path) -> list[dict]:
     table = read_csv(file)
     words = ("architecture", "condition", "side")
     return [
-        {title: cell if title in words else float(cell or "nan") for title, cell in each.items()}
-        for each in (
+        {title: cell if title in words else float(cell or "nan") for title, cell in measure.items()}
+        for measure in (
             dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)
         )
     ]
@@ -158,69 +160,88 @@ def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
     The open end of a bar leads to the next level, where half have failed; thin lines are 95 %
     intervals over runs.
     """
-    shown = [
-        each for each in CATALOGUE.values() if each.name in {row["condition"] for row in moves}
+    disturbances = [
+        disturbance
+        for disturbance in CATALOGUE.values()
+        if disturbance.name in {row["condition"] for row in moves}
     ]
     columns = 3
     with styled():
-        figure = new_figure(PAGE_IN, 1.6 * -(-len(shown) // columns) + 0.4)
-        axes = figure.subplots(-(-len(shown) // columns), columns, squeeze=False).ravel()
-        for ax, each in zip(axes, shown, strict=False):
-            _margins(ax, each, moves, at=-0.2, colour="0.75", label="hop")
-            _margins(ax, each, keeps, at=0.2, colour=COLOURS[0], label="keep their gait")
-            ax.axvline(each.neutral, color="black", lw=0.8, ls=":", zorder=3)
+        figure = new_figure(PAGE_IN, 1.6 * -(-len(disturbances) // columns) + 0.4)
+        axes = figure.subplots(-(-len(disturbances) // columns), columns, squeeze=False).ravel()
+        for ax, disturbance in zip(axes, disturbances, strict=False):
+            _margins(ax, disturbance, moves, position=-0.2, colour="0.75", label="hop")
+            _margins(
+                ax, disturbance, keeps, position=0.2, colour=COLOURS[0], label="keep their gait"
+            )
+            ax.axvline(disturbance.neutral, color="black", lw=0.8, ls=":", zorder=3)
             ax.set_yticks(range(len(GROUPS)), GROUPS, size=7)
             ax.set_ylim(len(GROUPS) - 0.4, -0.6)
             ax.tick_params(axis="y", length=0)
-            ax.set_xlabel(each.label + (f" [{each.unit}]" if each.unit else ""))
-        for ax in axes[len(shown) :]:
+            ax.set_xlabel(
+                disturbance.label + (f" [{disturbance.unit}]" if disturbance.unit else "")
+            )
+        for ax in axes[len(disturbances) :]:
             ax.set_axis_off()
         handles, labels = axes[0].get_legend_handles_labels()
-        named = dict(zip(labels, handles, strict=True))
-        named["up to the next level, which half fail"] = Patch(fc="white", ec="0.4", lw=0.6)
-        named["95 % interval of the end"] = Line2D([], [], color="black", lw=0.7)
-        named["undisturbed"] = Line2D([], [], color="black", lw=0.8, ls=":")
+        entries = dict(zip(labels, handles, strict=True))
+        entries["up to the next level, which half fail"] = Patch(fc="white", ec="0.4", lw=0.6)
+        entries["95 % interval of the end"] = Line2D([], [], color="black", lw=0.7)
+        entries["undisturbed"] = Line2D([], [], color="black", lw=0.8, ls=":")
         title = "more than half of the runs, up to the end of the bar"
         figure.legend(
-            list(named.values()), list(named), title=title, loc="outside lower center", ncols=5
+            list(entries.values()), list(entries), title=title, loc="outside lower center", ncols=5
         )
     return figure
 
 
 def _margins(
-    ax: Axes, each: Disturbance, rows: Sequence[dict], *, at: float, colour: str, label: str
+    ax: Axes,
+    disturbance: Disturbance,
+    rows: Sequence[dict],
+    *,
+    position: float,
+    colour: str,
+    label: str,
 ) -> None:
     """The bars of one measure, an architecture each, and the intervals of their ends."""
-    levels = [each.neutral, *each.levels]
+    levels = [disturbance.neutral, *disturbance.levels]
     edges = min(levels), max(levels)
     for row in rows:
-        if row["condition"] != each.name or row["architecture"] not in GROUPS:
+        if row["condition"] != disturbance.name or row["architecture"] not in GROUPS:
             continue
-        y = GROUPS.index(row["architecture"]) + at
-        kept, lost, low, high = np.clip(
+        y = GROUPS.index(row["architecture"]) + position
+        survived, failed, low, high = np.clip(
             [row[name] for name in ("survived", "failed", "low", "high")], *edges
         )
         size = {"height": 0.34, "edgecolor": colour, "lw": 0.6}
-        ax.barh(y, kept - each.neutral, left=each.neutral, color=colour, label=label, **size)
-        ax.barh(y, lost - kept, left=kept, color="white", **size)
+        ax.barh(
+            y,
+            survived - disturbance.neutral,
+            left=disturbance.neutral,
+            color=colour,
+            label=label,
+            **size,
+        )
+        ax.barh(y, failed - survived, left=survived, color="white", **size)
         ax.plot([low, high], [y, y], color="black", lw=0.7, zorder=4)
     room = 0.02 * (edges[1] - edges[0])
     ax.set_xlim(edges[0] - room, edges[1] + room)
 
 
-def of_group(name: str, members: Sequence[Done], chosen: Sequence[Disturbance]):
+def of_group(name: str, members: Sequence[Done], disturbances: Sequence[Disturbance]):
     """Summarise an architecture: the margin over its runs, and the shares that it preserves."""
-    for each in chosen:
+    for disturbance in disturbances:
         for below in (True, False):
-            if not (levels := each.side(below)):
+            if not (levels := disturbance.side(below)):
                 continue
-            mine = [(s, o) for s, o in members if each.name not in o.left_out]
+            mine = [(s, o) for s, o in members if disturbance.name not in o.left_out]
             if not mine:
                 continue
-            survived = np.concatenate([levels_survived(o, each, below) for _, o in mine])
-            found = margin(each, below, survived)._asdict()
-            row = {"architecture": name, "models": len(mine), **found}
-            yield row | _kept(mine, each.name, levels[0])
+            survived = np.concatenate([levels_survived(o, disturbance, below) for _, o in mine])
+            limits = margin(disturbance, below, survived)._asdict()
+            row = {"architecture": name, "models": len(mine), **limits}
+            yield row | _kept(mine, disturbance.name, levels[0])
 
 
 def edge(controllers: Sequence[ControllersUnderTest]) -> Iterator[dict]:
@@ -228,13 +249,13 @@ def edge(controllers: Sequence[ControllersUnderTest]) -> Iterator[dict]:
     for tested in controllers:
         timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
         engine = tested.system.engine(_extremes, timing)
-        least, most, failed = engine.run(tested.weights, tested.system.scenario(), tested.body)
+        lowest, highest, failed = engine.run(tested.weights, tested.system.scenario(), tested.body)
         yield {
             "model": tested.name,
-            "runs": len(least),
+            "runs": len(lowest),
             "failed": int(failed.sum()),
-            "shortest_leg_l0": float(np.median(least)),
-            "highest_l0": float(np.median(most)),
+            "shortest_leg_l0": float(np.median(lowest)),
+            "highest_l0": float(np.median(highest)),
         }
 
 
@@ -246,20 +267,20 @@ def _extremes(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Ti
 
 def _kept(members: Sequence[Done], condition: str, level: float) -> dict[str, float]:
     """Return the preserved shares at the first level, and the share that still hops at the last."""
-    kept: dict[str, list[np.ndarray]] = {"keeps": [], "moves": [], "efficiency": []}
+    shares: dict[str, list[np.ndarray]] = {"keeps": [], "moves": [], "efficiency": []}
     for _, outcome in members:
         table = outcome.table
-        there = table[(table["condition"] == condition) & np.isclose(table["level"], level)]
-        kept["keeps"].append(there["keeps"][there["had"]])
-        kept["moves"].append(there["moves"][there["moved"]])
-        kept["efficiency"].append(there["efficiency"][np.isfinite(there["efficiency"])])
-    whole = {name: np.concatenate(parts).astype(float) for name, parts in kept.items()}
-    found = {"first_level": level}
+        rows = table[(table["condition"] == condition) & np.isclose(table["level"], level)]
+        shares["keeps"].append(rows["keeps"][rows["had"]])
+        shares["moves"].append(rows["moves"][rows["moved"]])
+        shares["efficiency"].append(rows["efficiency"][np.isfinite(rows["efficiency"])])
+    pooled = {name: np.concatenate(parts).astype(float) for name, parts in shares.items()}
+    result = {"first_level": level}
     for name in MEASURES:
-        found[name] = float(whole[name].mean()) if len(whole[name]) else np.nan
-    efficiency = whole["efficiency"]
-    found["efficiency"] = float(np.median(efficiency)) if len(efficiency) else np.nan
-    return found
+        result[name] = float(pooled[name].mean()) if len(pooled[name]) else np.nan
+    efficiency = pooled["efficiency"]
+    result["efficiency"] = float(np.median(efficiency)) if len(efficiency) else np.nan
+    return result
 
 
 def deploy_text(outcome: Retention) -> str:
@@ -276,20 +297,20 @@ def deploy_text(outcome: Retention) -> str:
     return "\n".join(lines) + "\n"
 
 
-def pivoted(rows: Sequence[dict], said: Callable[[dict], str]) -> str:
+def pivoted(rows: Sequence[dict], text_of: Callable[[dict], str]) -> str:
     """A table in Markdown: a row a condition and side, a column an architecture."""
     names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
     cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
     lines = [f"| condition | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]
-    for each in CATALOGUE.values():
+    for disturbance in CATALOGUE.values():
         for side, below in (("below", True), ("above", False)):
-            mine = [cells.get((each.name, side, name)) for name in names]
+            mine = [cells.get((disturbance.name, side, name)) for name in names]
             if not any(mine):
                 continue
-            levels = each.side(below)
-            arrow = f"{each.neutral:g} → {levels[-1]:g}"
-            texts = ("–" if row is None else said(row) for row in mine)
-            lines.append(f"| {each.name} {arrow} | {' | '.join(texts)} |")
+            levels = disturbance.side(below)
+            arrow = f"{disturbance.neutral:g} → {levels[-1]:g}"
+            texts = ("–" if row is None else text_of(row) for row in mine)
+            lines.append(f"| {disturbance.name} {arrow} | {' | '.join(texts)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -60,13 +60,13 @@ def vanilla() -> None:
     """The best σ of every stride and ω, from four starts of training's length."""
     rows = []
     for stride in STRIDES:
-        own = experiment("vanilla", vanilla_law(), stride)
+        task = experiment("vanilla", vanilla_law(), stride)
         pairs = list(product(sorted(OMEGAS + UNSEEN), SIGMAS))
         sigmas = np.array([[sigma * omega / LOAD_N] for omega, sigma in pairs])
         trials = [Trial(k, pairs[k][0], start) for k in range(len(pairs)) for start in STARTS_FIRST]
-        found = tried(trials, by_law(own, sigmas), TRAINED_S)
+        results = tried(trials, by_law(task, sigmas), TRAINED_S)
         law = np.array([trial.law for trial in trials])
-        paid = np.array([found.paid[law == k].mean() for k in range(len(pairs))])
+        paid = np.array([results.paid[law == k].mean() for k in range(len(pairs))])
         for omega in sorted(OMEGAS + UNSEEN):
             of_omega = [k for k, pair in enumerate(pairs) if pair[0] == omega]
             best = max(of_omega, key=lambda k: paid[k])
@@ -78,9 +78,9 @@ def vanilla() -> None:
                     "omega": omega,
                     "sigma": float(sigmas[best, 0]),
                     "return_per_s": float(paid[best]),
-                    "speed_m_per_s": float(found.speed_m_per_s[law == best].mean()),
-                    "cost_of_transport": found.cost_of_transport(law == best),
-                    "fell": float(found.fell[law == best].mean()),
+                    "speed_m_per_s": float(results.speed_m_per_s[law == best].mean()),
+                    "cost_of_transport": results.cost_of_transport(law == best),
+                    "fell": float(results.fell[law == best].mean()),
                 }
             )
         print(stride, *(f"{row['return_per_s']:.2f}" for row in rows[-5:]), flush=True)
@@ -90,19 +90,19 @@ def vanilla() -> None:
 
 def again() -> None:
     """The best of every ω from more starts: what is best from four may be luck."""
-    kept = read_csv(OUT / "go1_vanilla.csv")
-    names = [name for name in kept if name != "again"]
+    table = read_csv(OUT / "go1_vanilla.csv")
+    names = [name for name in table if name != "again"]
     rows = [
-        {name: float(kept[name][k]) for name in names} | {"again": np.nan}
-        for k in range(len(kept["omega"]))
+        {name: float(table[name][k]) for name in names} | {"again": np.nan}
+        for k in range(len(table["omega"]))
     ]
     for omega in sorted(OMEGAS + UNSEEN):
         of_omega = [row for row in rows if row["omega"] == omega]
         for row in sorted(of_omega, key=lambda row: -row["return_per_s"])[:MOST_AGAIN]:
-            own = experiment("vanilla", vanilla_law(), stride_of(row))
+            task = experiment("vanilla", vanilla_law(), stride_of(row))
             trials = [Trial(0, omega, start) for start in STARTS_AGAIN]
-            found = tried(trials, by_law(own, np.array([[row["sigma"]]])), TRAINED_S)
-            row["again"] = float(found.paid.mean())
+            results = tried(trials, by_law(task, np.array([[row["sigma"]]])), TRAINED_S)
+            row["again"] = float(results.paid.mean())
             print(omega, row["return_per_s"], row["again"], flush=True)
     write_rows(OUT / "go1_vanilla.csv", rows, digits=5)
 
@@ -112,8 +112,8 @@ def learn(*names: str) -> None:
 
     One seed alone is `PPO/1`: each is a process of its own then.
     """
-    for asked in names or (*LAWS, *AGENTS):
-        name, _, only = asked.partition("/")
+    for target in names or (*LAWS, *AGENTS):
+        name, _, only = target.partition("/")
         for seed in (int(only),) if only else SEEDS:
             if name in LAWS:
                 stopping = Stopping.after(GENERATIONS)

@@ -55,27 +55,27 @@ class Body:
 
     def __init__(self, sensing: Sensing, senses: str) -> None:
         names = sensing.names
-        own: list[tuple[str, float, float]] = [(f"{foot}_force", 0.0, LOAD_N) for foot in FEET]
+        forces: list[tuple[str, float, float]] = [(f"{foot}_force", 0.0, LOAD_N) for foot in FEET]
         if senses == "all":
             for leg in ("FL", "FR", "RL", "RR"):
                 for joint, middle in {"hip": 0.0, **MIDDLE}.items():
-                    own.append((f"{leg}_{joint}_joint", middle, 0.3))
-                    own.append((f"{leg}_{joint}_joint_velocity", 0.0, 10.0))
-            own += [(f"imu_quat[{i}]", 0.0, 1.0) for i in range(4)]
-            own += [(f"imu_gyro[{i}]", 0.0, 3.0) for i in range(3)]
-        self._at = [names.index(name) for name, _, _ in own]
-        self._middle = np.array([middle for _, middle, _ in own])
-        self._scale = np.array([scale for _, _, scale in own])
+                    forces.append((f"{leg}_{joint}_joint", middle, 0.3))
+                    forces.append((f"{leg}_{joint}_joint_velocity", 0.0, 10.0))
+            forces += [(f"imu_quat[{i}]", 0.0, 1.0) for i in range(4)]
+            forces += [(f"imu_gyro[{i}]", 0.0, 3.0) for i in range(3)]
+        self._at = [names.index(name) for name, _, _ in forces]
+        self._middle = np.array([middle for _, middle, _ in forces])
+        self._scale = np.array([scale for _, _, scale in forces])
         self._driven = [k for k, name in enumerate(sensing.actuators) if "hip" not in name]
         self._still = np.zeros(len(sensing.actuators))
         for k, name in enumerate(sensing.actuators):
             self._still[k] = MIDDLE.get(name.partition("_")[2], 0.0)
-        self.width = len(own) + 3
+        self.width = len(forces) + 3
 
-    def shown(self, seen: np.ndarray, time_s: np.ndarray, omega: np.ndarray) -> np.ndarray:
+    def shown(self, observation: np.ndarray, time_s: np.ndarray, omega: np.ndarray) -> np.ndarray:
         """The network's inputs, [lanes, width]."""
         clock = np.stack([np.sin(omega * time_s), np.cos(omega * time_s), omega / OMEGAS[1]], 1)
-        body = (seen[:, self._at] - self._middle) / self._scale
+        body = (observation[:, self._at] - self._middle) / self._scale
         return np.clip(np.concatenate([clock, body], 1), -10.0, 10.0).astype(np.float32)
 
     def commands(self, outputs: np.ndarray) -> np.ndarray:
@@ -120,22 +120,22 @@ class Joints(VecEnv):
 
     def step_wait(self):
         every = np.ones(LANES, bool)
-        seen, paid, over = self._lanes.step(self.body.commands(self._actions), every)
-        self._seen = np.nan_to_num(seen)
+        observation, paid, over = self._lanes.step(self.body.commands(self._actions), every)
+        self._seen = np.nan_to_num(observation)
         self._done += 1
         cut = over & self._lanes.truncated
-        shown = self._shown()
+        inputs = self._shown()
         infos: list[dict[str, Any]] = [{} for _ in range(LANES)]
         if over.any():
             for lane in map(int, np.flatnonzero(over)):
                 infos[lane] = {
-                    "terminal_observation": shown[lane],
+                    "terminal_observation": inputs[lane],
                     "TimeLimit.truncated": bool(cut[lane]),
                 }
             self._seen = self._lanes.reset(self._starts(), over)
             self._done[over] = 0
-            shown = self._shown()
-        return shown, paid.astype(np.float32), over, infos
+            inputs = self._shown()
+        return inputs, paid.astype(np.float32), over, infos
 
     def close(self) -> None:
         self._lanes.close()
@@ -166,8 +166,8 @@ class Network:
     def act(self, observed: np.ndarray) -> np.ndarray:
         time_s = np.full(len(observed), CONTROL_S * self._step)
         self._step += 1
-        shown = self._body.shown(observed, time_s, self._omega)
-        return self._body.commands(self._agent.predict(shown, deterministic=True)[0])
+        inputs = self._body.shown(observed, time_s, self._omega)
+        return self._body.commands(self._agent.predict(inputs, deterministic=True)[0])
 
 
 def by_agent(agent: PPO, body: Body) -> Callable[[Sequence[Trial]], Driver]:
@@ -192,8 +192,8 @@ def learn_ppo(senses: str, seed: int, seconds: float, file: Path) -> None:
     last, table = file.with_name(f"{file.stem}-last.zip"), file.with_suffix(".npz")
     times, values, spent = [], [], 0.0
     if table.exists():
-        with np.load(table) as kept:
-            times, values, spent = [*kept["time_s"]], [*kept["fitness"]], float(kept["cpu_s"])
+        with np.load(table) as record:
+            times, values, spent = [*record["time_s"]], [*record["fitness"]], float(record["cpu_s"])
     if times and times[-1] >= seconds:
         return
     begun = time.process_time()
@@ -211,7 +211,7 @@ def learn_ppo(senses: str, seed: int, seconds: float, file: Path) -> None:
         agent.save(last)
         if values[-1] == max(values):
             agent.save(file)
-        used = spent + time.process_time() - begun
-        np.savez(table, time_s=times, fitness=values, cpu_s=used)
+        cpu_s = spent + time.process_time() - begun
+        np.savez(table, time_s=times, fitness=values, cpu_s=cpu_s)
         print(f"{senses} {file.stem}: {times[-1]:.0f} s, {values[-1] / TRAINED_S:.2f}", flush=True)
     env.close()

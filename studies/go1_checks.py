@@ -57,23 +57,25 @@ class Checks:
     def run(self) -> None:
         """Judge, and write."""
         file = FOLDER / "checks.csv"
-        done = set(map(tuple, pd.read_csv(file)[[*KEYS]].to_numpy())) if file.exists() else set()
+        finished = (
+            set(map(tuple, pd.read_csv(file)[[*KEYS]].to_numpy())) if file.exists() else set()
+        )
         for law in self.laws:
             runs = TABLE.laws[law].runs()
             for check in LAWS[law]:
                 for run in runs[: CHECKS[check][0]]:
-                    if (check, law, run.seed) not in done:
+                    if (check, law, run.seed) not in finished:
                         rows = checked(law, check, TABLE.ready(run))
                         write_rows(file, rows, digits=4, by=KEYS)
                         falls = np.mean([row["fell"] for row in rows])
                         print(f"{law}, run {run.seed}, {check}: {falls:.1%}", flush=True)
-        before = pd.read_csv(FOLDER / f"{TABLE.rows}.csv")
-        before = before[before.law.isin(LAWS) & before.condition.isin(HARD)]
-        kept = [before.assign(check="as judged"), pd.read_csv(FOLDER / "checks.csv")]
-        falls = pd.concat(kept).groupby(["law", "check"]).fell.mean()
+        judged_rows = pd.read_csv(FOLDER / f"{TABLE.rows}.csv")
+        judged_rows = judged_rows[judged_rows.law.isin(LAWS) & judged_rows.condition.isin(HARD)]
+        tables = [judged_rows.assign(check="as judged"), pd.read_csv(FOLDER / "checks.csv")]
+        falls = pd.concat(tables).groupby(["law", "check"]).fell.mean()
         head = ["law", "as judged", *CHECKS]
-        known = {cell: f"{share:.1%}" for cell, share in falls.items()}
-        lines = [[law, *(known.get((law, check), "–") for check in head[1:])] for law in LAWS]
+        cells = {cell: f"{share:.1%}" for cell, share in falls.items()}
+        lines = [[law, *(cells.get((law, check), "–") for check in head[1:])] for law in LAWS]
         write_text(FOLDER / "checks.md", markdown([head, *lines]))
         print(markdown([head, *lines]))
 
@@ -86,11 +88,11 @@ def checked(law: str, check: str, run: Run) -> list[dict[str, Any]]:
     rows, omegas = [], TABLE.omegas(run, commands)
     for title in HARD:
         condition = dataclasses.replace(CONDITIONS[title], finer=finer)
-        found = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
+        results = judged(run.driver_of(len(cells)), omegas, seeds.tolist(), condition, seconds)
         rows += [
             {"check": check, "law": law, "condition": title, "run": run.seed,
              "omega": omegas[i], "wanted_m_per_s": commands[i], "start": seeds[i],
-             **found.of(i), "turns_rad_per_s": found.turns_rad_per_s[i]}
+             **results.of(i), "turns_rad_per_s": results.turns_rad_per_s[i]}
             for i in range(len(cells))
         ]  # fmt: skip
     return rows

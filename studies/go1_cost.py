@@ -91,9 +91,12 @@ def main() -> None:
     laws = {name: held(file) for name, file in FILES.items()}
     rows = [row(name, counted(law)) for name, law in laws.items()]
     rows.append(row(NETWORK, counted(laws[CARRIER], dict(np.load(FOLDER / f"{ACTOR}.npz")))))
-    own = laws[FEELS_NOTHING]
-    for name, there in (("four legs within reach", THERE), ("four legs out of reach", MISSED)):
-        rows.append(row(name, counted(own, there=there), less=counted(own)))
+    baseline = laws[FEELS_NOTHING]
+    for name, within_reach in (
+        ("four legs within reach", THERE),
+        ("four legs out of reach", MISSED),
+    ):
+        rows.append(row(name, counted(baseline, within_reach=within_reach), less=counted(baseline)))
     write_rows(FOLDER / "cost.csv", rows, digits=6)
     head = ["law", "numbers", "instructions", "µs", "flash [kB]"]
     lines = [
@@ -132,7 +135,7 @@ def row(name: str, cost: Cost, less: Cost | None = None) -> dict[str, Any]:
 
 
 def counted(
-    law: SavedController, actor: dict[str, np.ndarray] | None = None, there: str = ""
+    law: SavedController, actor: dict[str, np.ndarray] | None = None, within_reach: str = ""
 ) -> Cost:
     """The cost of a law's step, or of a network's in its place; with its legs if `there` is given,
     and what says whether their closed form suffices."""
@@ -145,13 +148,13 @@ def counted(
         assert STEP in text
         assert LEGS in text
         assert THERE in legs
-        if there:
-            source.write_text(legs.replace(THERE, there))
+        if within_reach:
+            source.write_text(legs.replace(THERE, within_reach))
         else:
             text = text.replace(LEGS, "")
         if actor is not None:
-            head, _, rest = text.partition("static void stepped")
-            text = f"{head}{network(actor)}static void stepped{rest}"
+            head, _, tail = text.partition("static void stepped")
+            text = f"{head}{network(actor)}static void stepped{tail}"
             text = text.replace(STEP, "network(state, in, out);")
         program.write_text(text)
         return cost_on(export, CORE, folder)

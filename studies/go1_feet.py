@@ -125,8 +125,8 @@ class Ground(ModelSettings):
 
 def model_of(condition: Condition, layout: int = 0) -> tuple[ModelSettings, MjModel]:
     """The settings, and the model under a condition."""
-    own = {field.name: getattr(SETTINGS, field.name) for field in dataclasses.fields(SETTINGS)}
-    settings = Ground(**own, blocks_m=condition.blocks_m, layout=layout, finer=condition.finer)
+    fields = {field.name: getattr(SETTINGS, field.name) for field in dataclasses.fields(SETTINGS)}
+    settings = Ground(**fields, blocks_m=condition.blocks_m, layout=layout, finer=condition.finer)
     model = sensing(settings).model
     scale_model(model, condition.mass, condition.friction)
     g = float(np.linalg.norm(model.opt.gravity))
@@ -148,11 +148,11 @@ class Course:
     def __init__(self, condition: Condition, layouts: Sequence[int], seconds: float) -> None:
         lanes = len(layouts)
         drawn = dict.fromkeys(layouts if condition.blocks_m else [0])
-        made = {layout: model_of(condition, layout) for layout in drawn}
-        settings, self.model = next(iter(made.values()))
+        variants = {layout: model_of(condition, layout) for layout in drawn}
+        settings, self.model = next(iter(variants.values()))
         settings = dataclasses.replace(settings, duration_s=seconds)
         self.env, self._condition = ModelEnv(settings), condition
-        models = [made[layout][1] if condition.blocks_m else self.model for layout in layouts]
+        models = [variants[layout][1] if condition.blocks_m else self.model for layout in layouts]
         self._lanes = ModelLanes(settings, lanes, models=models)
         self.names, self.step_s = list(self.env.observation_names), self.env.dt
         self.mass_kg = float(self.model.body_mass.sum())
@@ -188,10 +188,10 @@ class Course:
     def step(self, actions: np.ndarray, alive: np.ndarray) -> np.ndarray:
         """A step of the lanes that are alive; which of all stand, [lanes]."""
         time_s, push_n = self._taken * self.step_s, np.zeros((len(alive), 3))
-        left = (time_s >= 5.0) & (time_s < 5.0 + PUSH_S)
+        leftward = (time_s >= 5.0) & (time_s < 5.0 + PUSH_S)
         right = (time_s >= 15.0) & (time_s < 15.0 + PUSH_S)
         push = self.mass_kg * self._condition.push_m_per_s / PUSH_S
-        push_n[:, 1] = (left * 1.0 - right) * push
+        push_n[:, 1] = (leftward * 1.0 - right) * push
         if self._condition.lost:
             leg = 3 * FEET.index(f"{self._condition.lost}_foot")
             actions = np.array(actions)
@@ -305,19 +305,23 @@ def judged(
     driver = driver_of(course, omega, condition.random_phases)
     entries = [course.names.index(name) for name in ("root_speed", "work", "root_yaw_rate")]
     steps = round(seconds / course.step_s)
-    kept, phase, alive = np.zeros((steps, 3, n)), np.zeros((steps, len(FEET), n)), np.ones(n, bool)
+    record, phase, alive = (
+        np.zeros((steps, 3, n)),
+        np.zeros((steps, len(FEET), n)),
+        np.ones(n, bool),
+    )
     for k in range(steps):
         alive &= course.step(driver.act(course.felt(driver.read)), alive)
-        kept[k], phase[k] = course.seen[:, entries].T, driver.phase
+        record[k], phase[k] = course.seen[:, entries].T, driver.phase
         if not alive.any():
             break
     course.close()
     first = round(SETTLE_S / course.step_s)
-    went = kept[first:, 0].sum(axis=0) * course.step_s
-    work = kept[-1, 1] - kept[first, 1]
+    went = record[first:, 0].sum(axis=0) * course.step_s
+    work = record[-1, 1] - record[first, 1]
     lag = np.exp(1j * (phase[steps // 2 :, 1:] - phase[steps // 2 :, :1]))
     cost = np.where(alive & (went > 0.0), work / (course.weight_n * np.maximum(went, 1e-9)), np.nan)
     speed = np.where(alive, went / (seconds - SETTLE_S), np.nan)
-    turns = np.where(alive, kept[first:, 2].mean(axis=0), np.nan)
-    heading = np.where(alive, kept[:, 2].sum(axis=0) * course.step_s, np.nan)
+    turns = np.where(alive, record[first:, 2].mean(axis=0), np.nan)
+    heading = np.where(alive, record[:, 2].sum(axis=0) * course.step_s, np.nan)
     return Judgement(~alive, speed, cost, turns, heading, np.abs(lag.mean(axis=0)).mean(axis=0))

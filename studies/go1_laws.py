@@ -120,8 +120,8 @@ def saved(make: Callable[[], SavedController]) -> Callable[[], Sequence[Run]]:
 
 def tuned(name: str) -> dict[int, SavedController]:
     """The runs of a law that was trained on the robot, by their seeds."""
-    found = sorted(FOLDER.glob(f"{name}-*.json"))
-    return {seed_of(file): resolve(str(file)).controller() for file in found}
+    files = sorted(FOLDER.glob(f"{name}-*.json"))
+    return {seed_of(file): resolve(str(file)).controller() for file in files}
 
 
 def seed_of(file: Path) -> int:
@@ -136,8 +136,8 @@ def files(name: str) -> Callable[[], Sequence[Run]]:
 
 def scaled(law: SavedController, factor: float, *names: str) -> SavedController:
     """A law with these numbers multiplied."""
-    own = np.isin([path[-1] for path in law.system.controller.weight_names], names)
-    return dataclasses.replace(law, weights=np.where(own, factor, 1.0) * np.ravel(law.weights))
+    mask = np.isin([path[-1] for path in law.system.controller.weight_names], names)
+    return dataclasses.replace(law, weights=np.where(mask, factor, 1.0) * np.ravel(law.weights))
 
 
 def unbalanced(name: str) -> Callable[[], Sequence[Run]]:
@@ -162,8 +162,8 @@ def low(seed: int) -> Sequence[Run]:
 def steered(seed: int) -> Sequence[Run]:
     """A run that lifts its feet higher when alarmed, with another gain on yaw."""
     law = tuned("wary-high")[seed]
-    own = np.array([path[-1] == "yaw" for path in law.system.controller.weight_names])
-    return [run_of(dataclasses.replace(law, weights=np.where(own, YAW, law.weights)), seed)]
+    mask = np.array([path[-1] == "yaw" for path in law.system.controller.weight_names])
+    return [run_of(dataclasses.replace(law, weights=np.where(mask, YAW, law.weights)), seed)]
 
 
 def zoo(name: str) -> Callable[[], Sequence[Run]]:
@@ -180,14 +180,14 @@ def paced() -> SavedController:
     return SavedController(system, np.array(ellipse), "paced")
 
 
-def actors(senses: Senses, named: str = "", pace: Pace = STEADY) -> Callable[[], Sequence[Run]]:
+def actors(senses: Senses, suffix: str = "", pace: Pace = STEADY) -> Callable[[], Sequence[Run]]:
     """The runs of PPO with these senses, of this ending."""
 
     def run(file: Path) -> Run:
         actor = dict(np.load(file))
         return Run(lambda _: by_actor(actor, senses, pace), pace, seed_of(file), line=False)
 
-    return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{senses}{named}-[0-9].npz"))]
+    return lambda: [run(file) for file in sorted(FOLDER.glob(f"ppo-{senses}{suffix}-[0-9].npz"))]
 
 
 def run_of(controller: SavedController, seed: int = 0) -> Run:
@@ -302,10 +302,10 @@ class Go1Laws:
         table = TABLES[self.table]
         file, laws = FOLDER / f"{table.rows}.csv", self.laws or tuple(table.laws)
         for name in () if self.report_only else laws:
-            known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
-            done = set(map(tuple, known[[*KEYS]].to_numpy()))
+            previous = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
+            finished = set(map(tuple, previous[[*KEYS]].to_numpy()))
             runs = {run.seed: run for run in table.laws[name].runs()}
-            missing = [cell for cell in product((name,), CONDITIONS, runs) if cell not in done]
+            missing = [cell for cell in product((name,), CONDITIONS, runs) if cell not in finished]
             ready = {seed: table.ready(runs[seed]) for seed in {cell[-1] for cell in missing}}
             for _, condition, seed in missing:
                 begun = time.monotonic()
@@ -313,17 +313,19 @@ class Go1Laws:
                 write_rows(file, rows, digits=4, by=KEYS)
                 took = time.monotonic() - begun
                 print(f"{name} {seed}, {condition}: {took:.0f} s", flush=True)
-        kept = pd.read_csv(file)
-        write_text(FOLDER / f"{self.table}.md", laws_table(table, kept))
-        save_figure(figure(table, kept), FOLDER / f"{self.table}.png")
+        records = pd.read_csv(file)
+        write_text(FOLDER / f"{self.table}.md", laws_table(table, records))
+        save_figure(figure(table, records), FOLDER / f"{self.table}.png")
         if self.table == "speeds":
-            write_text(FOLDER / "headings.md", headings(table, kept))
-            save_figure(frontier(kept), FOLDER / "frontier.png")
-            costs = cost_at(reached(kept[kept.law == PPO]), kept).rename("cost_of_transport")
+            write_text(FOLDER / "headings.md", headings(table, records))
+            save_figure(frontier(records), FOLDER / "frontier.png")
+            costs = cost_at(reached(records[records.law == PPO]), records).rename(
+                "cost_of_transport"
+            )
             write_rows(
                 FOLDER / "equal_speeds.csv", costs.reset_index().to_dict("records"), digits=4
             )
-        print(laws_table(table, kept))
+        print(laws_table(table, records))
 
 
 def measured(table: Table, name: str, run: Run, condition: str) -> list[dict[str, Any]]:
@@ -331,8 +333,8 @@ def measured(table: Table, name: str, run: Run, condition: str) -> list[dict[str
     cells = [(command, start) for command in table.commands for start in STARTS]
     commands, starts = (np.array(column) for column in zip(*cells, strict=True))
     driver, omegas = run.driver_of(len(cells)), table.omegas(run, commands)
-    found = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
-    wanted = run.pace.wanted_m_per_s(omegas) if table.column == "omega" else commands
+    results = judged(driver, omegas, starts.tolist(), CONDITIONS[condition])
+    target = run.pace.wanted_m_per_s(omegas) if table.column == "omega" else commands
     return [
         {
             "law": name,
@@ -340,12 +342,12 @@ def measured(table: Table, name: str, run: Run, condition: str) -> list[dict[str
             "run": run.seed,
             "omega": omegas[i],
             "start": starts[i],
-            "fell": int(found.fell[i]),
-            "speed_m_per_s": found.speed_m_per_s[i],
-            "wanted_m_per_s": wanted[i],
-            "cost_of_transport": found.cost_of_transport[i],
-            "heading_rad": found.heading_rad[i],
-            "locked": found.spread[i],
+            "fell": int(results.fell[i]),
+            "speed_m_per_s": results.speed_m_per_s[i],
+            "wanted_m_per_s": target[i],
+            "cost_of_transport": results.cost_of_transport[i],
+            "heading_rad": results.heading_rad[i],
+            "locked": results.spread[i],
         }
         for i in range(len(cells))
     ]
@@ -380,9 +382,9 @@ def chosen(name: str) -> int:
     """Return the run of a law with the fewest falls and slow episodes from other starts, and of
     these the cheapest."""
     checks = pd.read_csv(FOLDER / "checks.csv")
-    own = checks[(checks.law == name) & (checks.check == OTHERS)]
-    own = own.assign(fails=(own.fell == 1) | behind(own)).groupby("run")
-    ranked = own.agg({"fails": "mean", "cost_of_transport": "median"})
+    rows = checks[(checks.law == name) & (checks.check == OTHERS)]
+    rows = rows.assign(fails=(rows.fell == 1) | behind(rows)).groupby("run")
+    ranked = rows.agg({"fails": "mean", "cost_of_transport": "median"})
     ranked = ranked.sort_values(["fails", "cost_of_transport"])
     return int(ranked.index[0])
 
@@ -412,8 +414,8 @@ def pace_of(wiring: Wiring) -> Pace:
 
 def reached(rows: pd.DataFrame) -> np.ndarray:
     """The mean speeds [m/s] of a law as it is, by command."""
-    own = rows[rows.condition == "as it is"]
-    return own.groupby("wanted_m_per_s").speed_m_per_s.mean().to_numpy()
+    undisturbed = rows[rows.condition == "as it is"]
+    return undisturbed.groupby("wanted_m_per_s").speed_m_per_s.mean().to_numpy()
 
 
 def cost_at(speeds: np.ndarray, rows: pd.DataFrame) -> pd.Series:
@@ -422,19 +424,21 @@ def cost_at(speeds: np.ndarray, rows: pd.DataFrame) -> pd.Series:
     It is linear between the speeds of two commands; what is slower than the fastest of these speeds
     has the cost of its own fastest there.
     """
-    own = rows[(rows.condition == "as it is") & (rows.fell == 0)]
-    means = own.groupby(["law", "run", "wanted_m_per_s"])[["speed_m_per_s", "cost_of_transport"]]
+    upright = rows[(rows.condition == "as it is") & (rows.fell == 0)]
+    means = upright.groupby(["law", "run", "wanted_m_per_s"])[
+        ["speed_m_per_s", "cost_of_transport"]
+    ]
     runs = means.mean().groupby(["law", "run"], sort=False)
     return runs.apply(lambda x: np.interp(speeds, x.speed_m_per_s, x.cost_of_transport).mean())
 
 
-def laws_table(table: Table, kept: pd.DataFrame) -> str:
+def laws_table(table: Table, records: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
     head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
-    lines, speeds = [[*head, *table.titles]], reached(kept[kept.law == PPO])
+    lines, speeds = [[*head, *table.titles]], reached(records[records.law == PPO])
     of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, SLOWER, HIGH)
     for name, law in table.laws.items():
-        rows = kept[kept.law == name]
+        rows = records[records.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows, speeds)])
         best = chosen(CALM) if name in of_chosen else None
@@ -448,21 +452,21 @@ def astray(rows: pd.DataFrame) -> pd.Series:
     return rows.heading_rad.abs() > ASTRAY_RAD
 
 
-def headings(table: Table, kept: pd.DataFrame) -> str:
+def headings(table: Table, records: pd.DataFrame) -> str:
     """A row a law: where its episodes head at their end, under all conditions but random phases."""
     share, runs = "more than 90° off [95 % interval]", "episodes of each run"
     lines = [["law", share, runs, "median error [rad]", "as it is"]]
-    usual = kept[kept.condition != "any phases"]
+    from_trot = records[records.condition != "any phases"]
     for name in table.laws:
-        rows = usual[usual.law == name]
+        rows = from_trot[from_trot.law == name]
         if len(rows):
-            lost, error = astray(rows), rows.heading_rad.abs()
-            low, high = wilson(int(lost.sum()), len(rows))
+            off_course, error = astray(rows), rows.heading_rad.abs()
+            low, high = wilson(int(off_course.sum()), len(rows))
             lines.append(
                 [
                     f"{name} ({rows.run.nunique()})",
-                    f"{lost.mean():.1%} [{low:.1%}, {high:.1%}]",
-                    " ".join(map(str, lost.groupby(rows.run).sum())),
+                    f"{off_course.mean():.1%} [{low:.1%}, {high:.1%}]",
+                    " ".join(map(str, off_course.groupby(rows.run).sum())),
                     f"{error.median():.2f}",
                     f"{error[rows.condition == 'as it is'].median():.2f}",
                 ]
@@ -473,20 +477,20 @@ def headings(table: Table, kept: pd.DataFrame) -> str:
 def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> list[str]:
     """Return the table's line for rows of a law, with its cost at these speeds if they are
     given."""
-    usual, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
-    own = rows[rows.condition == "as it is"]
-    fell = wilson(int(usual.fell.sum()), len(usual))
-    by_command = own.groupby(table.column).speed_m_per_s.mean()
-    ratio = (own.speed_m_per_s / own.wanted_m_per_s).mean()
+    from_trot, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
+    undisturbed = rows[rows.condition == "as it is"]
+    fell = wilson(int(from_trot.fell.sum()), len(from_trot))
+    by_command = undisturbed.groupby(table.column).speed_m_per_s.mean()
+    ratio = (undisturbed.speed_m_per_s / undisturbed.wanted_m_per_s).mean()
     followed = "–" if np.isnan(ratio) else f"{ratio:.2f}"
-    cost = "–" if own.fell.all() else f"{own.cost_of_transport.mean():.2f}"
+    cost = "–" if undisturbed.fell.all() else f"{undisturbed.cost_of_transport.mean():.2f}"
     if table.column != "omega":
-        followed = f"{behind(usual).mean():.1%}"
-        cost += f", {cost_at(speeds, own).mean():.2f}"
+        followed = f"{behind(from_trot).mean():.1%}"
+        cost += f", {cost_at(speeds, undisturbed).mean():.2f}"
     return [
         law.senses,
         str(law.numbers),
-        f"{usual.fell.mean():.1%} [{fell[0]:.1%}, {fell[1]:.1%}]",
+        f"{from_trot.fell.mean():.1%} [{fell[0]:.1%}, {fell[1]:.1%}]",
         f"{free.fell.mean():.0%}",
         " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
         followed,
@@ -495,24 +499,24 @@ def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> l
 
 
 @styled()
-def figure(table: Table, kept: pd.DataFrame) -> Figure:
+def figure(table: Table, rows: pd.DataFrame) -> Figure:
     """A row a law: falls under every condition; speed and cost on the robot as it is."""
-    names = [name for name in table.laws if name in set(kept.law)]
+    names = [name for name in table.laws if name in set(rows.law)]
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN + 0.17 * len(names))
     falls, *gait = drawn.subplots(1, 3, sharey=True, width_ratios=(2.0, 1.0, 1.0))
-    shares = kept.groupby(["law", "condition"]).fell.mean().unstack()
+    shares = rows.groupby(["law", "condition"]).fell.mean().unstack()
     shares = shares.reindex(index=names, columns=list(CONDITIONS))
     image = falls.imshow(shares, vmin=0.0, vmax=1.0, cmap="magma_r", aspect="auto")
     falls.set_xticks(range(len(CONDITIONS)), list(CONDITIONS), rotation=90)
     falls.set_yticks(range(len(names)), names)
     titles = {"speed_m_per_s": "speed [m/s]", "cost_of_transport": "cost of transport"}
-    means = kept[kept.condition == "as it is"].groupby(["law", table.column])[list(titles)].mean()
+    means = rows[rows.condition == "as it is"].groupby(["law", table.column])[list(titles)].mean()
     shades = colormaps["viridis"](np.linspace(0.9, 0.1, len(table.commands)))
     for axes, (column, title) in zip(gait, titles.items(), strict=True):
-        shown = means[column].unstack().reindex(names)
-        axes.hlines(range(len(names)), 0.0, shown.max(axis=1), color="0.85", lw=1.0, zorder=0)
+        pivot = means[column].unstack().reindex(names)
+        axes.hlines(range(len(names)), 0.0, pivot.max(axis=1), color="0.85", lw=1.0, zorder=0)
         for x, shade in zip(table.commands, shades, strict=True):
-            axes.plot(shown[x], range(len(names)), "o", color=shade, ms=3.5, label=f"{x:g}")
+            axes.plot(pivot[x], range(len(names)), "o", color=shade, ms=3.5, label=f"{x:g}")
         axes.set(xlabel=title, xlim=(0.0, None))
     drawn.colorbar(image, ax=falls, label="share that falls in 30 s", location="top", aspect=30)
     drawn.legend(
@@ -527,13 +531,13 @@ def figure(table: Table, kept: pd.DataFrame) -> Figure:
 
 
 @styled()
-def frontier(kept: pd.DataFrame) -> Figure:
+def frontier(rows: pd.DataFrame) -> Figure:
     """Falls over cost at the same speeds, a dot a run."""
     drawn = new_figure(0.7 * PAGE_IN, 0.45 * PAGE_IN)
     axes = drawn.subplots()
-    usual = kept[kept.condition != "any phases"]
-    runs = usual.groupby(["law", "run"]).fell.mean().to_frame()
-    runs["cost"] = cost_at(reached(kept[kept.law == PPO]), kept)
+    from_trot = rows[rows.condition != "any phases"]
+    runs = from_trot.groupby(["law", "run"]).fell.mean().to_frame()
+    runs["cost"] = cost_at(reached(rows[rows.law == PPO]), rows)
     titles = {
         PPO: "PPO",
         "clock alone, tuned": "clock alone",

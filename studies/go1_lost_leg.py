@@ -81,10 +81,10 @@ class Form:
             legged = walking("template", body, self.plan.law.around, SIGMA, self.omega)
             x = self.plan.begin()
             return self.plan.law.legged(legged, self.plan.weights(x[:1])[0]), x
-        own = design(f"clock-b@{TEMPLATE}")
+        recipe = design(f"clock-b@{TEMPLATE}")
         legged = dataclasses.replace(
-            own.system,
-            system=dataclasses.replace(own.system.system, controller=own.controller()),
+            recipe.system,
+            system=dataclasses.replace(recipe.system.system, controller=recipe.controller()),
             weights=ELLIPSE,
         )
         return legged.with_numbers(omega=self.omega), np.array([ELLIPSE] * 3)
@@ -119,7 +119,7 @@ class Train:
                 reached, _ = scores(legged, form.weights(x), lost=(0, 2), starts=4, seed=seed)
                 return loss_of(reached)
 
-            found = strategies.search(
+            result = strategies.search(
                 losses,
                 begin,
                 std=form.plan.std if form.plan else 0.1,
@@ -128,11 +128,11 @@ class Train:
                 seed=0,
                 checkpoint=output_folder(RUNS) / f"{name}.npz",
             )
-            weights = form.weights(found.centre)
+            weights = form.weights(result.centre)
             reached, walks = scores(legged, weights, lost=(0, 1, 2, 3), starts=32, seed=UNSEEN - 1)
             best = int(loss_of(reached).argmin())
-            own = legged if form.plan is None else form.plan.law.legged(legged, weights[best])
-            save(SavedController(own.system, weights[best], name), FOLDER / f"{name}.json")
+            system = legged if form.plan is None else form.plan.law.legged(legged, weights[best])
+            save(SavedController(system.system, weights[best], name), FOLDER / f"{name}.json")
             rows = [
                 {
                     "law": form.title,
@@ -193,12 +193,12 @@ class Report:
 
     def run(self) -> None:
         """Write it."""
-        kept = pd.read_csv(FOLDER / "rows.csv")
-        kept["walks_on"] = (kept.fell == 0) & (kept.speed_m_per_s > WALKS_M_PER_S)
+        records = pd.read_csv(FOLDER / "rows.csv")
+        records["walks_on"] = (records.fell == 0) & (records.speed_m_per_s > WALKS_M_PER_S)
         head = ["law (runs)", "falls [95 % interval]", "fore leg", "hind leg"]
         lines = [[*head, "at 18 to 24 rad/s", "walks on", "speed [m/s]", "turns [rad/s]"]]
         for name in NAMES:
-            rows = kept[kept.law == name]
+            rows = records[records.law == name]
             if not len(rows):
                 continue
             fore, quick = rows.leg.str.startswith("F"), rows.omega > min(OMEGAS)

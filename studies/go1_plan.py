@@ -96,8 +96,8 @@ class Stride:
 
     def wiring(self) -> Wiring:
         """The wiring of the examples with these ranges."""
-        own = load_wiring(ROOT / "examples" / "wirings" / "go1.toml")
-        return dataclasses.replace(own, limbs=tuple(map(self._limb, own.limbs)))
+        wiring = load_wiring(ROOT / "examples" / "wirings" / "go1.toml")
+        return dataclasses.replace(wiring, limbs=tuple(map(self._limb, wiring.limbs)))
 
     def _limb(self, limb: Limb) -> Limb:
         joint = str(limb.drives).partition("_")[2]
@@ -152,19 +152,19 @@ def experiment(name: str, law: Controller, stride: Stride) -> EnvExperiment:
     )
 
 
-def again_of(kept: Mapping[str, np.ndarray]) -> np.ndarray:
+def again_of(table: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return per second from sixteen starts; 0 where a setting was not among the best of its ω."""
-    return np.array([float(x) if x else 0.0 for x in kept["again"]])
+    return np.array([float(x) if x else 0.0 for x in table["again"]])
 
 
 def best_stride() -> Stride:
     """The stride with which vanilla feedback has the best mean return over the frequencies."""
-    kept = read_csv(OUT / "go1_vanilla.csv")
-    columns = zip(*(kept[name].astype(float) for name in ("swing", "lift", "lead")), strict=True)
-    strides = [Stride(*each) for each in columns]
-    trained, score = np.isin(kept["omega"].astype(float), OMEGAS), again_of(kept)
-    own = {stride: np.array([one == stride for one in strides]) for stride in strides}
-    return max(own, key=lambda stride: score[trained & own[stride]].mean())
+    table = read_csv(OUT / "go1_vanilla.csv")
+    columns = zip(*(table[name].astype(float) for name in ("swing", "lift", "lead")), strict=True)
+    strides = [Stride(*values) for values in columns]
+    trained, score = np.isin(table["omega"].astype(float), OMEGAS), again_of(table)
+    masks = {stride: np.array([candidate == stride for candidate in strides]) for stride in strides}
+    return max(masks, key=lambda stride: score[trained & masks[stride]].mean())
 
 
 def learned(name: str) -> EnvExperiment:
@@ -180,19 +180,19 @@ def stride_of(row: Mapping[str, Any]) -> Stride:
 
 def best_at(omega: float) -> tuple[Stride, float]:
     """Stride and σ [rad/(s N)] of the best vanilla feedback at a frequency, from all its starts."""
-    kept = read_csv(OUT / "go1_vanilla.csv")
-    of_omega = kept["omega"].astype(float) == omega
-    best = int(np.argmax(np.where(of_omega, again_of(kept), -np.inf)))
-    row = {name: column[best] for name, column in kept.items()}
+    table = read_csv(OUT / "go1_vanilla.csv")
+    of_omega = table["omega"].astype(float) == omega
+    best = int(np.argmax(np.where(of_omega, again_of(table), -np.inf)))
+    row = {name: column[best] for name, column in table.items()}
     return stride_of(row), float(row["sigma"])
 
 
 def sigma_of(stride: Stride, omega: float) -> float:
     """The best σ of a stride at a frequency [rad/(s N)]."""
-    kept = read_csv(OUT / "go1_vanilla.csv")
-    wanted = (stride.swing, stride.lift, stride.lead, omega)
-    rows = zip(*(kept[n].astype(float) for n in ("swing", "lift", "lead", "omega")), strict=True)
-    return float(kept["sigma"][[np.allclose(row, wanted, rtol=1e-4) for row in rows].index(True)])
+    table = read_csv(OUT / "go1_vanilla.csv")
+    key = (stride.swing, stride.lift, stride.lead, omega)
+    rows = zip(*(table[n].astype(float) for n in ("swing", "lift", "lead", "omega")), strict=True)
+    return float(table["sigma"][[np.allclose(row, key, rtol=1e-4) for row in rows].index(True)])
 
 
 # Trials: any driver, from any start, under any of the conditions.
@@ -300,25 +300,25 @@ def _played(
     settings = dataclasses.replace(SPEC.model_settings, duration_s=seconds)
     field, drives = Field(_hashable(settings), trials), driver(trials)
     alive, total = np.ones(len(trials), bool), np.zeros(len(trials))
-    seen = field.reset(0, alive)
+    observation = field.reset(0, alive)
     drives.reset()
-    at = field._sensing.names.index("root_forward")
-    began = seen[:, at].copy()
+    index = field._sensing.names.index("root_forward")
+    began = observation[:, index].copy()
     fell_early = ~alive
     for step in range(field.steps):
-        now, paid, over = field.step(drives.act(seen), alive)
-        seen = np.where(alive[:, None], np.nan_to_num(now), seen)
+        following, paid, over = field.step(drives.act(observation), alive)
+        observation = np.where(alive[:, None], np.nan_to_num(following), observation)
         total += np.where(alive, paid, 0.0)
         fell_now = over & ~field.truncated
         alive = alive & ~fell_now
         if (step + 1) * CONTROL_S <= TRAINED_S:
             fell_early = ~alive
     field.close()
-    distance = seen[:, at] - began
+    distance = observation[:, index] - began
     return Outcome(
         paid=total / seconds,
         speed_m_per_s=distance / seconds,
-        work_j=seen[:, -1],
+        work_j=observation[:, -1],
         distance_m=distance,
         fell=~alive,
         fell_early=fell_early,
@@ -330,11 +330,11 @@ def _hashable(settings: ModelSettings) -> ModelSettings:
     return dataclasses.replace(settings, feet=tuple(settings.feet), without=tuple(settings.without))
 
 
-def by_law(own: EnvExperiment, weights: np.ndarray) -> Callable[[Sequence[Trial]], Driver]:
+def by_law(task: EnvExperiment, weights: np.ndarray) -> Callable[[Sequence[Trial]], Driver]:
     """Tegotae laws [laws, n_weights] as drivers of trials."""
 
     def driver(trials: Sequence[Trial]) -> Driver:
-        pilot = Pilot(own.wires, own.wiring, weights[[trial.law for trial in trials]].T)
+        pilot = Pilot(task.wires, task.wiring, weights[[trial.law for trial in trials]].T)
         every = np.ones(len(trials), bool)
         pilot.restart(every, np.array([trial.omega for trial in trials]))
         return pilot

@@ -90,10 +90,10 @@ IMU = {"roll": 0.3, "pitch": 0.3, "yaw": 0.5, "roll_rate": 3.0, "pitch_rate": 3.
 def places_of(outputs: np.ndarray, phase: np.ndarray, stride_m: np.ndarray) -> np.ndarray:
     """Places of the feet [m] of a network's outputs, [lanes, 12], at the clock's phase and half of
     the stride, [lanes]."""
-    own = phase[:, None] + TROT_RAD
-    up = np.where(np.sin(own) > 0.0, LIFT_M, PRESS_M) * np.sin(own)
-    ahead = -stride_m[:, None] * np.cos(own + SHIFT_RAD)
-    ellipse = np.stack([ahead, np.zeros_like(own), up], axis=2)
+    angle = phase[:, None] + TROT_RAD
+    up = np.where(np.sin(angle) > 0.0, LIFT_M, PRESS_M) * np.sin(angle)
+    ahead = -stride_m[:, None] * np.cos(angle + SHIFT_RAD)
+    ellipse = np.stack([ahead, np.zeros_like(angle), up], axis=2)
     return ellipse.reshape(len(phase), -1) + REACH_M * np.clip(outputs, -1.0, 1.0)
 
 
@@ -120,9 +120,9 @@ class Inputs:
         self._rest, self._touched = np.zeros(len(scales)), senses == "contacts"
         self.width = 3 + len(scales)
 
-    def rest(self, seen: np.ndarray) -> None:
+    def rest(self, observation: np.ndarray) -> None:
         """Angles and height are from those at an episode's begin, [entries]."""
-        self._rest = np.where(self._angles, seen[self.read], 0.0)
+        self._rest = np.where(self._angles, observation[self.read], 0.0)
 
     def __call__(self, felt: np.ndarray, phase: np.ndarray, omega: np.ndarray) -> np.ndarray:
         """[lanes, width]."""

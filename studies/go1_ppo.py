@@ -62,7 +62,7 @@ class Feet(VecEnv):
 
     def __init__(self, senses: Senses, key: tuple[int, ...], pace: Pace) -> None:
         met, speeds = (*MET, *ALSO_MET.get(pace, ())), pace in PRICES
-        right = [dataclasses.replace(own, push_m_per_s=-own.push_m_per_s) for own in met]
+        right = [dataclasses.replace(item, push_m_per_s=-item.push_m_per_s) for item in met]
         sides = (met, range(LANES)), (right, range(LANES, 2 * LANES))
         self.courses = [
             Course(condition, layouts, SECONDS) for side, layouts in sides for condition in side
@@ -90,13 +90,13 @@ class Feet(VecEnv):
         return self._shown()
 
     def _begin(self, k: int, over: np.ndarray) -> None:
-        course, own = self.courses[k], slice(k * LANES, (k + 1) * LANES)
+        course, lanes = self.courses[k], slice(k * LANES, (k + 1) * LANES)
         course.reset(self._drawn.integers(2**31, size=LANES), over)
-        begun = np.where(over, course.phases[0], self._phase[own])
-        self._phase[own] = begun
-        for kept in (self._done, self._sum, self._fast, self._heading):
-            kept[own][over] = 0
-        self._worked[own][over] = course.seen[over, self._work]
+        begun = np.where(over, course.phases[0], self._phase[lanes])
+        self._phase[lanes] = begun
+        for state in (self._done, self._sum, self._fast, self._heading):
+            state[lanes][over] = 0
+        self._worked[lanes][over] = course.seen[over, self._work]
 
     def _shown(self) -> np.ndarray:
         felt = np.concatenate([course.felt(self.inputs.read) for course in self.courses])
@@ -107,38 +107,38 @@ class Feet(VecEnv):
 
     def step_wait(self):
         step_s, omega = self.courses[0].step_s, np.tile(self._omega, len(self.courses))
-        stands, seen = np.zeros(self.num_envs, bool), []
+        stands, observations = np.zeros(self.num_envs, bool), []
         for k, course in enumerate(self.courses):
-            own = slice(k * LANES, (k + 1) * LANES)
+            lanes = slice(k * LANES, (k + 1) * LANES)
             stride_m = self._pace.stride_at(self._omega)
-            places = places_of(self._actions[own], self._phase[own], stride_m)
-            stands[own] = course.step(places, np.ones(LANES, bool))
+            places = places_of(self._actions[lanes], self._phase[lanes], stride_m)
+            stands[lanes] = course.step(places, np.ones(LANES, bool))
             entries = [self._speed, self._work, self._yaw_rate]
-            seen.append(np.nan_to_num(course.seen[:, entries]))
-        speed, work, turns = np.concatenate(seen).T
-        wanted, weight_n = self._pace.wanted_m_per_s(omega), self.courses[0].weight_n
+            observations.append(np.nan_to_num(course.seen[:, entries]))
+        speed, work, turns = np.concatenate(observations).T
+        target, weight_n = self._pace.wanted_m_per_s(omega), self.courses[0].weight_n
         self._fast += (speed - self._fast) * step_s / MEMORY_S
         self._heading += turns * step_s
-        off = np.minimum(np.abs(self._fast / wanted - 1.0), 1.0)
-        cost = np.minimum((work - self._worked) / (weight_n * wanted * step_s), 8.0)
-        lost = self._prices[0] * cost + self._prices[1] * np.minimum(np.abs(self._heading), 1.0)
-        paid = np.where(stands, 1.0 - 0.3 * off - lost, 0.0) * step_s / SECONDS
+        off = np.minimum(np.abs(self._fast / target - 1.0), 1.0)
+        cost = np.minimum((work - self._worked) / (weight_n * target * step_s), 8.0)
+        penalty = self._prices[0] * cost + self._prices[1] * np.minimum(np.abs(self._heading), 1.0)
+        paid = np.where(stands, 1.0 - 0.3 * off - penalty, 0.0) * step_s / SECONDS
         self._worked, self._phase = work, self._phase + omega * step_s
         self._sum, self._done = self._sum + paid, self._done + 1
         cut = stands & (self._done * step_s >= SECONDS - 1e-9)
         over, infos = ~stands | cut, [{} for _ in range(self.num_envs)]
-        shown = self._shown()
+        inputs = self._shown()
         if over.any():
             self.paid += self._sum[over].tolist()
             for lane in map(int, np.flatnonzero(over)):
                 infos[lane] = {
-                    "terminal_observation": shown[lane],
+                    "terminal_observation": inputs[lane],
                     "TimeLimit.truncated": bool(cut[lane]),
                 }
             for k in range(len(self.courses)):
                 self._begin(k, over[k * LANES : (k + 1) * LANES])
-            shown = self._shown()
-        return shown, (100.0 * paid).astype(np.float32), over, infos
+            inputs = self._shown()
+        return inputs, (100.0 * paid).astype(np.float32), over, infos
 
     def close(self) -> None:
         for course in self.courses:
@@ -173,46 +173,51 @@ class Trained:
         """Train, and write the actor."""
         torch.set_num_threads(1)
         name, steps = self.name_of(self.pace), STEPS[self.pace]
-        kept = output_folder(ROOT / "runs" / "go1_ppo")
-        stopped, table = kept / f"{name}.zip", FOLDER / f"{name}.csv"
-        begun = kept / f"{self.name_of(BEFORE.get(self.pace, self.pace))}.zip"
+        folder = output_folder(ROOT / "runs" / "go1_ppo")
+        stopped, table = folder / f"{name}.zip", FOLDER / f"{name}.csv"
+        begun = folder / f"{self.name_of(BEFORE.get(self.pace, self.pace))}.zip"
         begun = stopped if stopped.exists() else begun
         if begun != stopped and not begun.exists():
             raise TegotaeError(f"--pace {self.pace} goes on from {begun}: --pace speed first")
         if begun.exists():
-            done = PPO.load(begun, device="cpu").num_timesteps
-            env = Feet(self.senses, (self.seed, done), self.pace)
+            previous_steps = PPO.load(begun, device="cpu").num_timesteps
+            env = Feet(self.senses, (self.seed, previous_steps), self.pace)
             model = PPO.load(begun, env=env, device="cpu")
         else:
-            done, env = 0, Feet(self.senses, (self.seed, 0), self.pace)
+            previous_steps, env = 0, Feet(self.senses, (self.seed, 0), self.pace)
             model = PPO("MlpPolicy", env, seed=self.seed, device="cpu", **TUNED)
         while model.num_timesteps < steps:
             env.paid.clear()
-            model.learn(20 * TUNED["n_steps"] * env.num_envs, reset_num_timesteps=done == 0)
-            done = model.num_timesteps
+            model.learn(
+                20 * TUNED["n_steps"] * env.num_envs, reset_num_timesteps=previous_steps == 0
+            )
+            previous_steps = model.num_timesteps
             model.save(stopped)
             write_rows(
-                table, [{"steps": done, "score": np.mean(env.paid)}], digits=4, by=("steps",)
+                table,
+                [{"steps": previous_steps, "score": np.mean(env.paid)}],
+                digits=4,
+                by=("steps",),
             )
             np.savez_compressed(FOLDER / f"{name}.npz", **actor_of(model, env))
-            print(f"{name}: {done} of {steps} steps, {np.mean(env.paid):.3f}", flush=True)
+            print(f"{name}: {previous_steps} of {steps} steps, {np.mean(env.paid):.3f}", flush=True)
         env.close()
 
     def name_of(self, pace: str) -> str:
         """Return the stem of the files of a pace."""
-        at = "" if pace == "tuned" else f"-{pace}"
-        return f"ppo-{self.senses}{at}-{self.seed}"
+        suffix = "" if pace == "tuned" else f"-{pace}"
+        return f"ppo-{self.senses}{suffix}-{self.seed}"
 
 
 def actor_of(model: PPO, env: Feet) -> dict[str, np.ndarray]:
     """Its arrays: weights w0, w1, w2 and biases b0, b1, b2; and the angles at rest."""
     net = model.policy.mlp_extractor.policy_net
     layers = [net[0], net[2], model.policy.action_net]
-    kept: dict[str, np.ndarray] = {"rest": env.inputs._rest.astype(np.float32)}
+    arrays: dict[str, np.ndarray] = {"rest": env.inputs._rest.astype(np.float32)}
     for k, layer in enumerate(layers):
-        kept[f"w{k}"] = layer.weight.detach().numpy().T.astype(np.float32)
-        kept[f"b{k}"] = layer.bias.detach().numpy().astype(np.float32)
-    return kept
+        arrays[f"w{k}"] = layer.weight.detach().numpy().T.astype(np.float32)
+        arrays[f"b{k}"] = layer.bias.detach().numpy().astype(np.float32)
+    return arrays
 
 
 if __name__ == "__main__":

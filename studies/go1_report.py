@@ -43,17 +43,17 @@ def report() -> None:
 
 def curve(name: str) -> list[dict[str, Any]]:
     """Return per second over simulated time: of the search's centre, or of the agent's mean."""
-    found: list[dict[str, Any]] = []
+    rows: list[dict[str, Any]] = []
     for seed in SEEDS:
         if (file := RUNS / name / f"seed{seed}" / "curves.csv").exists():
             for k, value in enumerate(read_csv(file)["fitness"].astype(float)):
                 time_s = k * POPULATION * len(OMEGAS) * TRAINED_S
-                found.append(point(name, seed, time_s, value))
+                rows.append(point(name, seed, time_s, value))
         if (file := RUNS / name / f"seed{seed}.npz").exists():
-            with np.load(file) as kept:
-                pairs = zip(kept["time_s"], kept["fitness"], strict=True)
-                found += [point(name, seed, *map(float, pair)) for pair in pairs]
-    return found
+            with np.load(file) as record:
+                pairs = zip(record["time_s"], record["fitness"], strict=True)
+                rows += [point(name, seed, *map(float, pair)) for pair in pairs]
+    return rows
 
 
 def point(law: str, seed: int, time_s: float, fitness: float) -> dict[str, Any]:
@@ -68,27 +68,27 @@ def numbers(column: np.ndarray) -> np.ndarray:
 
 def of_seeds(law: str, condition: str, column: str) -> list[float]:
     """A number of a law under a condition, mean over frequencies; one for each seed."""
-    kept = read_csv(OUT / "go1_judged.csv")
-    own = (kept["law"] == law) & (kept["condition"] == condition)
-    values = numbers(kept[column])[own]
-    seeds = kept["seed"][own]
+    table = read_csv(OUT / "go1_judged.csv")
+    mask = (table["law"] == law) & (table["condition"] == condition)
+    values = numbers(table[column])[mask]
+    seeds = table["seed"][mask]
     return [float(np.mean(values[seeds == seed])) for seed in dict.fromkeys(seeds)]
 
 
 def cost_of_seeds(law: str, condition: str) -> list[float]:
     """The cost of transport over all frequencies together; NaN for a seed that hardly moves."""
-    kept = read_csv(OUT / "go1_judged.csv")
-    own = (kept["law"] == law) & (kept["condition"] == condition)
-    found = []
-    for seed in dict.fromkeys(kept["seed"][own]):
-        rows = np.flatnonzero(own & (kept["seed"] == seed))
-        speed = kept["speed_m_per_s"][rows].astype(float)
+    table = read_csv(OUT / "go1_judged.csv")
+    mask = (table["law"] == law) & (table["condition"] == condition)
+    costs = []
+    for seed in dict.fromkeys(table["seed"][mask]):
+        rows = np.flatnonzero(mask & (table["seed"] == seed))
+        speed = table["speed_m_per_s"][rows].astype(float)
         if (speed < WALKS_M_PER_S).any():
-            found.append(float("nan"))
+            costs.append(float("nan"))
             continue
-        cost = kept["cost_of_transport"][rows].astype(float)
-        found.append(float((cost * speed).sum() / speed.sum()))
-    return found
+        cost = table["cost_of_transport"][rows].astype(float)
+        costs.append(float((cost * speed).sum() / speed.sum()))
+    return costs
 
 
 def spelled(
@@ -101,15 +101,15 @@ def spelled(
         return "–"
     if len(values) == 1:
         return f"{values[0]:.{digits}f}"
-    found = interval(values, within=within)
-    text = f"{found.mean:.{digits}f} [{found.low:.{digits}f}, {found.high:.{digits}f}]"
+    estimate = interval(values, within=within)
+    text = f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
     return text.replace("-", "−")
 
 
 def judged_laws() -> list[str]:
     """Those that are judged."""
-    there = set(read_csv(OUT / "go1_judged.csv")["law"])
-    return [name for name in ALL if name in there]
+    present = set(read_csv(OUT / "go1_judged.csv")["law"])
+    return [name for name in ALL if name in present]
 
 
 def judged_text() -> str:
@@ -163,26 +163,26 @@ def _learning(ax, colours) -> None:
     curves, sweep = read_csv(OUT / "go1_curves.csv"), read_csv(OUT / "go1_vanilla.csv")
     for law in LEARNED:
         for seed in SEEDS:
-            own = (curves["law"] == law) & (curves["seed"].astype(int) == seed)
-            time_s, value = (curves[n][own].astype(float) for n in ("time_s", "return_per_s"))
+            mask = (curves["law"] == law) & (curves["seed"].astype(int) == seed)
+            time_s, value = (curves[n][mask].astype(float) for n in ("time_s", "return_per_s"))
             ax.plot(time_s, value, color=colours[law], linewidth=0.8)
     omega, paid = sweep["omega"].astype(float), again_of(sweep)
-    level = np.mean([paid[omega == each].max() for each in OMEGAS])
+    level = np.mean([paid[omega == level_omega].max() for level_omega in OMEGAS])
     ax.axhline(level, color=colours[BEST], linestyle="--")
     ax.set_xlabel("simulated time [s]")
     ax.set_ylabel("return per second")
 
 
 def _speeds(ax, colours) -> None:
-    kept = read_csv(OUT / "go1_judged.csv")
-    omega, speed = (kept[name].astype(float) for name in ("omega", "speed_m_per_s"))
-    undisturbed = np.isin(kept["condition"], ["unseen starts", "unseen omega"])
+    table = read_csv(OUT / "go1_judged.csv")
+    omega, speed = (table[name].astype(float) for name in ("omega", "speed_m_per_s"))
+    undisturbed = np.isin(table["condition"], ["unseen starts", "unseen omega"])
     for k, law in enumerate(judged_laws()):
-        own = undisturbed & (kept["law"] == law)
-        every = np.unique(omega[own])
-        found = [interval(speed[own & (omega == each)]) for each in every]
-        means = np.array([each.mean for each in found])
-        ends = np.nan_to_num([(x.mean - x.low, x.high - x.mean) for x in found]).T
+        mask = undisturbed & (table["law"] == law)
+        every = np.unique(omega[mask])
+        estimates = [interval(speed[mask & (omega == command)]) for command in every]
+        means = np.array([estimate.mean for estimate in estimates])
+        ends = np.nan_to_num([(x.mean - x.low, x.high - x.mean) for x in estimates]).T
         style = {"marker": "o", "markersize": 2.5, "elinewidth": 0.8}
         ax.errorbar(every + 0.12 * (k - 2.5), means, ends, color=colours[law], label=law, **style)
     ax.set_xlabel("ω [rad/s]")
@@ -190,13 +190,13 @@ def _speeds(ax, colours) -> None:
 
 
 def _costs(ax, colours) -> None:
-    sweep, kept = read_csv(OUT / "go1_vanilla.csv"), read_csv(OUT / "go1_judged.csv")
+    sweep, judged = read_csv(OUT / "go1_vanilla.csv"), read_csv(OUT / "go1_judged.csv")
     pair = ("speed_m_per_s", "cost_of_transport")
     ax.plot(*(numbers(sweep[name]) for name in pair), ".", color="0.8", markersize=2)
-    undisturbed = np.isin(kept["condition"], ["unseen starts", "unseen omega"])
+    undisturbed = np.isin(judged["condition"], ["unseen starts", "unseen omega"])
     for law in judged_laws():
-        own = undisturbed & (kept["law"] == law)
-        ax.plot(*(numbers(kept[n])[own] for n in pair), "o", color=colours[law], markersize=2)
+        mask = undisturbed & (judged["law"] == law)
+        ax.plot(*(numbers(judged[n])[mask] for n in pair), "o", color=colours[law], markersize=2)
     ax.set_ylim(0.0, 6.0)
     ax.set_xlim(left=0.0)
     ax.set_xlabel("speed [m/s]")

@@ -34,8 +34,8 @@ PLACE = ("root_forward", "root_height")
 
 def runs(name: str) -> list[SavedController]:
     """The runs of a law, in the order of their seeds."""
-    found = [load(file) for file in (RUNS / name).glob("*/*-seed*.json")]
-    return sorted(found, key=lambda saved: int(str(saved.training["seed"])))
+    controllers = [load(file) for file in (RUNS / name).glob("*/*-seed*.json")]
+    return sorted(controllers, key=lambda saved: int(str(saved.training["seed"])))
 
 
 def best() -> tuple[str, SavedController]:
@@ -46,9 +46,9 @@ def best() -> tuple[str, SavedController]:
 
 def alone(name: str, omega: float, seconds: float) -> EnvExperiment:
     """A law's experiment with one episode, at one frequency."""
-    own = learned(name)
-    wiring = dataclasses.replace(own.wiring, omega=omega)
-    return dataclasses.replace(own, wiring=wiring, omegas=(), episodes=1, duration_s=seconds)
+    task = learned(name)
+    wiring = dataclasses.replace(task.wiring, omega=omega)
+    return dataclasses.replace(task, wiring=wiring, omegas=(), episodes=1, duration_s=seconds)
 
 
 def show() -> None:
@@ -58,8 +58,8 @@ def show() -> None:
     smaller(animate(episode, OUT / "go1.gif"))
     pictures = film(episode)
     period = 2.0 * np.pi / SHOWN_OMEGA  # of the clock; 25 pictures a second
-    at = [round(25.0 * (2.0 + period * k / 5.0)) for k in range(6)]
-    row = np.concatenate([pictures[k][60:330, 60:420] for k in at], axis=1)
+    frames = [round(25.0 * (2.0 + period * k / 5.0)) for k in range(6)]
+    row = np.concatenate([pictures[k][60:330, 60:420] for k in frames], axis=1)
     imsave(OUT / "go1_stride.png", row[::2, ::2])
     print(name, {key: round(value, 3) for key, value in episode.numbers().items()})
 
@@ -69,8 +69,8 @@ def smaller(path: Path) -> None:
     with Image.open(path) as film_of_all:
         frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film_of_all)]
     height = round(300 * frames[0].height / frames[0].width)
-    first, *others = [frame.resize((300, height)).quantize(48) for frame in frames[::2]]
-    first.save(path, save_all=True, append_images=others, duration=80, loop=0, optimize=True)
+    first, *later = [frame.resize((300, height)).quantize(48) for frame in frames[::2]]
+    first.save(path, save_all=True, append_images=later, duration=80, loop=0, optimize=True)
 
 
 def as_c() -> None:
@@ -79,39 +79,41 @@ def as_c() -> None:
     from compiled import Compiled
 
     name, saved = best()
-    own = alone(name, SHOWN_OMEGA, JUDGED_S)
-    pilot = Pilot(own.wires, own.wiring, saved.weights[:, None])
+    task = alone(name, SHOWN_OMEGA, JUDGED_S)
+    pilot = Pilot(task.wires, task.wiring, saved.weights[:, None])
     with tempfile.TemporaryDirectory() as folder:
         program = Compiled(Export(saved, usual_tick_s(saved), "go1"), Path(folder))
-        env = own.spec.make()
-        felt = [own.wires.observed.index(f"{foot}_force") for foot in FEET for _ in range(2)]
-        rest, push = own.wires.rest, own.wires.push
-        phases = [limb.phase_rad for limb in own.wiring.limbs]
+        env = task.spec.make()
+        felt = [task.wires.observed.index(f"{foot}_force") for foot in FEET for _ in range(2)]
+        neutral, push = task.wires.rest, task.wires.push
+        phases = [limb.phase_rad for limb in task.wiring.limbs]
 
-        def of_package(seen: np.ndarray) -> np.ndarray:
-            return pilot.act(seen[None])[0]
+        def of_package(observation: np.ndarray) -> np.ndarray:
+            return pilot.act(observation[None])[0]
 
-        def of_c(seen: np.ndarray) -> np.ndarray:
-            force = program.step(np.maximum(seen[felt], 0.0))[0]
-            action = np.zeros(len(own.wires.low))
-            action[own.wires.driven[0]] = rest + (push - rest) * force / own.wiring.max_force
+        def of_c(observation: np.ndarray) -> np.ndarray:
+            force = program.step(np.maximum(observation[felt], 0.0))[0]
+            action = np.zeros(len(task.wires.low))
+            action[task.wires.driven[0]] = (
+                neutral + (push - neutral) * force / task.wiring.max_force
+            )
             return action
 
         def path(act) -> np.ndarray:
-            seen, _ = env.reset(seed=STARTS[0])
+            observation, _ = env.reset(seed=STARTS[0])
             pilot.reset()
             program.init(phases)
             program.state[-2] = SHOWN_OMEGA  # that of the state; the file's own is the middle one
-            found = []
-            for _ in range(round(JUDGED_S / own.wires.step_s)):
-                seen = env.step(act(seen))[0]
-                found.append([seen[own.wires.observed.index(n)] for n in PLACE])
-            return np.array(found)
+            torso = []
+            for _ in range(round(JUDGED_S / task.wires.step_s)):
+                observation = env.step(act(observation))[0]
+                torso.append([observation[task.wires.observed.index(n)] for n in PLACE])
+            return np.array(torso)
 
         gap = np.linalg.norm(path(of_c) - path(of_package), axis=1)
     rows = []
     for until_s in (0.5, 1.0, 2.0, 4.0, JUDGED_S):
-        steps = round(until_s / own.wires.step_s)
+        steps = round(until_s / task.wires.step_s)
         rows.append({"law": name, "until_s": until_s, "gap_m": float(gap[:steps].max())})
         print(rows[-1])
     write_rows(OUT / "go1_c.csv", rows, digits=2)
@@ -124,17 +126,20 @@ def keep() -> None:
 
 def entry(name: str) -> ZooEntry:
     """The runs of a law, with what the judgement says of each: means over frequencies."""
-    own = runs(name)
-    document: JsonObject = controller_file.described(own[0], name)
+    controllers = runs(name)
+    document: JsonObject = controller_file.described(controllers[0], name)
     leave = {"seed", "best_fitness", "best_generation", "generations", "ended", "episodes"}
-    training = {key: x for key, x in own[0].training.items() if key not in leave}
+    training = {key: x for key, x in controllers[0].training.items() if key not in leave}
     document = {n: x for n, x in document.items() if n != "weights"}
     document |= {"name": f"{LAWS[name]}@go1", "training": training}
     return ZooEntry(
         document=document,
-        weights=np.stack([run.weights for run in own]),
-        **{n: np.array([run.training[n] for run in own]) for n in ("seed", "generations", "ended")},
-        fitness=np.array([run.training["best_fitness"] for run in own]),
+        weights=np.stack([run.weights for run in controllers]),
+        **{
+            n: np.array([run.training[n] for run in controllers])
+            for n in ("seed", "generations", "ended")
+        },
+        fitness=np.array([run.training["best_fitness"] for run in controllers]),
         metrics={
             column: np.array(of_seeds(name, "unseen starts", column))
             for column in ("return_per_s", "speed_m_per_s", "fell")

@@ -37,7 +37,7 @@ FRAME = 0.1
 TICKS = tuple(FRAME / n for n in (4, 7, 10, 20, 40))
 """Control periods; 0.0143 are 2 ms with legs that are 0.2 m long."""
 SHORT, LONG, LAST = 9.0, 60.0, 30.0
-"""Time over which paths are compared, length of a walk, and the length of its evaluated last part."""
+"""Time over which paths are compared, length of a walk, and length of its evaluated last part."""
 PHASES = (0.3, 3.0, 3.6, 0.9)
 STARTS = 4
 """Further random starts, for the twin."""
