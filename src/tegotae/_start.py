@@ -12,7 +12,7 @@ INTERRUPTED = 130
 
 
 def end_on_ctrl_c() -> None:
-    """From here on Ctrl-C ends the process in silence; where it is ignored, it stays so.
+    """Let Ctrl-C end the process in silence from here on; a process that ignores it still does.
 
     For a program that is being loaded; `ready` ends this.
     """
@@ -21,7 +21,8 @@ def end_on_ctrl_c() -> None:
 
 
 def ready() -> None:
-    """From here on Ctrl-C raises `KeyboardInterrupt`, which commands report in their own words."""
+    """Let Ctrl-C raise `KeyboardInterrupt` from here on, which commands report in their own
+    words."""
     if signal.getsignal(signal.SIGINT) is _end:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

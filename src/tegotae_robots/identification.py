@@ -35,7 +35,7 @@ SHARE_TO_FIT = 0.8
 """Share of the hops that are fitted; the others check the prediction."""
 LEAST_HOPS = 15
 AHEAD = (1, 2, 3)
-"""How many hops ahead the check predicts; fewer where the others are fewer."""
+"""Numbers of hops ahead that the check predicts; fewer where there are too few hops."""
 _N = len(FITTED)
 _STIFF, _LONG, _MOST = 1, 3, 4
 """Rows of stiffness, rest length and largest force."""

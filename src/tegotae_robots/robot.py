@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 class Decision(NamedTuple):
-    """What the limbs are told at one instant, in their own order."""
+    """Commands and state of the limbs at one instant, in the limbs' own order."""
 
     command: jax.Array
     """[commands, limbs, lanes]."""
@@ -99,7 +99,7 @@ class RobotController:
 
     @property
     def limbs(self) -> int:
-        """How many limbs there are."""
+        """Number of limbs."""
         return self.controller.limbs
 
     @property
@@ -132,7 +132,7 @@ class RobotController:
 
     @property
     def senses(self) -> tuple[str, ...]:
-        """What the robot must measure: signals of the body that a term or coupling reads."""
+        """Signals that the robot must measure: those of the body that a term or coupling reads."""
         sensed = self.body.SENSES if isinstance(self.body, Body) else self.body.senses
         reads = {name for term in self.controller.terms.values() for name in term.reads}
         if self.controller.coupling is not None:
@@ -141,12 +141,12 @@ class RobotController:
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """What the controller commands, limb by limb."""
+        """Names of the controller's commands, limb by limb."""
         return self.controller.actuation.COMMANDS
 
     @property
     def has_phase(self) -> bool:
-        """Whether there is an oscillator with a phase."""
+        """True if there is an oscillator with a phase."""
         oscillator = self.controller.oscillator
         return oscillator is not None and oscillator.has_phase
 
@@ -157,7 +157,7 @@ class RobotController:
 
     @functools.cached_property
     def signal_scales(self) -> dict[str, Number]:
-        """What signals, and the feedback, are divided by before a network sees them."""
+        """Divisors of signals, and of the feedback, for a network."""
         body = self.body
         if isinstance(body, Interface):
             return dict(body.known_scales)
@@ -213,7 +213,7 @@ class RobotController:
         )
 
     def _in_order_of_limbs(self, of_units: PerLimb) -> jax.Array:
-        """What units give in the order of the limbs, [limbs, lanes]."""
+        """Return values of units in the order of the limbs, [limbs, lanes]."""
         x = jnp.reshape(of_units, (self.limbs, -1))
         wiring = self.controller.wiring
         if wiring is None:

@@ -8,7 +8,7 @@ import words
 from places import ROOT
 
 LIMITS = {
-    "src": (6.9, 3.6),
+    "src": (3.2, 3.6),
     "reproduction": (2.0, 9.2),
     "studies": (22.8, 10.0),
     "benchmarks": (2.0, 5.0),

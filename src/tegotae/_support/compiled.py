@@ -34,7 +34,7 @@ _OF_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 def folder() -> Path | None:
-    """Where compiled code is kept, made if it is missing; None where it must not be.
+    """Return the folder of compiled code, made if it is missing; None where there must be none.
 
     Code from there is run, so nobody else may be able to write to it, and files are removed there,
     so it is marked, and has no other program's files when it is first used.
@@ -80,7 +80,8 @@ def _made(place: Path) -> str:
 
 
 def _is_of_user(found: os.stat_result) -> bool:
-    """Whether a file or folder is this user's alone: no other can change it or has linked it."""
+    """Return True if a file or folder is this user's alone: no other can change it or has linked
+    it."""
     if not hasattr(os, "getuid"):
         return True
     linked = stat.S_ISLNK(found.st_mode) or (stat.S_ISREG(found.st_mode) and found.st_nlink > 1)

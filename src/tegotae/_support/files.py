@@ -24,7 +24,7 @@ except ImportError:  # not on Windows: there two programs must not share a folde
     fcntl = None
 
 LONGEST_NAME = 255
-"""What file systems take as a name [bytes]."""
+"""Longest file name that file systems take [bytes]."""
 
 
 def require_short(place: Path | str) -> None:

@@ -1,5 +1,5 @@
-"""What a controller does, in numbers: its curves over what its gait visits, where it waits and
-pushes, what is left of it without feedback, and whether it follows its command."""
+"""Explain a controller in numbers: the curves of its terms over the settled gait, the phases at
+which it waits and pushes, its score without feedback, and its response to the command."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.legged import Legged, lanes_of
 
 SPREAD_M = 0.1
-"""How far a release of one leg is above or below the usual one at most [m]."""
+"""Largest height of a release of one leg above or below the default one [m]."""
 NOTHING = 0.01
 """A score below which a controller does not get anywhere."""
 ALIKE = 0.95
@@ -45,7 +45,7 @@ _CHANNELS = ("phase_rad", "spring_force_n", "velocity_m_per_s", "feedback_rad_pe
 
 @dataclass(frozen=True)
 class Evaluated:
-    """How good a controller is from several releases at several frequencies.
+    """Scores of a controller from several releases at several frequencies.
 
     Args:
         omega: commanded ω [rad/s], shape [frequencies]; NaN without an oscillator.
@@ -120,7 +120,7 @@ class ReleasedController(ABC):
 
     @property
     def middle(self) -> int:
-        """Which frequency is that of the training."""
+        """Index of the frequency of the training."""
         omega = self.saved.omega
         return 0 if omega is None else int(np.argmin(np.abs(self.omega - omega)))
 
@@ -140,7 +140,7 @@ class ReleasedController(ABC):
 
     @abstractmethod
     def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
-        """How good a controller is.
+        """Evaluate a controller from all releases at all frequencies.
 
         Args:
             controller: in place of the whole one.
@@ -178,7 +178,7 @@ class ReleasedController(ABC):
 
 @dataclass(frozen=True)
 class ReleasedHopper(ReleasedController):
-    """On one leg.
+    """Releases of a controller on one leg.
 
     Args:
         protocol: what counts as settled, and the definition of work.
@@ -210,7 +210,7 @@ class ReleasedHopper(ReleasedController):
 
 @dataclass(frozen=True, kw_only=True)
 class ReleasedWalker(ReleasedController):
-    """On several legs.
+    """Releases of a controller on several legs.
 
     Args:
         legged: their system.
@@ -277,7 +277,7 @@ class Visits:
 
     @property
     def stance(self) -> np.ndarray:
-        """Whether the leg is loaded."""
+        """True where the leg is loaded."""
         return self.load > 0.0
 
     @property
@@ -290,7 +290,8 @@ class Visits:
 def visits(
     released: ReleasedController, whole: Evaluated, recorded: dict[str, np.ndarray]
 ) -> list[Visits]:
-    """What settled gaits visit, set of weights by set; all releases' where none settles.
+    """Return the samples of settled gaits, set of weights by set; those of all releases where none
+    settles.
 
     Args:
         released: from which releases.
@@ -460,7 +461,7 @@ class Arc:
 
 
 def arcs(phase_rad: np.ndarray, among: np.ndarray, inside: np.ndarray) -> list[Arc]:
-    """Where on the circle most moments are of a kind, the largest share first.
+    """Return the arcs of the circle where most moments are of a kind, the largest share first.
 
     Parts of a turn that are not visited belong to an interval if both neighbours do.
 
@@ -497,7 +498,8 @@ def arcs(phase_rad: np.ndarray, among: np.ndarray, inside: np.ndarray) -> list[A
 
 
 def parking(v: Visits, omega: float) -> dict[str, tuple[float, list[Arc]]]:
-    """In flight and in stance the share of the time that the phase waits in, and where.
+    """Return, for flight and for stance, the share of the time in which the phase waits, and its
+    arcs.
 
     Args:
         v: the visits.

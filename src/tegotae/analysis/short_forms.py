@@ -94,12 +94,12 @@ class TriedForm:
 
     @property
     def numbers(self) -> int:
-        """How many numbers it has: of several legs, those of the feedback."""
+        """Count its numbers; for several legs, those of the feedback."""
         return len(self.saved.weights) - self.of_feet
 
     @property
     def of_feet(self) -> int:
-        """How many more numbers the feet of several legs have, and what couples them."""
+        """Count the additional numbers of the feet of several legs, and of what couples them."""
         own = self.saved.controller
         return own.n_weights - own.sets * own.layout["actuation"].start if own.limbs > 1 else 0
 
@@ -274,7 +274,7 @@ def _reaction(term: Term, v: Visits, size: float) -> list[float]:
 
 
 def _push(controller: Controller, v: Visits, turn: float) -> list[float]:
-    """Where the sector begins, its width, and the scale of a reflex beside it."""
+    """Return the start of the sector, its width, and the scale of a reflex beside it."""
     _, places = pushing(v, math.inf)
     start, width = (places[0].start_rad, places[0].width_rad) if places else (0.0, 0.5 * math.pi)
     numbers = [(start - turn) % TWO_PI, width]

@@ -18,7 +18,7 @@ else:  # Gymnasium is optional.
 Observation: TypeAlias = "np.ndarray | Mapping[str, np.ndarray]"
 """An array, or a dictionary of arrays."""
 Info: TypeAlias = dict[str, Any]
-"""What an environment says beside its observation, or is asked at a reset: by name, anything."""
+"""Values by name that an environment returns beside its observation, or takes at a reset."""
 
 _OfMujoco: TypeAlias = Any
 MjData: TypeAlias = _OfMujoco

@@ -40,7 +40,7 @@ class Apexes(NamedTuple):
     """
 
     n_apexes: jax.Array
-    """How many there were, [lanes]."""
+    """Number of apexes, [lanes]."""
     first: jax.Array
     """Climbed height [m] and work [J] at the first, [2, lanes]."""
     second: jax.Array
@@ -102,8 +102,8 @@ TELEMETRY = (
     "cot_inverse",
     "hops",
 )
-"""What `info` has, in this order: where the hopper is, what the last tick did, the totals of the
-episode, and `cot_inverse`, over the whole hops of the episode's second half up to now: 0 before
+"""Entries of `info`, in this order: position of the hopper, quantities of the last tick, totals of
+the episode, and `cot_inverse`, over the whole hops of the episode's second half up to now: 0 before
 there is one, and for a gait that has died out. `hops` is the number of rewarded hops."""
 
 
@@ -121,7 +121,7 @@ class _Ledger(NamedTuple):
 
 
 class Episodes(NamedTuple):
-    """Where every lane's episode is."""
+    """State of every lane's episode."""
 
     lane: Lane
     scenario: Scenario
@@ -162,9 +162,9 @@ class EnvStep(NamedTuple):
     reward: np.ndarray
     """Shape [lanes]."""
     terminated: np.ndarray
-    """Where the leg has no length left, shape [lanes]."""
+    """True where the leg has no length left, shape [lanes]."""
     truncated: np.ndarray
-    """Where the time is up, shape [lanes]."""
+    """True where the time is up, shape [lanes]."""
     telemetry: np.ndarray
     """Shape [lanes, len(TELEMETRY)]."""
 
@@ -265,7 +265,7 @@ class Hoppers:
     def _scenarios(
         self, where: np.ndarray | None, options: Mapping[str, ArrayLike]
     ) -> list[Scenario]:
-        """What the next episode of each lane meets."""
+        """Draw the scenario of each lane's next episode."""
         if self._fixed is not None and not options:
             return [self._fixed] * self.lanes
         columns: dict[str, list[float]] = {}

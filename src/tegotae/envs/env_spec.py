@@ -1,4 +1,5 @@
-"""Where limbs are trained: an environment by its id, a function that makes one, or a model."""
+"""Specify where limbs are trained: an environment by its id, a function that makes one, or a
+model."""
 
 from __future__ import annotations
 
@@ -57,7 +58,7 @@ class EnvSpec:
 
     @property
     def is_model(self) -> bool:
-        """Whether it is a MuJoCo model, whose physics needs no environment around it."""
+        """True if it is a MuJoCo model, whose physics needs no environment around it."""
         return is_mujoco_model(self.env)
 
     @property

@@ -34,7 +34,7 @@ from tegotae.systems.user_objects import is_reference, named
 
 _TICK_S = 0.001
 ACTS = ("force", "feedback")
-"""What an answer may be: the actuator force, or the feedback of an oscillator."""
+"""Meanings of an answer: the actuator force, or the feedback of an oscillator."""
 
 
 class ClippedFeedbackWarning(UserWarning):
@@ -61,7 +61,7 @@ class ClockedHopperSettings(HopperSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class Meaning(Part):
-    """What a policy's numbers mean.
+    """Meaning of a policy's observations and answers.
 
     Args:
         acts: meaning of its answer: force of the actuator, or feedback f of `φ̇ = ω + f`, of which
@@ -127,7 +127,7 @@ class Meaning(Part):
 
     @property
     def with_phase(self) -> bool:
-        """Whether there is an oscillator."""
+        """True if there is an oscillator."""
         return self.settings.controller.oscillator is not None
 
 
@@ -173,7 +173,7 @@ class Policy:
         return [self.actions(observed) * settings.action_scale]
 
     def actions(self, observed: np.ndarray) -> np.ndarray:
-        """What the policy does, as actions in [-1, 1] of its environment, shape [n].
+        """Return the policy's actions in [-1, 1] of its environment, shape [n].
 
         What is beyond is cut off: a force at what the actuator can do, and a feedback, which warns
         of it (`ClippedFeedbackWarning`), at 40 rad/s.
@@ -213,7 +213,7 @@ ARGUMENTS = {
     "velocity_m_per_s": "velocity",
     "height_m": "height",
 }
-"""What a function may ask for, and which observation it is."""
+"""Observation behind each argument that a function may have."""
 
 
 def from_function(
@@ -323,11 +323,12 @@ def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
 
 
 Answers = Callable[[np.ndarray], ArrayLike]
-"""From observations [n, entries] to answers [n], or [n, numbers]."""
+"""Map from observations [n, entries] to answers [n], or [n, numbers]."""
 
 
 def network(path: Path) -> tuple[Answers, int | None]:
-    """What the network in a file answers, and how many entries it observes if it says so.
+    """Read a network from a file: its function, and its number of observed entries if the file has
+    it.
 
     Args:
         path: a .zip of Stable-Baselines3, or an .onnx file.
@@ -343,7 +344,8 @@ def network(path: Path) -> tuple[Answers, int | None]:
 
 
 def _onnx(path: Path) -> tuple[Answers, int | None]:
-    """What a network answers, and how many entries it observes if it says so."""
+    """Read a network from an .onnx file: its function, and its number of observed entries if
+    fixed."""
     runtime = require("onnxruntime", "onnx")
     with other_code(f"{path} is no ONNX network"):
         session = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
@@ -367,8 +369,8 @@ _MOST_BYTES = 2**28
 
 
 def _stable_baselines(path: Path) -> tuple[Answers, int]:
-    """What a model's usual policy answers with the weights of a file, and how many entries it
-    observes."""
+    """Read the default policy of a model from a .zip: its function with the file's weights, and its
+    number of observed entries."""
     try:
         with zipfile.ZipFile(path) as archive:
             require_small(map(archive.getinfo, ("data", "policy.pth")), _MOST_BYTES)
@@ -458,4 +460,4 @@ def _box(does: str, written: dict[str, Any]) -> Any:
 
 
 NETWORKS = {".zip": _stable_baselines, ".onnx": _onnx}
-"""What reads a file of a network, by its ending."""
+"""Reader of a network's file, by its ending."""

@@ -39,7 +39,7 @@ class LaneVecEnv(VecEnv):
         setattr(self, attr_name, value)
 
     def env_method(self, method_name: str, *_: object, **__: object) -> NoReturn:
-        """There are no environments behind the lanes whose methods could be called."""
+        """Refuse the call: no environments with methods are behind the lanes."""
         raise TegotaeError(
             f"lanes have no environments of their own, and so no method {method_name!r}"
         )

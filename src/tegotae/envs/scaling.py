@@ -1,4 +1,5 @@
-"""What signals are measured against: scales of a MuJoCo model, or of a body of this package."""
+"""Scales by which networks divide signals: those of a MuJoCo model, or of a body of this
+package."""
 
 from __future__ import annotations
 
@@ -78,7 +79,8 @@ def scales_of(
 
 
 def body_scales(body: Body | Interface) -> dict[str, float]:
-    """What networks divide a body's signals by, and √(g/l0) as that of `feedback`, in SI units.
+    """Return the divisors of a body's signals for networks, and √(g/l0) as that of `feedback`, in
+    SI units.
 
     A signal whose scale differs between limbs is left out.
 
@@ -171,7 +173,7 @@ def chain_of(model: MjModel, foot: str) -> set[int]:
 
 
 def place_of(model: MjModel, data: MjData, foot: str) -> np.ndarray:
-    """Where a foot is: the middle of its lowest geom in the world [m], [x, y, z].
+    """Return the place of a foot: the middle of its lowest geom in the world [m], [x, y, z].
 
     Of a capsule or a cylinder that stands more than it lies, such as a shank, it is the middle of
     the lower end.
@@ -203,12 +205,13 @@ def centre_height_m(model: MjModel, data: MjData) -> float:
 
 
 def lowest(model: MjModel, data: MjData, geoms: Sequence[int]) -> tuple[float, int]:
-    """How low geoms reach [m], of a mesh or an ellipsoid at most so far; and which one does."""
+    """Return the lowest height of geoms [m], a lower bound for a mesh or an ellipsoid, and the geom
+    that has it."""
     return min((float(data.geom_xpos[i][2]) - _below(model, data, i), i) for i in geoms)
 
 
 def _below(model: MjModel, data: MjData, geom: int) -> float:
-    """How far a geom reaches below its centre [m]."""
+    """Return the depth of a geom below its centre [m]."""
     size, kinds = model.geom_size[geom], require("mujoco", "mujoco").mjtGeom
     axis = np.abs(data.geom_xmat[geom].reshape(3, 3)[2])
     reach = {

@@ -105,7 +105,7 @@ class HopReward(Part):
         check_work(self.work)
 
     def counted(self, work_j: Numeric) -> Numeric:
-        """What counts of the actuator's signed work over a tick [J]."""
+        """Return the part of the actuator's signed work over a tick that is charged [J]."""
         if self.work == "net":
             return work_j
         return jnp.abs(work_j) if self.work == "absolute" else jnp.maximum(work_j, 0.0)
@@ -161,12 +161,12 @@ class HopperSettings(Part):
     drop_m: Chosen = 0.0
     """Height by which the ground drops [m]."""
     drop_time_s: Chosen = math.inf
-    """When it drops [s]; infinity for never."""
+    """Time at which it drops [s]; infinity for never."""
     observation: tuple[str, ...] = ("spring_force", "velocity")
-    """What the agent observes, in this order: any of `spring_force` F_k, `velocity` ẏ, `height`
-    y - h, and, where the environment has an oscillator, `phase` as (sin φ, cos φ)."""
+    """Entries of the agent's observation, in this order: any of `spring_force` F_k, `velocity` ẏ,
+    `height` y - h, and, where the environment has an oscillator, `phase` as (sin φ, cos φ)."""
     dimensionless: bool = True
-    """Whether F_k, ẏ and y - h are over m g, √(g l0) and l0, or in N, m/s and m."""
+    """True for F_k, ẏ and y - h over m g, √(g l0) and l0; False for N, m/s and m."""
     reward: HopReward = field(default_factory=HopReward)
     """The step reward, or its arguments by name."""
 
@@ -186,12 +186,12 @@ class HopperSettings(Part):
 
     @property
     def controller(self) -> Controller:
-        """What stands between the agent and the body; its one weight is the action."""
+        """Controller between the agent and the body; its one weight is the action."""
         return force_controller()
 
     @property
     def action_scale(self) -> float:
-        """What an action of 1 is: α [N]."""
+        """Force of an action of 1: α [N]."""
         return self.body.max_force_n
 
     @property
@@ -215,7 +215,7 @@ class HopperSettings(Part):
     def scenario(
         self, random: np.random.Generator | None, options: Mapping[str, float] | None = None
     ) -> Scenario:
-        """What one episode meets: the chosen numbers, drawn where they are ranges.
+        """Draw the scenario of an episode: the chosen numbers, at random where they are ranges.
 
         Args:
             random: the generator to draw with; None where nothing is drawn (`draws`).
@@ -241,7 +241,7 @@ class HopperSettings(Part):
 
     @property
     def draws(self) -> bool:
-        """Whether any chosen number is drawn from a range."""
+        """True if any chosen number is drawn from a range."""
         return any(isinstance(getattr(self, name), tuple) for name in self.CHOSEN)
 
     def _check_chosen(self, name: str) -> None:
@@ -315,7 +315,7 @@ class TegotaeHopperSettings(HopperSettings):
 
     @property
     def action_scale(self) -> float:
-        """What an action of 1 is: the largest feedback [rad/s]."""
+        """Feedback of an action of 1: the largest one [rad/s]."""
         return self.max_feedback_rad_per_s
 
 

@@ -27,7 +27,7 @@ class Wires:
     """A wiring that has been looked up in an environment."""
 
     controller: Controller
-    """Of all limbs."""
+    """Controller of all limbs."""
     sensed: dict[str, tuple[np.ndarray, np.ndarray]]
     """For each signal, the observation's entry of each limb and its sign, shape [limbs] each."""
     driven: np.ndarray
@@ -51,7 +51,7 @@ class Wires:
 
     @property
     def limbs(self) -> int:
-        """How many limbs there are."""
+        """Number of limbs."""
         return self.driven.shape[1]
 
 
@@ -153,7 +153,7 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
 
 
 def _unknown_entry(what: str, name: str, known: Sequence[str]) -> str:
-    """What to say of an entry that is not there; numbered entries have no nearest names."""
+    """Return the message about an unknown entry; numbered entries have no nearest names."""
     if all(entry.startswith(f"{what}[") for entry in known):
         return f"no {what} entry is called {name!r}; known: {', '.join(known)}"
     return str(unknown(f"{what} entry", name, known))
@@ -162,7 +162,7 @@ def _unknown_entry(what: str, name: str, known: Sequence[str]) -> str:
 def _places(
     limbs: Sequence[Limb], signal: str, observed: Sequence[str]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of every limb the observation's entry that is this signal, and its sign."""
+    """Return, for every limb, the observation's entry that is this signal, and its sign."""
     names = [limb.senses[signal] for limb in limbs]
     sign = [1.0 if name in observed else -1.0 if name != NOTHING else 0.0 for name in names]
     entries = [name if name in observed else name.removeprefix("-") for name in names]
@@ -182,7 +182,7 @@ def _names(what: str, given: Sequence[str] | None, known: Sequence[str]) -> list
 
 
 def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) -> Iterator[str]:
-    """What is wrong with the names of what limbs sense and drive, and of what is measured."""
+    """List faults in the names of what limbs sense and drive, and of what is measured."""
     reads, commands = read_by(wiring.controller), wiring.controller.actuation.COMMANDS
     for i, limb in enumerate(wiring.limbs):
         for signal in reads:
@@ -220,7 +220,7 @@ def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) ->
 
 
 def _of_numbers(wiring: Wiring, step_s: float | None) -> Iterator[str]:
-    """What is wrong with the numbers."""
+    """List faults in the numbers."""
     if step_s is None:
         yield "the environment has no dt; give the time between two steps as step_s [s]"
     phases = {f"limb {i}: phase_rad": limb.phase_rad for i, limb in enumerate(wiring.limbs)}
@@ -243,7 +243,7 @@ def _of_numbers(wiring: Wiring, step_s: float | None) -> Iterator[str]:
 def _of_ends(
     limbs: Sequence[Limb], rest: np.ndarray, push: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> Iterator[str]:
-    """What is wrong with the actions at no force and at full force."""
+    """List faults in the actions at no force and at full force."""
     for i, limb in enumerate(limbs):
         for name, value in (("rest", rest[i]), ("push", push[i])):
             if not np.isfinite(value) and getattr(limb, name) is not None:
@@ -324,7 +324,7 @@ def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:
 
 
 def remarks(wiring: Wiring, contacts: Collection[str] = ()) -> list[str]:
-    """What should be known of a wiring that could be used as it is: one plain sentence each.
+    """List remarks on a wiring that is valid but may not be meant: one plain sentence each.
 
     Args:
         wiring: the wiring.

@@ -1,5 +1,5 @@
-"""Which observation a limb's oscillator listens to, and which action entry it drives; as a file,
-TOML or JSON, written by people, read back and checked."""
+"""Wire an oscillator to an environment: the observations that a limb's oscillator reads, and the
+action entry that it drives; as a file, TOML or JSON, written by people, read back and checked."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Limb:
 
 @dataclass(frozen=True, kw_only=True)
 class Wiring:
-    """How Tegotae control is wired into an environment: `TegotaeWrapper(env, wiring)`.
+    """Wiring of Tegotae control into an environment: `TegotaeWrapper(env, wiring)`.
 
     Every limb has a phase oscillator `φ̇ = ω + f` with the feedback `f = G · A′(φ) · R(s)` of its
     own senses, and the controller's actuation makes of them a force in [0, α], which becomes the
@@ -94,21 +94,21 @@ class Wiring:
     """Terms, oscillator and actuation: of one limb, the same for all; or of all of them, with its
     own sharing and coupling. The vanilla sector by default."""
     scales: Mapping[str, float] = field(default_factory=dict)
-    """What a network divides each signal by, such as the weight for `spring_force`, and √(g/l0) for
+    """Divisor of each signal for a network, such as the weight for `spring_force`, and √(g/l0) for
     `feedback`; 1 if not named. `with_scales` takes them from a MuJoCo model, `from_controller` from
     the body that the controller was trained on."""
     units: Units | None = None
-    """What 1 m, 1 s and 1 N of the controller are here; as they are if None. With those of the
-    body, l0, √(l0 / g) and its weight, a controller from elsewhere is scaled by Froude, and so is
-    one that is trained here."""
+    """Values of 1 m, 1 s and 1 N of the controller here; unscaled if None. With those of the body,
+    l0, √(l0 / g) and its weight, a controller from elsewhere is scaled by Froude, and so is one
+    that is trained here."""
     max_force: float = 4.0
     """The force α at which the action is `push`, in the units of the actuation's force."""
     sector_rad: Sequence[float] | None = None
-    """Where in its phase a limb of this body pushes under a controller with a sector, which takes
-    it over: [start, width]. The controller's own if None, which in the paper's models is a
-    twentieth of a turn; [π, π] pushes for as long as the oscillator believes in stance."""
+    """Sector of the phase in which a limb of this body pushes under a controller with a sector,
+    which takes it over: [start, width]. The controller's own if None, which in the paper's models
+    is a twentieth of a turn; [π, π] pushes for as long as the oscillator believes in stance."""
     max_feedback_rad_per_s: float = 10.0
-    """What an agent's action of 1 adds to a limb's feedback [rad/s]."""
+    """Feedback that an agent's action of 1 adds to a limb's own [rad/s]."""
     step_s: float | None = None
     """Time between two steps of the environment [s]; its own `dt` if None."""
     observation_names: Sequence[str] | None = None

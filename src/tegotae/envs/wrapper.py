@@ -22,7 +22,7 @@ from tegotae.parts.units import Units
 from tegotae.simulation.sampler import sampler
 
 PHASE_KEY = "phase"
-"""Where a dictionary observation holds sin φ and cos φ of the limbs."""
+"""Key of a dictionary observation under which sin φ and cos φ of the limbs are."""
 
 
 class Pilot:

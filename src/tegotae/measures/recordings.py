@@ -347,7 +347,7 @@ def _given(unit: str) -> str:
 
 @dataclass(frozen=True)
 class _Source:
-    """Where a quantity is read.
+    """Place at which a quantity is read.
 
     Args:
         column: its column.

@@ -14,7 +14,7 @@ from tegotae_robots.benchmark.entries import is_program, read_entry
 from tegotae_robots.benchmark.subject import Subject
 
 MOST_WALL_S = 7200.0
-"""How long code of an entry's author may take on a track, its compilation included [s]."""
+"""Longest time that code of an entry's author may take on a track, its compilation included [s]."""
 
 
 def scored(place: Any, subject: Subject, track: str) -> tuple[np.ndarray, float]:

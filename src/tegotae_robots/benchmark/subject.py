@@ -1,4 +1,5 @@
-"""What an entry of the benchmark drives, what it senses there, and what its episodes are worth."""
+"""Subjects of the benchmark: the actuators and senses that an entry has, and the scores of its
+episodes."""
 
 from __future__ import annotations
 
@@ -18,14 +19,14 @@ from tegotae.analysis.generalisation.run import share_interval
 from tegotae.measures.hopping.statistics import POSITIVE, interval
 
 Policy: TypeAlias = Callable[[np.ndarray], np.ndarray]
-"""From an observation [entries] to an action [actions], step after step of one episode."""
+"""Map from an observation [entries] to an action [actions], step after step of one episode."""
 Entry: TypeAlias = Callable[[], Policy]
 """Begins an episode: a policy with a state of its own."""
 
 TRACKS = ("load", "load+imu", "all")
 """Each senses what the one before it does, and more."""
 MOST_CPU_S = 3600.0
-"""What an entry may compute on a track, the simulation included [s of a core]."""
+"""Processor time that an entry may take on a track, the simulation included [s of a core]."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Subject(ABC):
 
     @property
     def disturbances(self) -> tuple[Disturbance, ...]:
-        """What is met, a condition a level."""
+        """Disturbances of the track, a condition a level."""
         return disturbances_named(self.CONDITIONS)
 
     @property

@@ -1,4 +1,4 @@
-"""What exported controllers cost on microcontrollers: size, and instructions in emulation."""
+"""Measure exported controllers on microcontrollers: size, and instructions in emulation."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ CORES = (
 
 @dataclass(frozen=True)
 class Cost:
-    """What a controller costs on a core."""
+    """Cost of a controller on a core."""
 
     model: str
     weights: int
     core: str
     flash_bytes: int
-    """What it adds to a program: code, weights, and what it calls of the C library."""
+    """Bytes that it adds to a program: code, weights, and its functions of the C library."""
     ram_bytes: int
     """State, inputs and outputs."""
     stack_bytes: int

@@ -26,9 +26,9 @@ TOLERANCE = 1e-5
 _DURATION_S = 4.0
 """Simulated time of the run."""
 _VECTORS = 1000
-"""How many of its ticks are kept."""
+"""Number of its ticks that are written."""
 _RATE_HZ = 1.7
-"""How often a drawn sense comes back."""
+"""Rate at which a drawn sense repeats [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def golden(export: Export) -> Golden:
 
 
 def _columns(export: Export) -> tuple[str, ...]:
-    """What the numbers of a tick are: state, inputs, outputs, next state."""
+    """Return the names of the numbers of a tick: state, inputs, outputs, next state."""
     state = [f"state.{name}" for name in export.state_names]
     outputs = [f"out.{name}" for name in export.outputs]
     after = [f"next.{name}" for name in export.state_names]
@@ -215,7 +215,7 @@ def check_program(export: Export, golden: Golden) -> str:
 
 
 def put(export: Export, state: str, inputs: str = "in.") -> list[dict[str, Any]]:
-    """Where a limb's numbers of a golden vector go, up to the inputs."""
+    """Return the C places of a limb's numbers of a golden vector, up to the inputs."""
     i = "[i]" if export.limbs > 1 else ""
     places = [f"{state}oscillator{i}.{name}" for name in export.state_names]
     places += [f"{inputs}{member(name)}{i}" for name in export.senses]

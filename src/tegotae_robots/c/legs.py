@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _ROWS = 200
 """Places of a check."""
 _TURN = 0.25
-"""How far joints turn for these at most [rad], or slide over the leg's length."""
+"""Largest turn of joints for these places [rad], or slide over the leg's length."""
 
 
 def leg_pieces(legs: LegKinematics) -> list[Piece]:
@@ -95,7 +95,8 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
 
 
 def leg_facts(export: Export) -> dict[str, Any]:
-    """What templates say of legs; nothing of a controller that commands no feet of a model."""
+    """Return the values that templates take of legs; none for a controller that commands no feet of
+    a model."""
     legs = export.legs
     if legs is None:
         return {"has_legs": False, "legs": []}

@@ -207,7 +207,7 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
 
 
 def _flight(export: Export) -> str:
-    """What commands are worth while a foot is in the air."""
+    """Return the sentence on commands while a foot is in the air."""
     if wired_limbs(export):
         return "as on the environment of the training"
     if export.controller.actuation.commands_force:

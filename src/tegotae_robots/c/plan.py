@@ -76,7 +76,7 @@ class Export(RobotController):
 
     @property
     def averages(self) -> bool:
-        """Whether the force is its mean over a tick, as limbs on an environment have it.
+        """True if the force is its mean over a tick, as limbs on an environment have it.
 
         On a body of the package the force is that of the tick's start, as with `Hold`.
         """
@@ -84,7 +84,7 @@ class Export(RobotController):
 
     @functools.cached_property
     def scales(self) -> dict[str, float]:
-        """What signals are divided by before a network sees them, in their own units."""
+        """Divisors of signals for a network, in the signals' own units."""
         for name, scale in self.signal_scales.items():
             if np.size(scale) != 1:
                 raise TegotaeError(
@@ -101,7 +101,7 @@ class Export(RobotController):
         return None if trained is None else trained.timing.tick_s
 
     def warnings(self) -> list[str]:
-        """What an author should know before the robot runs, a line each."""
+        """List warnings for an author before the robot runs, a line each."""
         trained = self.trained_tick_s
         if trained is None or abs(trained - self.tick_s) <= 1e-9:
             return []
@@ -117,7 +117,7 @@ class Export(RobotController):
 
     @functools.cached_property
     def tick(self) -> TracedTick:
-        """What traces its parts."""
+        """Traces of the parts of a tick."""
         return TracedTick(self, averages=self.averages)
 
     @functools.cached_property
@@ -204,7 +204,7 @@ _WHAT = {
     "end_pitch": "pitch of the body, up at the leg's end",
     "side_yaw": "yaw of the body, to the leg's side",
 }
-"""What the senses of the package's bodies are."""
+"""Descriptions of the senses of the package's bodies."""
 
 
 _TILTS = frozenset({"root_roll", "root_pitch", "root_yaw"})
@@ -212,7 +212,7 @@ _TILTS = frozenset({"root_roll", "root_pitch", "root_yaw"})
 
 
 def _sensed(export: Export, signal: str) -> str:
-    """What a sense is; of an angle of a model's trunk its sine was trained with."""
+    """Describe a sense; an angle of a model's trunk by the sine that was trained with."""
     sources = {limb.senses.get(signal, "").removeprefix("-") for limb in wired_limbs(export)}
     return ("sine of the " if sources & _TILTS else "") + _WHAT.get(signal, plain(signal))
 
@@ -241,7 +241,7 @@ def constants(export: Export) -> dict[str, tuple[Number, str]]:
 
 
 def facts(export: Export) -> dict[str, Any]:
-    """What all templates may say."""
+    """Return the values that all templates may take."""
     prefix, several = export.prefix, export.limbs > 1
     limbs = wired_limbs(export)
     pushes = export.controller.actuation.commands_force
@@ -313,13 +313,13 @@ def facts(export: Export) -> dict[str, Any]:
 
 
 def _has_spring(export: Export) -> bool:
-    """Whether the spring's force can be had from leg length or contact force by the body's law."""
+    """Return True if the body's law gives the spring's force from leg length or contact force."""
     linear = isinstance(export.body, Upright) or getattr(export.body, "is_linear", False)
     return "spring_force" in export.senses and linear
 
 
 def _commanded(export: Export) -> str:
-    """What a command is, as a comment."""
+    """Describe a command, as a comment."""
     if not export.controller.actuation.commands_force:
         return "where the foot shall be, from its place at rest"
     if wired_limbs(export):

@@ -37,7 +37,7 @@ class Procedure:
     """Given by the names of its parameters."""
     results: tuple[Node, ...]
     about: str = ""
-    """What its docstring says it does."""
+    """First line of its docstring."""
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -55,12 +55,12 @@ class Call:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the program calls its results."""
+        """Names of its results in the program."""
         place = place_of(self.origin)
         return place.names if place else (self.procedure.name,)
 
     def results(self) -> list[Node]:
-        """What it gives."""
+        """Nodes of its results."""
         return [
             Node("result", result.kind, self.inputs, (self, index), self.origin)
             for index, result in enumerate(self.procedure.results)

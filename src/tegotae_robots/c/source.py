@@ -69,7 +69,7 @@ class _Function:
     name: str
     text: str
     given: frozenset[str]
-    """What it reads of what is given."""
+    """Names of the values that it reads beside its parameters."""
     arguments: tuple[str, ...]
     """Its parameters, in order: w, s, o, heard, or the name of a number."""
 
@@ -79,7 +79,7 @@ class _Function:
 
 
 def _role(name: str) -> str:
-    """Whose weights a piece reads."""
+    """Return the role whose weights a piece reads."""
     if name == "command_law":
         return "actuation"
     return "oscillator" if name in _AHEAD else name.removesuffix("_term")

@@ -30,13 +30,13 @@ def helpers() -> dict[str, str]:
 
 @dataclass
 class Library:
-    """What the functions written so far call: helpers and procedures, in an order that C takes."""
+    """Functions that the code so far calls: helpers and procedures, in an order that C takes."""
 
     helpers: set[str] = field(default_factory=set)
     procedures: list[str] = field(default_factory=list)
     """Their C, as it was written."""
     names: dict[int, str] = field(default_factory=dict)
-    """What each procedure is called in C, by its identity."""
+    """Name of each procedure in C, by its identity."""
     taken: set[str] = field(default_factory=lambda: set(helpers()))
 
     def texts(self) -> list[str]:
@@ -66,7 +66,7 @@ _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", 
 
 
 def members(count: int) -> tuple[str, ...]:
-    """What the results of a procedure are called."""
+    """Return names for the results of a procedure."""
     return _ORDINALS[:count] if count <= len(_ORDINALS) else tuple(f"r{i}" for i in range(count))
 
 
@@ -228,7 +228,7 @@ class Statements:
 
 
 def _called(node: Node) -> str:
-    """What the Python source calls a value."""
+    """Return the name of a value in the Python source."""
     place = place_of(node.origin)
     return place.names[0] if place else "value"
 

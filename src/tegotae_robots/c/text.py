@@ -160,7 +160,8 @@ library, families such as `atomic_init`, words of C23 and C++, and functions."""
 
 
 def is_c_name(text: str) -> bool:
-    """Whether it may begin names in C: a letter, then letters, digits and single underscores.
+    """Return True if it may begin names in C: a letter, then letters, digits and single
+    underscores.
 
     A file system may take `Math.h` for `math.h`, so that capitals make no difference.
 

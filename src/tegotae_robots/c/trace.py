@@ -22,7 +22,7 @@ from tegotae_robots.c.text import commented
 from tegotae_robots.robot import RobotController
 
 Texts = str | Sequence[str] | Mapping[str, str | Sequence[str]]
-"""What C calls the numbers of an argument."""
+"""Texts in C of the numbers of an argument."""
 _Arrays = dict[str, jax.Array]
 
 
@@ -33,9 +33,9 @@ class Piece:
     name: str
     results: tuple[Node, ...]
     names: tuple[str, ...]
-    """What its results are called."""
+    """Names of its results."""
     about: str
-    """What it is, for a comment."""
+    """Description for a comment."""
 
 
 class TracedTick:
@@ -200,7 +200,7 @@ class TracedTick:
         results: Sequence[str],
         about: str,
     ) -> Piece:
-        """What is read off the oscillator's state at the end of a tick, its rate held."""
+        """Trace what is read off the oscillator's state at the end of a tick, its rate held."""
 
         def evaluate(
             weights: Weights,
@@ -229,7 +229,8 @@ class TracedTick:
         )
 
     def _coupling(self, coupling: Coupling) -> Piece:
-        """What each oscillator gets from the others: the only piece that sees all units."""
+        """Trace the input of each oscillator from the others: the only piece that sees all
+        units."""
         limbs = range(self._controller.limbs)
 
         def evaluate(
@@ -287,7 +288,7 @@ def scale_name(signal: str) -> str:
 
 
 def described(part: object) -> str:
-    """What a part's docstring says it is, in ASCII."""
+    """Return the first sentence of a part's docstring, in ASCII."""
     return commented(type(part).__doc__ or type(part).__name__)
 
 

@@ -22,7 +22,7 @@ from tegotae._support.limits import MOST_RAD_PER_S, MOST_STEP_S
 
 _FORMAT, _VERSION = b"tegotae native controller ", b"3\n"
 _MOST = float(np.finfo(np.float32).max)
-"""Of a measurement, in its units."""
+"""Largest value of a measurement, in its units."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,7 +239,7 @@ class LiveController:
         return self._command
 
     def _no_measurement(self, name: str, given: Mapping[str, ArrayLike]) -> TegotaeError:
-        """What to say of what is no measurement of a signal."""
+        """Return the error for a value that is no measurement of a signal."""
         if not is_of(given, Mapping):
             return TegotaeError(
                 f"the measurements are {reprlib.repr(given)}; they must be numbers by name, such "
@@ -251,7 +251,7 @@ class LiveController:
         )
 
     def _phases(self, phase_rad: ArrayLike) -> np.ndarray:
-        """What `reset` was given, checked."""
+        """Return the phases given to `reset`, checked."""
         try:
             phase = np.asarray(phase_rad, float)
         except (TypeError, ValueError, OverflowError):
@@ -270,12 +270,12 @@ class LiveController:
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """What a step commands, limb by limb, such as a force [N]."""
+        """Names of the commands of a step, limb by limb, such as a force [N]."""
         return self._native.commands
 
     @property
     def limbs(self) -> int:
-        """How many limbs there are."""
+        """Number of limbs."""
         return self._native.limbs
 
     @property
@@ -308,4 +308,4 @@ class LiveController:
 
 
 _KEPT = ("_native", "_clock", "_omega_rad_per_s", "_last_s", "_began", "steps")
-"""What a copy takes over beside the memory of the code."""
+"""Attributes that a copy takes over beside the memory of the code."""

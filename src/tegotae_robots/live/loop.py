@@ -73,7 +73,7 @@ _SPIN_S = 0.0002
 """The rest of a period that is waited for awake [s]: sleep alone wakes some 50 µs late."""
 
 _LONGEST_NAME = 100
-"""Of a measurement [characters]."""
+"""Longest name of a measurement [characters]."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def new_recording(path: Path | str) -> Path:
 
 
 def _npz(columns: Mapping[str, np.ndarray]) -> bytes:
-    """What `numpy.savez` writes, whose own arguments some names are."""
+    """Return the bytes of an .npz file; `numpy.savez` refuses names that are its own arguments."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         for name, column in columns.items():
@@ -327,7 +327,7 @@ def _column_names(name: str, count: int) -> tuple[str, ...]:
 
 
 def _is_name(name: object) -> bool:
-    """Whether an archive can have an entry of this name."""
+    """Return True if an archive can have an entry of this name."""
     return isinstance(name, str) and name.isprintable() and 0 < len(name) <= _LONGEST_NAME
 
 

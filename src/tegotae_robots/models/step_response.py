@@ -32,10 +32,10 @@ _OVERSHOOTS = 0.02
 
 
 class StepResponse(NamedTuple):
-    """How a body comes to rest elsewhere under a constant force."""
+    """Response of a body that comes to rest elsewhere under a constant force."""
 
     travel: float
-    """How far that is."""
+    """Distance of that."""
     frequency: float
     """Natural frequency ω_n [rad over the unit of time]; nan without an overshoot."""
     damping_ratio: float
@@ -77,7 +77,7 @@ class RobotStance(NamedTuple):
     friction: float
     """Coefficient of friction under the feet."""
     sinks: float
-    """How far the feet sink into the ground, over l0."""
+    """Depth by which the feet sink into the ground, over l0."""
 
 
 def responses_of_walker(walker: Legged) -> Mapping[str, StepResponse]:
@@ -144,7 +144,8 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
 
 
 def _responses(height: np.ndarray, ahead: np.ndarray, tick: float) -> Mapping[str, StepResponse]:
-    """Of a height from when the legs begin to bear, and of a place from when it is pushed."""
+    """Return the responses of a height since the legs began to bear, and of a place since it was
+    pushed."""
     named = {"bounce": height, "sway": ahead}
     return {name: StepResponse.of(tick * np.arange(len(x)), x) for name, x in named.items()}
 

@@ -39,7 +39,7 @@ _LIFT = 4.0
 _SWEEP = 0.5
 """Push of a joint that sweeps the foot back, as a share of the weight; friction bears no more."""
 _STROKE = 0.1
-"""How far a servo pushes, as a share of the length."""
+"""Stroke of a servo's push, as a share of the length."""
 _RATE = 2.5
 """ω over √(g / l), as the paper's 8 rad/s on a leg of 1 m."""
 _SAMPLES = 40.0
@@ -57,11 +57,11 @@ class Suggestion:
     wiring: Wiring
     """Without weights: it is to be trained."""
     reasons: Mapping[str, str]
-    """Why, by entry: `omega`, `scales.velocity`, `limbs[0].push`."""
+    """Reasons by entry: `omega`, `scales.velocity`, `limbs[0].push`."""
     remarks: tuple[str, ...]
     """Omissions and obstacles: a sentence each."""
     on_rail: bool
-    """Whether the trunk goes up and down only, so that no return is for distance."""
+    """True if the trunk goes up and down only, so that no return is for distance."""
     legs: LegKinematics | None = None
     """Those whose feet are commanded to places."""
 
@@ -73,14 +73,14 @@ class _Joint:
     actuator: str
     joint: str
     foot: int
-    """Which of the feet it moves."""
+    """Index of the foot that it moves."""
     kind: Literal["motor", "servo"]
     gain: float
     """Torque of a motor per command; 1 of a servo."""
     start: float
     """Its position at the start [rad or m]."""
     up: float
-    """How far the trunk rises over a planted foot [m per rad, or m]."""
+    """Rise of the trunk over a planted foot [m per rad, or m]."""
     along: float
     """The distance of the trunk over it, in the same way."""
     low: float
@@ -196,7 +196,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
 
 
 def drop_remarks(standing: float, way: str, least: float = _GIVES_WAY) -> list[str]:
-    """What is to be said of a drop test after which so much of the height is left."""
+    """List remarks on a drop test after which this share of the height is left."""
     if standing >= least:
         return []
     return [
@@ -218,7 +218,7 @@ def _lift(joints: Sequence[_Joint], pushes: Sequence[tuple[float, float]]) -> fl
 
 
 def _on_rail(model: MjModel, data: MjData) -> bool:
-    """Whether no joint of the trunk moves it along the ground."""
+    """Return True if no joint of the trunk moves it along the ground."""
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jacBody(model, data, jacobian, None, 1)
     own = model.jnt_dofadr[model.jnt_bodyid == 1]
@@ -341,7 +341,7 @@ def _push(joint: _Joint, weight_n: float, length_m: float) -> tuple[float, float
 
 
 def _felt(sensed: Sensing, joint: _Joint) -> tuple[str, str]:
-    """What stands for the spring force F_k of a limb, and why."""
+    """Return the entry that stands for the spring force F_k of a limb, and the reason."""
     spring = f"{joint.joint}_spring"
     slides = sensed.model.joint(joint.joint).type[0] == mujoco.mjtJoint.mjJNT_SLIDE
     if spring in sensed.names and slides and _stretches(joint):

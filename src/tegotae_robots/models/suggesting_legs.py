@@ -142,7 +142,8 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
 
 
 def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
-    """What a leg feels: its load, and the trunk as a whole and as its own corner has it."""
+    """Return the senses of a leg: its load, and the trunk as a whole and as its own corner has
+    it."""
     from_middle = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
     ahead, left, _ = legs.length_m * from_middle
     least = _MIDDLE * legs.height_m
@@ -163,7 +164,8 @@ def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
 
 
 def reach(legs: LegKinematics, leg: int) -> np.ndarray:
-    """How far a foot reaches from its place in the model's start along each axis, back and forth.
+    """Return the reach of a foot from its place in the model's start along each axis, back and
+    forth.
 
     Returns:
         Shape [axes, 2], [m]; 0 where it cannot go that way.
@@ -182,7 +184,7 @@ def reach(legs: LegKinematics, leg: int) -> np.ndarray:
 
 
 def workspace(legs: LegKinematics, plane: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Which places the feet reach in a plane through those in the model's start.
+    """Return the places that the feet reach in a plane through those in the model's start.
 
     Args:
         legs: of the model.
@@ -200,7 +202,8 @@ def workspace(legs: LegKinematics, plane: tuple[int, int]) -> tuple[np.ndarray, 
 
 
 def missed_m(legs: LegKinematics, places: np.ndarray) -> np.ndarray:
-    """How far feet stay from places [m], [lanes, legs], of places [m], [lanes, legs, 3]."""
+    """Return distances of feet from commanded places [m], [lanes, legs], of places [m], [lanes,
+    legs, 3]."""
     return np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2)
 
 
@@ -220,7 +223,7 @@ def _stiffer(settings: ModelSettings, standing: float) -> str:
 
 
 def _faces_aside(model: MjModel) -> list[str]:
-    """What is to be said of a start whose trunk does not face along x."""
+    """List the remark on a start whose trunk does not face along x."""
     ahead, left, _ = started(model).xmat[1].reshape(3, 3)[:, 0]
     yaw = math.degrees(math.atan2(left, ahead))
     if abs(yaw) <= _STRAIGHT_DEG:
@@ -232,7 +235,7 @@ def _faces_aside(model: MjModel) -> list[str]:
 
 
 def _out_of_reach(legs: LegKinematics, ellipse: object, length_m: float) -> list[str]:
-    """What is to be said of feet that do not reach all of the walker's ellipse."""
+    """List the remark on feet that do not reach all of the walker's ellipse."""
     assert isinstance(ellipse, EllipticFoot)
     phase = np.linspace(0.0, 2.0 * np.pi, 64)
     x, z = np.asarray(ellipse.place(np.sin(phase), np.cos(phase))) * length_m

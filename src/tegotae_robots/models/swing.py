@@ -1,4 +1,5 @@
-"""What it takes to move a foot around its ellipse in the air: on a robot, and on its template."""
+"""Compute the work of moving a foot around its ellipse in the air: on a robot, and on its
+template."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from tegotae.parts.terms import EllipticFoot
 mujoco = require("mujoco", "mujoco")
 
 _SAMPLES, _CORRECTIONS = 400, 4
-"""Of a cycle, and of the joints at each."""
+"""Samples of a cycle, and corrections of the joints at each."""
 _MISSES = 1e-3
 """A foot that misses a place by more than this share of its stride does not reach it."""
 

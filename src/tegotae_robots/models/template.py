@@ -35,7 +35,7 @@ mujoco = require("mujoco", "mujoco")
 _FREE, _SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 _AXES = ("x", "y", "z")
 _PLANE = ((0, "x"), (2, "z"))
-"""In which a walker's feet are commanded."""
+"""Plane in which a walker's feet are commanded."""
 _MOVES = 1e-6
 """A foot moves along an axis if its compliance there is above this share of its largest."""
 _ALIKE = 1.2
@@ -76,11 +76,11 @@ class TemplateNumber:
     value: float | tuple[float, ...]
     """Without dimension: l0 = m = g = 1."""
     scale: float
-    """What one of it is on the robot."""
+    """Value of 1 of it on the robot."""
     unit: str
-    """In which SI unit."""
+    """SI unit of the scale."""
     reason: str
-    """Where it is from."""
+    """Reason for the value."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Template:
     gravity_m_per_s2: float
     """Gravity g [m/s²]."""
     numbers: Mapping[str, TemplateNumber]
-    """By name, such as `omega`, `foot.lift_m` or `body.com_z_m`."""
+    """Numbers by name, such as `omega`, `foot.lift_m` or `body.com_z_m`."""
     push_n: float
     """Largest push of a leg straight down [N]; infinite if nothing limits it."""
     walker: Mapping[str, StepResponse]
@@ -106,7 +106,7 @@ class Template:
     swings: tuple[float, float]
     """Work of a leg over a cycle of its foot in the air, over m g l0: the walker's, the robot's."""
     remarks: tuple[str, ...]
-    """Where the robot is no walker: a sentence each."""
+    """Differences between the robot and a walker: a sentence each."""
 
     @property
     def document(self) -> Document:
@@ -127,27 +127,27 @@ class Template:
 
 class _Leg(NamedTuple):
     body: int
-    """Of its foot."""
+    """Body of its foot."""
     joints: list[int]
     sole_m: np.ndarray
-    """Where it stands, [x, y, z]."""
+    """Place of its sole, [x, y, z]."""
     hip_m: float
     """Height of its hip over that."""
     stiffness_n_per_m: np.ndarray
     damping_ns_per_m: np.ndarray
     mass_kg: np.ndarray
-    """What a drive moves when it moves the foot along an axis, and against which damping."""
+    """Mass that a drive moves when it moves the foot along an axis, and the damping against it."""
     joint_damping_ns_per_m: np.ndarray
     push_n: float
 
 
 class _Drives(NamedTuple):
-    """What acts on the model's degrees of freedom, [nv, nv]."""
+    """Stiffness and damping on the model's degrees of freedom, [nv, nv]."""
 
     stiffness: np.ndarray
     damping: np.ndarray
     moment: np.ndarray
-    """Of the actuators, [actuators, nv]."""
+    """Moments of the actuators, [actuators, nv]."""
 
 
 def fit_template(settings: ModelSettings, name: str) -> Template:
@@ -247,7 +247,8 @@ def _document(about: str, numbers: Mapping[str, TemplateNumber]) -> Document:
 
 
 def _unit(name: str, length_m: float, mass_kg: float, gravity: float) -> tuple[float, str]:
-    """What one of a dimensionless number is on the robot, and the unit that its name ends in."""
+    """Return the robot's value of 1 of a dimensionless number, and the unit that its name ends
+    in."""
     time_s, force_n = math.sqrt(length_m / gravity), mass_kg * gravity
     units = {
         "sigma": (1.0 / (time_s * force_n), "rad/(s N)"),

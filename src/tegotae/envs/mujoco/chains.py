@@ -13,7 +13,7 @@ import numpy as np
 from tegotae.parts._shapes import AnyArray
 
 STEPS = 8
-"""Of the solution: near the start a place within reach is met to 10⁻⁵ of the leg's length."""
+"""Steps of the solution: near the start a place within reach is met to 10⁻⁵ of the leg's length."""
 _DAMPED = 1e-4
 """Least damping of a step."""
 _ALIGNED = 1e-5
@@ -66,7 +66,7 @@ class _Vector(NamedTuple):
 
 
 def _vector(numbers: np.ndarray) -> _Vector:
-    """Of numbers of the legs, [legs, 3]."""
+    """Make a vector of numbers of the legs, [legs, 3]."""
     return _Vector(*(numbers[:, i, None] for i in range(3)))
 
 
@@ -143,14 +143,14 @@ def nearer(chains: Chains, wanted: Sequence[AnyArray], moved: Sequence[Any]) -> 
 
 
 class _Plane(NamedTuple):
-    """That in which a leg bends, [legs, 1] or [legs, lanes] each.
+    """Plane in which a leg bends, [legs, 1] or [legs, lanes] each.
 
     Numbers in it are along `down` and `ahead`, which are as long as each other: unit vectors of
     three joints; of two as long as the foot is from the first axis.
     """
 
     origin: _Vector
-    """On the first axis."""
+    """Point on the first axis."""
     side: _Vector
     """Normal to the plane; a joint that turns about it turns `down` to `ahead`."""
     down: _Vector
@@ -170,7 +170,8 @@ def _plane(chains: Chains) -> _Plane:
 
 
 def has_closed_form(chains: Chains) -> bool:
-    """Whether all legs have two joints with parallel axes, or such two after one across them.
+    """Return True if all legs have two joints with parallel axes, or such two after one across
+    them.
 
     In the start they must be bent, and the foot off the first axis, which say on which side they
     bend.

@@ -161,7 +161,7 @@ class ModelBatch:
 
 
 def ticks_in(control_s: float, tick_s: float) -> int:
-    """How many time steps a control period has.
+    """Return the number of time steps in a control period.
 
     Raises:
         TegotaeError: if not a whole number of them, to a hundredth.
@@ -181,7 +181,7 @@ def ticks_in(control_s: float, tick_s: float) -> int:
 
 
 def _height_of(mujoco: ModuleType, model: MjModel) -> int:
-    """Where in the positions the height of the first body is."""
+    """Return the index of the first body's height among the positions."""
     for i in range(model.njnt):
         if model.jnt_bodyid[i] != 1:
             break

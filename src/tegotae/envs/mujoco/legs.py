@@ -68,7 +68,7 @@ class LegKinematics:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the numbers of all places: `FOOT_x`, `FOOT_y` and `FOOT_z`."""
+        """Names of the numbers of all places: `FOOT_x`, `FOOT_y` and `FOOT_z`."""
         return tuple(f"{foot}_{axis}" for foot in self.feet for axis in AXES)
 
     @property
@@ -99,7 +99,8 @@ class LegKinematics:
         return self.start + self._unit * moved
 
     def places_of(self, joints: np.ndarray) -> np.ndarray:
-        """Where feet are [m], [lanes, legs, 3], of joints [rad or m], [lanes, legs, joints]."""
+        """Return places of feet [m], [lanes, legs, 3], at joints [rad or m], [lanes, legs,
+        joints]."""
         foot = self._computed(_reached, moved=self._moved(joints))
         return self.length_m * (foot - self.chains.foot)
 
@@ -122,7 +123,7 @@ class LegKinematics:
 
     @property
     def _unit(self) -> np.ndarray:
-        """What one of a joint's coordinate is [rad or m]."""
+        """Unit of each joint's coordinate [rad or m]."""
         return np.where(self.chains.slides, self.length_m, 1.0)
 
     def _moved(self, joints: np.ndarray) -> np.ndarray:
@@ -203,7 +204,7 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
 
 
 def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
-    """Of every foot the driven joints that it alone hangs on, from the trunk on."""
+    """Return, for every foot, the driven joints that it alone hangs on, from the trunk on."""
     chains = [chain_of(model, foot) for foot in feet]
     body = model.jnt_bodyid
     alone = [
@@ -235,7 +236,8 @@ def _on_joints(model: MjModel) -> list[int]:
 
 
 def drive_of(model: MjModel, actuator: int) -> Literal["motor", "servo"] | None:
-    """Whether an actuator gives its joint a force k u, or k (u - q) less damping; or neither."""
+    """Return "motor" for an actuator of force k u, "servo" for one of k (u - q) less damping, else
+    None."""
     mujoco = require("mujoco", "mujoco")
     gain, bias = float(model.actuator_gainprm[actuator, 0]), model.actuator_biasprm[actuator]
     kinds = model.actuator_gaintype, model.actuator_biastype, model.actuator_dyntype
@@ -285,7 +287,7 @@ def _padded(rows: Sequence[Sequence[int]]) -> np.ndarray:
 
 
 def _length(anchor: np.ndarray, foot: np.ndarray, joints: Sequence[int]) -> float:
-    """From the first joint over all others to the foot [m]."""
+    """Return the length of a leg from the first joint over all others to the foot [m]."""
     path = np.vstack([anchor[: len(joints)], foot])
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 

@@ -1,4 +1,4 @@
-"""What a leg can feel of a MuJoCo model: its sensors, by the names of the observation."""
+"""Signals that a leg can sense on a MuJoCo model: its sensors, by the names of the observation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tegotae.envs.mujoco.settings import ModelSettings, compiled
 from tegotae.envs.scaling import started
 
 _OWN = "tegotae/"
-"""What the names of sensors begin with that are added here."""
+"""Prefix of the names of sensors that are added here."""
 _SHORTEST_S, _LONGEST_S = 1e-5, 0.1
 """Time steps: below, a second of the model takes minutes; above, a leg cannot be controlled."""
 MOST = 1e10
@@ -46,7 +46,7 @@ class Sensing:
     actuators: tuple[str, ...]
     """The driven entries. Adhesion is none of them: it is on all the time (`held`)."""
     driven: np.ndarray
-    """Where in the model's controls these are."""
+    """Indices of these actuators among the model's controls."""
     held: np.ndarray
     """The model's controls where nothing is driven: adhesion at its most, all else 0."""
     forces: np.ndarray
@@ -104,7 +104,8 @@ class Sensing:
         return np.append(np.zeros(len(self.legs.names)), commands[self._alone])
 
     def controls(self, action: np.ndarray) -> np.ndarray:
-        """What the actuators are commanded to, [lanes, actuators], by actions [lanes, actions]."""
+        """Return the commands of the actuators, [lanes, actuators], for actions [lanes,
+        actions]."""
         if self.legs is None:
             return action
         legs, n = self.legs, len(self.legs.names)
@@ -116,13 +117,13 @@ class Sensing:
 
     @property
     def _servos(self) -> np.ndarray:
-        """Which of the actuators are servos of the legs, in the order of legs and joints."""
+        """Indices of actuators that are servos of the legs, in the order of legs and joints."""
         assert self.legs is not None
         return np.searchsorted(self.driven, self.legs.servos[self.legs.servos >= 0])
 
     @property
     def _alone(self) -> np.ndarray:
-        """Which of the actuators move no foot."""
+        """Indices of actuators that move no foot."""
         return ~np.isin(np.arange(len(self.actuators)), self._servos)
 
     @property
@@ -261,7 +262,7 @@ def _angles(model: MjModel, legs: LegKinematics | None) -> np.ndarray:
 
 
 def _column(model: MjModel, sensor: str) -> int:
-    """Where a sensor's data begin that was added here."""
+    """Return the first column of the data of a sensor that was added here."""
     return int(model.sensor(_OWN + sensor).adr[0])
 
 
@@ -292,7 +293,8 @@ def _compiled(spec: MjSpec, settings: ModelSettings) -> MjModel:
 
 
 def is_sound(values: np.ndarray) -> np.ndarray:
-    """Where numbers of a model are finite, and none that only a model that explodes has.
+    """Return True where values of a model are finite and of a size that only an exploding model
+    exceeds.
 
     Example:
         >>> is_sound(np.array([1.0, np.nan, 1e30])).tolist()
@@ -312,7 +314,7 @@ def scale_model(model: MjModel, mass: float, friction: float) -> None:
 
 
 def _touching(spec: MjSpec, foot: str) -> object:
-    """Whether a foot is a body or a geom, as MuJoCo's kind of object.
+    """Return MuJoCo's object type of a foot: a body or a geom.
 
     Raises:
         TegotaeError: for a name that is neither's.
@@ -338,7 +340,7 @@ def _entries(
     feet: tuple[str, ...],
     own: list[str],
 ) -> list[ObservedEntry]:
-    """What is observed; `own` are the model's own sensors."""
+    """Return the observed entries; `own` are the model's own sensors."""
     entries = []
     for name in joints:
         entries += [ObservedEntry(x, _column(model, x)) for x in (name, f"{name}_velocity")]

@@ -19,7 +19,7 @@ from tegotae.envs.scaling import lowest
 from tegotae.parts.parameters import Part, finite, not_negative, positive
 
 _OCCASION = re.compile(r" at DOF \d+| Time = [-\d.einf]*\d\.")
-"""What differs between two warnings of MuJoCo of one kind."""
+"""Parts that differ between two warnings of MuJoCo of one kind."""
 
 
 def _is_place(entry: tuple[str, float]) -> bool:

@@ -106,7 +106,7 @@ class Hopper(Body):
 
     @property
     def is_linear(self) -> bool:
-        """Whether the spring is that of equation 9, F_k = k d."""
+        """True if the spring is that of equation 9, F_k = k d."""
         return type(self).spring is Hopper.spring
 
     @property
@@ -195,8 +195,8 @@ class Hopper(Body):
         return float(depth.real.max())
 
     def _integrated_depth_m(self, speed_m_per_s: float) -> float:
-        """How far a landing at this speed presses a leg at full push [m]: the depth at which
-        m ẏ² / 2 has gone into spring, damper and actuator; l0 where it does not."""
+        """Return the depth by which a landing at this speed presses a leg at full push [m]: m ẏ² /
+        2 has gone into spring, damper and actuator there; l0 where it does not."""
         depth_m, force_n = self._tabulated
         between_n = 0.5 * (force_n[1:] + force_n[:-1])
         step_m, square = float(depth_m[1]), speed_m_per_s**2
