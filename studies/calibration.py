@@ -290,19 +290,19 @@ def choices(folder: Path) -> str:
             weights = [
                 levels.weights[np.isclose(position, choice.place(v))].sum() for v in choice.values
             ]
-            labels = [_named(choice, value) for value in choice.values]
+            labels = [_label(choice, value) for value in choice.values]
             prior = " / ".join(labels)
             inside = " / ".join(f"{weight:.0%}" for weight in weights)
         else:
-            prior = " … ".join(_named(choice, value) for value in choice.values)
+            prior = " … ".join(_label(choice, value) for value in choice.values)
             low, middle, high = (_quantile(position, levels.weights, q) for q in (0.05, 0.5, 0.95))
-            texts = [_named(choice, value_at(choice, float(x))) for x in (middle, low, high)]
+            texts = [_label(choice, value_at(choice, float(x))) for x in (middle, low, high)]
             inside = f"{texts[0]} ({texts[1]} … {texts[2]})"
         rows.append([choice.label, prior, inside, *(f"{widths[i]:.2f}" for widths in narrow)])
     return table(rows)
 
 
-def _named(choice: AnalysisChoice, value: object) -> str:
+def _label(choice: AnalysisChoice, value: object) -> str:
     if value is None:
         return "in phase"
     if choice.name == "flight_damping":

@@ -203,13 +203,13 @@ def _marks(arm: str, runs: Sequence[pd.DataFrame], equal: float) -> list[tuple[A
     if arm in AGENTS:
         return [(lambda run: np.inf, f"{_end_s(runs[0]):.0f}")]
 
-    def after(run: pd.DataFrame) -> float:
+    def paper_s(run: pd.DataFrame) -> float:
         return float(run["simulated_s"].iloc[min(GENERATIONS, len(run) - 1)])
 
     mean_end_s = float(np.mean([_end_s(run) for run in runs]))
     return [
         (lambda run: equal, f"{equal:.0f}"),
-        (after, f"{after(runs[0]):.0f}, {GENERATIONS} generations"),
+        (paper_s, f"{paper_s(runs[0]):.0f}, {GENERATIONS} generations"),
         (lambda run: np.inf, f"{mean_end_s:.0f}, plateau"),
     ]
 

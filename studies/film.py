@@ -96,7 +96,7 @@ class Film:
             raise TegotaeError("no scene is left; name another, such as --scenes hop")
         folder = output_folder(self.folder)
         files = {name: folder / f"{name}.webp" for name in names}
-        missing = [name for name, file in files.items() if not self._made(file)]
+        missing = [name for name, file in files.items() if not self._is_complete(file)]
         pictures = round(self.seconds * self.fps)
         with reporting("film", max(1, pictures * len(missing))) as reporter:
             for k, name in enumerate(missing):
@@ -112,7 +112,7 @@ class Film:
         write_atomically(folder / "film.webp", joined([x.read_bytes() for x in files.values()]))
         print(folder / "film.webp")
 
-    def _made(self, file: Path) -> bool:
+    def _is_complete(self, file: Path) -> bool:
         """Return True if the file of a scene exists in the wanted size and length."""
         if not file.exists():
             return False

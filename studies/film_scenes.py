@@ -398,7 +398,7 @@ def gaits(figure: Figure, seconds: float) -> Playing:
 LOST = "LH"
 
 
-def lost(figure: Figure, seconds: float) -> Playing:
+def lost_leg(figure: Figure, seconds: float) -> Playing:
     """A quadruped that loses its left hind leg, and walks on."""
     saved = resolve("zoo:lost-leg:feels-tilt@quadruped-c").controller()
     run = loses(settling(saved.system, saved.weights), LOST)
@@ -494,7 +494,7 @@ SCENES = {
         "A leg is lost",
         "Feet that feel load, pitch and roll walk on with three. A third of the speed, for legs "
         "of 1 m.",
-        lost,
+        lost_leg,
     ),
     "go1": Scene(
         "Go1 on its feet",

@@ -241,7 +241,7 @@ def of_group(name: str, members: Sequence[Done], disturbances: Sequence[Disturba
             survived = np.concatenate([levels_survived(o, disturbance, below) for _, o in mine])
             limits = margin(disturbance, below, survived)._asdict()
             row = {"architecture": name, "models": len(mine), **limits}
-            yield row | _kept(mine, disturbance.name, levels[0])
+            yield row | _shares(mine, disturbance.name, levels[0])
 
 
 def edge(controllers: Sequence[ControllersUnderTest]) -> Iterator[dict]:
@@ -265,7 +265,7 @@ def _extremes(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Ti
     return settled.min(axis=0), settled.max(axis=0), trajectory.failed[-1]
 
 
-def _kept(members: Sequence[Done], condition: str, level: float) -> dict[str, float]:
+def _shares(members: Sequence[Done], condition: str, level: float) -> dict[str, float]:
     """Return the preserved shares at the first level, and the share that still hops at the last."""
     shares: dict[str, list[np.ndarray]] = {"keeps": [], "moves": [], "efficiency": []}
     for _, outcome in members:

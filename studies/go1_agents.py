@@ -72,7 +72,7 @@ class Body:
             self._still[k] = MIDDLE.get(name.partition("_")[2], 0.0)
         self.width = len(forces) + 3
 
-    def shown(self, observation: np.ndarray, time_s: np.ndarray, omega: np.ndarray) -> np.ndarray:
+    def inputs(self, observation: np.ndarray, time_s: np.ndarray, omega: np.ndarray) -> np.ndarray:
         """The network's inputs, [lanes, width]."""
         clock = np.stack([np.sin(omega * time_s), np.cos(omega * time_s), omega / OMEGAS[1]], 1)
         body = (observation[:, self._at] - self._middle) / self._scale
@@ -103,13 +103,13 @@ class Joints(VecEnv):
         bounds = Box(-np.inf, np.inf, (self.body.width,)), Box(-1.0, 1.0, (8,))
         super().__init__(LANES, *bounds)
 
-    def _shown(self) -> np.ndarray:
-        return self.body.shown(self._seen, CONTROL_S * self._done, self._omega)
+    def _inputs(self) -> np.ndarray:
+        return self.body.inputs(self._seen, CONTROL_S * self._done, self._omega)
 
     def reset(self) -> np.ndarray:
         self._seen = self._lanes.reset(self._starts(), np.ones(LANES, bool))
         self._done = np.zeros(LANES)
-        return self._shown()
+        return self._inputs()
 
     def _starts(self) -> np.ndarray:
         """Seeds of new starts, one a lane."""
@@ -124,7 +124,7 @@ class Joints(VecEnv):
         self._seen = np.nan_to_num(observation)
         self._done += 1
         cut = over & self._lanes.truncated
-        inputs = self._shown()
+        inputs = self._inputs()
         infos: list[dict[str, Any]] = [{} for _ in range(LANES)]
         if over.any():
             for lane in map(int, np.flatnonzero(over)):
@@ -134,7 +134,7 @@ class Joints(VecEnv):
                 }
             self._seen = self._lanes.reset(self._starts(), over)
             self._done[over] = 0
-            inputs = self._shown()
+            inputs = self._inputs()
         return inputs, paid.astype(np.float32), over, infos
 
     def close(self) -> None:
@@ -166,7 +166,7 @@ class Network:
     def act(self, observed: np.ndarray) -> np.ndarray:
         time_s = np.full(len(observed), CONTROL_S * self._step)
         self._step += 1
-        inputs = self._body.shown(observed, time_s, self._omega)
+        inputs = self._body.inputs(observed, time_s, self._omega)
         return self._body.commands(self._agent.predict(inputs, deterministic=True)[0])
 
 

@@ -92,7 +92,7 @@ def checked(law: str, check: str, run: Run) -> list[dict[str, Any]]:
         rows += [
             {"check": check, "law": law, "condition": title, "run": run.seed,
              "omega": omegas[i], "wanted_m_per_s": commands[i], "start": seeds[i],
-             **results.of(i), "turns_rad_per_s": results.turns_rad_per_s[i]}
+             **results.row(i), "turns_rad_per_s": results.turns_rad_per_s[i]}
             for i in range(len(cells))
         ]  # fmt: skip
     return rows

@@ -67,7 +67,7 @@ class Condition:
         delay_s: of all senses.
         noise: of all senses, a share of what each varies by.
         random_phases: whether the oscillators begin anywhere.
-        lost: the leg that is folded from 2 s on, such as FL; none if empty.
+        lost_leg: leg that is folded from 2 s on, such as FL; none if empty.
         finer: whether the simulation's time step is half of the model's.
     """
 
@@ -79,7 +79,7 @@ class Condition:
     delay_s: float = 0.0
     noise: float = 0.0
     random_phases: bool = False
-    lost: str = ""
+    lost_leg: str = ""
     finer: bool = False
 
 
@@ -192,8 +192,8 @@ class Course:
         right = (time_s >= 15.0) & (time_s < 15.0 + PUSH_S)
         push = self.mass_kg * self._condition.push_m_per_s / PUSH_S
         push_n[:, 1] = (leftward * 1.0 - right) * push
-        if self._condition.lost:
-            leg = 3 * FEET.index(f"{self._condition.lost}_foot")
+        if self._condition.lost_leg:
+            leg = 3 * FEET.index(f"{self._condition.lost_leg}_foot")
             actions = np.array(actions)
             actions[time_s >= LOST_S, leg : leg + 3] = FOLDED_M
         self.seen, _, _ = self._lanes.step(actions, alive, push_n)
@@ -275,7 +275,7 @@ class Judgement:
     spread: np.ndarray
     """Mean resultant of the phases' lags to the first leg over the last half, 1 if they lock."""
 
-    def of(self, lane: int) -> dict[str, Any]:
+    def row(self, lane: int) -> dict[str, Any]:
         """Return the columns of a lane in the tables."""
         return {
             "fell": int(self.fell[lane]),

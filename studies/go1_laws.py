@@ -237,8 +237,8 @@ PACED_LAWS = {
     LATE: Law("IMU", 10, files("wary-late")),
     SLOWER: Law("IMU", 10, slower("wary-late")),
     HIGH: Law("IMU", 11, files("wary-high")),
-    LOW: Law("IMU", 10, lambda: low(chosen(CALM))),
-    STEERED: Law("IMU", 11, lambda: steered(chosen(CALM))),
+    LOW: Law("IMU", 10, lambda: low(best_run(CALM))),
+    STEERED: Law("IMU", 11, lambda: steered(best_run(CALM))),
     "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
     PPO: Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
@@ -378,7 +378,7 @@ def behind(rows: pd.DataFrame) -> pd.Series:
     return (rows.fell == 0) & (rows.speed_m_per_s < SLOW * rows.wanted_m_per_s)
 
 
-def chosen(name: str) -> int:
+def best_run(name: str) -> int:
     """Return the run of a law with the fewest falls and slow episodes from other starts, and of
     these the cheapest."""
     checks = pd.read_csv(FOLDER / "checks.csv")
@@ -441,7 +441,7 @@ def laws_table(table: Table, records: pd.DataFrame) -> str:
         rows = records[records.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows, speeds)])
-        best = chosen(CALM) if name in of_chosen else None
+        best = best_run(CALM) if name in of_chosen else None
         if len(rows) and best is not None:
             lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best], speeds)])
     return markdown(lines)

@@ -116,7 +116,7 @@ class Train:
 
             def losses(x: np.ndarray, generation: int, form=form, legged=legged) -> np.ndarray:
                 seed = UNSEEN + generation
-                reached, _ = scores(legged, form.weights(x), lost=(0, 2), starts=4, seed=seed)
+                reached, _ = scores(legged, form.weights(x), missing=(0, 2), starts=4, seed=seed)
                 return loss_of(reached)
 
             result = strategies.search(
@@ -129,7 +129,9 @@ class Train:
                 checkpoint=output_folder(RUNS) / f"{name}.npz",
             )
             weights = form.weights(result.centre)
-            reached, walks = scores(legged, weights, lost=(0, 1, 2, 3), starts=32, seed=UNSEEN - 1)
+            reached, walks = scores(
+                legged, weights, missing=(0, 1, 2, 3), starts=32, seed=UNSEEN - 1
+            )
             best = int(loss_of(reached).argmin())
             system = legged if form.plan is None else form.plan.law.legged(legged, weights[best])
             save(SavedController(system.system, weights[best], name), FOLDER / f"{name}.json")
@@ -176,7 +178,9 @@ class Judge:
             for k, run in enumerate(runs_of(name)):
                 for leg in LEGS:
                     driver = run.driver_of(len(cells))
-                    course = judged(driver, omegas, starts.tolist(), Condition(lost=leg), SECONDS)
+                    course = judged(
+                        driver, omegas, starts.tolist(), Condition(lost_leg=leg), SECONDS
+                    )
                     rows += [
                         {"law": name, "run": k, "leg": leg, "omega": omega, "start": start,
                          "fell": int(course.fell[i]), "speed_m_per_s": course.speed_m_per_s[i],

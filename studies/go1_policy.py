@@ -120,7 +120,7 @@ class Inputs:
         self._rest, self._touched = np.zeros(len(scales)), senses == "contacts"
         self.width = 3 + len(scales)
 
-    def rest(self, observation: np.ndarray) -> None:
+    def begin(self, observation: np.ndarray) -> None:
         """Angles and height are from those at an episode's begin, [entries]."""
         self._rest = np.where(self._angles, observation[self.read], 0.0)
 

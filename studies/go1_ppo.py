@@ -86,8 +86,8 @@ class Feet(VecEnv):
     def reset(self) -> np.ndarray:
         for k in range(len(self.courses)):
             self._begin(k, np.ones(LANES, bool))
-        self.inputs.rest(self.courses[0].seen.mean(axis=0))
-        return self._shown()
+        self.inputs.begin(self.courses[0].seen.mean(axis=0))
+        return self._inputs()
 
     def _begin(self, k: int, over: np.ndarray) -> None:
         course, lanes = self.courses[k], slice(k * LANES, (k + 1) * LANES)
@@ -98,7 +98,7 @@ class Feet(VecEnv):
             state[lanes][over] = 0
         self._worked[lanes][over] = course.seen[over, self._work]
 
-    def _shown(self) -> np.ndarray:
+    def _inputs(self) -> np.ndarray:
         felt = np.concatenate([course.felt(self.inputs.read) for course in self.courses])
         return self.inputs(felt, self._phase, np.tile(self._omega, len(self.courses)))
 
@@ -127,7 +127,7 @@ class Feet(VecEnv):
         self._sum, self._done = self._sum + paid, self._done + 1
         cut = stands & (self._done * step_s >= SECONDS - 1e-9)
         over, infos = ~stands | cut, [{} for _ in range(self.num_envs)]
-        inputs = self._shown()
+        inputs = self._inputs()
         if over.any():
             self.paid += self._sum[over].tolist()
             for lane in map(int, np.flatnonzero(over)):
@@ -137,7 +137,7 @@ class Feet(VecEnv):
                 }
             for k in range(len(self.courses)):
                 self._begin(k, over[k * LANES : (k + 1) * LANES])
-            inputs = self._shown()
+            inputs = self._inputs()
         return inputs, (100.0 * paid).astype(np.float32), over, infos
 
     def close(self) -> None:

@@ -47,9 +47,9 @@ BEGUN = ("as it is", "any phases")
 """Conditions of the start: from a trot, or from any phases."""
 LAWS: Mapping[str, Callable[[], Mapping[int, SavedController]]] = {
     "open-loop trot, stride 0.2": lambda: {0: open_loop(0.2)},
-    "vanilla of the walker": lambda: named("quadruped-c"),
-    "σN cos φ of the walker": lambda: named("zoo:cos+range@quadruped-c"),
-    "AR of the walker": lambda: named("zoo:AR-rF+range@quadruped-c"),
+    "vanilla of the walker": lambda: controllers_of("quadruped-c"),
+    "σN cos φ of the walker": lambda: controllers_of("zoo:cos+range@quadruped-c"),
+    "AR of the walker": lambda: controllers_of("zoo:AR-rF+range@quadruped-c"),
     "clock and balance, tuned under disturbances": lambda: tuned("clock-tuned"),
     "load, clock and balance, tuned under disturbances": lambda: tuned("load-tuned"),
     "AR and balance, tuned under disturbances": lambda: tuned("AR-b-tuned"),
@@ -73,7 +73,7 @@ KEYS = ("body", "law", "condition", "run")
 WALKER, ROBOT = "template", "robot"
 
 
-def named(name: str) -> dict[int, SavedController]:
+def controllers_of(name: str) -> dict[int, SavedController]:
     """A law as it is."""
     return {0: resolve(name).controller()}
 
@@ -87,13 +87,13 @@ def trained(template: str) -> dict[int, SavedController]:
     files = [FOLDER / f"{template}-{seed}.json" for seed in range(3)]
     if not all(file.exists() for file in files):
         text = TEMPLATE.read_text().splitlines(keepends=True)
-        kept = [line for line in text if template == "go1" or not line.startswith(PRICED)]
-        own, out = output_folder(RUNS) / f"{template}.toml", str(RUNS / template)
-        write_atomically(own, "".join(kept))
+        lines = [line for line in text if template == "go1" or not line.startswith(PRICED)]
+        config, out = output_folder(RUNS) / f"{template}.toml", str(RUNS / template)
+        write_atomically(config, "".join(lines))
         words = ["--generations", str(GENERATIONS), "--seeds", "3", "--out", out]
-        main(["train", f"AR@{own}", *words])
-        for file, made in zip(files, sorted((RUNS / template).glob("*-seed?.json")), strict=True):
-            write_atomically(output_folder(FOLDER) / file.name, made.read_text())
+        main(["train", f"AR@{config}", *words])
+        for file, path in zip(files, sorted((RUNS / template).glob("*-seed?.json")), strict=True):
+            write_atomically(output_folder(FOLDER) / file.name, path.read_text())
     return {k: resolve(str(file)).controller() for k, file in enumerate(files)}
 
 
@@ -108,12 +108,12 @@ class Template:
         """Measure what is missing, and write."""
         file = FOLDER / "rows.csv"
         for name in () if self.report_only else LAWS:
-            known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
-            done = set(map(tuple, known[[*KEYS]].to_numpy()))
+            previous = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
+            finished = set(map(tuple, previous[[*KEYS]].to_numpy()))
             cells = product(LAWS[name]().items(), (WALKER, ROBOT), BEGUN)
             for (seed, law), body, condition in cells:
                 judged_there = body == ROBOT and name in go1_laws.LAWS
-                if judged_there or (body, name, condition, seed) in done:
+                if judged_there or (body, name, condition, seed) in finished:
                     continue
                 if body == WALKER:
                     rows = on_template(law, seed, condition)
@@ -123,10 +123,10 @@ class Template:
                 write_rows(file, rows, digits=4, by=KEYS)
                 print(f"{name}, run {seed}, {condition}, on the {body}", flush=True)
         robots = pd.read_csv(GO1 / "rows.csv").query("law in @LAWS and condition in @BEGUN")
-        kept = pd.concat([pd.read_csv(file), robots.assign(body=ROBOT)])
-        write_text(FOLDER / "template.md", table_of(kept))
-        save_figure(figure(kept), FOLDER / "template.png")
-        print(table_of(kept))
+        records = pd.concat([pd.read_csv(file), robots.assign(body=ROBOT)])
+        write_text(FOLDER / "template.md", table_of(records))
+        save_figure(figure(records), FOLDER / "template.png")
+        print(table_of(records))
 
 
 def on_template(law: SavedController, seed: int, condition: str) -> list[dict[str, Any]]:
@@ -147,13 +147,15 @@ def on_template(law: SavedController, seed: int, condition: str) -> list[dict[st
         first, last = (round(x / units.time_s / frame_s) for x in (SETTLE_S, SECONDS))
         timing = dataclasses.replace(legged.timing, duration_s=last * frame_s, frame_s=frame_s)
         scenario = legged.scenario(phase_rad=np.array(phases).T)
-        run, unpriced = (own.run(whole_trajectory, scenario, timing) for own in (legged, free))
+        run, unpriced = (
+            system.run(whole_trajectory, scenario, timing) for system in (legged, free)
+        )
         fell = np.asarray(run.failed[-1], bool)
         ahead = np.asarray(run.x_m[-1] - run.x_m[first], float)
         ahead = np.where(fell | (ahead <= 0.0), np.nan, ahead)
         phase = np.asarray(run.phase_rad, float)[last // 2 :]
         lag = np.exp(1j * (phase[:, 1:] - phase[:, :1])).mean(axis=0)
-        own = {
+        system = {
             "fell": fell.astype(int),
             "speed_m_per_s": ahead / (SECONDS - SETTLE_S) * units.length_m,
             "cost_of_transport": spent(run, first) / ahead,
@@ -162,7 +164,7 @@ def on_template(law: SavedController, seed: int, condition: str) -> list[dict[st
         }
         rows += [
             {"condition": condition, "run": seed, "omega": omega, "start": start}
-            | {name: values[k] for name, values in own.items()}
+            | {name: values[k] for name, values in system.items()}
             for k, start in enumerate(STARTS)
         ]
     return rows
@@ -176,30 +178,30 @@ def spent(run: Any, first: int) -> np.ndarray:
 
 def under(wiring: Wiring, omega: float) -> Legged:
     """The template under the law of a wiring at a frequency without dimension."""
-    own = design(f"clock-b@{TEMPLATE}").system
-    system = dataclasses.replace(own.system, controller=wiring.controller)
-    legged = dataclasses.replace(own, system=system, weights=np.ravel(wiring.weights))
+    base = design(f"clock-b@{TEMPLATE}").system
+    system = dataclasses.replace(base.system, controller=wiring.controller)
+    legged = dataclasses.replace(base, system=system, weights=np.ravel(wiring.weights))
     return legged.with_numbers(omega=omega)
 
 
-def table_of(kept: pd.DataFrame) -> str:
+def table_of(records: pd.DataFrame) -> str:
     """Two rows a law: on the template, and on the robot."""
     head = ["law", "on the", "falls", "any phases", "speed [m/s]", "CoT (bearing alone)", "locks"]
     lines = [head]
     for name in LAWS:
         for body in (WALKER, ROBOT):
-            rows = kept[(kept.law == name) & (kept.body == body)]
-            usual, free = (rows[rows.condition == condition] for condition in BEGUN)
+            rows = records[(records.law == name) & (records.body == body)]
+            from_trot, free = (rows[rows.condition == condition] for condition in BEGUN)
             if not len(rows):
                 continue
-            speeds = usual.groupby("omega").speed_m_per_s.mean()
-            cost = usual[["cost_of_transport", "cost_of_bearing"]].mean()
+            speeds = from_trot.groupby("omega").speed_m_per_s.mean()
+            cost = from_trot[["cost_of_transport", "cost_of_bearing"]].mean()
             costs = ["–" if np.isnan(x) else f"{x:.2f}" for x in cost]
             lines.append(
                 [
                     f"{name} ({rows.run.nunique()})" if body == WALKER else "",
                     body,
-                    f"{usual.fell.mean():.0%}",
+                    f"{from_trot.fell.mean():.0%}",
                     f"{free.fell.mean():.0%}",
                     " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in speeds),
                     f"{costs[0]} ({costs[1]})" if body == WALKER else costs[0],
@@ -210,15 +212,17 @@ def table_of(kept: pd.DataFrame) -> str:
 
 
 @styled()
-def figure(kept: pd.DataFrame) -> Figure:
+def figure(records: pd.DataFrame) -> Figure:
     """Speed and cost over the command, the template's on a line, the robot's as dots."""
     drawn = new_figure(PAGE_IN, 0.4 * PAGE_IN)
     titles = {"speed_m_per_s": "speed [m/s]", "cost_of_transport": "cost of transport"}
-    usual = kept[kept.condition == BEGUN[0]].groupby(["body", "law", "omega"])[[*titles]].mean()
+    from_trot = (
+        records[records.condition == BEGUN[0]].groupby(["body", "law", "omega"])[[*titles]].mean()
+    )
     for axes, (column, title) in zip(drawn.subplots(1, 2), titles.items(), strict=True):
         for name in DRAWN:
-            (line,) = axes.plot(usual.loc[(WALKER, name)][column], label=name)
-            axes.plot(usual.loc[(ROBOT, name)][column], "o", ms=4, color=line.get_color())
+            (line,) = axes.plot(from_trot.loc[(WALKER, name)][column], label=name)
+            axes.plot(from_trot.loc[(ROBOT, name)][column], "o", ms=4, color=line.get_color())
         axes.set(xlabel="ω [rad/s]", ylabel=title, ylim=(0.0, None))
     drawn.axes[0].legend(title="lines: template, dots: robot")
     return drawn

@@ -113,8 +113,8 @@ class Tuned:
         if self.law == "wary" and not further:
             raise TegotaeError(f"--law wary goes on from its run, --pace further; not {self.pace}")
         if self.pace in BEFORE:
-            before = FOLDER / f"{self.law}-{BEFORE[self.pace]}-{self.seed}.json"
-            weights = np.ravel(resolve(str(before)).controller().weights)
+            previous = FOLDER / f"{self.law}-{BEFORE[self.pace]}-{self.seed}.json"
+            weights = np.ravel(resolve(str(previous)).controller().weights)
             wiring = dataclasses.replace(wiring, weights=weights)
         name = f"{kind}-{self.seed}"
         begun, std = np.asarray(wiring.weights), STD / 2 if further else STD
@@ -161,9 +161,9 @@ def start_of(law: Kind) -> Wiring:
     numbers = {**dict(zip(TunedFoot.WEIGHTS, ELLIPSE, strict=False)), **begun}
     foot = [numbers.get(path[-1], 0.0) for path in controller.actuation.weight_names]
     weights = np.concatenate([feedback, foot])
-    own = wiring.reading(controller)
+    readings = wiring.reading(controller)
     return dataclasses.replace(
-        wiring.holding(clock), controller=controller, limbs=own.limbs, weights=weights
+        wiring.holding(clock), controller=controller, limbs=readings.limbs, weights=weights
     )
 
 
@@ -172,25 +172,25 @@ def scored(wiring: Wiring, candidates: np.ndarray, start: int, pace: Pace) -> np
     at_speeds, (price, off_course) = pace in PRICES, PRICES.get(pace, AT_FREQUENCIES)
     commands = SPEEDS if at_speeds else OMEGAS
     weights = np.repeat(candidates, len(commands), axis=0)
-    own = [dataclasses.replace(wiring, weights=x) for x in weights]
-    omegas = wanted = np.tile(commands, len(candidates))
+    wirings = [dataclasses.replace(wiring, weights=x) for x in weights]
+    omegas = target = np.tile(commands, len(candidates))
     if at_speeds:
-        paces = map(pace_of, own)
-        omegas = np.array([p.omega_at(v) for p, v in zip(paces, wanted, strict=True)])
+        paces = map(pace_of, wirings)
+        omegas = np.array([p.omega_at(v) for p, v in zip(paces, target, strict=True)])
         omegas = np.clip(omegas, SLOWEST, FASTEST)
     elif pace == "tuned":
-        paces = map(pace_of, own)
-        wanted = np.array([p.wanted_m_per_s(x) for p, x in zip(paces, omegas, strict=True)])
+        paces = map(pace_of, wirings)
+        target = np.array([p.wanted_m_per_s(x) for p, x in zip(paces, omegas, strict=True)])
     else:
-        wanted = WANTED[pace] * omegas
+        target = WANTED[pace] * omegas
     laws, total = by_law(wiring, weights), np.zeros(len(weights))
     met = (*MET, *ALSO_MET.get(pace, ()))
     for condition in met:
-        found = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
-        off = np.minimum(np.abs(np.nan_to_num(found.speed_m_per_s) / wanted - 1.0), 1.0)
-        cost = np.minimum(np.nan_to_num(found.cost_of_transport, nan=8.0), 8.0)
-        astray = np.minimum(np.abs(np.nan_to_num(found.heading_rad, nan=1.0)), 1.0)
-        total += ~found.fell - 0.3 * off - price * cost - off_course * astray
+        results = judged(laws, omegas, [start] * len(weights), condition, SECONDS)
+        off = np.minimum(np.abs(np.nan_to_num(results.speed_m_per_s) / target - 1.0), 1.0)
+        cost = np.minimum(np.nan_to_num(results.cost_of_transport, nan=8.0), 8.0)
+        astray = np.minimum(np.abs(np.nan_to_num(results.heading_rad, nan=1.0)), 1.0)
+        total += ~results.fell - 0.3 * off - price * cost - off_course * astray
     return total.reshape(-1, len(commands)).mean(axis=1) / len(met)
 
 

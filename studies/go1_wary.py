@@ -59,17 +59,17 @@ LIFT_KEYS = ("lift", "condition", "run")
 
 def alarmed(run: SavedController, alarm: float) -> Wiring:
     """A run of clock and balance at commanded speeds with an alarm of this gain."""
-    own, law = wired(run), design("wary@quadruped-c").controller()
+    wiring, law = wired(run), design("wary@quadruped-c").controller()
     limbs = load_wiring(WIRING).reading(law).limbs
-    weights = np.concatenate([[alarm], np.ravel(own.weights), [0.0]])
-    return dataclasses.replace(own, controller=law, limbs=limbs, weights=weights)
+    weights = np.concatenate([[alarm], np.ravel(wiring.weights), [0.0]])
+    return dataclasses.replace(wiring, controller=law, limbs=limbs, weights=weights)
 
 
 def lifted(run: SavedController, share: float) -> SavedController:
     """A wary run whose feet are lifted to a share of their height until a tilt alarms it."""
     lower = scaled(run, share, "lift_m")
-    own = [path[-1] == "higher" for path in run.system.controller.weight_names]
-    return dataclasses.replace(lower, weights=np.where(own, 1.0 / share - 1.0, lower.weights))
+    mask = [path[-1] == "higher" for path in run.system.controller.weight_names]
+    return dataclasses.replace(lower, weights=np.where(mask, 1.0 / share - 1.0, lower.weights))
 
 
 @dataclass(frozen=True)
@@ -79,18 +79,22 @@ class Wary:
     def run(self) -> None:
         """Judge what is missing, and write."""
         file = FOLDER / "wary.csv"
-        known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
-        done = set(map(tuple, known[[*KEYS]].to_numpy()))
+        previous = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*KEYS])
+        finished = set(map(tuple, previous[[*KEYS]].to_numpy()))
         for (alarm, share), ground in product(CASES, GROUNDS):
-            if (alarm, share, ground) in done:
+            if (alarm, share, ground) in finished:
                 continue
             rows = measured(alarm, share, ground)
             write_rows(file, rows, digits=4, by=KEYS)
             falls = np.mean([row["fell"] for row in rows])
             print(f"alarm {alarm:g}, stride {share:g}, {ground}: {falls:.1%}", flush=True)
-        kept = pd.read_csv(file).query("stride == 1")
-        save_figure(figure(kept), FOLDER / "wary.png")
-        fails = kept.assign(fails=(kept.fell == 1) | behind(kept)).groupby("alarm").fails.mean()
+        records = pd.read_csv(file).query("stride == 1")
+        save_figure(figure(records), FOLDER / "wary.png")
+        fails = (
+            records.assign(fails=(records.fell == 1) | behind(records))
+            .groupby("alarm")
+            .fails.mean()
+        )
         for name, calm in ALARMED.items():
             for k, run in tuned(calm).items():
                 wiring = alarmed(run, float(fails.idxmin()))
@@ -99,14 +103,14 @@ class Wary:
 
     def _lift(self) -> None:
         file, late = FOLDER / "lift.csv", tuned("wary-late")
-        known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*LIFT_KEYS])
-        done = set(map(tuple, known[[*LIFT_KEYS]].to_numpy()))
+        previous = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=[*LIFT_KEYS])
+        finished = set(map(tuple, previous[[*LIFT_KEYS]].to_numpy()))
         for k, run in late.items():
-            if all((share, title, k) in done for share, title in product(LIFTS, LIFTED)):
+            if all((share, title, k) in finished for share, title in product(LIFTS, LIFTED)):
                 continue
             pace = calibrated(run_of(run)).pace
             for share, title in product(LIFTS, LIFTED):
-                if (share, title, k) not in done:
+                if (share, title, k) not in finished:
                     rows = lift_rows(lifted(run, share), pace, share, title, k)
                     write_rows(file, rows, digits=4, by=LIFT_KEYS)
             print(f"lift of run {k}", flush=True)
@@ -127,13 +131,13 @@ def paces(share: float) -> list[Pace]:
 
 def measured(alarm: float, share: float, ground: str) -> list[dict[str, Any]]:
     """A row a run, command and start."""
-    own = [
+    runs = [
         alarmed(scaled(run, share, "stride_m"), alarm) for run in tuned("clock-p-speed").values()
     ]
-    cells = list(product(range(len(own)), SPEEDS, STARTS))
+    cells = list(product(range(len(runs)), SPEEDS, STARTS))
     omega = np.array([paces(share)[k].omega_at(np.array(speed)) for k, speed, _ in cells])
-    laws = by_law(own[0], np.array([own[k].weights for k, *_ in cells]))
-    found = judged(laws, omega, [start for *_, start in cells], CONDITIONS[ground])
+    laws = by_law(runs[0], np.array([runs[k].weights for k, *_ in cells]))
+    results = judged(laws, omega, [start for *_, start in cells], CONDITIONS[ground])
     return [
         {
             "alarm": alarm,
@@ -142,7 +146,7 @@ def measured(alarm: float, share: float, ground: str) -> list[dict[str, Any]]:
             "run": k,
             "wanted_m_per_s": speed,
             "start": start,
-            **found.of(i),
+            **results.row(i),
         }
         for i, (k, speed, start) in enumerate(cells)
     ]
@@ -155,7 +159,7 @@ def lift_rows(
     cells = list(product(LIFT_SPEEDS, STARTS))
     omega = pace.omega_at(np.array([speed for speed, _ in cells]))
     driver, starts = run_of(run).driver_of(len(cells)), [start for _, start in cells]
-    found = judged(driver, omega, starts, CONDITIONS[title])
+    results = judged(driver, omega, starts, CONDITIONS[title])
     return [
         {
             "lift": share,
@@ -163,21 +167,21 @@ def lift_rows(
             "run": seed,
             "wanted_m_per_s": speed,
             "start": start,
-            **found.of(i),
+            **results.row(i),
         }
         for i, (speed, start) in enumerate(cells)
     ]
 
 
 @styled()
-def lift_figure(kept: pd.DataFrame) -> Figure:
+def lift_figure(records: pd.DataFrame) -> Figure:
     """Over the share of the lift: what falls or stays behind, and the cost of what does not."""
     drawn = new_figure(0.7 * PAGE_IN, 0.3 * PAGE_IN)
-    kept = kept.assign(fails=(kept.fell == 1) | behind(kept))
-    sound = kept[~kept.fails]
+    records = records.assign(fails=(records.fell == 1) | behind(records))
+    sound = records[~records.fails]
     for axes, (rows, column, title) in zip(
         drawn.subplots(1, 2),
-        ((kept, "fails", "share that falls or stays behind"),
+        ((records, "fails", "share that falls or stays behind"),
          (sound, "cost_of_transport", "cost of transport")),
         strict=True,
     ):  # fmt: skip
@@ -190,17 +194,19 @@ def lift_figure(kept: pd.DataFrame) -> Figure:
 
 
 @styled()
-def figure(kept: pd.DataFrame) -> Figure:
+def figure(records: pd.DataFrame) -> Figure:
     """Over the gain: falls, what stays behind, and speed over command, a line a ground."""
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN)
-    kept = kept.assign(behind=behind(kept), speed=kept.speed_m_per_s / kept.wanted_m_per_s)
+    records = records.assign(
+        behind=behind(records), speed=records.speed_m_per_s / records.wanted_m_per_s
+    )
     axes = drawn.subplots(1, 3)
     titles = {"fell": "share that falls", "behind": "share that stays behind", "speed": "v / v*"}
-    for own, (column, title) in zip(axes, titles.items(), strict=True):
+    for panel, (column, title) in zip(axes, titles.items(), strict=True):
         for ground in GROUNDS:
-            means = kept[kept.condition == ground].groupby("alarm")[column].mean()
-            own.plot(means.index, means, "o-", ms=3.5, label=ground)
-        own.set(xlabel="gain of the alarm σ", ylabel=title, ylim=(0.0, None))
+            means = records[records.condition == ground].groupby("alarm")[column].mean()
+            panel.plot(means.index, means, "o-", ms=3.5, label=ground)
+        panel.set(xlabel="gain of the alarm σ", ylabel=title, ylim=(0.0, None))
     axes[0].legend()
     return drawn
 

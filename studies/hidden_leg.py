@@ -76,19 +76,19 @@ class HiddenLeg:
         that is lower than the release.
         """
         weight = self.m * GRAVITY_M_PER_S2
-        smooth, before, share, usual = 0.0, 0.0, 0.3, 0.3
+        smooth, previous, share, base_share = 0.0, 0.0, 0.3, 0.3
         release = apex = self.y
         with file.open("w", newline="") as out:
             rows = csv.writer(out)
             rows.writerow(["time_s", "height_m", "spring_force_n", "command_share"])
             for tick in range(round(seconds / TICK_S)):
                 height, load = self.sense()
-                before, smooth = smooth, smooth + 0.3 * (load - smooth)
-                if before < 0.3 * weight <= smooth:  # it has landed
-                    usual = min(max(usual * (1.1 if apex < release else 0.9), 0.05), 0.6)
-                    share, apex = usual * self.random.uniform(0.4, 1.6), 0.0
+                previous, smooth = smooth, smooth + 0.3 * (load - smooth)
+                if previous < 0.3 * weight <= smooth:  # it has landed
+                    base_share = min(max(base_share * (1.1 if apex < release else 0.9), 0.05), 0.6)
+                    share, apex = base_share * self.random.uniform(0.4, 1.6), 0.0
                 apex = max(apex, height)
-                command = share if smooth >= 0.3 * weight and smooth < before else 0.0
+                command = share if smooth >= 0.3 * weight and smooth < previous else 0.0
                 rows.writerow(
                     [f"{tick * TICK_S:.3f}", f"{height:.6g}", f"{load:.6g}", f"{command:.4g}"]
                 )

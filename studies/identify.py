@@ -97,17 +97,17 @@ def summary(bodies: pd.DataFrame) -> list[dict[str, object]]:
     )
     rows = []
     for name in FITTED:
-        of = bodies[bodies.number == name]
+        estimates = bodies[bodies.number == name]
         rows.append(
             {
                 "number": name,
-                "bodies": len(of),
-                "bias_percent": of.error.mean(),
-                "median_error_percent": of.error.abs().median(),
-                "largest_error_percent": of.error.abs().max(),
-                "within_5_percent": int(of.within.sum()),
-                "covered": int(of.covered.sum()),
-                "half_interval_percent": of.half.median(),
+                "bodies": len(estimates),
+                "bias_percent": estimates.error.mean(),
+                "median_error_percent": estimates.error.abs().median(),
+                "largest_error_percent": estimates.error.abs().max(),
+                "within_5_percent": int(estimates.within.sum()),
+                "covered": int(estimates.covered.sum()),
+                "half_interval_percent": estimates.half.median(),
             }
         )
     return rows
@@ -118,20 +118,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--bodies", type=int, default=50)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "_static" / "identify")
-    given = parser.parse_args()
-    file, failed = given.out / "bodies.csv", given.out / "failed.csv"
-    there = {
+    arguments = parser.parse_args()
+    file, failed = arguments.out / "bodies.csv", arguments.out / "failed.csv"
+    finished = {
         int(body) for table in (file, failed) if table.exists() for body in pd.read_csv(table).body
     }
     with tempfile.TemporaryDirectory() as folder:
-        for seed in sorted({*range(given.bodies)} - there):
+        for seed in sorted({*range(arguments.bodies)} - finished):
             try:
                 rows = rows_of(seed, Path(folder))
                 write_rows(file, rows, digits=6, by=["body"])
             except TegotaeError as error:
                 write_rows(failed, [{"body": seed, "why": str(error)}], digits=6, by=["body"])
             print(seed, flush=True)
-    write_rows(given.out / "identify.csv", summary(pd.read_csv(file)), digits=4)
+    write_rows(arguments.out / "identify.csv", summary(pd.read_csv(file)), digits=4)
 
 
 if __name__ == "__main__":

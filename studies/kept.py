@@ -38,11 +38,11 @@ def write_rows(
         {title: [row.get(title, np.nan) for row in rows] for title in rows[0]}, digits=digits
     )
     if by and file.exists():
-        before, after = (
+        previous, updated = (
             pd.read_csv(source, dtype=str, keep_default_na=False)
             for source in (file, io.StringIO(text))
         )
-        of = [pd.MultiIndex.from_frame(table[list(by)]) for table in (before, after)]
-        whole = pd.concat([before[~of[0].isin(of[1])], after])
-        text = whole.to_csv(index=False, lineterminator="\n")
+        keys = [pd.MultiIndex.from_frame(table[list(by)]) for table in (previous, updated)]
+        merged = pd.concat([previous[~keys[0].isin(keys[1])], updated])
+        text = merged.to_csv(index=False, lineterminator="\n")
     write_text(file, text)

@@ -110,9 +110,9 @@ class Block:
     @property
     def document(self) -> dict[str, Any]:
         """Return the document of the options that determine the cell's numbers."""
-        own = SUBJECTS[self.subject]
-        ranges = [list(x) for x in (OFFSETS, WIDTHS, DECAYS, own.rates)]
-        timing = dataclasses.asdict(own.timing)
+        settings = SUBJECTS[self.subject]
+        ranges = [list(x) for x in (OFFSETS, WIDTHS, DECAYS, settings.rates)]
+        timing = dataclasses.asdict(settings.timing)
         return {**dataclasses.asdict(self), "seed": SEED, "ranges": ranges, "timing": timing}
 
     def prepare(self) -> None:
@@ -122,8 +122,8 @@ class Block:
         """Measure the laws of the cell."""
         laws, phases = drawn(self.subject, self.form, self.first, self.count)
         timing = SUBJECTS[self.subject].timing
-        found = measured(self.subject, self.form, laws, phases, self.omega, timing)
-        return CellResult(self.document, {}, found)
+        results = measured(self.subject, self.form, laws, phases, self.omega, timing)
+        return CellResult(self.document, {}, results)
 
 
 def blocks(subject: str, form: str, laws: int) -> list[Block]:
@@ -154,8 +154,8 @@ def outcomes(folder: Path, subject: str, form: str, laws: int) -> Outcomes:
     for result in study.results():
         parts.setdefault(result.document["omega"], []).append(result.arrays)
     joined = {
-        omega: {name: np.concatenate([block[name] for block in own]) for name in own[0]}
-        for omega, own in parts.items()
+        omega: {name: np.concatenate([block[name] for block in arrays]) for name in arrays[0]}
+        for omega, arrays in parts.items()
     }
     count = len(next(iter(joined.values()))["merit"])
     return Outcomes(drawn(subject, form, 0, count)[0], joined)
@@ -178,10 +178,10 @@ def binned(form: str, laws: Laws, merit: np.ndarray, lock: np.ndarray) -> Arrays
         order = np.lexsort((values[among], number[among]))
         edges = np.searchsorted(number[among][order], np.arange(places * shapes + 1))
         count = np.diff(edges)
-        found = np.full(len(count), np.nan)
-        at = (edges[:-1] + share * count).astype(int)[count > 0]
-        found[count > 0] = values[among][order][at]
-        return found.reshape(BINS)
+        result = np.full(len(count), np.nan)
+        index = (edges[:-1] + share * count).astype(int)[count > 0]
+        result[count > 0] = values[among][order][index]
+        return result.reshape(BINS)
 
     moves = merit > 0.0
     count = np.bincount(number, minlength=places * shapes)
@@ -195,10 +195,10 @@ def binned(form: str, laws: Laws, merit: np.ndarray, lock: np.ndarray) -> Arrays
 
 def released(subject: str, form: str, laws: Laws, omega: float, seed: int = JUDGING) -> Arrays:
     """Apply `measured` to laws released from random phases, [laws, releases] each."""
-    own, count = SUBJECTS[subject], len(laws.place)
-    phases = np.tile(random_phases(own.legs, RELEASES, seed), count)
+    system, count = SUBJECTS[subject], len(laws.place)
+    phases = np.tile(random_phases(system.legs, RELEASES, seed), count)
     repeated = Laws(*(np.repeat(x, RELEASES) for x in laws))
-    timing = longer(own.timing, JUDGED_LONGER)
+    timing = longer(system.timing, JUDGED_LONGER)
     lanes = measured(subject, form, repeated, phases, omega, timing)
     return {name: values.reshape(count, RELEASES) for name, values in lanes.items()}
 
@@ -206,16 +206,16 @@ def released(subject: str, form: str, laws: Laws, omega: float, seed: int = JUDG
 def judged(subject: str, form: str, laws: Laws, *, seed: int = JUDGING) -> Arrays:
     """Mean merit over random releases, share of those that move, and median rate over ω, of the
     lower and the higher command; and the slope of the rate over ω, 1 if it follows."""
-    own, found, rates = SUBJECTS[subject], {}, []
-    for end, omega in zip(ENDS, own.omegas, strict=True):
+    system, results, rates = SUBJECTS[subject], {}, []
+    for end, omega in zip(ENDS, system.omegas, strict=True):
         lanes = released(subject, form, laws, omega, seed)
         rates.append(medians(lanes["rate"]))
-        found[f"merit_{end}"] = lanes["merit"].mean(axis=1)
-        found[f"moves_{end}"] = (lanes["merit"] > 0.0).mean(axis=1)
-        found[f"lock_{end}"] = rates[-1] / omega
-        if own.legs > 1:
-            found[f"speed_{end}"] = medians(lanes["speed"])
-    return found | {"following": (rates[1] - rates[0]) / (own.omegas[1] - own.omegas[0])}
+        results[f"merit_{end}"] = lanes["merit"].mean(axis=1)
+        results[f"moves_{end}"] = (lanes["merit"] > 0.0).mean(axis=1)
+        results[f"lock_{end}"] = rates[-1] / omega
+        if system.legs > 1:
+            results[f"speed_{end}"] = medians(lanes["speed"])
+    return results | {"following": (rates[1] - rates[0]) / (system.omegas[1] - system.omegas[0])}
 
 
 def around(subject: str, form: str, laws: Laws, omega: float) -> np.ndarray:
@@ -232,17 +232,17 @@ def medians(values: np.ndarray) -> np.ndarray:
     return np.ma.median(np.ma.masked_invalid(values), axis=1).filled(np.nan)
 
 
-def rows_of(laws: Laws, found: Arrays, **labels: Any) -> list[dict[str, Any]]:
+def rows_of(laws: Laws, results: Arrays, **labels: Any) -> list[dict[str, Any]]:
     """A row of each law."""
-    columns = dict(zip(TITLES, laws, strict=True)) | found
+    columns = dict(zip(TITLES, laws, strict=True)) | results
     count = len(laws.place)
     columns = {name: np.broadcast_to(x, count) for name, x in (labels | columns).items()}
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def taken(laws: Laws, which: np.ndarray) -> Laws:
+def taken(laws: Laws, indices: np.ndarray) -> Laws:
     """Some of the laws."""
-    return Laws(*(x[which] for x in laws))
+    return Laws(*(x[indices] for x in laws))
 
 
 def vanilla(subject: str) -> tuple[Laws, Arrays]:
@@ -253,8 +253,8 @@ def vanilla(subject: str) -> tuple[Laws, Arrays]:
     rates = between(SUBJECTS[subject].rates, np.linspace(0.0, 1.0, 64), log=True)
     zero = np.zeros_like(rates)
     laws = Laws(zero, zero, rates, zero, zero + VANILLA.width_rad)
-    chosen = judged(subject, "load", laws, seed=CHOOSING)
-    best = taken(laws, np.array([chosen[f"merit_{end}"].argmax() for end in ENDS]))
+    selection = judged(subject, "load", laws, seed=CHOOSING)
+    best = taken(laws, np.array([selection[f"merit_{end}"].argmax() for end in ENDS]))
     return best, judged(subject, "load", best)
 
 
@@ -315,122 +315,125 @@ class LawMap:
                 tables = self._of_subject(subject, maps)
                 for name, rows in tables.items():
                     write_rows(self.out / f"{name}.csv", rows, digits=4, by=("subject",))
-            write_arrays(self.out / "map.npz", self._others() | maps)
+            write_arrays(self.out / "map.npz", self._other_maps() | maps)
         draw_all(self.out)
 
-    def _others(self) -> Arrays:
+    def _other_maps(self) -> Arrays:
         """The kept maps of other bodies."""
         file = self.out / "map.npz"
         if not file.exists():
             return {}
-        kept = read_arrays(file, MOST_BYTES)
-        return {name: x for name, x in kept.items() if name.split()[0] not in self.subjects}
+        maps = read_arrays(file, MOST_BYTES)
+        return {name: x for name, x in maps.items() if name.split()[0] not in self.subjects}
 
     def _of_subject(self, subject: str, maps: Arrays) -> dict[str, list[dict[str, Any]]]:
         tables: dict[str, list[dict[str, Any]]] = {"summary": [], "laws": [], "convergence": []}
         sample: dict[str, Arrays] = {}
         for form, share in FORMS.items():
-            whole = outcomes(self.dir, subject, form, self.laws)
-            few = taken(whole.laws, np.arange(round(share * self.sample)))
+            all_laws = outcomes(self.dir, subject, form, self.laws)
+            few = taken(all_laws.laws, np.arange(round(share * self.sample)))
             sample[form] = judged(subject, form, few)
-            for end, (omega, found) in zip(ENDS, whole.by_command.items(), strict=True):
+            for end, (omega, results) in zip(ENDS, all_laws.by_command.items(), strict=True):
                 labels = {"subject": subject, "omega": omega, "form": form}
-                lock = found["rate"] / omega
-                own = binned(form, whole.laws, found["merit"], lock)
-                for name, values in own.items():
+                lock = results["rate"] / omega
+                map_of_form = binned(form, all_laws.laws, results["merit"], lock)
+                for name, values in map_of_form.items():
                     maps[f"{subject} {omega:g} {form} {name}"] = values.astype("float16")
-                ranked = np.argsort(-found["merit"], kind="stable")
-                best = taken(whole.laws, ranked[:KEPT])
+                ranked = np.argsort(-results["merit"], kind="stable")
+                best = taken(all_laws.laws, ranked[:KEPT])
                 found_again = judged(subject, form, best)
                 of_map = {
-                    "merit_of_map": found["merit"][ranked[:KEPT]],
+                    "merit_of_map": results["merit"][ranked[:KEPT]],
                     "merit_around": around(subject, form, best, omega),
                 }
                 tables["laws"] += rows_of(best, of_map | found_again, **labels)
                 top = ranked[: max(1, len(ranked) // 200)]
                 tables["summary"].append(
-                    labels | described(whole, found, lock, top, found_again[f"merit_{end}"])
+                    labels | described(all_laws, results, lock, top, found_again[f"merit_{end}"])
                 )
                 tables["convergence"].append(
-                    labels | self._convergence(subject, form, omega, whole.laws, found, own)
+                    labels
+                    | self._convergence(subject, form, omega, all_laws.laws, results, map_of_form)
                 )
-        return tables | {"named": self._named(subject, sample)}
+        return tables | {"named": self._reference_laws(subject, sample)}
 
     def _convergence(
-        self, subject: str, form: str, omega: float, laws: Laws, found: Arrays, whole: Arrays
+        self, subject: str, form: str, omega: float, laws: Laws, results: Arrays, full: Arrays
     ) -> dict[str, float]:
         """Compare the map with that of the first half of the laws, and with longer episodes of some
         laws."""
-        merit, half = found["merit"], np.arange(len(found["merit"]) // 2)
-        first = binned(form, taken(laws, half), merit[half], found["rate"][half] / omega)
+        merit, half = results["merit"], np.arange(len(results["merit"]) // 2)
+        first = binned(form, taken(laws, half), merit[half], results["rate"][half] / omega)
         some = np.arange(min(self.sample, len(merit)))
         again, phases = drawn(subject, form, 0, len(some))
         short, timing = merit[some], SUBJECTS[subject].timing
         long = {}
         for times in LONGER:
-            own = longer(timing, times)
-            then = measured(subject, form, again, phases, omega, own)["merit"]
-            both = (short > 0.0) & (then > 0.0)
+            longer_timing = longer(timing, times)
+            long_merit = measured(subject, form, again, phases, omega, longer_timing)["merit"]
+            moving = (short > 0.0) & (long_merit > 0.0)
             long |= {
-                f"moves_{times}": (then > 0.0).mean(),
-                f"same_{times}": ((short > 0.0) == (then > 0.0)).mean(),
-                f"merit_correlation_{times}": correlation(short[both], then[both]),
+                f"moves_{times}": (long_merit > 0.0).mean(),
+                f"same_{times}": ((short > 0.0) == (long_merit > 0.0)).mean(),
+                f"merit_correlation_{times}": correlation(short[moving], long_merit[moving]),
             }
         return {
             "moves": (merit > 0.0).mean(),
             "moves_half": (merit[half] > 0.0).mean(),
-            "map_difference": np.nanmean(np.abs(first["merit"] - whole["merit"])),
-            "map_spread": np.nanstd(whole["merit"]),
-            "map_correlation": correlation(first["merit"], whole["merit"]),
+            "map_difference": np.nanmean(np.abs(first["merit"] - full["merit"])),
+            "map_spread": np.nanstd(full["merit"]),
+            "map_correlation": correlation(first["merit"], full["merit"]),
             "laws_longer": len(some),
             "moves_1": (short > 0.0).mean(),
             **long,
         }
 
-    def _named(self, subject: str, sample: dict[str, Arrays]) -> list[dict[str, Any]]:
+    def _reference_laws(self, subject: str, sample: dict[str, Arrays]) -> list[dict[str, Any]]:
         """Tegotae's law, with its rank in the judged sample, and the trained ones."""
-        laws, found = vanilla(subject)
+        laws, results = vanilla(subject)
         below, below_moving = [], []
         for k, end in enumerate(ENDS):
-            others = np.concatenate([of[f"merit_{end}"] for of in sample.values()])
-            less = others < found[f"merit_{end}"][k]
+            merits = np.concatenate([arrays[f"merit_{end}"] for arrays in sample.values()])
+            less = merits < results[f"merit_{end}"][k]
             below.append(less.mean())
-            below_moving.append(less[others > 0.0].mean() if others.any() else np.nan)
+            below_moving.append(less[merits > 0.0].mean() if merits.any() else np.nan)
         omegas = SUBJECTS[subject].omegas
         ranks = {
-            "merit": [found[f"merit_{end}"][k] for k, end in enumerate(ENDS)],
+            "merit": [results[f"merit_{end}"][k] for k, end in enumerate(ENDS)],
             "merit_around": [around(subject, "load", laws, w)[k] for k, w in enumerate(omegas)],
             "below": below,
             "below_moving": below_moving,
         }
         label = {"subject": subject, "law": "vanilla", "form": "load", "run": 0}
-        rows = rows_of(laws, found | ranks, **label, omega=np.array(omegas))
+        rows = rows_of(laws, results | ranks, **label, omega=np.array(omegas))
         for law, omega in TRAINED[subject] if self.seeds else ():
             seeds = min(self.seeds, 5) if subject == "quadruped" else self.seeds
-            form, own = trained(subject, law, omega, self.trainings, seeds)
+            form, trained_laws = trained(subject, law, omega, self.trainings, seeds)
             label = {"subject": subject, "law": law, "form": form, "run": np.arange(seeds)}
-            found = judged(subject, form, own)
+            results = judged(subject, form, trained_laws)
             end = ENDS[SUBJECTS[subject].omegas.index(omega)]
-            found["merit"] = found[f"merit_{end}"]
-            found["merit_around"] = around(subject, form, own, omega)
-            rows += rows_of(own, found, **label, omega=omega)
+            results["merit"] = results[f"merit_{end}"]
+            results["merit_around"] = around(subject, form, trained_laws, omega)
+            rows += rows_of(trained_laws, results, **label, omega=omega)
         return rows
 
 
 def described(
-    whole: Outcomes, found: Arrays, lock: np.ndarray, top: np.ndarray, judged_merit: np.ndarray
+    all_laws: Outcomes, results: Arrays, lock: np.ndarray, top: np.ndarray, judged_merit: np.ndarray
 ) -> dict[str, float]:
     """A line on the laws of a form at a command, and where the best of them, `top`, are."""
-    merit, laws = found["merit"], whole.laws
+    merit, laws = results["merit"], all_laws.laws
     moves, locked = merit > 0.0, np.abs(lock - 1.0) < LOCKED
-    omegas, rates = zip(*((omega, x["rate"]) for omega, x in whole.by_command.items()), strict=True)
+    omegas, rates = zip(
+        *((omega, x["rate"]) for omega, x in all_laws.by_command.items()), strict=True
+    )
     follows = (rates[1] - rates[0]) / (omegas[1] - omegas[0])
     direction = np.exp(1j * laws.place[top]).mean()
     low, middle, high = np.quantile(laws.shape[top], (0.25, 0.5, 0.75))
     return {
         "laws": len(merit),
         "moves": moves.mean(),
-        "fails": found["failed"].mean(),
+        "fails": results["failed"].mean(),
         "locked": locked.sum() / max(1, moves.sum()),
         "merit_median": quantile(merit[moves], 0.5),
         "merit_99": quantile(merit[moves], 0.99),
@@ -447,32 +450,32 @@ def described(
         "moves_at_both": np.isfinite(follows).mean(),
         "following": quantile(follows, 0.5),
         "top_following": quantile(follows[top], 0.5),
-        "trots": trots(found)[moves].mean() if moves.any() else math.nan,
-        "top_trots": trots(found)[top].mean(),
+        "trots": trots(results)[moves].mean() if moves.any() else math.nan,
+        "top_trots": trots(results)[top].mean(),
     }
 
 
-def trots(found: Arrays) -> np.ndarray:
+def trots(results: Arrays) -> np.ndarray:
     """Return True where diagonal legs step together and the others half a stride later; NaN on one
     leg."""
-    if "lag_LF" not in found:
-        return np.full(len(found["merit"]), np.nan)
-    wanted = {"lag_LF": 0.5, "lag_RF": 0.0, "lag_RH": 0.5}
-    off = [np.abs((found[name] - lag + 0.5) % 1.0 - 0.5) for name, lag in wanted.items()]
+    if "lag_LF" not in results:
+        return np.full(len(results["merit"]), np.nan)
+    lags = {"lag_LF": 0.5, "lag_RF": 0.0, "lag_RH": 0.5}
+    off = [np.abs((results[name] - lag + 0.5) % 1.0 - 0.5) for name, lag in lags.items()]
     return np.asarray(np.max(off, axis=0) <= TOLERANCE, float)
 
 
 def quantile(values: np.ndarray, share: float) -> float:
     """A quantile of what is defined; NaN where nothing is."""
-    known = values[np.isfinite(values)]
-    return float(np.quantile(known, share)) if len(known) else math.nan
+    finite = values[np.isfinite(values)]
+    return float(np.quantile(finite, share)) if len(finite) else math.nan
 
 
 def correlation(x: np.ndarray, y: np.ndarray) -> float:
     """Pearson's correlation of what both define; NaN without two."""
-    both = np.isfinite(x) & np.isfinite(y)
-    varied = both.sum() > 1 and np.ptp(x[both]) > 0.0 and np.ptp(y[both]) > 0.0
-    return float(np.corrcoef(x[both], y[both])[0, 1]) if varied else math.nan
+    finite = np.isfinite(x) & np.isfinite(y)
+    varied = finite.sum() > 1 and np.ptp(x[finite]) > 0.0 and np.ptp(y[finite]) > 0.0
+    return float(np.corrcoef(x[finite], y[finite])[0, 1]) if varied else math.nan
 
 
 if __name__ == "__main__":

@@ -52,8 +52,8 @@ def draw_all(folder: Path) -> None:
     texts = {"summary": summary_text, "named": named_text, "convergence": convergence_text}
     for name, text in texts.items():
         write_text(folder / f"{name}.md", text(pd.read_csv(folder / f"{name}.csv")))
-    kept = read_arrays(folder / "map.npz", MOST_BYTES)
-    maps = {name: values.astype(float) for name, values in kept.items()}
+    arrays = read_arrays(folder / "map.npz", MOST_BYTES)
+    maps = {name: values.astype(float) for name, values in arrays.items()}
     with styled():
         file = save_figure(draw(maps, pd.read_csv(folder / "named.csv")), folder / "law_map.png")
     with Image.open(file) as picture:  # a fifth of the bytes, and none to see
@@ -79,18 +79,18 @@ def summary_text(summary: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def named_text(named: pd.DataFrame) -> str:
+def named_text(rows: pd.DataFrame) -> str:
     """Tegotae's law, and the trained ones beside it."""
     lines = [
         "| body | ω | law | runs | merit, best | median | five commands, best | median |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for (subject, omega, law), own in named.groupby(["subject", "omega", "law"], sort=False):
-        around = own.merit_around.dropna()
+    for (subject, omega, law), group in rows.groupby(["subject", "omega", "law"], sort=False):
+        around = group.merit_around.dropna()
         five = f"{around.max():.2f} | {around.median():.2f}" if len(around) else "– | –"
         lines.append(
-            f"| {subject} | {omega:g} | {law} | {len(own)} | {own.merit.max():.2f} "
-            f"| {own.merit.median():.2f} | {five} |"
+            f"| {subject} | {omega:g} | {law} | {len(group)} | {group.merit.max():.2f} "
+            f"| {group.merit.median():.2f} | {five} |"
         )
     return "\n".join(lines) + "\n"
 
@@ -103,34 +103,36 @@ def convergence_text(convergence: pd.DataFrame) -> str:
     ]
     for row in convergence.itertuples():
         shares = (row.moves_half, row.moves, row.moves_1, row.moves_2, row.moves_4, row.same_4)
-        half, whole, *rest = (f"{100.0 * share:.1f} %" for share in shares)
+        half, full, *correlations = (f"{100.0 * share:.1f} %" for share in shares)
         lines.append(
-            f"| {row.subject}, {row.omega:g} | {row.form} | {half}; {whole} "
-            f"| {row.map_correlation:.3f} | {' | '.join(rest)} |"
+            f"| {row.subject}, {row.omega:g} | {row.form} | {half}; {full} "
+            f"| {row.map_correlation:.3f} | {' | '.join(correlations)} |"
         )
     return "\n".join(lines) + "\n"
 
 
-def draw(maps: Arrays, named: pd.DataFrame) -> Figure:
+def draw(maps: Arrays, laws: pd.DataFrame) -> Figure:
     """The figure of the maps that are there."""
-    shown = [row for row in ROWS if f"{row[0]} {row[1]:g} load merit" in maps]
-    figure = new_figure(8.4, 1.45 + 2.3 * len(shown))
+    drawn_rows = [row for row in ROWS if f"{row[0]} {row[1]:g} load merit" in maps]
+    figure = new_figure(8.4, 1.45 + 2.3 * len(drawn_rows))
     figure.set_layout_engine("none")
     figure.set_facecolor(PAPER)
     tall = figure.get_figheight()
     grid = figure.subplots(
-        len(shown), 4, squeeze=False, width_ratios=(1.0, 1.0, 1.0, 0.045),
+        len(drawn_rows), 4, squeeze=False, width_ratios=(1.0, 1.0, 1.0, 0.045),
         gridspec_kw={"left": 0.095, "right": 0.92, "bottom": 0.7 / tall, "top": 1.0 - 0.75 / tall,
                      "wspace": 0.27, "hspace": 0.1},
     )  # fmt: skip
-    for panels, (subject, omega) in zip(grid, shown, strict=True):
-        title, measure, most = ROWS[subject, omega]
-        rows = named[(named.subject == subject) & (named.omega == omega)]
+    for panels, (subject, omega) in zip(grid, drawn_rows, strict=True):
+        title, measure, upper = ROWS[subject, omega]
+        rows = laws[(laws.subject == subject) & (laws.omega == omega)]
         for axes, form in zip(panels[:3], FORMS, strict=True):
-            own = {n: maps[f"{subject} {omega:g} {form} {n}"] for n in ("merit", "moves", "lock")}
-            image = _panel(axes, form, own, most)
+            arrays = {
+                n: maps[f"{subject} {omega:g} {form} {n}"] for n in ("merit", "moves", "lock")
+            }
+            image = _panel(axes, form, arrays, upper)
             _marks(axes, form, rows[rows.form == form])
-        bar = figure.colorbar(image, cax=panels[3], ticks=_ticks(most))
+        bar = figure.colorbar(image, cax=panels[3], ticks=_ticks(upper))
         bar.set_label(measure, color=INK)
         bar.outline.set_visible(False)
         bar.ax.tick_params(colors=INK, length=2)
@@ -150,18 +152,18 @@ def draw(maps: Arrays, named: pd.DataFrame) -> Figure:
     return figure
 
 
-def _ticks(most: float) -> np.ndarray:
-    step = next(step for step in (0.1, 0.25, 1.0) if most < 6.0 * step)
-    return np.arange(0.0, most + 0.01, step)
+def _ticks(upper: float) -> np.ndarray:
+    step = next(step for step in (0.1, 0.25, 1.0) if upper < 6.0 * step)
+    return np.arange(0.0, upper + 0.01, step)
 
 
 def _centres(count: int, low: float, high: float) -> np.ndarray:
     return low + (np.arange(count) + 0.5) * (high - low) / count
 
 
-def _panel(axes: Axes, form: str, own: Arrays, most: float) -> QuadContourSet:
+def _panel(axes: Axes, form: str, arrays: Arrays, upper: float) -> QuadContourSet:
     """The merit in colours, and the rate over ω as lines."""
-    places, shapes = own["merit"].shape
+    places, shapes = arrays["merit"].shape
     # The circle is closed at the panel's sides.
     x = _centres(places + 2, -np.pi - TURN / places, np.pi + TURN / places)
     y = _centres(shapes, 0.0, 1.0)
@@ -174,14 +176,14 @@ def _panel(axes: Axes, form: str, own: Arrays, most: float) -> QuadContourSet:
         return np.concatenate([values[-1:], values, values[:1]]).T
 
     axes.set_facecolor("black")
-    merit = smooth(np.nan_to_num(own["merit"]), 0.8)
-    levels = np.linspace(0.0, most, 27)
+    merit = smooth(np.nan_to_num(arrays["merit"]), 0.8)
+    levels = np.linspace(0.0, upper, 27)
     image = axes.contourf(x, y, closed(merit), levels, cmap="inferno", extend="max")
-    moving = own["moves"] * np.isfinite(own["lock"])
+    moving = arrays["moves"] * np.isfinite(arrays["lock"])
     under = smooth(moving, 1.5)
-    rate = smooth(moving * np.nan_to_num(own["lock"]), 1.5) / np.maximum(under, 1e-9)
-    known = closed(np.where(under > HARDLY, rate, np.nan))
-    lines = axes.contour(x, y, known, LOCKS, colors="white", linewidths=(0.5, 1.0, 0.5), alpha=0.8)
+    rate = smooth(moving * np.nan_to_num(arrays["lock"]), 1.5) / np.maximum(under, 1e-9)
+    rates = closed(np.where(under > HARDLY, rate, np.nan))
+    lines = axes.contour(x, y, rates, LOCKS, colors="white", linewidths=(0.5, 1.0, 0.5), alpha=0.8)
     axes.clabel(lines, fmt="%g", fontsize=5.5)
     axes.set(xlim=(-np.pi, np.pi), ylim=(0.0, 1.0))
     axes.set_yticks(height_of(form, np.array(TICKS[form])), [f"{tick:g}" for tick in TICKS[form]])
@@ -201,9 +203,9 @@ def _marks(axes: Axes, form: str, rows: pd.DataFrame) -> None:
     if form != "decay":
         axes.plot(0.0, 0.5, "*", ms=12, mfc=MARK, mec="black", mew=0.8, zorder=5)
     for law, mark in MARKS.items():
-        own = rows[(rows.law == law) & (rows.merit > 0.0)]
-        height = np.clip(height_of(form, own["shape"].to_numpy()), 0.0, 1.0)
-        axes.plot(own.place_rad, height, mark, **_STYLE, clip_on=False, zorder=4)
+        laws = rows[(rows.law == law) & (rows.merit > 0.0)]
+        height = np.clip(height_of(form, laws["shape"].to_numpy()), 0.0, 1.0)
+        axes.plot(laws.place_rad, height, mark, **_STYLE, clip_on=False, zorder=4)
 
 
 _ZERO = {"color": MARK, "ls": (0, (4, 3)), "lw": 0.9}

@@ -92,15 +92,15 @@ class Laws(NamedTuple):
 def between(ends: tuple[float, float], share: np.ndarray, *, log: bool = False) -> np.ndarray:
     """Values of a range at shares of the way through it, or through its logarithm."""
     low, high = np.log(ends) if log else ends
-    found = low + (high - low) * share
-    return np.exp(found) if log else found
+    values = low + (high - low) * share
+    return np.exp(values) if log else values
 
 
 def drawn(subject: str, form: str, first: int, count: int) -> tuple[Laws, np.ndarray]:
     """Some laws of the sequence, and the phases of their releases [legs, laws] [rad]."""
-    own = SUBJECTS[subject]
+    system = SUBJECTS[subject]
     rng = np.random.default_rng((SEED, list(FORMS).index(form)))
-    sobol = qmc.Sobol(5 + own.legs, scramble=True, seed=rng)
+    sobol = qmc.Sobol(5 + system.legs, scramble=True, seed=rng)
     if first:
         sobol.fast_forward(first)
     place, shape, rate, offset, width, *phases = sobol.random(count).T
@@ -113,7 +113,7 @@ def drawn(subject: str, form: str, first: int, count: int) -> tuple[Laws, np.nda
     laws = Laws(
         between((-np.pi, np.pi), place),
         shapes[form],
-        between(own.rates, rate, log=True),
+        between(system.rates, rate, log=True),
         o,
         between(WIDTHS, width, log=True),
     )
@@ -148,13 +148,13 @@ def weights_of(subject: str, form: str, laws: Laws) -> np.ndarray:
     legs, body = SUBJECTS[subject].legs, system_of(subject, form).body
     if form == "load":
         weight_n = float(body.mass_kg * body.gravity_m_per_s2)
-        own = [laws.rate * legs / weight_n]
+        weights = [laws.rate * legs / weight_n]
     elif form == "latch":
-        own = [legs / laws.shape, -laws.rate * laws.shape / np.hypot(1.0, laws.shape)]
+        weights = [legs / laws.shape, -laws.rate * laws.shape / np.hypot(1.0, laws.shape)]
     else:
-        own = [legs / laws.shape, laws.rate]
+        weights = [legs / laws.shape, laws.rate]
     sector = [] if legs > 1 else [(PUSH - 0.5 * laws.width) % TURN, laws.width]
-    return np.stack([laws.place, laws.offset, *own, *sector], axis=1)
+    return np.stack([laws.place, laws.offset, *weights, *sector], axis=1)
 
 
 def measured(
@@ -169,23 +169,23 @@ def measured(
     weights = weights_of(subject, form, laws)
     if subject != "quadruped":
         scenario = system.scenario(phase_rad=phases[0])
-        found = system.engine(OutcomeSummary()).run(weights, scenario, system.body)
-        moves, failed = found.regime == LIMIT_CYCLE, found.regime == FAILED
-        values = {"merit": found.cot_inverse, "rate": found.hop_rate}
+        outcome = system.engine(OutcomeSummary()).run(weights, scenario, system.body)
+        moves, failed = outcome.regime == LIMIT_CYCLE, outcome.regime == FAILED
+        values = {"merit": outcome.cot_inverse, "rate": outcome.hop_rate}
     else:
         legged = dataclasses.replace(
             legged_system("quadruped-c"), system=system, weights=tuple(weights[0])
         )
         scenario = system.scenario(phase_rad=phases)
-        found = system.engine(legged.summary()).run(weights, scenario, system.body)
-        failed = np.isfinite(found.fall_time_s)
-        fast = found.speed_m_per_s >= 0.5 * nominal_speed_m_per_s(legged, omega)
-        moves = np.isfinite(found.lock_time_s) & (found.cycle_frequency_hz > 0.0) & fast
+        outcome = system.engine(legged.summary()).run(weights, scenario, system.body)
+        failed = np.isfinite(outcome.fall_time_s)
+        fast = outcome.speed_m_per_s >= 0.5 * nominal_speed_m_per_s(legged, omega)
+        moves = np.isfinite(outcome.lock_time_s) & (outcome.cycle_frequency_hz > 0.0) & fast
         values = {
-            "merit": 1.0 / np.maximum(found.cost_of_transport, 1e-3),
-            "rate": TURN * found.cycle_frequency_hz,
-            "speed": found.speed_m_per_s,
+            "merit": 1.0 / np.maximum(outcome.cost_of_transport, 1e-3),
+            "rate": TURN * outcome.cycle_frequency_hz,
+            "speed": outcome.speed_m_per_s,
         }
-        values |= {f"lag_{legged.names[k]}": found.lag[k] for k in (0, 1, 3)}
-    kept = {name: np.where(moves, x, np.nan).astype("float32") for name, x in values.items()}
-    return kept | {"merit": np.nan_to_num(kept["merit"]), "failed": np.asarray(failed)}
+        values |= {f"lag_{legged.names[k]}": outcome.lag[k] for k in (0, 1, 3)}
+    results = {name: np.where(moves, x, np.nan).astype("float32") for name, x in values.items()}
+    return results | {"merit": np.nan_to_num(results["merit"]), "failed": np.asarray(failed)}

@@ -85,61 +85,61 @@ class LawNumbers:
         if not self.figure_only:
             rows = [row for name in LAWS for row in varied(name, self.dir)]
             write_rows(file, rows, digits=4)
-        kept = pd.read_csv(file)
-        write_text(TABLES / "numbers.md", table(kept))
-        save_figure(figure(kept), TABLES / "numbers.png")
-        print(table(kept))
+        records = pd.read_csv(file)
+        write_text(TABLES / "numbers.md", table(records))
+        save_figure(figure(records), TABLES / "numbers.png")
+        print(table(records))
 
 
 def varied(name: str, folder: Path) -> list[dict[str, Any]]:
     """Every number of a law at every value: a row each and command."""
-    (cell,) = (each for each in CELLS if each.name == f"{name}+range@quadruped-c")
+    (cell,) = (candidate for candidate in CELLS if candidate.name == f"{name}+range@quadruped-c")
     runs, legged = runs_of(cell, folder)
-    own = runs.weights[runs.labels.index(selected(cell.name))]
-    own, names = forwards(np.asarray(own, float)), list(NUMBERS)[: len(own)]
-    laws, places = [own], [("", "as trained", np.nan)]
+    weights = runs.weights[runs.labels.index(selected(cell.name))]
+    weights, names = forwards(np.asarray(weights, float)), list(NUMBERS)[: len(weights)]
+    laws, places = [weights], [("", "as trained", np.nan)]
     for i, number in enumerate(names):
-        for kind, value in values(number, own[i]):
-            laws.append(np.where(np.arange(len(own)) == i, value, own))
+        for kind, value in values(number, weights[i]):
+            laws.append(np.where(np.arange(len(weights)) == i, value, weights))
             places.append((number, kind, value))
-    found = measured(legged, np.array(laws))
+    results = measured(legged, np.array(laws))
     labels = [
         {"law": name, "number": number, "kind": kind, "value": value}
         for number, kind, value in places
     ]
-    numbers = dict.fromkeys(NUMBERS, np.nan) | dict(zip(names, own.tolist(), strict=True))
-    return [{**labels[row["run"]], **row, **numbers} for row in found.to_dict("records")]
+    numbers = dict.fromkeys(NUMBERS, np.nan) | dict(zip(names, weights.tolist(), strict=True))
+    return [{**labels[row["run"]], **row, **numbers} for row in results.to_dict("records")]
 
 
-def forwards(own: np.ndarray) -> np.ndarray:
+def forwards(law: np.ndarray) -> np.ndarray:
     """The same law with a stride above zero: half a turn on, lift and press change places."""
-    if len(own) == 4 or own[4] > 0.0:
-        turned = own.copy()
+    if len(law) == 4 or law[4] > 0.0:
+        turned = law.copy()
     else:
-        turned = np.array([own[0] + np.pi, *own[1:4], -own[4], -own[6], -own[5], own[7]])
+        turned = np.array([law[0] + np.pi, *law[1:4], -law[4], -law[6], -law[5], law[7]])
     turned[0] = (turned[0] + np.pi) % (2.0 * np.pi) - np.pi
     return turned
 
 
-def values(number: str, own: float) -> list[tuple[str, float]]:
+def values(number: str, trained: float) -> list[tuple[str, float]]:
     """Return the values of a number: angles half a turn around the trained one, others from 0 to
     twice."""
     if number == "p":
-        span = own + np.linspace(-np.pi, np.pi, STEPS)
+        span = trained + np.linspace(-np.pi, np.pi, STEPS)
     elif number == "shift":
-        span = own + np.linspace(-0.5 * np.pi, 0.5 * np.pi, STEPS)
+        span = trained + np.linspace(-0.5 * np.pi, 0.5 * np.pi, STEPS)
     else:
-        span = own * np.linspace(0.0, 2.0, STEPS)
+        span = trained * np.linspace(0.0, 2.0, STEPS)
     return [("varied", float(x)) for x in span] + [("left out", ELLIPSE.get(number, 0.0))]
 
 
 def measured(legged: Legged, laws: np.ndarray) -> pd.DataFrame:
     """Measure laws at every command: a row each."""
     timed = legged.replaced(timing=TIMING)
-    found = release_all(timed, laws, OMEGAS, RELEASES, seed=TEST_SEED, changes=USUAL)
-    duty = found.frame.filter(like="duty_factor").to_numpy().mean(axis=1)
-    stands = ~np.isfinite(found.frame["fall_time_s"].to_numpy())
-    summary = found.summary
+    releases = release_all(timed, laws, OMEGAS, RELEASES, seed=TEST_SEED, changes=USUAL)
+    duty = releases.frame.filter(like="duty_factor").to_numpy().mean(axis=1)
+    stands = ~np.isfinite(releases.frame["fall_time_s"].to_numpy())
+    summary = releases.summary
     summary["duty_factor"] = mean_defined(np.where(stands, duty, np.nan).reshape(-1, RELEASES))
     return pd.DataFrame(summary[["run", "omega", "upright", *MEASURES]])
 
@@ -149,24 +149,24 @@ def of_number(rows: Any, number: str) -> Any:
     return rows[(rows["number"] == number) & (rows["kind"] == "varied")]
 
 
-def table(kept: Any) -> str:
+def table(records: Any) -> str:
     """A row per law and number: means over the commands as trained and without the number, and over
     which values the cost stays near the law's at the faster commands."""
     head = ["law", "number", "trained", "CoT", "speed", "locked", "duty factor", "cost near"]
     lines = [head]
     for law in LAWS:
-        rows = kept[kept["law"] == law]
-        usual = rows[rows["kind"] == "as trained"]
-        lines.append([law, "as it is", "–", *_means(usual), "–"])
+        rows = records[records["law"] == law]
+        baseline = rows[rows["kind"] == "as trained"]
+        lines.append([law, "as it is", "–", *_means(baseline), "–"])
         for number in NUMBERS:
             mine = rows[rows["number"] == number]
             if not len(mine):
                 continue
             out = mine[mine["kind"] == "left out"]
-            near = _near(of_number(rows, number), usual)
-            shown = f"{usual[number].iloc[0]:.2f}"
+            near = _near(of_number(rows, number), baseline)
+            text = f"{baseline[number].iloc[0]:.2f}"
             without = f"{number} = {out['value'].iloc[0]:g}"
-            lines.append([law, without, shown, *_means(out), near])
+            lines.append([law, without, text, *_means(out), near])
     return markdown(lines)
 
 
@@ -180,14 +180,14 @@ def _means(rows: Any) -> list[str]:
     return cells
 
 
-def _near(varied: Any, usual: Any) -> str:
+def _near(varied: Any, baseline: Any) -> str:
     """Return the range around the trained value in which the cost stays near at the faster
     commands."""
     cost = varied.pivot_table(
         index="value", columns="omega", values="cost_of_transport", dropna=False
     )
     stays = varied.pivot_table(index="value", columns="omega", values="upright")
-    base = usual.set_index("omega")["cost_of_transport"]
+    base = baseline.set_index("omega")["cost_of_transport"]
     near = (cost <= NEAR * base) & (cost > 0.0) & (stays == 1.0)
     good = near[list(FASTER)].all(axis=1).to_numpy()
     value = cost.index.to_numpy()
@@ -199,7 +199,7 @@ def _near(varied: Any, usual: Any) -> str:
     return f"{value[first]:.2f} to {value[last]:.2f}"
 
 
-def figure(kept: Any) -> Figure:
+def figure(records: Any) -> Figure:
     """A column per number, a row per measure; a line per command, the smaller law dashed."""
     with styled():
         canvas = new_figure(PAGE_IN, 4.6)
@@ -208,18 +208,18 @@ def figure(kept: Any) -> Figure:
             for row, measure in enumerate(MEASURES):
                 axes = panels[row, column]
                 for law, line in zip(LAWS, ("-", ":"), strict=True):
-                    of = kept[kept["law"] == law]
-                    usual = of[of["kind"] == "as trained"]
-                    if not len(of[of["number"] == number]):
+                    rows = records[records["law"] == law]
+                    baseline = rows[rows["kind"] == "as trained"]
+                    if not len(rows[rows["number"] == number]):
                         continue
                     for omega, colour in zip(OMEGAS, COLOURS, strict=False):
-                        mine = of_number(of, number)
+                        mine = of_number(rows, number)
                         mine = mine[mine["omega"] == omega].sort_values("value")
-                        shown = mine[measure].where(mine["speed_m_per_s"] > 0.02)
-                        axes.plot(mine["value"], shown, line, color=colour, lw=0.9)
+                        values = mine[measure].where(mine["speed_m_per_s"] > 0.02)
+                        axes.plot(mine["value"], values, line, color=colour, lw=0.9)
                         if law == LAWS[0]:
-                            now = usual[usual["omega"] == omega]
-                            axes.plot(now[number], now[measure], "o", color=colour, ms=2.5)
+                            point = baseline[baseline["omega"] == omega]
+                            axes.plot(point[number], point[measure], "o", color=colour, ms=2.5)
                 axes.tick_params(labelsize=5.5)
                 if column == 0:
                     axes.set_ylabel(MEASURES[measure], size=7)

@@ -40,7 +40,7 @@ class Train:
 
     def run(self) -> None:
         """Train them."""
-        for cell in chosen(self.only):
+        for cell in matching(self.only):
             if not is_trained(cell, self.dir):
                 train(cell.run, self.dir / cell.name)
 
@@ -77,14 +77,14 @@ class Report:
         report.report()
 
 
-def chosen(pattern: str) -> list[Cell]:
+def matching(pattern: str) -> list[Cell]:
     """The cells of that name."""
     return [cell for cell in CELLS if fnmatch.fnmatchcase(cell.name, pattern)]
 
 
 def trained(pattern: str, folder: Path) -> list[Cell]:
     """Those of them that are trained to the end."""
-    return [cell for cell in chosen(pattern) if is_trained(cell, folder)]
+    return [cell for cell in matching(pattern) if is_trained(cell, folder)]
 
 
 if __name__ == "__main__":

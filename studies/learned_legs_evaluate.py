@@ -47,9 +47,9 @@ def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
     return runs, settling(runs.system, runs.weights[0])
 
 
-def rows_of(cell: Cell, runs: ControllerSet, found: Releases) -> list[dict[str, Any]]:
+def rows_of(cell: Cell, runs: ControllerSet, releases: Releases) -> list[dict[str, Any]]:
     """A row per controller and frequency."""
-    rows = found.summary
+    rows = releases.summary
     rows["run"] = np.array(runs.labels)[rows["run"]]
     rows.insert(0, "cell", cell.name)
     return rows.to_dict("records")
@@ -63,18 +63,18 @@ def evaluate_all(cells: list[Cell], folder: Path) -> None:
     frequency; `curves.csv`: training.
     """
     with reporting("evaluate", len(cells)) as reporter:
-        for done, cell in enumerate(cells, 1):
+        for index, cell in enumerate(cells, 1):
             runs, legged = runs_of(cell, folder)
             for name, rows in (ranged if cell.ranged else judged)(cell, runs, legged).items():
                 write_rows(TABLES / f"{name}.csv", rows, digits=4, by=("cell",))
             write_rows(TABLES / "curves.csv", curves_of(cell, folder), digits=4, by=("cell",))
-            reporter.update(done, cell.name)
+            reporter.update(index, cell.name)
 
 
 def judged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
     """The rows of a cell of one frequency."""
-    own = release_all(legged, runs.weights, starts=GAITS, seed=1)
-    return {"judged": rows_of(cell, runs, own)}
+    releases = release_all(legged, runs.weights, starts=GAITS, seed=1)
+    return {"judged": rows_of(cell, runs, releases)}
 
 
 def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
@@ -101,14 +101,14 @@ def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[di
     return {"selection": selection, "range": test, "disturbed": disturbed}
 
 
-def scores(found: Releases, advance: float) -> np.ndarray:
+def scores(releases: Releases, advance: float) -> np.ndarray:
     """The training's fitness on these releases: its mean over the commands, [runs].
 
     Args:
-        found: what the runs did.
+        releases: what the runs did.
         advance: the way per radian of the command that is wanted [m/rad].
     """
-    table: Any = found.summary
+    table: Any = releases.summary
     names = ("speed_m_per_s", "cost_of_transport", "upright", "omega")
     speed, cost, up, omega = (table[name].to_numpy() for name in names)
     gain = np.nan_to_num(baseline_cost(speed) / cost)
@@ -121,7 +121,7 @@ def scores(found: Releases, advance: float) -> np.ndarray:
 def selected(cell: str) -> str:
     """The run of a cell that the selection prefers; no other table is read."""
     table = read_csv(TABLES / "selection.csv")
-    mine = np.array([str(each) == cell for each in table["cell"]])
+    mine = np.array([str(name) == cell for name in table["cell"]])
     return str(np.array(table["run"])[mine][np.argmax(np.array(table["score"], float)[mine])])
 
 
@@ -136,7 +136,7 @@ def curves_of(cell: Cell, folder: Path) -> list[dict[str, Any]]:
     rows = []
     for seed in range(cell.seeds):
         best = np.maximum.accumulate(fitness[seeds == seed])
-        for at in sorted({*range(9, len(best), 10), len(best) - 1}):
-            own = {"cell": cell.name, "seed": seed, "generation": at + 1}
-            rows.append(own | {"best_fitness": best[at]})
+        for index in sorted({*range(9, len(best), 10), len(best) - 1}):
+            labels = {"cell": cell.name, "seed": seed, "generation": index + 1}
+            rows.append(labels | {"best_fitness": best[index]})
     return rows

@@ -29,10 +29,10 @@ FAMILIES = {
 """Labels and styles of families in pictures."""
 
 
-def draw_all(curves: Rows, found: Rows) -> None:
+def draw_all(curves: Rows, rows: Rows) -> None:
     """Draw and write all."""
     with styled():
-        save_figure(draw_range(found), TABLES / "range.png")
+        save_figure(draw_range(rows), TABLES / "range.png")
         save_figure(draw_curves(curves), TABLES / "convergence.png")
 
 
@@ -41,41 +41,48 @@ def families() -> list[tuple[str, tuple[str, str, str]]]:
     return [(cell.name, FAMILIES[cell.name.partition("+range")[0]]) for cell in RANGE]
 
 
-def draw_range(found: Rows) -> Figure:
+def draw_range(rows: Rows) -> Figure:
     """Cost over speed of the selected runs beside front and limit; their share of the front."""
     figure = new_figure(PAGE_IN, 3.2)
-    left, right = figure.subplots(1, 2)
-    left.plot(*baseline(), color="black", lw=1.6, label="vanilla front")
-    at = np.linspace(0.1, 0.65, 56)
-    left.plot(at, limit(at, "ellipse"), color="black", ls="--", lw=1.2, label="limit, this ellipse")
-    left.plot(at, limit(at), color="black", ls=":", lw=1.0, label="limit, free feet")
+    left_axes, right_axes = figure.subplots(1, 2)
+    left_axes.plot(*baseline(), color="black", lw=1.6, label="vanilla front")
+    speeds = np.linspace(0.1, 0.65, 56)
+    left_axes.plot(
+        speeds,
+        limit(speeds, "ellipse"),
+        color="black",
+        ls="--",
+        lw=1.2,
+        label="limit, this ellipse",
+    )
+    left_axes.plot(speeds, limit(speeds), color="black", ls=":", lw=1.0, label="limit, free feet")
     for name, (label, colour, line) in families():
-        mine = found["cell"] == name
+        mine = rows["cell"] == name
         if not mine.any():
             continue
-        chosen = mine & (found["run"].astype(float) == float(_number(selected(name))))
-        speed, cost = found["speed_m_per_s"], found["cost_of_transport"]
-        left.plot(speed[chosen], cost[chosen], line, color=colour, marker="o", ms=2.5, label=label)
+        mask = mine & (rows["run"].astype(float) == float(_number(selected(name))))
+        speed, cost = rows["speed_m_per_s"], rows["cost_of_transport"]
+        left_axes.plot(speed[mask], cost[mask], line, color=colour, marker="o", ms=2.5, label=label)
         share = cost / baseline_cost(speed)
-        right.plot(found["omega"][chosen], share[chosen], line, color=colour, marker="o", ms=2.5)
+        right_axes.plot(rows["omega"][mask], share[mask], line, color=colour, marker="o", ms=2.5)
         if line == "-":  # of short laws some runs do not walk
-            _band(right, found["omega"][mine], share[mine], colour)
-    right.axhline(1.0, color="black", lw=1.0)
-    right.axhline(0.6, color="0.6", lw=0.6, ls="--")
-    left.set_yscale("log")
-    right.set_yscale("log")
+            _band(right_axes, rows["omega"][mine], share[mine], colour)
+    right_axes.axhline(1.0, color="black", lw=1.0)
+    right_axes.axhline(0.6, color="0.6", lw=0.6, ls="--")
+    left_axes.set_yscale("log")
+    right_axes.set_yscale("log")
     ticks = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 1.0, 2.0)
-    for axes, least in ((left, 0.02), (right, 0.14)):
-        axes.set_ylim(least, 2.5)
-        shown = [tick for tick in ticks if tick >= least]
-        axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
+    for axes, lower in ((left_axes, 0.02), (right_axes, 0.14)):
+        axes.set_ylim(lower, 2.5)
+        visible = [tick for tick in ticks if tick >= lower]
+        axes.set_yticks(visible, [f"{tick:g}" for tick in visible])
         axes.minorticks_off()
-    left.set_xlim(0.0, 0.65)
-    left.set_xlabel("speed [√(g l0)]")
-    left.set_ylabel("cost of transport")
-    right.set_xlabel("command ω [√(g/l0)]")
-    right.set_ylabel("share of the front at that speed")
-    handles, labels = left.get_legend_handles_labels()
+    left_axes.set_xlim(0.0, 0.65)
+    left_axes.set_xlabel("speed [√(g l0)]")
+    left_axes.set_ylabel("cost of transport")
+    right_axes.set_xlabel("command ω [√(g/l0)]")
+    right_axes.set_ylabel("share of the front at that speed")
+    handles, labels = left_axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
 
@@ -87,11 +94,11 @@ def _number(run: str) -> str:
 
 def _band(axes: Axes, omega: np.ndarray, share: np.ndarray, colour: str) -> None:
     """Fill the band from the lower to the upper quartile of the runs."""
-    at = np.unique(omega)
+    commands = np.unique(omega)
     low, high = (
-        [np.nanquantile(share[omega == x], quantile) for x in at] for quantile in (0.25, 0.75)
+        [np.nanquantile(share[omega == x], quantile) for x in commands] for quantile in (0.25, 0.75)
     )
-    axes.fill_between(at, low, high, color=colour, alpha=0.12, lw=0)
+    axes.fill_between(commands, low, high, color=colour, alpha=0.12, lw=0)
 
 
 def draw_curves(curves: Rows) -> Figure:
@@ -107,9 +114,9 @@ def draw_curves(curves: Rows) -> Figure:
             axes.axhline(curves["best_fitness"][mine][0], color=colour, ls=line, label=label)
             continue
         seeds = np.unique(curves["seed"][mine])
-        seen, best = curves["generation"], curves["best_fitness"]
-        own = [mine & (curves["seed"] == seed) for seed in seeds]
-        runs = np.array([np.interp(generations, seen[run], best[run]) for run in own])
+        generation, best = curves["generation"], curves["best_fitness"]
+        masks = [mine & (curves["seed"] == seed) for seed in seeds]
+        runs = np.array([np.interp(generations, generation[run], best[run]) for run in masks])
         # Of a run that has ended the last fitness stays.
         axes.plot(generations, np.median(runs, axis=0), line, color=colour, label=label)
         axes.fill_between(generations, runs.min(0), runs.max(0), color=colour, alpha=0.12, lw=0)

@@ -77,15 +77,15 @@ def baseline_cost(speed_m_per_s: np.ndarray) -> np.ndarray:
 
 def baseline() -> tuple[np.ndarray, np.ndarray]:
     """Speeds and costs of transport of the vanilla front, [points] each."""
-    kept = front("quadruped-c", "vanilla")
-    return np.asarray(kept["speed"]), np.asarray(kept["cost_of_transport"])
+    curve = front("quadruped-c", "vanilla")
+    return np.asarray(curve["speed"]), np.asarray(curve["cost_of_transport"])
 
 
 @dataclass(frozen=True)
 class Cell:
     """A design that is trained from several seeds."""
 
-    of: str
+    recipe: str
     """The design's name."""
     generations: int = 100
     """Largest number of generations, of 32 candidates each."""
@@ -99,7 +99,7 @@ class Cell:
     @cached_property
     def design(self) -> Design:
         """The design."""
-        return design(self.of)
+        return design(self.recipe)
 
     @property
     def name(self) -> str:
@@ -109,8 +109,8 @@ class Cell:
     @cached_property
     def experiment(self) -> Experiment:
         """Return the experiment of the training."""
-        found = self.design.experiment()
-        return for_a_range(found, self.design) if self.ranged else found
+        experiment = self.design.experiment()
+        return for_a_range(experiment, self.design) if self.ranged else experiment
 
     @property
     def run(self) -> Run:
@@ -128,21 +128,21 @@ class Cell:
         )
 
 
-def advance_m_per_rad(of: Design) -> float:
+def advance_m_per_rad(recipe: Design) -> float:
     """The way per radian of the command that is wanted [m/rad]."""
-    nominal = nominal_speed_m_per_s(of.system, 1.0)
+    nominal = nominal_speed_m_per_s(recipe.system, 1.0)
     assert nominal is not None  # all have ellipses
     return HURRY * nominal
 
 
-def for_a_range(experiment: Experiment, of: Design) -> Experiment:
+def for_a_range(experiment: Experiment, recipe: Design) -> Experiment:
     """The same, trained for a range of commands from any release, on bodies that differ."""
     objective = CommandedWalking(
         front=training_front(),
-        advance_m_per_rad=advance_m_per_rad(of),
+        advance_m_per_rad=advance_m_per_rad(recipe),
         settle_s=0.5 * EPISODE.duration_s,
     )
-    return of.experiment(
+    return recipe.experiment(
         body=Sensors(body=experiment.body, most_ticks=DELAY_TICKS),
         name=experiment.name.replace("@", "+range@"),
         timing=EPISODE,

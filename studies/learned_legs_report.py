@@ -25,11 +25,11 @@ STANDS = 0.75
 def report() -> None:
     """Write the tables and all figures from the tables that are there."""
     tables = {name: table(name) for name in ("judged", "range", "disturbed", "curves")}
-    found = tables["range"]
+    rows = tables["range"]
     texts = {
-        "range": by_family(found, tables["disturbed"]),
-        "chosen": by_command(found, "ART-rF-t+phif+range@quadruped-c"),
-        "robust": robust(found, tables["disturbed"]),
+        "range": by_family(rows, tables["disturbed"]),
+        "chosen": by_command(rows, "ART-rF-t+phif+range@quadruped-c"),
+        "robust": robust(rows, tables["disturbed"]),
         "convergence": convergence(tables["curves"]),
         "hexapod": summary(tables["judged"], tables["curves"], "@hexapod"),
         "plate": summary(tables["judged"], tables["curves"], "@plate-light-pitch"),
@@ -37,7 +37,7 @@ def report() -> None:
     for name, text in texts.items():
         if text:
             write_atomically(TABLES / f"{name}.md", text)
-    draw_all(tables["curves"], found)
+    draw_all(tables["curves"], rows)
 
 
 def table(name: str) -> Rows:
@@ -65,21 +65,21 @@ SHARE, POSITIVE = (0.0, 1.0), (0.0, np.inf)
 
 def sure(values: np.ndarray, digits: int = 2, within: Range = UNBOUNDED) -> str:
     """A mean and its 95 % interval."""
-    found = interval(values, within=within)
-    if np.isnan(found.mean):
+    estimate = interval(values, within=within)
+    if np.isnan(estimate.mean):
         return "–"
-    mean = f"{found.mean:.{digits}f}"
-    if np.isnan(found.low) or found.count < 3:
+    mean = f"{estimate.mean:.{digits}f}"
+    if np.isnan(estimate.low) or estimate.count < 3:
         return mean
-    return f"{mean} ({found.low:.{digits}f} … {found.high:.{digits}f})"
+    return f"{mean} ({estimate.low:.{digits}f} … {estimate.high:.{digits}f})"
 
 
-def per_run(found: Rows, cell: str) -> dict[str, dict[str, np.ndarray]]:
+def per_run(rows: Rows, cell: str) -> dict[str, dict[str, np.ndarray]]:
     """Return for every run of a cell its columns over the commands, and its share of the front."""
     runs = {}
-    for run in dict.fromkeys(found["run"][found["cell"] == cell].tolist()):
-        own = (found["cell"] == cell) & (found["run"] == run)
-        columns = {name: column[own] for name, column in found.items()}
+    for run in dict.fromkeys(rows["run"][rows["cell"] == cell].tolist()):
+        mask = (rows["cell"] == cell) & (rows["run"] == run)
+        columns = {name: column[mask] for name, column in rows.items()}
         share = columns["cost_of_transport"] / baseline_cost(columns["speed_m_per_s"])
         off = np.abs(columns["speed_m_per_s"] / (ADVANCE * columns["omega"]) - 1.0)
         runs[f"{run:g}" if isinstance(run, float) else str(run)] = {
@@ -90,35 +90,37 @@ def per_run(found: Rows, cell: str) -> dict[str, dict[str, np.ndarray]]:
     return runs
 
 
-def kept(found: Rows, disturbed: Rows, cell: str) -> dict[str, np.ndarray]:
+def preserved(rows: Rows, disturbed: Rows, cell: str) -> dict[str, np.ndarray]:
     """The share of CoT⁻¹ that each run keeps under each condition, at its worst command; [runs].
 
     A release that falls keeps nothing.
     """
-    usual = per_run(found, cell)
+    undisturbed = per_run(rows, cell)
     worst: dict[str, np.ndarray] = {}
     for name in CONDITIONS:
-        there = per_run(
+        disturbed_runs = per_run(
             {title: column[disturbed["condition"] == name] for title, column in disturbed.items()},
             cell,
         )
         with np.errstate(divide="ignore", invalid="ignore"):  # a body that stands has no cost
-            kept = [
-                there[run]["upright"] * own["cost_of_transport"] / there[run]["cost_of_transport"]
-                for run, own in usual.items()
+            shares = [
+                disturbed_runs[run]["upright"]
+                * columns["cost_of_transport"]
+                / disturbed_runs[run]["cost_of_transport"]
+                for run, columns in undisturbed.items()
             ]
-        worst[name] = np.nan_to_num(np.array(kept)).min(axis=1)
+        worst[name] = np.nan_to_num(np.array(shares)).min(axis=1)
     return worst
 
 
-def by_family(found: Rows, disturbed: Rows) -> str:
+def by_family(table: Rows, disturbed: Rows) -> str:
     """A row per family: over all commands, means over runs; and the selected run at its worst.
 
     The cost of transport is of the runs that walk: it has no bound where a body stands.
     """
     rows = []
     for cell in RANGE:
-        runs = per_run(found, cell.name)
+        runs = per_run(table, cell.name)
         if not runs:
             continue
         walking = {name: run for name, run in runs.items() if np.all(run["off"] < STANDS)}
@@ -127,8 +129,8 @@ def by_family(found: Rows, disturbed: Rows) -> str:
         off = np.array([np.mean(run["off"]) for run in runs.values()])
         locked = np.array([np.mean(run["locked"]) for run in runs.values()])
         up = np.array([np.mean(run["upright"]) for run in runs.values()])
-        chosen = selected(cell.name)
-        best = runs[chosen]
+        selection = selected(cell.name)
+        best = runs[selection]
         rows.append(
             (
                 f"`{cell.name.partition('@')[0]}`",
@@ -138,49 +140,49 @@ def by_family(found: Rows, disturbed: Rows) -> str:
                 sure(off, 2, POSITIVE),
                 sure(mean, 2, POSITIVE),
                 sure(worst, 2, POSITIVE),
-                f"{chosen}: {best['share'].mean():.2f}, {best['share'].max():.2f}, "
+                f"{selection}: {best['share'].mean():.2f}, {best['share'].max():.2f}, "
                 f"{best['locked'].min():.2f}",
             )
         )
     titles = ("family", "numbers", "upright; runs that walk", "locked", "speed off by")
-    more = ("of the front", "at worst", "selected run: mean, worst, locked")
-    return markdown((*titles, *more), rows)
+    further = ("of the front", "at worst", "selected run: mean, worst, locked")
+    return markdown((*titles, *further), rows)
 
 
-def by_command(found: Rows, cell: str) -> str:
+def by_command(table: Rows, cell: str) -> str:
     """The selected run of a cell at every command, with the range of all runs beside it."""
-    runs = per_run(found, cell)
-    own = runs[selected(cell)]
+    runs = per_run(table, cell)
+    columns = runs[selected(cell)]
     everyone = np.array([run["share"] for run in runs.values()])
     rows = [
         (
-            f"{own['omega'][at]:g}",
-            f"{ADVANCE * own['omega'][at]:.3f}",
-            f"{own['speed_m_per_s'][at]:.3f}",
-            f"{own['cost_of_transport'][at]:.3f}",
-            f"{own['share'][at]:.2f}",
-            sure(everyone[:, at], 2, POSITIVE),
-            f"{own['locked'][at]:.2f}, in {own['lock_time_s'][at]:.0f}",
-            str(own["gait"][at]),
+            f"{columns['omega'][index]:g}",
+            f"{ADVANCE * columns['omega'][index]:.3f}",
+            f"{columns['speed_m_per_s'][index]:.3f}",
+            f"{columns['cost_of_transport'][index]:.3f}",
+            f"{columns['share'][index]:.2f}",
+            sure(everyone[:, index], 2, POSITIVE),
+            f"{columns['locked'][index]:.2f}, in {columns['lock_time_s'][index]:.0f}",
+            str(columns["gait"][index]),
         )
-        for at in range(len(own["omega"]))
+        for index in range(len(columns["omega"]))
     ]
     titles = ("ω", "wanted speed", "speed", "CoT", "of the front", "all runs", "locked")
     return markdown((*titles, "gait"), rows)
 
 
-def robust(found: Rows, disturbed: Rows) -> str:
+def robust(table: Rows, disturbed: Rows) -> str:
     """Return the share of CoT⁻¹ that disturbances leave at the worst command: of all runs, and of
     the selected one."""
     rows = []
     for cell in RANGE:
-        if not (found["cell"] == cell.name).any():
+        if not (table["cell"] == cell.name).any():
             continue
-        labels = list(per_run(found, cell.name))
-        chosen = labels.index(selected(cell.name))
+        labels = list(per_run(table, cell.name))
+        selection = labels.index(selected(cell.name))
         cells = [
-            f"{sure(shares, 2, POSITIVE)}; {shares[chosen]:.2f}"
-            for shares in kept(found, disturbed, cell.name).values()
+            f"{sure(shares, 2, POSITIVE)}; {shares[selection]:.2f}"
+            for shares in preserved(table, disturbed, cell.name).values()
         ]
         rows.append((f"`{cell.name.partition('@')[0]}`", *cells))
     return markdown(("family", *CONDITIONS), rows)
@@ -188,8 +190,8 @@ def robust(found: Rows, disturbed: Rows) -> str:
 
 def cells_on(judged: Rows, ending: str) -> list[Cell]:
     """The cells of a body that are in a table, in the plan's order."""
-    there = set(judged["cell"])
-    return [cell for cell in CELLS if cell.name in there and cell.name.endswith(ending)]
+    present = set(judged["cell"])
+    return [cell for cell in CELLS if cell.name in present and cell.name.endswith(ending)]
 
 
 def summary(judged: Rows, curves: Rows, ending: str) -> str:
@@ -227,11 +229,11 @@ def final(curves: Rows, name: str) -> np.ndarray:
 
 def of_runs(curves: Rows, name: str) -> list[tuple[np.ndarray, np.ndarray]]:
     """Generations and best fitness so far of every run of a cell."""
-    found = []
+    values = []
     for seed in np.unique(curves["seed"][curves["cell"] == name]):
         mine = (curves["cell"] == name) & (curves["seed"] == seed)
-        found.append((curves["generation"][mine], curves["best_fitness"][mine]))
-    return found
+        values.append((curves["generation"][mine], curves["best_fitness"][mine]))
+    return values
 
 
 def gaits(names: np.ndarray) -> str:

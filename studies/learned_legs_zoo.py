@@ -30,8 +30,8 @@ def write_zoo(cells: list[Cell], folder: Path) -> None:
 
 def entry(cell: Cell, folder: Path) -> ZooEntry:
     """The runs of a cell, and its evaluation: means over the commands."""
-    found = [load(file) for file in (folder / cell.name).glob("*-seed*.json")]
-    runs = sorted(found, key=lambda run: int(str(run.training["seed"])))
+    controllers = [load(file) for file in (folder / cell.name).glob("*-seed*.json")]
+    runs = sorted(controllers, key=lambda run: int(str(run.training["seed"])))
     return ZooEntry(
         document=document(runs[0], cell.name),
         weights=np.stack([run.weights for run in runs]),
@@ -55,26 +55,28 @@ def document(saved: SavedController, cell: str) -> JsonObject:
         training={**training, "omega": [min(OMEGAS), max(OMEGAS)]},
         software=saved.software,
     )
-    found = controller_file.described(common, cell)
-    return {name: value for name, value in found.items() if name != "weights"}
+    result = controller_file.described(common, cell)
+    return {name: value for name, value in result.items() if name != "weights"}
 
 
 def measured(cell: Cell, seeds: list[str]) -> dict[str, np.ndarray]:
     """The score of the selection, and the test's means over the commands, [runs] each."""
-    chosen, test = (read_csv(TABLES / f"{name}.csv") for name in ("selection", "range"))
-    found: dict[str, list[float]] = {name: [] for name in ("selection", "cot_inverse", "of_front")}
-    found |= {name: [] for name in ("locked", "upright")}
+    selection, test = (read_csv(TABLES / f"{name}.csv") for name in ("selection", "range"))
+    metrics: dict[str, list[float]] = {
+        name: [] for name in ("selection", "cot_inverse", "of_front")
+    }
+    metrics |= {name: [] for name in ("locked", "upright")}
     for seed in seeds:
-        own = of_run(chosen, cell.name, seed)
-        found["selection"].append(float(np.array(chosen["score"], float)[own][0]))
-        own = of_run(test, cell.name, seed)
+        mask = of_run(selection, cell.name, seed)
+        metrics["selection"].append(float(np.array(selection["score"], float)[mask][0]))
+        mask = of_run(test, cell.name, seed)
         columns = ("speed_m_per_s", "cost_of_transport", "locked", "upright")
-        speed, cost, locked, up = (np.array(test[name], float)[own] for name in columns)
-        found["cot_inverse"].append(float(np.mean(1.0 / cost)))
-        found["of_front"].append(float(np.mean(cost / baseline_cost(speed))))
-        found["locked"].append(float(locked.mean()))
-        found["upright"].append(float(up.mean()))
-    return {name: np.array(values) for name, values in found.items()}
+        speed, cost, locked, up = (np.array(test[name], float)[mask] for name in columns)
+        metrics["cot_inverse"].append(float(np.mean(1.0 / cost)))
+        metrics["of_front"].append(float(np.mean(cost / baseline_cost(speed))))
+        metrics["locked"].append(float(locked.mean()))
+        metrics["upright"].append(float(up.mean()))
+    return {name: np.array(values) for name, values in metrics.items()}
 
 
 def of_run(table: Mapping[str, np.ndarray], cell: str, run: str) -> np.ndarray:

@@ -57,9 +57,9 @@ class LegsAtlas:
         """Measure what is missing, and write."""
         if not self.report_only:
             write_rows(TABLES / "legs.csv", measured(self.dir), digits=5)
-        kept = pd.read_csv(TABLES / "legs.csv")
-        write_text(TABLES / "legs.md", tables(kept))
-        print(tables(kept))
+        records = pd.read_csv(TABLES / "legs.csv")
+        write_text(TABLES / "legs.md", tables(records))
+        print(tables(records))
 
 
 @dataclass(frozen=True)
@@ -97,16 +97,16 @@ class Explained:
     def measure(self) -> CellResult:
         """Its scores, the numbers of its curves, and the share that each form keeps."""
         page = tg.explain(self.name, **self.settings)
-        whole = page.evaluated["whole"]
-        numbers = {"following": whole.following, "sound": float(whole.sound.mean())}
+        complete = page.evaluated["whole"]
+        numbers = {"following": complete.following, "sound": float(complete.sound.mean())}
         for variant, suffix in (("whole", ""), ("cut", "_cut"), ("frozen", "_frozen")):
             numbers[f"merit{suffix}"] = page.evaluated[variant].mean.mean
         omega = float(page.released.omega[page.released.middle])
         sets = [curves_of(v, omega) for v in page.visited]  # of units with weights of their own
         numbers |= {name: float(np.mean([x[name] for x in sets])) for name in sets[0]}
         for form in page.forms:
-            numbers[f"kept {form.name}"] = form.evaluated.mean.mean / whole.mean.mean
-            numbers[f"cloned {form.name}"] = form.cloned.mean.mean / whole.mean.mean
+            numbers[f"kept {form.name}"] = form.evaluated.mean.mean / complete.mean.mean
+            numbers[f"cloned {form.name}"] = form.cloned.mean.mean / complete.mean.mean
         arrays = {name: np.array(value) for name, value in numbers.items()}
         return CellResult(self.document, tg.load(self.name).software, arrays)
 
@@ -123,64 +123,64 @@ def cells() -> list[Explained]:
 
 def measured(folder: Path) -> list[dict[str, object]]:
     """Measure what a folder lacks; a row a controller."""
-    chosen = cells()
-    study = Study(folder, chosen, title="explain", suffix=".legs.npz")
+    selection = cells()
+    study = Study(folder, selection, title="explain", suffix=".legs.npz")
     study.run()
     names = [f"{kind} {form}" for form in forms_of_legs() for kind in ("kept", "cloned")]
     rows = []
-    for cell, result in zip(chosen, study.results(), strict=True):
+    for cell, result in zip(selection, study.results(), strict=True):
         numbers = {name: float(value) for name, value in result.arrays.items()}
-        whole = {"model": cell.model, "run": cell.run}
-        rows.append(dict.fromkeys((*whole, *names), np.nan) | whole | numbers)
+        labels = {"model": cell.model, "run": cell.run}
+        rows.append(dict.fromkeys((*labels, *names), np.nan) | labels | numbers)
     kind = kinds(pd.DataFrame(rows))
     return [{**row, "kind": name} for row, name in zip(rows, kind, strict=True)]
 
 
-def tables(kept: pd.DataFrame) -> str:
+def tables(records: pd.DataFrame) -> str:
     """Scores and curves of every family, and how many runs each form is the shortest of."""
-    families = [(str(name), same) for name, same in kept.groupby("model", sort=False)]
+    families = [(str(name), group) for name, group in records.groupby("model", sort=False)]
     names = {name: f"`{name.partition('@')[0]}`" for name, _ in families}
     scores = [["family", "runs", *COLUMNS.values(), "what the feedback does"]]
     curves = [["family", "runs", *CURVES]]
-    for name, same in families:
-        means = [f"{same[column].mean():.2f}" for column in COLUMNS]
-        counts = [f"{kind} {n}" for kind, n in same.kind.value_counts().items()]
-        scores.append([names[name], str(len(same)), *means, ", ".join(counts)])
-        if same[list(FITS)].notna().any(axis=None):
-            shares = [f"{(same[fit] >= GOOD).sum()}" for fit in FITS]
-            curves.append([names[name], str(len(same)), *shares])
+    for name, group in families:
+        means = [f"{group[column].mean():.2f}" for column in COLUMNS]
+        counts = [f"{kind} {n}" for kind, n in group.kind.value_counts().items()]
+        scores.append([names[name], str(len(group)), *means, ", ".join(counts)])
+        if group[list(FITS)].notna().any(axis=None):
+            shares = [f"{(group[fit] >= GOOD).sum()}" for fit in FITS]
+            curves.append([names[name], str(len(group)), *shares])
     parts = [
         "Means over the runs:",
         markdown(scores),
         f"Runs with R² of at least {GOOD:g} of a formula of A′(φ), and of G R(N):",
         markdown(curves),
         "Runs of which each form is the shortest:",
-        markdown(forms_table(kept)),
+        markdown(forms_table(records)),
     ]
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
-def forms_table(kept: pd.DataFrame) -> list[list[str]]:
+def forms_table(records: pd.DataFrame) -> list[list[str]]:
     """Count for each form the runs in which it is the shortest that preserves a share; of equally
     short ones the best."""
-    own = resolve(BODY).controller().controller
+    controller = resolve(BODY).controller().controller
     numbers = {
-        name: form.on_legs(own, 1.0).layout["actuation"].start
+        name: form.on_legs(controller, 1.0).layout["actuation"].start
         for name, form in forms_of_legs().items()
     }
     ranked = sorted(numbers, key=lambda name: numbers[name])
 
-    tried = kept[kept[f"kept {ranked[0]}"].notna()]
+    tried = records[records[f"kept {ranked[0]}"].notna()]
 
     def shortest(row: pd.Series, share: float) -> str:
         enough = [name for name in ranked if row[f"kept {name}"] >= share]
-        alike = [name for name in enough if numbers[name] == numbers[enough[0]]]
-        return max(alike, key=lambda name: row[f"kept {name}"], default=NONE)
+        candidates = [name for name in enough if numbers[name] == numbers[enough[0]]]
+        return max(candidates, key=lambda name: row[f"kept {name}"], default=NONE)
 
-    chosen = {share: tried.apply(shortest, axis=1, share=share) for share in SHARES}
+    shortest_by_share = {share: tried.apply(shortest, axis=1, share=share) for share in SHARES}
     lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES)]]
     for name in (*ranked, NONE):
-        counts = [str((names == name).sum()) for names in chosen.values()]
+        counts = [str((names == name).sum()) for names in shortest_by_share.values()]
         lines.append([name, str(numbers.get(name, "")), *counts])
     return lines
 

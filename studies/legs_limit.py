@@ -46,7 +46,7 @@ class Stage:
 
     Args:
         space: what gaits there are.
-        after: stages whose best gaits it starts from, at the same speed and its neighbours, or
+        sources: stages whose best gaits it starts from, at the same speed and its neighbours, or
             `kept`; random starts if there are none.
         starts: how many at every speed.
         generations: how many.
@@ -54,7 +54,7 @@ class Stage:
     """
 
     space: Space
-    after: tuple[str, ...] = ()
+    sources: tuple[str, ...] = ()
     starts: int = 2
     generations: int = 240
     std: float = 0.3
@@ -74,31 +74,33 @@ class Stage:
         self, folder: Path, seed: int, speeds: tuple[float, ...]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Speeds and vectors to start from, [starts] and [starts, size]."""
-        wanted = np.repeat(speeds, self.starts)
-        if not self.after:
+        targets = np.repeat(speeds, self.starts)
+        if not self.sources:
             rng = np.random.default_rng(seed)
-            return wanted, np.array([self.space.random(rng) for _ in wanted])
-        known = []
-        for name in self.after:
+            return targets, np.array([self.space.random(rng) for _ in targets])
+        sources = []
+        for name in self.sources:
             if name == KEPT:
-                known += [(*own, losses(own[0], *own[:0:-1])[0]) for own in kept_gaits(self.feet)]
+                sources += [
+                    (*gait, losses(gait[0], *gait[:0:-1])[0]) for gait in kept_gaits(self.feet)
+                ]
             else:
-                space, (of_speed, found) = STAGES[name].space, load(folder, name)
-                known.append((space, of_speed, found.x, losses(space, found.x, of_speed)[0]))
+                space, (of_speed, result) = STAGES[name].space, load(folder, name)
+                sources.append((space, of_speed, result.x, losses(space, result.x, of_speed)[0]))
         vectors = []
-        for number, speed in enumerate(wanted):
+        for number, speed in enumerate(targets):
             rank = number % self.starts
-            each = [
+            candidates = [
                 (
-                    loss + abs(np.log(of / speed)) * (of != speed),
+                    loss + abs(np.log(origin / speed)) * (origin != speed),
                     self.space.from_space(space, x),
                 )
-                for space, of_speed, vectors_known, loss_known in known
-                for of, x, loss in zip(of_speed, vectors_known, loss_known, strict=True)
+                for space, of_speed, vectors_known, loss_known in sources
+                for origin, x, loss in zip(of_speed, vectors_known, loss_known, strict=True)
             ]
-            best = sorted(range(len(each)), key=lambda k: each[k][0])
-            vectors.append(each[best[rank % len(best)]][1])
-        return wanted, np.array(vectors)
+            best = sorted(range(len(candidates)), key=lambda k: candidates[k][0])
+            vectors.append(candidates[best[rank % len(best)]][1])
+        return targets, np.array(vectors)
 
 
 FREE, BOUND = Space("free", 1, 3), Space("ellipse", 1, 3)
@@ -138,8 +140,8 @@ STAGES = {stage.name: stage for stage in (*_ALL, *_FURTHER)}
 
 def load(folder: Path, name: str) -> tuple[np.ndarray, Found]:
     """Speeds and the best of every start of a stage."""
-    with np.load(folder / f"{name}.speeds.npz") as kept:
-        return kept["speed"], strategies.load(folder / f"{name}.npz")
+    with np.load(folder / f"{name}.speeds.npz") as record:
+        return record["speed"], strategies.load(folder / f"{name}.npz")
 
 
 @dataclass(frozen=True)
@@ -186,20 +188,20 @@ def run_stages(names: tuple[str, ...], search: Search) -> None:
         if file.exists() and len(strategies.load(file).history) >= generations:
             continue
         seed = search.seed + number
-        wanted, start = stage.begin(search.dir, seed, search.speeds)
-        np.savez(search.dir / f"{name}.speeds.npz", speed=wanted)
-        lanes = np.repeat(wanted, POPULATION)
+        targets, start = stage.begin(search.dir, seed, search.speeds)
+        np.savez(search.dir / f"{name}.speeds.npz", speed=targets)
+        lanes = np.repeat(targets, POPULATION)
 
-        def of(x: np.ndarray, _: int, space=stage.space, lanes=lanes) -> np.ndarray:
+        def loss_of(x: np.ndarray, _: int, space=stage.space, lanes=lanes) -> np.ndarray:
             return losses(space, x, lanes)[0]
 
-        def report(generation: int, loss: np.ndarray, stage=stage, of=generations) -> None:
-            if generation % 20 == 0 or generation == of:
-                least = np.exp(loss.reshape(-1, stage.starts).min(axis=1))
-                print(f"{stage.name} {generation}/{of}:", *np.round(least, 3), flush=True)
+        def report(generation: int, loss: np.ndarray, stage=stage, total=generations) -> None:
+            if generation % 20 == 0 or generation == total:
+                costs = np.exp(loss.reshape(-1, stage.starts).min(axis=1))
+                print(f"{stage.name} {generation}/{total}:", *np.round(costs, 3), flush=True)
 
         strategies.search(
-            of,
+            loss_of,
             start,
             std=stage.std,
             population=POPULATION,
@@ -220,9 +222,9 @@ class Report:
 
     def run(self) -> None:
         """Report the stages whose files exist."""
-        there = [name for name in STAGES if (self.dir / f"{name}.npz").exists()]
+        present = [name for name in STAGES if (self.dir / f"{name}.npz").exists()]
         legs_limit_report.report(
-            {name: (STAGES[name].space, *load(self.dir, name)) for name in there}, self.out
+            {name: (STAGES[name].space, *load(self.dir, name)) for name in present}, self.out
         )
 
 

@@ -84,10 +84,10 @@ class TimedEllipse(Actuation):
 
     def timed(self, weights, waves: list[jax.Array]) -> Signals:
         """Sine and cosine of the phase on the ellipse."""
-        own = Signals(
+        phase = Signals(
             {"cos_phase": waves[2 * self.turns - 2], "sin_phase": waves[2 * self.turns - 1]}
         )
-        return turned(own, series(weights, waves))
+        return turned(phase, series(weights, waves))
 
 
 SHAPE = np.array([0.1, 0.05, 0.03, 0.5, 0.1, 0.05])
@@ -119,17 +119,17 @@ class FreeFoot(TimedEllipse):
 
     def __call__(self, weights, signals):
         """Forward and up [m], [2, limbs, lanes]."""
-        at, n = self.shape, 2 * self.harmonics
-        stride, lift, press, shift, ahead, up = weights[:at]
-        own = self.around
+        offset, n = self.shape, 2 * self.harmonics
+        stride, lift, press, shift, ahead, up = weights[:offset]
+        ellipse = self.around
         waves = _waves(signals, self.harmonics)
-        timed = self.timed(weights[at : at + n], waves)
-        lead, sine = turned(timed, own.shift_rad + shift), timed["sin_phase"]
-        height = jnp.where(sine > 0.0, own.lift_m + lift, own.press_m + press)
-        x = ahead - (own.stride_m + stride) * lead["cos_phase"]
+        timed = self.timed(weights[offset : offset + n], waves)
+        lead, sine = turned(timed, ellipse.shift_rad + shift), timed["sin_phase"]
+        height = jnp.where(sine > 0.0, ellipse.lift_m + lift, ellipse.press_m + press)
+        x = ahead - (ellipse.stride_m + stride) * lead["cos_phase"]
         z = up + height * sine
-        x = x + series(weights[at + n : at + 2 * n], waves)
-        z = z + series(weights[at + 2 * n :], waves)
+        x = x + series(weights[offset + n : offset + 2 * n], waves)
+        z = z + series(weights[offset + 2 * n :], waves)
         return jnp.stack([jnp.clip(x, -REACH_M, REACH_M), jnp.clip(z, *HEIGHTS_M)])
 
 
@@ -211,28 +211,28 @@ class Space:
             leg[: self.foot.shape] = shape
         return x
 
-    def from_space(self, other: Space, x: np.ndarray) -> np.ndarray:
+    def from_space(self, source: Space, x: np.ndarray) -> np.ndarray:
         """A vector of another space, of no more steps and no freer feet, as one of this."""
-        n = other.foot.n_weights
-        if other.steps == 1:
+        n = source.foot.n_weights
+        if source.steps == 1:
             legs, lags = [x[2 : 2 + n]] * 2 + [x[2 + n :]] * 2, [0.5, x[1], x[1] + 0.5]
         else:
             legs, lags = [x[4 + k * n : 4 + (k + 1) * n] for k in range(4)], list(x[1:4])
-        twice = 2 if self.steps == 4 and other.steps != 4 else 1
-        legs = [self._leg(leg * other.foot.scale, other, twice) / self.foot.scale for leg in legs]
+        twice = 2 if self.steps == 4 and source.steps != 4 else 1
+        legs = [self._leg(leg * source.foot.scale, source, twice) / self.foot.scale for leg in legs]
         if self.steps == 1:
             return np.concatenate([[x[0], lags[1]], legs[0], legs[2]])
         return np.concatenate([[x[0]], lags, *legs])
 
-    def _leg(self, leg: np.ndarray, other: Space, twice: int) -> np.ndarray:
+    def _leg(self, leg: np.ndarray, source: Space, twice: int) -> np.ndarray:
         """A leg's weights with another number of waves; wave k becomes wave k · twice."""
-        mine, shape = np.zeros(self.foot.n_weights), other.foot.shape
+        mine, shape = np.zeros(self.foot.n_weights), source.foot.shape
         mine[:shape] = leg[:shape]
-        of = leg[shape:].reshape(-1, 2 * other.foot.harmonics)
+        waves = leg[shape:].reshape(-1, 2 * source.foot.harmonics)
         to = mine[self.foot.shape :].reshape(-1, 2 * self.foot.harmonics)
-        for k in range(min(other.foot.harmonics, self.foot.harmonics // twice)):
-            at = 2 * ((k + 1) * twice - 1)
-            to[: len(of), at : at + 2] = of[:, 2 * k : 2 * k + 2]
+        for k in range(min(source.foot.harmonics, self.foot.harmonics // twice)):
+            offset = 2 * ((k + 1) * twice - 1)
+            to[: len(waves), offset : offset + 2] = waves[:, 2 * k : 2 * k + 2]
         return mine
 
 
@@ -273,11 +273,11 @@ class OverStrides:
 
         def changes(total: jax.Array) -> jax.Array:
             def ago(times: float) -> jax.Array:
-                at = (frames - 1) - times * time / timing.frame_s
-                at = jnp.clip(at, 0.0, frames - 1.001)
-                low = jnp.floor(at).astype(int)
+                index = (frames - 1) - times * time / timing.frame_s
+                index = jnp.clip(index, 0.0, frames - 1.001)
+                low = jnp.floor(index).astype(int)
                 near, far = (jnp.take_along_axis(total, (low + k)[None], 0)[0] for k in (0, 1))
-                return near + (at - low) * (far - near)
+                return near + (index - low) * (far - near)
 
             ends = [total[-1], ago(1.0), ago(2.0)]
             return jnp.stack([ends[0] - ends[1], ends[1] - ends[2]])

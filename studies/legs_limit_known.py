@@ -134,9 +134,9 @@ def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:
     if feet not in FEET:
         raise unknown("kind of feet", feet, FEET)
     table = limit_table()
-    own = table["feet"] == feet
-    at, cost = table["speed"][own], np.log(table["cost_of_transport"][own])
-    return np.exp(np.interp(np.asarray(speed, float), at, cost, left=np.nan, right=np.nan))
+    mask = table["feet"] == feet
+    speeds, cost = table["speed"][mask], np.log(table["cost_of_transport"][mask])
+    return np.exp(np.interp(np.asarray(speed, float), speeds, cost, left=np.nan, right=np.nan))
 
 
 def limit_share(speed: ArrayLike, cost_of_transport: ArrayLike, feet: str = "free") -> np.ndarray:

@@ -42,7 +42,7 @@ class Gait(NamedTuple):
 
     stage: str
     space: Space
-    wanted: float
+    target: float
     x: np.ndarray
     speed: float
     cost: float
@@ -53,26 +53,26 @@ def report(stages: Stages, out: Path | None = None) -> None:
     """Write all that is kept.
 
     Args:
-        stages: by name, the space, the speeds wanted and what was found.
+        stages: by name, the space, the target speeds and the results.
         out: folder for a report of these stages alone; else kept gaits stay until there is a
             cheaper one, and so do learned walkers that are cheaper than the search.
     """
     tables, table = (TABLES, KEPT) if out is None else (out, out / KEPT.name)
     fine = {
-        name: finely(name, space, wanted, found.x, found.loss)
-        for name, (space, wanted, found) in stages.items()
+        name: finely(name, space, targets, result.x, result.loss)
+        for name, (space, targets, result) in stages.items()
     }
     every = [gait for gaits in fine.values() for gait in gaits]
     if out is None:
-        for own in (own for feet in FEET for own in kept_gaits(feet)):
-            every += finely("kept", *own, np.zeros(len(own[1])))
+        for group in (group for feet in FEET for group in kept_gaits(feet)):
+            every += finely("kept", *group, np.zeros(len(group[1])))
     best = {
-        feet: [min(own, key=lambda gait: gait.loss) for own in by_speed(every, feet)]
+        feet: [min(group, key=lambda gait: gait.loss) for group in by_speed(every, feet)]
         for feet in FEET
     }
     looked_at = {feet: [look(gait) for gait in gaits] for feet, gaits in best.items()}
     rows = [
-        row(feet, *both) for feet in FEET for both in zip(best[feet], looked_at[feet], strict=True)
+        row(feet, *pair) for feet in FEET for pair in zip(best[feet], looked_at[feet], strict=True)
     ]
     if out is None:
         rows = with_controllers(rows)
@@ -92,36 +92,36 @@ def report(stages: Stages, out: Path | None = None) -> None:
 
 
 def finely(
-    name: str, space: Space, wanted: np.ndarray, x: np.ndarray, coarse: np.ndarray
+    name: str, space: Space, targets: np.ndarray, x: np.ndarray, coarse: np.ndarray
 ) -> list[Gait]:
     """The best of every speed, with short ticks and for longer.
 
     Args:
         name: of the stage.
         space: of the vectors.
-        wanted: speeds [starts].
+        targets: speeds [starts].
         x: vectors [starts, size].
         coarse: their losses in the search [starts].
     """
-    chosen = [
+    indices = [
         k
-        for speed in np.unique(wanted)
-        for k in np.flatnonzero(wanted == speed)[np.argsort(coarse[wanted == speed])][:TOP]
+        for speed in np.unique(targets)
+        for k in np.flatnonzero(targets == speed)[np.argsort(coarse[targets == speed])][:TOP]
         if coarse[k] < 50.0
     ]
-    if not chosen:
+    if not indices:
         return []
-    loss, speed, cost = losses(space, x[chosen], wanted[chosen], FINE)
+    loss, speed, cost = losses(space, x[indices], targets[indices], FINE)
     return [
-        Gait(name, space, wanted[k], x[k], speed[at], cost[at], loss[at])
-        for at, k in enumerate(chosen)
+        Gait(name, space, targets[k], x[k], speed[position], cost[position], loss[position])
+        for position, k in enumerate(indices)
     ]
 
 
 def by_speed(gaits: list[Gait], feet: str) -> list[list[Gait]]:
     """Those of such feet that walk at the speed that was wanted, speed by speed."""
-    own = [g for g in gaits if g.space.feet == feet and abs(g.speed / g.wanted - 1.0) < 0.02]
-    return [[g for g in own if g.wanted == v] for v in sorted({g.wanted for g in own})]
+    matches = [g for g in gaits if g.space.feet == feet and abs(g.speed / g.target - 1.0) < 0.02]
+    return [[g for g in matches if g.target == v] for v in sorted({g.target for g in matches})]
 
 
 SLOWEST = 0.01
@@ -136,37 +136,37 @@ def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     Those that the kept table has stay, as long as nothing cheaper is found. The cheapest come
     first: of walkers of about one speed only the best is a row.
     """
-    own = [row for row in rows if row["feet"] == "ellipse"]
+    on_ellipse = [row for row in rows if row["feet"] == "ellipse"]
 
     def over_found(walker: Mapping[str, Any]) -> float:
         """Cost over that of the rows so far at the same speed."""
-        known = sorted(own, key=lambda row: row["speed"])
-        speed, cost = ([row[n] for row in known] for n in ("speed", "cost_of_transport"))
-        found = np.exp(np.interp(walker["speed"], speed, np.log(cost)))
-        return float(walker["cost_of_transport"] / found)
+        ordered = sorted(on_ellipse, key=lambda row: row["speed"])
+        speed, cost = ([row[n] for row in ordered] for n in ("speed", "cost_of_transport"))
+        reference = np.exp(np.interp(walker["speed"], speed, np.log(cost)))
+        return float(walker["cost_of_transport"] / reference)
 
     for walker in sorted(controllers_on_ellipse(), key=over_found):
         if over_found(walker) < 1.0:
-            own.append(walker)
-    kept = [row for row in rows if row["feet"] == "free"]
-    return kept + sorted(own, key=lambda row: row["speed"])
+            on_ellipse.append(walker)
+    free = [row for row in rows if row["feet"] == "free"]
+    return free + sorted(on_ellipse, key=lambda row: row["speed"])
 
 
 def controllers_on_ellipse() -> list[dict[str, Any]]:
     """Rows of learned walkers whose feet stay on the ellipse: the study's, and those kept."""
-    found = {}
+    rows = {}
     table = limit_table()
     for k in np.flatnonzero(table["source"] != "search"):
         row = {name: values[k].item() for name, values in table.items()}
-        found[row["source"], row["speed"]] = row
+        rows[row["source"], row["speed"]] = row
     for walker in learned():
         family = walker["cell"].partition("@")[0].partition("+")[0].partition("-w")[0]
         if family in ON_ELLIPSE and np.isfinite(walker["cost_of_transport"]):
             name = f"{walker['cell']} run {walker['run']}"
             row = dict.fromkeys(limit_table(), np.nan) | {"feet": "ellipse", "source": name}
             row |= {n: walker[n] for n in ("speed", "cost_of_transport", "gait")}
-            found[name, row["speed"]] = row
-    return list(found.values())
+            rows[name, row["speed"]] = row
+    return list(rows.values())
 
 
 class Look(NamedTuple):
@@ -190,7 +190,7 @@ def _watch(trajectory, scenario, body, timing):
 
 def look(gait: Gait) -> Look:
     """Return the times at which the feet of a gait are on the ground."""
-    weights, scenario = gait.space.decoded(gait.x[None], np.array([gait.wanted]))
+    weights, scenario = gait.space.decoded(gait.x[None], np.array([gait.target]))
     engine = gait.space.engine(_watch, FINE)
     path = engine.run(weights, scenario, Walker(), dtype="float64")
     time = np.asarray(path["time"], float).reshape(len(path["time"]), -1)[:, 0]
@@ -206,7 +206,7 @@ def look(gait: Gait) -> Look:
     start = time[-1] - 2.5 * stride
     every = stances(time, total)
     longest = max((b - a for leg in every for a, b in leg if a > 0.5 * time[-1]), default=0.0)
-    shown = [
+    window = [
         [((a - start) / stride, (b - start) / stride) for a, b in leg if b > start] for leg in every
     ]
     return Look(
@@ -216,22 +216,22 @@ def look(gait: Gait) -> Look:
         longest_s=longest,
         flight=float((gained.max(axis=1) <= 0.0).mean()),
         omega=omega,
-        intervals=shown,
+        intervals=window,
     )
 
 
-def row(feet: str, gait: Gait, seen: Look) -> dict[str, Any]:
+def row(feet: str, gait: Gait, stances: Look) -> dict[str, Any]:
     """A row of the kept table."""
     values = (
         feet,
         gait.speed,
         gait.cost,
-        seen.omega,
-        seen.gait,
-        seen.duty.mean(),
-        seen.longest_s,
-        seen.lag[0],
-        seen.flight,
+        stances.omega,
+        stances.gait,
+        stances.duty.mean(),
+        stances.longest_s,
+        stances.lag[0],
+        stances.flight,
         "search",
     )
     return dict(zip(limit_table(), values, strict=True))
@@ -239,12 +239,12 @@ def row(feet: str, gait: Gait, seen: Look) -> dict[str, Any]:
 
 def document(gait: Gait) -> dict[str, Any]:
     """A gait to be released again: the space it is of, the speed wanted and its vector."""
-    own = gait.space
+    space = gait.space
     return {
-        "feet": own.feet,
-        "steps": own.steps,
-        "harmonics": own.harmonics,
-        "speed": gait.wanted,
+        "feet": space.feet,
+        "steps": space.steps,
+        "harmonics": space.harmonics,
+        "speed": gait.target,
         "cost_of_transport": round(gait.cost, 6),
         "x": [round(float(a), 7) for a in gait.x],
     }
@@ -254,9 +254,9 @@ def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
     """The least cost of every stage at every speed."""
     rows = []
     for name, gaits in fine.items():
-        for own in by_speed(gaits, gaits[0].space.feet) if gaits else ():
-            least = min(own, key=lambda g: g.loss)
-            rows.append({"stage": name, "speed": least.wanted, "cost_of_transport": least.cost})
+        for group in by_speed(gaits, gaits[0].space.feet) if gaits else ():
+            best = min(group, key=lambda g: g.loss)
+            rows.append({"stage": name, "speed": best.target, "cost_of_transport": best.cost})
     return rows
 
 
@@ -276,8 +276,8 @@ def markdown(rows: list[dict[str, Any]]) -> str:
             f"{r['duty_factor']:.2f}",
         ]
         if r["feet"] == "free":
-            least = float(bound(Walker(), r["speed"], r["longest_stance"]))
-            cells += [f"{100.0 * r['flight']:.0f} %", f"{least:.3f}"]
+            lower = float(bound(Walker(), r["speed"], r["longest_stance"]))
+            cells += [f"{100.0 * r['flight']:.0f} %", f"{lower:.3f}"]
             free.append(f"| {' | '.join(cells)} |")
         elif r["omega"] > 0.0:  # those of controllers are rows of their own
             tied.append(f"| {' | '.join(cells)} |")
@@ -293,64 +293,64 @@ def stages_markdown(tables: Path) -> str:
         (s, float(v)): float(c)
         for s, v, c in zip(table["stage"], table["speed"], table["cost_of_transport"], strict=True)
     }
-    found = []
+    rows = []
     for feet, further in ((feet, further) for further in (False, True) for feet in FEET):
-        own = [n for n in names if n.startswith(feet) and n.endswith("-f") == further]
-        if not own:
+        stages = [n for n in names if n.startswith(feet) and n.endswith("-f") == further]
+        if not stages:
             continue
-        lines = [f"| speed | {' | '.join(f'`{name}`' for name in own)} |"]
-        lines.append("|---" * (len(own) + 1) + "|")
+        lines = [f"| speed | {' | '.join(f'`{name}`' for name in stages)} |"]
+        lines.append("|---" * (len(stages) + 1) + "|")
         for v in speeds:
-            if any((name, v) in cells for name in own):
-                costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in own]
+            if any((name, v) in cells for name in stages):
+                costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in stages]
                 lines.append(f"| {v:g} | {' | '.join(costs)} |")
-        found.append("\n".join(lines) + "\n")
-    return "\n".join(found)
+        rows.append("\n".join(lines) + "\n")
+    return "\n".join(rows)
 
 
 def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:
     """The limits over speed with what controllers reach, and footfalls of the free ones."""
     figure = new_figure(PAGE_IN, 4.2)
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    left_axes, right_axes = figure.subplots(1, 2, width_ratios=(3, 2))
     lines = {
         "free": ("limit, free feet", "black", "-"),
         "ellipse": ("limit, C's ellipse", "0.45", "--"),
     }
     for feet, (label, colour, line) in lines.items():
-        own = [r for r in rows if r["feet"] == feet]
-        left.plot(
-            [r["speed"] for r in own],
-            [r["cost_of_transport"] for r in own],
+        points = [r for r in rows if r["feet"] == feet]
+        left_axes.plot(
+            [r["speed"] for r in points],
+            [r["cost_of_transport"] for r in points],
             line,
             color=colour,
             lw=1.2,
             label=label,
         )
-        for r in own:
+        for r in points:
             if r["source"] != "search":
                 continue
-            left.plot(r["speed"], r["cost_of_transport"], gait_marker(r["gait"]), ms=4.5,
+            left_axes.plot(r["speed"], r["cost_of_transport"], gait_marker(r["gait"]), ms=4.5,
                       color=gait_colour(r["gait"]))  # fmt: skip
     speeds = np.linspace(0.05, 2.0, 100)
-    left.plot(
+    left_axes.plot(
         speeds, bound(Walker(), speeds, 0.8 / speeds), ":", color="0.3", label="proved, even speed"
     )
-    controllers(left)
+    controllers(left_axes)
     for gait in dict.fromkeys(r["gait"] for r in rows if r["source"] == "search"):
-        left.plot([], [], gait_marker(gait), color=gait_colour(gait), ms=4.5, label=gait)
-    left.set(yscale="log", xlim=(0.0, 2.05), ylim=(1e-3, 3.0))
-    left.set_xlabel("speed [√(g l0)]")
-    left.set_ylabel("cost of transport")
-    footfalls(right, [r for r in rows if r["feet"] == "free"], looked_at["free"])
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        left_axes.plot([], [], gait_marker(gait), color=gait_colour(gait), ms=4.5, label=gait)
+    left_axes.set(yscale="log", xlim=(0.0, 2.05), ylim=(1e-3, 3.0))
+    left_axes.set_xlabel("speed [√(g l0)]")
+    left_axes.set_ylabel("cost of transport")
+    footfalls(right_axes, [r for r in rows if r["feet"] == "free"], looked_at["free"])
+    figure.legend(*left_axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
 def controllers(axes: Axes) -> None:
     """Draw the reach of controllers: the vanilla front, and the kept learned walkers."""
-    kept = front("quadruped-c", "vanilla")
+    curve = front("quadruped-c", "vanilla")
     axes.plot(
-        kept["speed"], kept["cost_of_transport"], "-", color=COLOURS[0], label="vanilla front"
+        curve["speed"], curve["cost_of_transport"], "-", color=COLOURS[0], label="vanilla front"
     )
     speed, cost = np.array([(w["speed"], w["cost_of_transport"]) for w in learned()]).T
     axes.plot(speed, cost, ".", ms=3, color=COLOURS[1], label="learned walkers")
@@ -377,21 +377,25 @@ def learned() -> list[dict[str, Any]]:
     ]
 
 
-def footfalls(axes: Axes, rows: list[dict[str, Any]], seen: list[Look]) -> None:
+def footfalls(axes: Axes, rows: list[dict[str, Any]], looks: list[Look]) -> None:
     """Two strides of every speed, a bar a stance."""
-    order, at, ticks = by_side(NAMES), 0.0, []
-    for r, one in list(zip(rows, seen, strict=True)):
+    order, height, ticks = by_side(NAMES), 0.0, []
+    for r, stance in list(zip(rows, looks, strict=True)):
         for place, leg in enumerate(order):
-            for a, b in one.intervals[leg]:
+            for a, b in stance.intervals[leg]:
                 a, b = max(a, 0.0), min(b, 2.0)
                 if b > a:
                     axes.barh(
-                        at + 0.2 * place, b - a, left=a, height=0.17, color=gait_colour(r["gait"])
+                        height + 0.2 * place,
+                        b - a,
+                        left=a,
+                        height=0.17,
+                        color=gait_colour(r["gait"]),
                     )
-        ticks.append((at + 0.3, f"{r['speed']:.2f}"))
-        at += 1.1
+        ticks.append((height + 0.3, f"{r['speed']:.2f}"))
+        height += 1.1
     axes.set_yticks([place for place, _ in ticks], [speed for _, speed in ticks])
-    axes.set_ylim(at - 0.1, -0.3)
+    axes.set_ylim(height - 0.1, -0.3)
     axes.set_xlim(0.0, 2.0)
     axes.set_xlabel("strides")
     axes.set_ylabel("speed")
@@ -406,9 +410,9 @@ def draw_convergence(stages: Stages, tables: Path) -> Figure:
         for colour, name in zip((COLOURS[0], COLOURS[4]), ("free-1-3", "ellipse-1-3"), strict=True):
             if name not in stages:
                 continue
-            _, wanted, found = stages[name]
-            for k in np.flatnonzero(wanted == speed):
-                panel.plot(np.exp(found.history[:, k]), color=colour, lw=0.8)
+            _, targets, result = stages[name]
+            for k in np.flatnonzero(targets == speed):
+                panel.plot(np.exp(result.history[:, k]), color=colour, lw=0.8)
             panel.plot([], [], color=colour, label=name.partition("-")[0])
         panel.set(yscale="log", ylim=(0.01, 5.0))
         panel.set_title(f"speed {speed:g}: random starts")
@@ -422,9 +426,9 @@ def draw_convergence(stages: Stages, tables: Path) -> Figure:
         for speed, line in ((0.4, "o-"), (1.0, "s--")):
             points = []
             for harmonics in (1, 3, 5):
-                own = np.char.startswith(names, f"{feet}-1-{harmonics}") & (speeds == speed)
-                if own.any():
-                    points.append((harmonics, every[own].min()))
+                mask = np.char.startswith(names, f"{feet}-1-{harmonics}") & (speeds == speed)
+                if mask.any():
+                    points.append((harmonics, every[mask].min()))
             if points:
                 label = f"{feet}, {speed:g}"
                 axes[2].plot(*zip(*points, strict=True), line, ms=3, color=colour, label=label)
@@ -435,20 +439,20 @@ def draw_convergence(stages: Stages, tables: Path) -> Figure:
 
 def draw_further(stages: Stages) -> Figure:
     """Cost over that of the kept gait, generation by generation, of searches that began there."""
-    speeds = sorted({float(v) for _, wanted, _ in stages.values() for v in wanted})
+    speeds = sorted({float(v) for _, targets, _ in stages.values() for v in targets})
     feet_there = [feet for feet in FEET if any(s.feet == feet for s, *_ in stages.values())]
     figure = new_figure(PAGE_IN, 0.6 + 1.5 * len(feet_there))
     panels = figure.subplots(len(feet_there), len(speeds), sharex=True, sharey="row", squeeze=False)
     colours = dict(zip(sorted({n.partition("-")[2] for n in stages}), COLOURS, strict=False))
     for axes, feet in zip(panels, feet_there, strict=True):
         for panel, speed in zip(axes, speeds, strict=True):
-            for name, (space, wanted, found) in stages.items():
+            for name, (space, targets, result) in stages.items():
                 if space.feet != feet:
                     continue
-                least = found.history[:, wanted == speed].min(axis=1)
+                lowest = result.history[:, targets == speed].min(axis=1)
                 label = f"{space.steps} step{'s' * (space.steps > 1)}, {space.harmonics} harmonics"
                 panel.plot(
-                    np.exp(least - least[0]), color=colours[name.partition("-")[2]], label=label
+                    np.exp(lowest - lowest[0]), color=colours[name.partition("-")[2]], label=label
                 )
             panel.set_title(f"{feet}, speed {speed:g}")
         axes[0].set_ylabel("cost over the kept one")

@@ -44,10 +44,10 @@ def losses(
 
 def kept_gaits(feet: str) -> list[tuple[Space, np.ndarray, np.ndarray]]:
     """Speeds [gaits] and vectors [gaits, size] of the kept gaits of such feet, space by space."""
-    own = [gait for gait in json.loads(GAITS.read_text()) if gait["feet"] == feet]
-    spaces = [Space(feet, gait["steps"], gait["harmonics"]) for gait in own]
-    found = []
+    entries = [gait for gait in json.loads(GAITS.read_text()) if gait["feet"] == feet]
+    spaces = [Space(feet, gait["steps"], gait["harmonics"]) for gait in entries]
+    groups = []
     for space in dict.fromkeys(spaces):
-        mine = [gait for gait, of in zip(own, spaces, strict=True) if of == space]
-        found.append((space, *(np.array([gait[n] for gait in mine]) for n in ("speed", "x"))))
-    return found
+        mine = [gait for gait, candidate in zip(entries, spaces, strict=True) if candidate == space]
+        groups.append((space, *(np.array([gait[n] for gait in mine]) for n in ("speed", "x"))))
+    return groups

@@ -65,7 +65,7 @@ class Gait:
     """Cost of transport."""
 
     @classmethod
-    def of(cls, time, place, phase, work=None) -> Gait:
+    def from_path(cls, time, place, phase, work=None) -> Gait:
         """Compute the gait from times, places [frames, 2], phases [frames, legs] and absolute work
         [frames]."""
         phase = np.unwrap(phase, axis=0)
@@ -75,12 +75,12 @@ class Gait:
         count, taken = np.floor(strides[-1]) - first, ends[1] - ends[0]
         within = (time >= ends[0]) & (time <= ends[1])
         turned = np.exp(1j * (phase[within, :1] - phase[within])).mean(0)
-        way = np.hypot(*(np.diff(np.interp(ends, time, x))[0] for x in place.T))
-        cost = np.nan if work is None else np.diff(np.interp(ends, time, work))[0] / way
-        return cls(np.angle(turned) / (2 * np.pi) % 1.0, way / taken, count / taken, cost)
+        distance = np.hypot(*(np.diff(np.interp(ends, time, x))[0] for x in place.T))
+        cost = np.nan if work is None else np.diff(np.interp(ends, time, work))[0] / distance
+        return cls(np.angle(turned) / (2 * np.pi) % 1.0, distance / taken, count / taken, cost)
 
 
-def apart(a: np.ndarray, b: np.ndarray) -> float:
+def largest_lag_difference(a: np.ndarray, b: np.ndarray) -> float:
     """The largest difference of lags, the short way round."""
     return float(np.abs((a - b + 0.5) % 1.0 - 0.5).max())
 
@@ -100,11 +100,11 @@ def engine(name: str, tick: float) -> dict[str, np.ndarray]:
     return {k: x.reshape(*x.shape[:-1], len(omegas), STARTS + 1) for k, x in path.items()}
 
 
-def gait(path: dict[str, np.ndarray], at: int, start: int) -> Gait:
+def gait(path: dict[str, np.ndarray], index: int, start: int) -> Gait:
     """Return the gait of one lane of the engine."""
-    lane = {name: x[..., at, start] for name, x in path.items()}
+    lane = {name: x[..., index, start] for name, x in path.items()}
     place = np.column_stack([lane["x_m"], lane["y_m"]])
-    return Gait.of(lane["time_s"], place, lane["phase_rad"], lane["work_absolute_j"])
+    return Gait.from_path(lane["time_s"], place, lane["phase_rad"], lane["work_absolute_j"])
 
 
 def tick_rows(name: str, paths: dict[float, dict[str, np.ndarray]]) -> list[dict[str, Any]]:
@@ -112,31 +112,31 @@ def tick_rows(name: str, paths: dict[float, dict[str, np.ndarray]]) -> list[dict
     parts, omegas = SETS[name]
     rows = []
     times = FRAME * np.arange(1, round(LONG / FRAME) + 1)
-    for at, omega in enumerate(omegas):
+    for index, omega in enumerate(omegas):
         start = Start((0.0, 0.0, 1.0 + parts.com_z))
-        seen = walk(parts, omega, start, PHASES, times, rtol=1e-8, atol=1e-10)
-        work = (seen.work_done - seen.work_taken).sum(1)
-        wanted = Gait.of(times, seen.place[:, :2], seen.phase, work)
+        reference = walk(parts, omega, start, PHASES, times, rtol=1e-8, atol=1e-10)
+        work = (reference.work_done - reference.work_taken).sum(1)
+        expected = Gait.from_path(times, reference.place[:, :2], reference.phase, work)
         early = times <= SHORT + 1e-9
         for tick, path in paths.items():
-            lane = {channel: x[early][..., at, 0] for channel, x in path.items()}
+            lane = {channel: x[early][..., index, 0] for channel, x in path.items()}
             place = np.column_stack([lane["x_m"], lane["y_m"], lane["height_m"]])
-            phase = np.angle(np.exp(1j * (lane["phase_rad"] - seen.phase[early])))
-            found = gait(path, at, 0)
+            phase = np.angle(np.exp(1j * (lane["phase_rad"] - reference.phase[early])))
+            result = gait(path, index, 0)
             row = {
                 "set": name,
                 "omega": omega,
                 "tick": tick,
-                "place_error": np.abs(place - seen.place[early]).max(),
+                "place_error": np.abs(place - reference.place[early]).max(),
                 "phase_error_rad": np.abs(phase).max(),
-                "load_error": np.abs(lane["spring_force_n"] - seen.load[early]).max(),
-                "lag_error_cycles": apart(found.lags, wanted.lags),
-                "speed_error_share": found.speed / wanted.speed - 1,
-                "frequency_error_share": found.frequency / wanted.frequency - 1,
-                "cost_error_share": found.cost / wanted.cost - 1,
-                "speed": wanted.speed,
-                "cost_of_transport": wanted.cost,
-                "hind_lag": wanted.lags[2],
+                "load_error": np.abs(lane["spring_force_n"] - reference.load[early]).max(),
+                "lag_error_cycles": largest_lag_difference(result.lags, expected.lags),
+                "speed_error_share": result.speed / expected.speed - 1,
+                "frequency_error_share": result.frequency / expected.frequency - 1,
+                "cost_error_share": result.cost / expected.cost - 1,
+                "speed": expected.speed,
+                "cost_of_transport": expected.cost,
+                "hind_lag": expected.lags[2],
             }
             rows.append({k: float(f"{x:.4g}") if k != "set" else x for k, x in row.items()})
     return rows
@@ -147,17 +147,19 @@ def twin_rows(name: str, path: dict[str, np.ndarray]) -> list[dict[str, Any]]:
     parts, omegas = SETS[name]
     body, foot = walkers.body_of(parts), walkers.controller_of(parts).actuation
     rows = []
-    for at, omega in enumerate(omegas):
+    for index, omega in enumerate(omegas):
         for start, phases in enumerate(starts().T[1:], 1):
-            seen = mujoco_walker.walk(
+            record = mujoco_walker.walk(
                 body, foot, omega=omega, sigma=parts.sigma, phase_rad=phases, duration_s=LONG
             )
-            twin = Gait.of(seen.time_s, seen.place_m[:, :2], seen.phase_rad)
-            for who, found in (("walker", gait(path, at, start)), ("twin", twin)):
-                row = {"lag_rf": found.lags[1], "lag_lh": found.lags[2], "lag_rh": found.lags[3]}
-                row |= {"speed": found.speed, "frequency": found.frequency}
+            twin = Gait.from_path(record.time_s, record.place_m[:, :2], record.phase_rad)
+            for simulator, result in (("walker", gait(path, index, start)), ("twin", twin)):
+                row = {"lag_rf": result.lags[1], "lag_lh": result.lags[2], "lag_rh": result.lags[3]}
+                row |= {"speed": result.speed, "frequency": result.frequency}
                 rounded = {k: round(float(x), 4) for k, x in row.items()}
-                rows.append({"set": name, "omega": omega, "start": start, "who": who, **rounded})
+                rows.append(
+                    {"set": name, "omega": omega, "start": start, "who": simulator, **rounded}
+                )
     return rows
 
 
@@ -191,12 +193,12 @@ def draw(ticks: list[dict[str, Any]], twins: list[dict[str, Any]], path: Path) -
         errors.minorticks_off()
         errors.set_ylabel("largest phase error [rad]")
         errors.legend()
-        own = [r for r in twins if r["set"] == "C"]
-        for who, marker, shift in (("walker", "o", -0.03), ("twin", "x", 0.03)):
-            rows = [r for r in own if r["who"] == who]
+        selection = [r for r in twins if r["set"] == "C"]
+        for simulator, marker, shift in (("walker", "o", -0.03), ("twin", "x", 0.03)):
+            rows = [r for r in selection if r["who"] == simulator]
             omegas = [r["omega"] + shift for r in rows]
             lags.plot(omegas, [r["lag_lh"] for r in rows], marker, markersize=4)
-            speeds.plot(omegas, [r["speed"] for r in rows], marker, markersize=4, label=who)
+            speeds.plot(omegas, [r["speed"] for r in rows], marker, markersize=4, label=simulator)
         solved = [r for r in ticks if r["set"] == "C" and r["tick"] == TICKS[0]]
         for axes, key in ((lags, "hind_lag"), (speeds, "speed")):
             omegas = [r["omega"] for r in solved]

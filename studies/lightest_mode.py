@@ -116,11 +116,11 @@ def evenness(legs: dict[str, Leg]) -> list[dict]:
     for law, leg in legs.items():
         odd = 2.0 * float((leg.drift_per_s * np.sin(leg.lag_rad)).mean())
         even = 2.0 * float((leg.even_per_s * np.cos(leg.lag_rad)).mean())
-        own = {"H": law, "odd part [1/s]": odd, "even part [1/s]": even}
-        rows.append(own | {"V rises in": f"{100.0 * rises(even / odd):.1f} %"})
+        amplitudes = {"H": law, "odd part [1/s]": odd, "even part [1/s]": even}
+        rows.append(amplitudes | {"V rises in": f"{100.0 * rises(even / odd):.1f} %"})
     for even in (0.0, 0.5, 1.0, 2.0):
-        said = {"H": f"sin ψ + {even:g} cos ψ", "odd part [1/s]": 1.0, "even part [1/s]": even}
-        rows.append(said | {"V rises in": f"{100.0 * rises(even):.1f} %"})
+        labels = {"H": f"sin ψ + {even:g} cos ψ", "odd part [1/s]": 1.0, "even part [1/s]": even}
+        rows.append(labels | {"V rises in": f"{100.0 * rises(even):.1f} %"})
     return rows
 
 
@@ -131,8 +131,8 @@ def predicted(leg: Leg, gait: str, mode: str, lightness: dict[str, float]) -> fl
     """
     mean, half = 0.5 * (leg.at_0 + leg.at_pi), 0.5 * (leg.at_0 - leg.at_pi)
     product = tuple(np.multiply(MODES[gait], MODES[mode]))
-    both = next(name for name, signs in MODES.items() if signs == product)
-    return mean * lightness[mode] + half * (lightness[both] - lightness[gait])
+    product_mode = next(name for name, signs in MODES.items() if signs == product)
+    return mean * lightness[mode] + half * (lightness[product_mode] - lightness[gait])
 
 
 @needing("touchdown_time_s")
@@ -150,19 +150,19 @@ def on_cycle(leg: Leg, body: Body, phase_rad: np.ndarray, changes: dict) -> tupl
         times at which lags were read [s], and how far each leg was ahead then [rad].
     """
     orbit = leg.orbit
-    at = (phase_rad / (2.0 * np.pi) % 1.0) * orbit.period_s
+    time_s = (phase_rad / (2.0 * np.pi) % 1.0) * orbit.period_s
     turns = body.turns  # type: ignore[attr-defined]
     arms = np.array([np.ones(body.limbs), *(turn.arms_m for turn in turns)])
     of_modes = arms / (arms**2).sum(axis=1, keepdims=True)
 
-    def now(record: np.ndarray) -> np.ndarray:
-        return np.interp(at, orbit.time_s, record, period=orbit.period_s)
+    def at_phases(record: np.ndarray) -> np.ndarray:
+        return np.interp(time_s, orbit.time_s, record, period=orbit.period_s)
 
-    place, rate = of_modes @ now(orbit.height_m), of_modes @ now(orbit.velocity_m_per_s)
+    place, rate = of_modes @ at_phases(orbit.height_m), of_modes @ at_phases(orbit.velocity_m_per_s)
     initial_pose = {f"{turn.name}_rad": q for turn, q in zip(turns, place[1:], strict=True)}
     initial_pose |= {f"{t.name}_rate_rad_per_s": q for t, q in zip(turns, rate[1:], strict=True)}
     # The oscillator's phase, without the jump from 2π to 0.
-    angle = np.arctan2(now(np.sin(orbit.phase_rad)), now(np.cos(orbit.phase_rad)))
+    angle = np.arctan2(at_phases(np.sin(orbit.phase_rad)), at_phases(np.cos(orbit.phase_rad)))
     engine = Engine(
         controller=dataclasses.replace(leg.saved.controller, limbs=body.limbs),
         timing=Timing(duration_s=LATE_S),
@@ -210,7 +210,7 @@ def exponents(law: str, leg: Leg) -> list[dict]:
     rates = np.log(np.abs(size[1] / size[0])) / (time[1] - time[0])
     rows_of_gaits = []
     for (case, gait, mode), rate in zip(rows, rates, strict=True):
-        known = dict(zip(MODES, (0.0, *case), strict=True))
+        eigenvalues = dict(zip(MODES, (0.0, *case), strict=True))
         rows_of_gaits.append(
             {
                 "law": law,
@@ -220,7 +220,7 @@ def exponents(law: str, leg: Leg) -> list[dict]:
                 },
                 "gait": gait,
                 "mode": mode,
-                "predicted_per_s": predicted(leg, gait, mode, known),
+                "predicted_per_s": predicted(leg, gait, mode, eigenvalues),
                 "measured_per_s": rate,
             }
         )
@@ -330,10 +330,10 @@ def draw(legs: dict[str, Leg], curves: dict, bars: list[dict], rates: list[dict]
                 leg.lag_rad / (2 * np.pi), leg.drift_per_s, color=COLOURS[0], label="averaging"
             )
             for sign, mark, colour in ((1, "o", COLOURS[4]), (-1, "s", COLOURS[2])):
-                of = np.sign(curves[law]["lightness"]) == sign
+                mask = np.sign(curves[law]["lightness"]) == sign
                 axis.plot(
-                    curves[law]["lag_rad"][of] / (2 * np.pi),
-                    curves[law]["rate"][of],
+                    curves[law]["lag_rad"][mask] / (2 * np.pi),
+                    curves[law]["rate"][mask],
                     mark,
                     color=colour,
                     markersize=3,
@@ -348,10 +348,10 @@ def draw(legs: dict[str, Leg], curves: dict, bars: list[dict], rates: list[dict]
         for (law, colour), mark in zip(
             {"sector": COLOURS[0], "reflex": COLOURS[4]}.items(), "os", strict=True
         ):
-            of = [row for row in rates if row["law"] == law]
+            points = [row for row in rates if row["law"] == law]
             axes[1, 1].plot(
-                [row["predicted_per_s"] for row in of],
-                [row["measured_per_s"] for row in of],
+                [row["predicted_per_s"] for row in points],
+                [row["measured_per_s"] for row in points],
                 mark,
                 color=colour,
                 markersize=3,
@@ -373,12 +373,12 @@ def _stacked(axis, bars: list[dict]) -> None:
     """Draw the gaits that two legs reach, of either law, as bars over the inertia ratio."""
     x = np.arange(len(RATIOS))
     for level, law in enumerate(reversed(LAWS)):
-        of = columns([row for row in bars if row["law"] == law])
+        table = columns([row for row in bars if row["law"] == law])
         floor = np.full(len(RATIOS), 1.2 * level)
         shares = {
-            "in phase": (of["in_phase"], COLOURS[1]),
-            "antiphase": (of["antiphase"], COLOURS[0]),
-            "another lag": (STARTS - of["in_phase"] - of["antiphase"], "0.85"),
+            "in phase": (table["in_phase"], COLOURS[1]),
+            "antiphase": (table["antiphase"], COLOURS[0]),
+            "another lag": (STARTS - table["in_phase"] - table["antiphase"], "0.85"),
         }
         for name, (count, colour) in shares.items():
             label = name if level == 0 else None
@@ -433,15 +433,15 @@ def main() -> None:
     print("rates", flush=True)
     bars, climbs = [], []
     for law in LAWS:
-        both = shares(law, np.array(RATIOS), np.full(len(RATIOS), OMEGA))
+        shares_of_law = shares(law, np.array(RATIOS), np.full(len(RATIOS), OMEGA))
         bars += [
             {"law": law, "inertia_ratio": j, "in_phase": int(a), "antiphase": int(b)}
-            for j, a, b in zip(RATIOS, *both, strict=True)
+            for j, a, b in zip(RATIOS, *shares_of_law, strict=True)
         ]
-        both = shares(law, np.full(len(OMEGAS), 0.35), OMEGAS)
+        shares_of_law = shares(law, np.full(len(OMEGAS), 0.35), OMEGAS)
         climbs += [
             {"law": law, "omega": float(w), "in_phase": int(a), "antiphase": int(b)}
-            for w, a, b in zip(OMEGAS, *both, strict=True)
+            for w, a, b in zip(OMEGAS, *shares_of_law, strict=True)
         ]
     print("bars", flush=True)
     ends = [row for law in LAWS for row in plates(law)]

@@ -76,7 +76,7 @@ def rollouts(window_s: float) -> list:
 def gaits(episodes: list, window_s: float, limit_cycle: LimitCycle) -> Gait:
     """All gaits, arrays of shape [actuations x lanes]."""
     omega = jnp.asarray(np.repeat(OMEGAS, len(SIGMAS)), "float32")
-    found = [
+    results = [
         gait(
             trajectory,
             omega=omega,
@@ -89,21 +89,21 @@ def gaits(episodes: list, window_s: float, limit_cycle: LimitCycle) -> Gait:
         )
         for trajectory, drop_time_s in episodes
     ]
-    return jax.tree.map(lambda *parts: np.concatenate(parts), *found)
+    return jax.tree.map(lambda *parts: np.concatenate(parts), *results)
 
 
 def sweep(setting: str, episodes: list) -> list[dict]:
     """One row per value of the setting."""
-    found = []
+    results = []
     for value in SWEEPS[setting]:
         if setting == "window_s":
-            found.append(gaits(rollouts(value), value, LimitCycle()))
+            results.append(gaits(rollouts(value), value, LimitCycle()))
         else:
             varied = dataclasses.replace(LimitCycle(), **{setting: value})
-            found.append(gaits(episodes, DEFAULT.undisturbed_s, varied))
-    always = np.all([np.isfinite(g.t1_s) for g in found], axis=0)
+            results.append(gaits(episodes, DEFAULT.undisturbed_s, varied))
+    always = np.all([np.isfinite(g.t1_s) for g in results], axis=0)
     rows = []
-    for value, g in zip(SWEEPS[setting], found, strict=True):
+    for value, g in zip(SWEEPS[setting], results, strict=True):
         settled = g.regime == LIMIT_CYCLE
         rows.append(
             {
@@ -132,9 +132,9 @@ def draw(rows: list[dict], path: Path) -> None:
         figure = new_figure(PAGE_IN, 3.6)
         axes = figure.subplots(3, len(SWEEPS), sharex="col", sharey="row")
         for column, setting in zip(axes.T, SWEEPS, strict=True):
-            chosen = [r for r in rows if r["setting"] == setting]
-            at = np.arange(len(chosen))
-            default = next(i for i, r in enumerate(chosen) if r["is_default"])
+            selection = [r for r in rows if r["setting"] == setting]
+            positions = np.arange(len(selection))
+            default = next(i for i, r in enumerate(selection) if r["is_default"])
             lines = (
                 (("limit_cycle_share", "settles", "-o"), ("recovery_share", "recovers", "--s")),
                 (("t0_s", "$T_0$", "-o"), ("t1_s", "$T_1$", "--s")),
@@ -142,10 +142,12 @@ def draw(rows: list[dict], path: Path) -> None:
             )
             for axis, curves in zip(column, lines, strict=True):
                 for name, label, style in curves:
-                    axis.plot(at, [r[name] for r in chosen], style, label=label, markersize=3)
+                    axis.plot(
+                        positions, [r[name] for r in selection], style, label=label, markersize=3
+                    )
                 axis.axvline(default, color="0.8", lw=4, zorder=0)
             column[-1].set_xlabel(LABELS[setting])
-            column[-1].set_xticks(at, [_short(r["value"]) for r in chosen], rotation=45)
+            column[-1].set_xticks(positions, [_short(r["value"]) for r in selection], rotation=45)
         labels = ("share of gaits", "transient [s]", "CoT⁻¹ [m/J]")
         for row, label in zip(axes, labels, strict=True):
             row[0].set_ylabel(label)

@@ -82,8 +82,8 @@ def main() -> None:
         writer = csv.writer(file)
         writer.writerow(("what", "count", *(f"quantile_{q:g}_us" for q in QUANTILES)))
         for name, times in rows.items():
-            found = 1e6 * np.quantile(times, QUANTILES)
-            writer.writerow((name, len(times), *(f"{x:.1f}" for x in found)))
+            quantiles_us = 1e6 * np.quantile(times, QUANTILES)
+            writer.writerow((name, len(times), *(f"{x:.1f}" for x in quantiles_us)))
     draw(report, options.out / "latency.svg")
 
 

@@ -53,13 +53,13 @@ class LongWindow:
 def compared(record: Record) -> list[tuple[str, int, float, float]]:
     """Model, run, CoT⁻¹ in training and over the long window [m/J], of gaits that settle."""
     fitness, cot = (record.curves[f"centre_{name}"] for name in ("fitness", "cot_inverse"))
-    kept = np.nanargmax(fitness, axis=0)
+    best = np.nanargmax(fitness, axis=0)
     at_omega_t = len(record.omega) // 2
     long = record.episodes["cot_inverse"][:, at_omega_t]
     settles = np.isfinite(record.episodes["limit_cycle_period"][:, at_omega_t])
     return [
         (record.model, run, float(cot[generation, run]), float(long[run]))
-        for run, generation in enumerate(kept)
+        for run, generation in enumerate(best)
         if settles[run] and long[run] > _LEAST
     ]
 

@@ -99,23 +99,25 @@ class Cell:
     @property
     def run(self) -> Run:
         """The training: an episode without loss and one of each leg, lost after 20 of 50."""
-        own = quick()
-        limbs = own.body.limbs
+        walker = quick()
+        limbs = walker.body.limbs
         hidden = 70 // (2 * (len(self.senses) + 2))
         foot = CorrectedFoot(self.senses, hidden, reach_m=self.reach_m, around=FAST)
-        controller = dataclasses.replace(own.controller, actuation=foot)
+        controller = dataclasses.replace(walker.controller, actuation=foot)
         timing = Timing(duration_s=50.0, tick_s=0.0125, frame_s=0.1)
-        system = dataclasses.replace(own.system, controller=controller, timing=timing)
-        there = [tuple(float(k != lost) for k in range(limbs)) for lost in range(-1, limbs)]
+        system = dataclasses.replace(walker.system, controller=controller, timing=timing)
+        presence = [
+            tuple(float(k != missing) for k in range(limbs)) for missing in range(-1, limbs)
+        ]
         experiment = Experiment(
             name=self.name,
             system=system,
             objective=Walking(speed_m_per_s=0.6, settle_s=30.0),
             conditions=(
-                OneOf("present", from_s=20.0, values=tuple(there)),
+                OneOf("present", from_s=20.0, values=tuple(presence)),
                 Uniform("phase_rad", low=0.0, high=2.0 * math.pi),
             ),
-            episodes=len(there),
+            episodes=len(presence),
         )
         return Run(
             experiment=experiment,
@@ -137,10 +139,10 @@ CELLS = (
 def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
     """Ways and work before and after the loss, each over a quarter of the recording, and falls."""
     frames = path.x_m.shape[0]
-    at = [frames // 4, frames // 2 - 1, 3 * frames // 4, frames - 1]
+    ends = [frames // 4, frames // 2 - 1, 3 * frames // 4, frames - 1]
     work = path.work_absolute_j
 
-    def way(a: int, b: int) -> Any:
+    def distance(a: int, b: int) -> Any:
         return jnp.hypot(path.x_m[b] - path.x_m[a], path.y_m[b] - path.y_m[a])
 
     def ahead(a: int, b: int) -> Any:
@@ -152,20 +154,22 @@ def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, An
 
     fell = jnp.take_along_axis(path.time_s, jnp.argmax(path.failed, axis=0)[None], 0)[0]
     return {
-        "feet": ahead(at[0], at[1]),
-        "feet_after": ahead(at[2], at[3]),
-        "before": way(at[0], at[1]),
-        "after": way(at[2], at[3]),
-        "work_before": work[at[1]] - work[at[0]],
-        "work": work[at[3]] - work[at[2]],
-        "time": path.time_s[at[3]] - path.time_s[at[2]],
-        "stood": ~path.failed[at[1]],
+        "feet": ahead(ends[0], ends[1]),
+        "feet_after": ahead(ends[2], ends[3]),
+        "before": distance(ends[0], ends[1]),
+        "after": distance(ends[2], ends[3]),
+        "work_before": work[ends[1]] - work[ends[0]],
+        "work": work[ends[3]] - work[ends[2]],
+        "time": path.time_s[ends[3]] - path.time_s[ends[2]],
+        "stood": ~path.failed[ends[1]],
         "stays": ~path.failed[-1],
-        "fell": fell - path.time_s[at[1]],
+        "fell": fell - path.time_s[ends[1]],
     }
 
 
-def lost(name: str, legged: Legged, runs: dict[str, Any], **body: float) -> list[dict[str, Any]]:
+def leg_loss_rows(
+    name: str, legged: Legged, runs: dict[str, Any], **body: float
+) -> list[dict[str, Any]]:
     """A row per run and leg: who goes on when it is lost in mid-gait. All lanes in one rollout.
 
     Args:
@@ -176,37 +180,37 @@ def lost(name: str, legged: Legged, runs: dict[str, Any], **body: float) -> list
     """
     names, limbs = legged.names, legged.body.limbs
     cases = [(run, leg) for run in runs for leg in range(limbs)]
-    there = np.array([[float(leg != k) for _, leg in cases] for k in range(limbs)])
+    presence = np.array([[float(leg != k) for _, leg in cases] for k in range(limbs)])
     phase = np.tile(random_phases(limbs, STARTS), (1, len(cases)))
-    changes = {"present": Step(np.repeat(there, STARTS, axis=1), from_s=0.5 * TIMING.duration_s)}
+    changes = {"present": Step(np.repeat(presence, STARTS, axis=1), from_s=0.5 * TIMING.duration_s)}
     scenario = with_changes(legged.scenario(phase), legged.body, {**body, **changes})
     weights = np.repeat([runs[run] for run, _ in cases], STARTS, axis=0)
-    found = legged.engine(_around, TIMING).run(weights, scenario, legged.body)
-    found = {n: np.asarray(x, float).reshape(len(cases), STARTS) for n, x in found.items()}
-    whole = dataclasses.replace(legged.body, **body)
+    results = legged.engine(_around, TIMING).run(weights, scenario, legged.body)
+    results = {n: np.asarray(x, float).reshape(len(cases), STARTS) for n, x in results.items()}
+    intact = dataclasses.replace(legged.body, **body)
     rows = []
     for case, (run, leg) in enumerate(cases):
-        own = {n: x[case] for n, x in found.items()}
-        stood, stays = own["stood"] > 0.0, own["stays"] > 0.0
-        walks = stays & (own["after"] > LEAST_WAY)
+        outcome = {n: x[case] for n, x in results.items()}
+        stood, stays = outcome["stood"] > 0.0, outcome["stays"] > 0.0
+        walks = stays & (outcome["after"] > LEAST_WAY)
         rows.append(
             {
                 "body": name,
                 "run": run,
                 "leg": names[leg],
-                "margin": support_margin_m(whole, (leg,)),
-                "margin_of_feet": _margin_of_feet(whole, leg, own["feet"][stood]),
-                "feet": _median(own["feet"][stood]),
-                "feet_after": _median(own["feet_after"][walks]),
-                "margin_after": _margin_of_feet(whole, leg, own["feet_after"][walks]),
+                "margin": support_margin_m(intact, (leg,)),
+                "margin_of_feet": _margin_of_feet(intact, leg, outcome["feet"][stood]),
+                "feet": _median(outcome["feet"][stood]),
+                "feet_after": _median(outcome["feet_after"][walks]),
+                "margin_after": _margin_of_feet(intact, leg, outcome["feet_after"][walks]),
                 "stood": int(stood.sum()),
                 "stays_up": int(stays.sum()),
                 "walks_on": int(walks.sum()),
-                "speed_before": _median(4.0 * own["before"][stood] / TIMING.duration_s),
-                "cost_before": _median(own["work_before"][stood] / own["before"][stood]),
-                "speed": _median((own["after"] / own["time"])[walks]),
-                "cost_of_transport": _median(own["work"][walks] / own["after"][walks]),
-                "falls_after": _median(own["fell"][stood & ~stays]),
+                "speed_before": _median(4.0 * outcome["before"][stood] / TIMING.duration_s),
+                "cost_before": _median(outcome["work_before"][stood] / outcome["before"][stood]),
+                "speed": _median((outcome["after"] / outcome["time"])[walks]),
+                "cost_of_transport": _median(outcome["work"][walks] / outcome["after"][walks]),
+                "falls_after": _median(outcome["fell"][stood & ~stays]),
             }
         )
     return rows
@@ -231,7 +235,7 @@ class Bodies:
         """Evaluate, and write the table."""
         for name, (make, body) in BODIES.items():
             legged = make()
-            rows = lost(name, legged, {"": legged.weights}, **body)
+            rows = leg_loss_rows(name, legged, {"": legged.weights}, **body)
             write_rows(TABLES / "bodies.csv", rows, digits=4, by=("body",))
 
 
@@ -251,7 +255,7 @@ class Train:
             train(cell.run, self.dir / cell.name)
             (runs,) = read(self.dir / cell.name)
             weights = dict(zip(map(str, runs.labels), np.asarray(runs.weights), strict=True))
-            rows = lost(cell.name, settling(runs.system, runs.weights[0]), weights)
+            rows = leg_loss_rows(cell.name, settling(runs.system, runs.weights[0]), weights)
             write_rows(TABLES / "learned.csv", rows, digits=4, by=("body",))
 
 
@@ -282,11 +286,11 @@ def markdown(table: dict[str, np.ndarray]) -> str:
 
         name = row["body"] + (f", run {row['run']}" if row["run"] else "")
         stood = row["stood"]
-        own = (name, row["leg"], number("margin"), number("margin_of_feet"),
+        row_cells = (name, row["leg"], number("margin"), number("margin_of_feet"),
                f"{row['stays_up']}, {row['walks_on']} of {stood}",
                f"{number('speed_before')}, {number('speed')}",
                number("cost_of_transport"), number("falls_after", 1))  # fmt: skip
-        lines.append(f"| {' | '.join(own)} |")
+        lines.append(f"| {' | '.join(row_cells)} |")
     return "\n".join(lines) + "\n"
 
 
@@ -298,10 +302,10 @@ def draw(tables: list[dict[str, np.ndarray]]) -> Any:
     number = 0
     for learned, table in enumerate(tables):
         for name in dict.fromkeys(table["body"].tolist()):
-            own = table["body"] == name
-            margin = np.array(table["margin_of_feet"], float)[own]
-            share = np.array(table["walks_on"], float)[own]
-            share = share / np.maximum(np.array(table["stood"], float)[own], 1.0)
+            mask = table["body"] == name
+            margin = np.array(table["margin_of_feet"], float)[mask]
+            share = np.array(table["walks_on"], float)[mask]
+            share = share / np.maximum(np.array(table["stood"], float)[mask], 1.0)
             jitter = 0.004 * (number - 5)
             axes.plot(
                 margin + jitter, share, marks[number % len(marks)], ms=5, alpha=0.8,

@@ -45,14 +45,14 @@ class _Whole:
 
 def loses(legged: Legged, leg: str) -> GaitRun:
     """One release of a walker that loses a leg, recorded."""
-    there = [float(name != leg) for name in legged.names]
-    phase = random_phases(len(there), 1, SEED)
-    changes = {"present": Step(np.array(there)[:, None], from_s=LOST_S)}
+    presence = [float(name != leg) for name in legged.names]
+    phase = random_phases(len(presence), 1, SEED)
+    changes = {"present": Step(np.array(presence)[:, None], from_s=LOST_S)}
     scenario = with_changes(legged.scenario(phase), legged.body, changes)
     trajectory = legged.run(_Whole(), scenario, TIMING)
-    before = legged.replaced(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
+    intact = legged.replaced(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
     return dataclasses.replace(
-        simulate(before, phase[:, 0].tolist()),
+        simulate(intact, phase[:, 0].tolist()),
         legged=legged.replaced(timing=TIMING),
         trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory),
     )
@@ -85,17 +85,17 @@ def write_film(run: GaitRun, leg: str, path: Path) -> None:
 
 def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
     """A row of frames for each walker and the leg that it loses, from the side."""
-    rows = [(name, leg, run) for name, own in runs.items() for leg, run in own.items()]
+    rows = [(name, leg, run) for name, legs in runs.items() for leg, run in legs.items()]
     figure = new_figure(PAGE_IN, 1.1 * len(rows) + 0.5)
     panels = figure.subplots(len(rows), len(SHOWN_S), squeeze=False)
     for axes, (name, leg, run) in zip(panels, rows, strict=True):
         shape = pose(run.legged.body, run.trajectory).along_torso()
         fell = run.trajectory.failed
-        for panel, after in zip(axes, SHOWN_S, strict=True):
-            at, late = frame_at(run, after), f"{after:+.1f}"
-            if fell[at]:
-                at, late = int(np.argmax(fell)), "fallen"
-            draw_pose(panel, shape, at, run.legged.names.index(leg) if after > 0.0 else None)
+        for panel, delay_s in zip(axes, SHOWN_S, strict=True):
+            frame, late = frame_at(run, delay_s), f"{delay_s:+.1f}"
+            if fell[frame]:
+                frame, late = int(np.argmax(fell)), "fallen"
+            draw_pose(panel, shape, frame, run.legged.names.index(leg) if delay_s > 0.0 else None)
             panel.set_title(late, fontsize=7, pad=2)
         axes[0].set_ylabel(f"{name},\n{leg} lost", fontsize=7)
     legged = rows[0][2].legged
@@ -114,18 +114,18 @@ def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
     return figure
 
 
-def draw_pose(axes: Axes, shape: LegPositions, at: int, lost: int | None) -> None:
+def draw_pose(axes: Axes, shape: LegPositions, frame: int, missing: int | None) -> None:
     """The body from its right side at a frame; a lost leg is dotted."""
-    hips, feet = shape.hips_m[at], shape.feet_m[at]
+    hips, feet = shape.hips_m[frame], shape.feet_m[frame]
     order = [0, 1, 3, 2]
     axes.axhspan(-1.0, 0.0, color="0.88", lw=0)
     axes.fill(hips[order, 0], hips[order, 2], color="0.75", ec="k", lw=0.8)
     for leg in range(len(hips)):
-        line = ":" if leg == lost else "-"
+        line = ":" if leg == missing else "-"
         axes.plot(
             *zip(hips[leg, ::2], feet[leg, ::2], strict=True), line, color=COLOURS[leg], lw=1.2
         )
-        full = "full" if shape.stands[at, leg] and leg != lost else "none"
+        full = "full" if shape.stands[frame, leg] and leg != missing else "none"
         axes.plot(*feet[leg, ::2], "o", color=COLOURS[leg], ms=3, fillstyle=full)
     middle = hips[:, 0].mean()
     axes.set(xlim=(middle - 1.6, middle + 1.6), ylim=(-0.2, 1.8), xticks=[], yticks=[])
@@ -137,15 +137,15 @@ def draw_courses(runs: dict[str, dict[str, GaitRun]]) -> Figure:
     legs = list(next(iter(runs.values())))
     figure = new_figure(PAGE_IN, 3.6)
     rows = figure.subplots(2, len(legs), sharex=True, sharey="row", squeeze=False)
-    for colour, (name, own) in zip(
+    for colour, (name, by_leg) in zip(
         (COLOURS[0], COLOURS[1], COLOURS[2]), runs.items(), strict=False
     ):
         for (above, below), leg in zip(rows.T, legs, strict=True):
-            t = own[leg].trajectory
+            t = by_leg[leg].trajectory
             time = t.time_s - LOST_S
-            shown = (time > -3.0) & (time < 8.0) & ~t.failed
-            above.plot(time[shown], t.channels["pitch_rad"][shown], color=colour, label=name)
-            below.plot(time[shown], _feet_ahead(t)[shown], color=colour)
+            window = (time > -3.0) & (time < 8.0) & ~t.failed
+            above.plot(time[window], t.channels["pitch_rad"][window], color=colour, label=name)
+            below.plot(time[window], _feet_ahead(t)[window], color=colour)
             above.set_title(f"{leg} lost")
             below.set_xlabel("time after the loss [√(l0/g)]")
             for panel in (above, below):

@@ -103,12 +103,12 @@ class Law:
         neurons = x[:, 1:].reshape(len(x), 2, self.hidden, len(self.senses) + 2)
         sign = np.array([-1.0 if mirror and s in MIRRORED else 1.0 for s in self.senses])
         felt = neurons[..., :-2] * sign / np.array([TYPICAL[sense] for sense in self.senses])
-        most = np.array([SHIFT_M, LIFT_M])[:, None]
-        output = most * neurons[..., -1]
-        whole = np.abs(output).sum(axis=-1, keepdims=True)
-        output = output * np.minimum(1.0, most / np.maximum(whole, 1e-9))
-        each = np.concatenate([felt, neurons[..., -2:-1], output[..., None]], axis=-1)
-        return np.concatenate([sigma * np.exp(0.5 * x[:, :1]), each.reshape(len(x), -1)], axis=1)
+        limits = np.array([SHIFT_M, LIFT_M])[:, None]
+        output = limits * neurons[..., -1]
+        total = np.abs(output).sum(axis=-1, keepdims=True)
+        output = output * np.minimum(1.0, limits / np.maximum(total, 1e-9))
+        weights = np.concatenate([felt, neurons[..., -2:-1], output[..., None]], axis=-1)
+        return np.concatenate([sigma * np.exp(0.5 * x[:, :1]), weights.reshape(len(x), -1)], axis=1)
 
     def by_hand(self, gains: dict[str, np.ndarray]) -> np.ndarray:
         """Vectors [lanes, size] of laws of one neuron a network, by their gains:
@@ -123,12 +123,12 @@ class Law:
         lanes = len(next(iter(gains.values())))
         x = np.zeros((lanes, self.ends, 2, self.hidden, len(self.senses) + 2))
         for name, gain in gains.items():
-            what, _, sense = name.partition("_")
-            network, most = {"shift": (0, SHIFT_M), "lift": (1, LIFT_M)}[what]
+            motion, _, sense = name.partition("_")
+            network, limit = {"shift": (0, SHIFT_M), "lift": (1, LIFT_M)}[motion]
             for end in range(self.ends):
                 turned = -1.0 if end and network and sense.startswith("pitch") else 1.0
                 x[:, end, network, 0, self.senses.index(sense)] = (
-                    turned * gain * TYPICAL[sense] / most
+                    turned * gain * TYPICAL[sense] / limit
                 )
         x[:, :, :, 0, -1] = 1.0
         x = x.reshape(lanes, self.ends, -1)
@@ -148,14 +148,14 @@ def _around_loss(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[st
     frames = path.x_m.shape[0]
     cut = round(LOST_S / timing.frame_s) - 1
     ends = (cut // 2, cut), (frames - 1 - (frames - cut) // 2, frames - 1)
-    found = {}
+    results = {}
     for name, (a, b) in zip(("before", "after"), ends, strict=True):
-        way = jnp.hypot(path.x_m[b] - path.x_m[a], path.y_m[b] - path.y_m[a])
+        distance = jnp.hypot(path.x_m[b] - path.x_m[a], path.y_m[b] - path.y_m[a])
         work = path.work_absolute_j[b] - path.work_absolute_j[a]
-        found[name] = way / ((b - a) * timing.frame_s)
-        found[f"cost_{name}"] = work / jnp.maximum(way, 0.01)
+        results[name] = distance / ((b - a) * timing.frame_s)
+        results[f"cost_{name}"] = work / jnp.maximum(distance, 0.01)
     fell = jnp.take_along_axis(path.time_s, jnp.argmax(path.failed, axis=0)[None], 0)[0]
-    return {**found, "fell": jnp.where(path.failed[-1], fell, jnp.inf)}
+    return {**results, "fell": jnp.where(path.failed[-1], fell, jnp.inf)}
 
 
 WALKS = 0.3
@@ -163,7 +163,7 @@ WALKS = 0.3
 
 
 def scores(
-    legged: Legged, weights: np.ndarray, *, lost: tuple[int, ...], starts: int, seed: int
+    legged: Legged, weights: np.ndarray, *, missing: tuple[int, ...], starts: int, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scores of controllers without each leg, and the shares of their starts that walk on.
 
@@ -175,25 +175,25 @@ def scores(
     Args:
         legged: the system.
         weights: [controllers, n_weights].
-        lost: legs, each lost by itself.
+        missing: legs, each lost by itself.
         starts: releases of each.
         seed: of their phases.
 
     Returns:
-        scores and shares, [controllers, lost] each.
+        scores and shares, [controllers, missing] each.
     """
     limbs, controllers = legged.body.limbs, len(weights)
-    leg = np.tile(np.repeat(lost, starts), controllers)
-    there = np.array([(leg != k).astype(float) for k in range(limbs)])
-    phase = np.tile(random_phases(limbs, starts, seed), (1, len(lost) * controllers))
-    changes = {"present": Step(there, from_s=LOST_S)}
+    leg = np.tile(np.repeat(missing, starts), controllers)
+    presence = np.array([(leg != k).astype(float) for k in range(limbs)])
+    phase = np.tile(random_phases(limbs, starts, seed), (1, len(missing) * controllers))
+    changes = {"present": Step(presence, from_s=LOST_S)}
     scenario = with_changes(legged.scenario(phase), legged.body, changes)
-    lanes = np.repeat(weights, len(lost) * starts, axis=0)
-    found = legged.engine(_around_loss, TIMING).run(lanes, scenario, legged.body)
-    f = {n: np.asarray(x, float).reshape(controllers, -1, starts) for n, x in found.items()}
-    after = np.clip(f["fell"] - LOST_S, 0.0, TIMING.duration_s - LOST_S)
+    lanes = np.repeat(weights, len(missing) * starts, axis=0)
+    results = legged.engine(_around_loss, TIMING).run(lanes, scenario, legged.body)
+    f = {n: np.asarray(x, float).reshape(controllers, -1, starts) for n, x in results.items()}
+    time_after_loss = np.clip(f["fell"] - LOST_S, 0.0, TIMING.duration_s - LOST_S)
     stays = np.isinf(f["fell"])
-    score = np.log1p(after) / np.log1p(TIMING.duration_s - LOST_S)
+    score = np.log1p(time_after_loss) / np.log1p(TIMING.duration_s - LOST_S)
     paid = 0.5 * np.minimum(f["after"] / WALKS, 1.0) + 0.5 / (1.0 + f["cost_after"])
     score = score + np.where(stays, paid, 0.0) + 0.3 / (1.0 + f["cost_before"])
     score = score * np.clip(f["before"] / WALKS, 0.0, 1.0)

@@ -20,7 +20,7 @@ import tyro
 
 import strategies
 from kept import write_rows, write_text
-from lost_leg import FOLDER, TABLES, lost
+from lost_leg import FOLDER, TABLES, leg_loss_rows
 from lost_leg_film import draw_courses, draw_frames, loses, write_film
 from lost_leg_laws import UNSEEN, Law, loss_of, scores
 from reproduction.zoo import ZooEntry, write
@@ -70,7 +70,7 @@ class Plan:
 
     def gains_of(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """The gains of a law by hand, by name, [lanes] each."""
-        return {name: x[:, at] * size for at, (name, size) in enumerate(self.gains)}
+        return {name: x[:, index] * size for index, (name, size) in enumerate(self.gains)}
 
     def weights(self, x: np.ndarray) -> np.ndarray:
         """Weights of the controller [lanes, n_weights] of vectors of the search [lanes, size]."""
@@ -91,10 +91,10 @@ class Plan:
         legged = self.law.legged(steady(), self.weights(self.begin()[:1])[0])
 
         def losses(x: np.ndarray, generation: int) -> np.ndarray:
-            found, _ = scores(
-                legged, self.weights(x), lost=ONE_SIDE, starts=PHASES, seed=UNSEEN + generation
+            values, _ = scores(
+                legged, self.weights(x), missing=ONE_SIDE, starts=PHASES, seed=UNSEEN + generation
             )
-            return loss_of(found)
+            return loss_of(values)
 
         def report(generation: int, loss: np.ndarray) -> None:
             if generation % 20 == 0:
@@ -151,7 +151,7 @@ class Search:
         """Search what is missing, and write the table."""
         output_folder(self.dir)
         if not self.only:
-            alone = lost("no reaction", steady(), {"0": steady().weights})
+            alone = leg_loss_rows("no reaction", steady(), {"0": steady().weights})
             alone = [{**row, "selection": 0.0} for row in alone]
             write_rows(TABLES / "reacting.csv", alone, digits=4, by=("body",))
         for plan in PLANS:
@@ -159,17 +159,19 @@ class Search:
             if self.only and name not in self.only:
                 continue
             plan.search(self.dir)
-            found = strategies.load(self.dir / f"{name}.npz")
-            weights = plan.weights(found.centre)
+            result = strategies.load(self.dir / f"{name}.npz")
+            weights = plan.weights(result.centre)
             legged = plan.law.legged(steady(), weights[0])
-            chosen, _ = scores(
-                legged, weights, lost=ONE_SIDE, starts=32, seed=UNSEEN - 1
+            selection, _ = scores(
+                legged, weights, missing=ONE_SIDE, starts=32, seed=UNSEEN - 1
             )  # of the selection alone
-            rows = lost(name, legged, {str(k): own for k, own in enumerate(weights)})
+            rows = leg_loss_rows(
+                name, legged, {str(k): row_weights for k, row_weights in enumerate(weights)}
+            )
             for row in rows:
-                row["selection"] = -loss_of(chosen)[int(row["run"])]
+                row["selection"] = -loss_of(selection)[int(row["run"])]
             write_rows(TABLES / "reacting.csv", rows, digits=4, by=("body",))
-            gains = plan.gains_of(found.centre)
+            gains = plan.gains_of(result.centre)
             write_rows(
                 TABLES / "gains.csv",
                 [
@@ -180,15 +182,15 @@ class Search:
                 digits=4,
                 by=("law",),
             )
-            write_rows(TABLES / "search.csv", course(name, found), digits=4, by=("law",))
+            write_rows(TABLES / "search.csv", course(name, result), digits=4, by=("law",))
 
 
-def course(name: str, found: strategies.Found) -> list[dict[str, Any]]:
+def course(name: str, result: strategies.Found) -> list[dict[str, Any]]:
     """The median score of every tenth generation, start by start."""
     return [
-        {"law": name, "run": run, "generation": at + 1, "score": -found.typical[at, run]}
-        for run in range(found.typical.shape[1])
-        for at in range(9, len(found.typical), 10)
+        {"law": name, "run": run, "generation": index + 1, "score": -result.typical[index, run]}
+        for run in range(result.typical.shape[1])
+        for index in range(9, len(result.typical), 10)
     ]
 
 
@@ -206,11 +208,13 @@ class Report:
         saved = load(f"zoo:lost-leg:{self.law}@quadruped-c")
         law = settling(saved.system, saved.weights)
         legs, runs = ("LH", "LF"), {"no reaction": steady(), "feels tilt": law}
-        found = {name: {leg: loses(own, leg) for leg in legs} for name, own in runs.items()}
+        episodes = {
+            name: {leg: loses(controller, leg) for leg in legs} for name, controller in runs.items()
+        }
         with styled():
-            save_figure(draw_courses(found), TABLES / "courses.png")
-            save_figure(draw_frames(found), TABLES / "frames.png")
-        write_film(found["feels tilt"]["LH"], "LH", TABLES / "lost_leg.gif")
+            save_figure(draw_courses(episodes), TABLES / "courses.png")
+            save_figure(draw_frames(episodes), TABLES / "frames.png")
+        write_film(episodes["feels tilt"]["LH"], "LH", TABLES / "lost_leg.gif")
 
 
 def markdown(table: dict[str, np.ndarray]) -> str:
@@ -225,15 +229,15 @@ def markdown(table: dict[str, np.ndarray]) -> str:
     pairs = (("feet", "feet_after"), ("margin_of_feet", "margin_after"),
              ("speed_before", "speed"), ("cost_before", "cost_of_transport"))  # fmt: skip
     for name in dict.fromkeys(row["body"] for row in rows):
-        own = [row for row in rows if row["body"] == name]
-        best = max(own, key=lambda row: float(row["selection"]))["run"]
-        for row in own:
+        group = [row for row in rows if row["body"] == name]
+        best = max(group, key=lambda row: float(row["selection"]))["run"]
+        for row in group:
             if row["run"] != best:
                 continue
-            others = [r["walks_on"] for r in own if r["leg"] == row["leg"] and r["run"] != best]
+            shares = [r["walks_on"] for r in group if r["leg"] == row["leg"] and r["run"] != best]
             feet, margin, speed, cost = (f"{_number(row[a])}, {_number(row[b])}" for a, b in pairs)
             walks = f"{row['walks_on']} of {row['stood']}"
-            cells = (name, row["leg"], feet, margin, walks, ", ".join(others), speed, cost)
+            cells = (name, row["leg"], feet, margin, walks, ", ".join(shares), speed, cost)
             lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
@@ -251,14 +255,14 @@ class Zoo:
     def run(self) -> None:
         """Write it, of what has been searched for."""
         output_folder(ZOO.parent)
-        there = [plan for plan in PLANS if (self.dir / f"{plan.law.name}.npz").exists()]
-        write(ZOO, "lost-leg", [entry(plan, self.dir) for plan in there])
+        plans = [plan for plan in PLANS if (self.dir / f"{plan.law.name}.npz").exists()]
+        write(ZOO, "lost-leg", [entry(plan, self.dir) for plan in plans])
 
 
 def entry(plan: Plan, folder: Path) -> ZooEntry:
     """All runs of a law, and what the evaluation says of them."""
-    found = strategies.load(folder / f"{plan.law.name}.npz")
-    weights = plan.weights(found.centre)
+    result = strategies.load(folder / f"{plan.law.name}.npz")
+    weights = plan.weights(result.centre)
     system = plan.law.legged(steady(), weights[0]).system
     training = {
         "method": "studies/lost_leg_react.py",
@@ -276,25 +280,28 @@ def entry(plan: Plan, folder: Path) -> ZooEntry:
     )
     document = controller_file.described(saved, name)
     table = read_csv(TABLES / "reacting.csv")
-    own = np.asarray(table["body"], str) == plan.law.name
+    mask = np.asarray(table["body"], str) == plan.law.name
     runs = np.asarray(table["run"], str)
 
     def of_run(name: str, run: int) -> np.ndarray:
-        return np.asarray(table[name], float)[own & (runs == str(run))]
+        return np.asarray(table[name], float)[mask & (runs == str(run))]
 
     count = range(len(weights))
-    names = np.asarray(table["leg"], str)[own & (runs == "0")]
+    names = np.asarray(table["leg"], str)[mask & (runs == "0")]
     metrics = {"selection": np.array([of_run("selection", run)[0] for run in count])}
-    for at, leg in enumerate(names):
+    for index, leg in enumerate(names):
         metrics[f"walks_on_without_{leg}"] = np.array(
-            [of_run("walks_on", run)[at] / max(of_run("stood", run)[at], 1.0) for run in count]
+            [
+                of_run("walks_on", run)[index] / max(of_run("stood", run)[index], 1.0)
+                for run in count
+            ]
         )
     return ZooEntry(
         document={name: value for name, value in document.items() if name != "weights"},
         weights=weights,
         seed=np.arange(len(weights)),
-        fitness=-found.typical[-1],
-        generations=np.full(len(weights), len(found.typical)),
+        fitness=-result.typical[-1],
+        generations=np.full(len(weights), len(result.typical)),
         ended=np.full(len(weights), "cap"),
         metrics=metrics,
     )

@@ -70,10 +70,10 @@ def policy(model: str) -> Controller:
 def experiment(model: str) -> EnvExperiment:
     """The policy on the MuJoCo hopper, judged by CoT⁻¹ alone as in the paper's comparison."""
     wiring = dataclasses.replace(load_wiring("hopper").reading(policy(model)), omega=8.0)
-    made = {"duration_s": EPISODE_S, "control_s": CONTROL_S, "fallen_share": 0.0}
+    settings = {"duration_s": EPISODE_S, "control_s": CONTROL_S, "fallen_share": 0.0}
     return EnvExperiment(
         name=model,
-        spec=EnvSpec(env="hopper", settings=tuple(made.items())),
+        spec=EnvSpec(env="hopper", settings=tuple(settings.items())),
         wiring=wiring,
         objective=Hopping(settle_s=SETTLE_S, follow_omega=False),
         duration_s=EPISODE_S,
@@ -83,20 +83,19 @@ def experiment(model: str) -> EnvExperiment:
 class Feedbacks(VecEnv):
     """Hoppers side by side whose action is the feedback, paid at apexes as the paper has it."""
 
-    def __init__(self, own: EnvExperiment, lanes: int) -> None:
-        self.own = own
-        self.hoppers = ModelLanes(own.spec.model_settings, lanes, threads=1)
+    def __init__(self, task: EnvExperiment, lanes: int) -> None:
+        self.hoppers = ModelLanes(task.spec.model_settings, lanes, threads=1)
         # The same oscillator and actuation; σ = 0 leaves the feedback to the agent.
-        kind = build("V-reflex-w8" if "reflex" in own.name else "V-sector-w8")
-        bare = dataclasses.replace(own, wiring=own.wiring.reading(kind))
+        kind = build("V-reflex-w8" if "reflex" in task.name else "V-sector-w8")
+        bare = dataclasses.replace(task, wiring=task.wiring.reading(kind))
         self.pilot = Pilot(bare.wires, bare.wiring, np.zeros((1, lanes)))
-        names = own.wires.observed
+        names = task.wires.observed
         self.at = {n: names.index(n) for n in ("root_height", "root_climb", "leg_spring", "work")}
-        self.weight = own.wiring.scales["spring_force"]
+        self.weight = task.wiring.scales["spring_force"]
         self.steps = self.hoppers.steps // DECISION
         super().__init__(lanes, Box(-np.inf, np.inf, (3,)), Box(-1.0, 1.0, (1,)))
 
-    def _shown(self) -> np.ndarray:
+    def _inputs(self) -> np.ndarray:
         load = np.maximum(self.seen[:, self.at["leg_spring"]], 0.0) / self.weight
         phase = self.pilot.phase[0]
         return np.stack([np.sin(phase), np.cos(phase), load], axis=1).astype(np.float32)
@@ -107,7 +106,7 @@ class Feedbacks(VecEnv):
         self.done = 0
         self.paid_at = np.zeros(self.num_envs)
         self.sums, self.hops = np.zeros(self.num_envs), np.zeros(self.num_envs)
-        return self._shown()
+        return self._inputs()
 
     def step_async(self, actions: np.ndarray) -> None:
         self.actions = np.clip(np.asarray(actions), -1.0, 1.0)
@@ -131,12 +130,14 @@ class Feedbacks(VecEnv):
         over = self.done >= self.steps
         if over:
             rewards += self.sums / np.maximum(self.hops, 1.0)
-        shown = self._shown()
+        inputs = self._inputs()
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         if over:
-            infos = [{"terminal_observation": each, "TimeLimit.truncated": True} for each in shown]
-            shown = self.reset()
-        return shown, rewards.astype(np.float32), np.full(self.num_envs, over), infos
+            infos = [
+                {"terminal_observation": final, "TimeLimit.truncated": True} for final in inputs
+            ]
+            inputs = self.reset()
+        return inputs, rewards.astype(np.float32), np.full(self.num_envs, over), infos
 
     def close(self) -> None:
         self.hoppers.close()
@@ -168,29 +169,29 @@ def by_pgpe(model: str, seed: int) -> Iterator[Point]:
         learner=Evolution(algorithm=settings, stopping=Stopping.after(generations)),
     )
     begun = run.learner.start(run.experiment, run.seeds)
-    before = np.asarray(begun.search.mean[0])
+    weights = np.asarray(begun.search.mean[0])
     for number, (progress, curves) in enumerate(
         run.learner.evolve(run.experiment, run.seeds, begun)
     ):
-        yield number * POPULATION * EPISODE_S, float(curves.centre_cot_inverse[0]), before
-        before = np.asarray(progress.search.mean[0])
-    yield TIME_S, judged(model, before), before
+        yield number * POPULATION * EPISODE_S, float(curves.centre_cot_inverse[0]), weights
+        weights = np.asarray(progress.search.mean[0])
+    yield TIME_S, judged(model, weights), weights
 
 
 def by_agent(algorithm: str, model: str, seed: int) -> Iterator[Point]:
     """The deterministic policy, now and then."""
-    settings, own = tuned(algorithm), experiment(model)
-    env = Feedbacks(own, settings.n_envs)
+    settings, task = tuned(algorithm), experiment(model)
+    env = Feedbacks(task, settings.n_envs)
     observed = Observed(("sin_phase", "cos_phase", "spring_force"), {"spring_force": env.weight})
     feedback = Feedback(policy(model), observed, initial_weights(policy(model), seed))
     agent = settings.make(env, feedback, seed)
     torch.set_num_threads(1)
-    decision_s = DECISION * own.wires.step_s
+    decision_s = DECISION * task.wires.step_s
     yield 0.0, judged(model, feedback.flat()), feedback.flat()
     for point in range(1, POINTS + 1):
-        wanted = round(point / POINTS * TIME_S / decision_s)
-        if wanted > agent.num_timesteps:
-            agent.learn(wanted - agent.num_timesteps, reset_num_timesteps=False)
+        target = round(point / POINTS * TIME_S / decision_s)
+        if target > agent.num_timesteps:
+            agent.learn(target - agent.num_timesteps, reset_num_timesteps=False)
         reached = agent.num_timesteps * decision_s
         yield reached, judged(model, feedback.flat()), feedback.flat()
     env.close()
@@ -259,28 +260,30 @@ class Disturbed(ModelLanes):
         self.number += 1
         if self.push and 6.0 <= time_s < 6.05:
             force = np.tile([0.0, 0.0, self.push], (self.lanes, 1))
-            seen = self.batch.step(actions, force)
-            seen = self._whole(seen)
+            observation = self.batch.step(actions, force)
+            observation = self._whole(observation)
             zero = np.zeros(self.lanes)
-            return seen, zero, zero.astype(bool)
-        seen, reward, over = super().step(actions, alive)
-        load = seen[:, self.at] + self.noise * 0.981 * self.rng.standard_normal(self.lanes)
+            return observation, zero, zero.astype(bool)
+        observation, reward, over = super().step(actions, alive)
+        load = observation[:, self.at] + self.noise * 0.981 * self.rng.standard_normal(self.lanes)
         self.queue = [*self.queue, load][-(self.delay + 1) :]
-        seen[:, self.at] = self.queue[0]
-        return seen, reward, over
+        observation[:, self.at] = self.queue[0]
+        return observation, reward, over
 
 
-def kept(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
+def robustness(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
     """CoT⁻¹ under each condition, times the weight over the usual one [m/J], [policies]."""
-    own, found = experiment(model), {}
-    for name, how in CONDITIONS.items():
-        lanes = Disturbed(own.spec.model_settings, len(weights), **how)
-        pilot = Pilot(own.wires, own.wiring, weights.T)
-        record = play(lanes, pilot, own.wires, seed=0)
+    task, results = experiment(model), {}
+    for name, disturbance in CONDITIONS.items():
+        lanes = Disturbed(task.spec.model_settings, len(weights), **disturbance)
+        pilot = Pilot(task.wires, task.wiring, weights.T)
+        record = play(lanes, pilot, task.wires, seed=0)
         # Of another mass the same climb is other work: over the usual weight all compare.
-        found[name] = how.get("mass", 1.0) * own.objective.score(record, own.wiring).cot_inverse
+        results[name] = (
+            disturbance.get("mass", 1.0) * task.objective.score(record, task.wiring).cot_inverse
+        )
         lanes.close()
-    return found
+    return results
 
 
 def tables(work: Path) -> None:
@@ -288,19 +291,19 @@ def tables(work: Path) -> None:
     curves: list[dict[str, Any]] = []
     robust: list[dict[str, Any]] = []
     for model in MODELS:
-        best, who = [], []
+        best, labels = [], []
         for file in sorted(work.glob(f"{model}-*[0-9].npz")):
             algorithm, seed = file.stem.removeprefix(f"{model}-").split("-")
-            own = {"model": model, "algorithm": algorithm, "seed": int(seed)}
-            with np.load(file) as found:
-                for time_s, cot in zip(found["time_s"], found["cot"], strict=True):
-                    curves.append({**own, "simulated_s": time_s, "cot_inverse": cot})
-                best.append(found["weights"][int(np.argmax(found["cot"]))])
-            who.append(own)
-        for name, values in (kept(model, np.array(best)) if best else {}).items():
+            label = {"model": model, "algorithm": algorithm, "seed": int(seed)}
+            with np.load(file) as record:
+                for time_s, cot in zip(record["time_s"], record["cot"], strict=True):
+                    curves.append({**label, "simulated_s": time_s, "cot_inverse": cot})
+                best.append(record["weights"][int(np.argmax(record["cot"]))])
+            labels.append(label)
+        for name, values in (robustness(model, np.array(best)) if best else {}).items():
             robust += [
-                {**own, "condition": name, "cot_inverse": x}
-                for own, x in zip(who, values, strict=True)
+                {**label, "condition": name, "cot_inverse": x}
+                for label, x in zip(labels, values, strict=True)
             ]
     write_rows(OUT / "curves.csv", curves, digits=5)
     write_rows(OUT / "robustness.csv", robust, digits=5)
@@ -318,8 +321,8 @@ def report() -> None:
 
 def formatted(values: pd.Series) -> str:
     """A mean with its interval."""
-    found = interval(values.to_numpy(), within=(0.0, math.inf))
-    return f"{found.mean:.2f} ({found.low:.2f} … {found.high:.2f})"
+    estimate = interval(values.to_numpy(), within=(0.0, math.inf))
+    return f"{estimate.mean:.2f} ({estimate.low:.2f} … {estimate.high:.2f})"
 
 
 def best_by(curves: pd.DataFrame, time_s: float = math.inf) -> pd.Series:
@@ -337,8 +340,8 @@ def learned_text(curves: pd.DataFrame) -> str:
     for model, algorithm in product(MODELS, ALGORITHMS):
         if (model, algorithm) not in parts["at the end"].index:
             continue
-        cells = [each[model, algorithm] for each in parts.values()]
-        means = " | ".join(formatted(each) for each in cells)
+        cells = [series[model, algorithm] for series in parts.values()]
+        means = " | ".join(formatted(series) for series in cells)
         lines.append(f"| {model} | {algorithm.upper()} | {len(cells[0])} | {means} |")
     return "\n".join(lines) + "\n"
 
@@ -347,13 +350,14 @@ def apart_text(curves: pd.DataFrame) -> str:
     """The differences between algorithms, seed by seed."""
     lines = ["| policy | | difference of the best [m/J] |", "|---" * 3 + "|"]
     best = best_by(curves)
-    for model, (one, other) in product(MODELS, combinations(ALGORITHMS, 2)):
-        if (model, one) not in best.index or (model, other) not in best.index:
+    for model, (first, second) in product(MODELS, combinations(ALGORITHMS, 2)):
+        if (model, first) not in best.index or (model, second) not in best.index:
             continue
-        found = interval((best[model, one] - best[model, other]).dropna().to_numpy())
-        names = f"{one.upper()} - {other.upper()}"
+        estimate = interval((best[model, first] - best[model, second]).dropna().to_numpy())
+        names = f"{first.upper()} - {second.upper()}"
         lines.append(
-            f"| {model} | {names} | {found.mean:+.2f} ({found.low:+.2f} … {found.high:+.2f}) |"
+            f"| {model} | {names} | {estimate.mean:+.2f} ({estimate.low:+.2f} … "
+            f"{estimate.high:+.2f}) |"
         )
     return "\n".join(lines) + "\n"
 
@@ -361,20 +365,21 @@ def apart_text(curves: pd.DataFrame) -> str:
 def robust_text(robust: pd.DataFrame) -> str:
     """CoT⁻¹ under each condition: mean, interval, and the least of the runs."""
     columns = [
-        (m, a) for m, a in product(MODELS, ALGORITHMS) if len(of(robust, model=m, algorithm=a))
+        (m, a) for m, a in product(MODELS, ALGORITHMS) if len(rows_of(robust, model=m, algorithm=a))
     ]
     heads = (f"{model.split('-')[2]}, {algorithm.upper()}" for model, algorithm in columns)
     lines = [f"| | {' | '.join(heads)} |", "|---" * (1 + len(columns)) + "|"]
     for name in CONDITIONS:
-        cells = [of(robust, model=m, algorithm=a, condition=name) for m, a in columns]
+        cells = [rows_of(robust, model=m, algorithm=a, condition=name) for m, a in columns]
         means = (
-            f"{formatted(each['cot_inverse'])}, {each['cot_inverse'].min():.2f}" for each in cells
+            f"{formatted(group['cot_inverse'])}, {group['cot_inverse'].min():.2f}"
+            for group in cells
         )
         lines.append(f"| {name} | {' | '.join(means)} |")
     return "\n".join(lines) + "\n"
 
 
-def of(table: pd.DataFrame, **where: str) -> pd.DataFrame:
+def rows_of(table: pd.DataFrame, **where: str) -> pd.DataFrame:
     """The rows with these cells."""
     return table[np.all([table[name] == value for name, value in where.items()], axis=0)]
 
@@ -388,8 +393,8 @@ def picture(curves: pd.DataFrame) -> None:
             figure.subplots(1, len(models), squeeze=False)[0], models, strict=True
         ):
             for name, colour in zip(ALGORITHMS, COLOURS, strict=False):
-                own = of(curves, model=model, algorithm=name)
-                wide = own.pivot(index="simulated_s", columns="seed", values="cot_inverse")
+                rows = rows_of(curves, model=model, algorithm=name)
+                wide = rows.pivot(index="simulated_s", columns="seed", values="cot_inverse")
                 best = wide.sort_index().cummax()
                 ax.plot(best.index, best, color=colour, lw=0.5, alpha=0.5)
                 ax.plot(best.index, best.median(axis=1), color=colour, lw=2.0, label=name.upper())
@@ -401,5 +406,5 @@ def picture(curves: pd.DataFrame) -> None:
 
 
 if __name__ == "__main__":
-    what, place, *more = sys.argv[1:]
-    {"learn": learn, "tables": tables}[what](Path(place), *more)
+    command, place, *arguments = sys.argv[1:]
+    {"learn": learn, "tables": tables}[command](Path(place), *arguments)

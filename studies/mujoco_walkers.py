@@ -50,12 +50,12 @@ GAINS = (0.0, *np.geomspace(0.03, 3.0, 15))
 
 @dataclass(frozen=True)
 class Body:
-    """A body, how it is wired, and at what frequency [rad/s]."""
+    """Body, its wiring, its command [rad/s] and the settings of its environment."""
 
     env: str
     wiring: str
     omega: float
-    made: tuple[tuple[str, Any], ...] = ()
+    settings: tuple[tuple[str, Any], ...] = ()
     places: bool = False
     """True if the actuators take positions; standing still is the middle of their range then."""
     max_force: float | None = None
@@ -118,10 +118,10 @@ def installed(bodies: dict[str, Body]) -> Iterator[tuple[str, Body]]:
 
 def experiment(body: Body, model: str, seconds: float) -> EnvExperiment:
     """A model of the paper on one of the bodies, judged by its return over two starts."""
-    spec = EnvSpec(env=body.env, settings=body.made)
-    own = body.wiring if body.wiring == "leg" else ROOT / "examples" / "wirings" / body.wiring
+    spec = EnvSpec(env=body.env, settings=body.settings)
+    source = body.wiring if body.wiring == "leg" else ROOT / "examples" / "wirings" / body.wiring
     env = spec.make()
-    wiring = load_wiring(own).with_scales(env)
+    wiring = load_wiring(source).with_scales(env)
     env.close()
     if body.max_force is not None:
         wiring = dataclasses.replace(wiring, max_force=body.max_force)
@@ -154,33 +154,33 @@ def learn(work: Path) -> None:
 
 def vanilla(body: Body) -> tuple[float, float]:
     """The σ of most return over the starts of training, and that return."""
-    own = experiment(body, "V-sector-w8", TRAINED_S)
-    sigmas = np.array(GAINS) * body.omega / own.wiring.scales["spring_force"]
-    rollouts = EnvRollouts(own, len(sigmas))
-    found = rollouts.try_out(sigmas[:, None]).fitness
+    task = experiment(body, "V-sector-w8", TRAINED_S)
+    sigmas = np.array(GAINS) * body.omega / task.wiring.scales["spring_force"]
+    rollouts = EnvRollouts(task, len(sigmas))
+    scores = rollouts.try_out(sigmas[:, None]).fitness
     rollouts.close()
-    best = int(found.argmax())
-    return float(sigmas[best]), float(found[best])
+    best = int(scores.argmax())
+    return float(sigmas[best]), float(scores[best])
 
 
 def still(body: Body) -> EnvExperiment:
     """The body under no torque; where actuators take places, in the middle of them."""
-    own = experiment(body, "V-sector-w8", JUDGED_S)
+    task = experiment(body, "V-sector-w8", JUDGED_S)
 
     def quiet(limb: Any) -> Any:
-        rest = 0.5 * (limb.rest + limb.push) if body.places else 0.0
-        return dataclasses.replace(limb, rest=rest, push=rest + 1e-6)
+        neutral = 0.5 * (limb.rest + limb.push) if body.places else 0.0
+        return dataclasses.replace(limb, rest=neutral, push=neutral + 1e-6)
 
-    limbs = tuple(map(quiet, own.wiring.limbs))
-    return dataclasses.replace(own, wiring=dataclasses.replace(own.wiring, limbs=limbs))
+    limbs = tuple(map(quiet, task.wiring.limbs))
+    return dataclasses.replace(task, wiring=dataclasses.replace(task.wiring, limbs=limbs))
 
 
-def seen(own: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
+def episodes(task: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
     """The episode from each of the starts that judge."""
-    lanes = lanes_of(own, 1)
-    pilot = Pilot(own.wires, own.wiring, weights[:, None])
+    lanes = lanes_of(task, 1)
+    pilot = Pilot(task.wires, task.wiring, weights[:, None])
     for start in STARTS:
-        yield play(lanes, pilot, own.wires, seed=start)
+        yield play(lanes, pilot, task.wires, seed=start)
     lanes.close()
 
 
@@ -195,23 +195,23 @@ def outcome(record: EpisodeBatch) -> tuple[float, float, float]:
 
 def judged(work: Path, name: str, body: Body) -> list[dict[str, Any]]:
     """Rows of the table: all ways on one body."""
-    ways: dict[str, tuple[EnvExperiment, np.ndarray]] = {}
+    cases: dict[str, tuple[EnvExperiment, np.ndarray]] = {}
     if name in BODIES:
         plain = experiment(body, "V-sector-w8", JUDGED_S)
-        ways["no torque"] = still(body), np.zeros(1)
-        ways["no feedback"] = plain, np.zeros(1)
-        ways["vanilla"] = plain, np.array([vanilla(body)[0]])
-    own = experiment(body, "ART", JUDGED_S)
+        cases["no torque"] = still(body), np.zeros(1)
+        cases["no feedback"] = plain, np.zeros(1)
+        cases["vanilla"] = plain, np.array([vanilla(body)[0]])
+    task = experiment(body, "ART", JUDGED_S)
     for seed in SEEDS:
         file = next(folder(work, name).glob(f"*-seed{seed}.json"))
-        ways[f"learned ART, seed {seed}"] = own, np.asarray(load(file).weights)
+        cases[f"learned ART, seed {seed}"] = task, np.asarray(load(file).weights)
     rows = []
-    for way, (own, weights) in ways.items():
-        found = np.array([outcome(record) for record in seen(own, weights)])
-        means = dict(zip(("return", "distance_m", "time_s"), found.mean(axis=0), strict=True))
-        ends = {"least_return": found[:, 0].min(), "most_return": found[:, 0].max()}
-        rows.append({"body": name, "way": way, **means, **ends})
-        print(name, way, *(f"{number:.3g}" for number in (means | ends).values()), flush=True)
+    for label, (task, weights) in cases.items():
+        outcomes = np.array([outcome(record) for record in episodes(task, weights)])
+        means = dict(zip(("return", "distance_m", "time_s"), outcomes.mean(axis=0), strict=True))
+        ends = {"least_return": outcomes[:, 0].min(), "most_return": outcomes[:, 0].max()}
+        rows.append({"body": name, "way": label, **means, **ends})
+        print(name, label, *(f"{number:.3g}" for number in (means | ends).values()), flush=True)
     return rows
 
 
@@ -220,31 +220,31 @@ def curves(work: Path, name: str, level: float) -> list[dict[str, Any]]:
     table = read_csv(folder(work, name) / "curves.csv")
     rows = []
     for seed in SEEDS:
-        own = table["seed"].astype(int) == seed
-        best = np.maximum.accumulate(table["best_fitness"][own].astype(float))
-        centre = table["fitness"][own].astype(float)
+        mask = table["seed"].astype(int) == seed
+        best = np.maximum.accumulate(table["best_fitness"][mask].astype(float))
+        centre = table["fitness"][mask].astype(float)
         for generation, values in enumerate(zip(best, centre, strict=True)):
-            named = dict(zip(("best_so_far", "centre"), values, strict=True))
-            one = {"body": name, "seed": seed, "generation": generation}
-            rows.append({**one, **named, "vanilla": level})
+            scores = dict(zip(("best_so_far", "centre"), values, strict=True))
+            labels = {"body": name, "seed": seed, "generation": generation}
+            rows.append({**labels, **scores, "vanilla": level})
     return rows
 
 
 def picture() -> None:
     """Best so far and centre over generations; dashed, what vanilla got from the same starts."""
-    kept = read_csv(OUT / "walkers_curves.csv")
-    names = [name for name in BODIES if name in set(kept["body"])]
+    table = read_csv(OUT / "walkers_curves.csv")
+    names = [name for name in BODIES if name in set(table["body"])]
     with styled():
         figure = new_figure(7.0, 4.0)
         for k, name in enumerate(names):
             ax = figure.add_subplot(2, 3, k + 1)
-            of_body = kept["body"] == name
+            of_body = table["body"] == name
             for seed in SEEDS:
-                own = of_body & (kept["seed"].astype(int) == seed)
-                along = kept["generation"][own].astype(int)
-                ax.plot(along, kept["centre"][own].astype(float), color=COLOURS[seed], alpha=0.35)
-                ax.plot(along, kept["best_so_far"][own].astype(float), color=COLOURS[seed])
-            level = float(kept["vanilla"][of_body][0])
+                mask = of_body & (table["seed"].astype(int) == seed)
+                along = table["generation"][mask].astype(int)
+                ax.plot(along, table["centre"][mask].astype(float), color=COLOURS[seed], alpha=0.35)
+                ax.plot(along, table["best_so_far"][mask].astype(float), color=COLOURS[seed])
+            level = float(table["vanilla"][of_body][0])
             ax.axhline(level, color="0.4", linestyle="--", linewidth=0.8)
             ax.set_title(name)
             ax.set_xlabel("generation" if k >= len(names) - 3 else "")
@@ -275,17 +275,15 @@ def table(work: Path) -> None:
 
 def as_text() -> str:
     """The table in Markdown."""
-    kept = read_csv(OUT / "walkers.csv")
+    table = read_csv(OUT / "walkers.csv")
     lines = ["| body | | return, mean (least, most) | distance [m] | time [s] |", "|---" * 5 + "|"]
-    for name in (name for name in LEARNED if name in set(kept["body"])):
-        for at in np.flatnonzero(kept["body"] == name):
-            row = {title: column[at] for title, column in kept.items()}
+    for name in (name for name in LEARNED if name in set(table["body"])):
+        for index in np.flatnonzero(table["body"] == name):
+            row = {title: column[index] for title, column in table.items()}
             numbers = [float(row[t]) for t in ("return", "least_return", "most_return")]
-            mean, least, most = (f"{number:.3g}" for number in numbers)
+            mean, low, high = (f"{number:.3g}" for number in numbers)
             went, lasted = (f"{float(row[t]):.2f}" for t in ("distance_m", "time_s"))
-            lines.append(
-                f"| {name} | {row['way']} | {mean} ({least}, {most}) | {went} | {lasted} |"
-            )
+            lines.append(f"| {name} | {row['way']} | {mean} ({low}, {high}) | {went} | {lasted} |")
     return "\n".join(lines) + "\n"
 
 

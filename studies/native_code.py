@@ -46,8 +46,8 @@ def programs() -> dict[str, Program]:
     def scenario(limbs: int, omega: float, height_m: float = 1.2) -> Scenario:
         shape = (limbs, LANES) if limbs > 1 else (LANES,)
         phases = rng.uniform(0.0, 2 * np.pi, shape)
-        usual = (np.full(LANES, x) for x in (height_m, 0.0, 0.0, np.inf))
-        height, velocity, drop, dropped = usual
+        columns = (np.full(LANES, x) for x in (height_m, 0.0, 0.0, np.inf))
+        height, velocity, drop, dropped = columns
         return Scenario(np.full(shape, omega), height, velocity, phases, drop, dropped)
 
     def upright(body: Body) -> Program:
@@ -65,10 +65,10 @@ def programs() -> dict[str, Program]:
     }
 
 
-def episode(controller: Controller, of: Body) -> TracedEpisode:
+def episode(controller: Controller, subject: Body) -> TracedEpisode:
     """The closed loop with its totals."""
     loop = ClosedLoop(controller, PredictorCorrector())
-    recorder = Recorder.of(controller, of, NEEDS)
+    recorder = Recorder.of(controller, subject, NEEDS)
 
     def spread(lanes: Any) -> Any:
         weights, scenario = lanes
@@ -77,8 +77,8 @@ def episode(controller: Controller, of: Body) -> TracedEpisode:
     def start(lanes: Any, shared: Any) -> Any:
         (rows, scenario), (body, tick_s) = spread(lanes), shared
         lane = loop.start(rows, body, scenario, tick_s)
-        given = rows, body, scenario, lane, jnp.int32(0), tick_s
-        return lane, recorder.nothing(lambda: loop.tick(*given)[1])[0]
+        arguments = rows, body, scenario, lane, jnp.int32(0), tick_s
+        return lane, recorder.nothing(lambda: loop.tick(*arguments)[1])[0]
 
     def tick(lanes: Any, shared: Any, state: Any, index: Any) -> Any:
         (rows, scenario), (body, tick_s), (lane, totals) = spread(lanes), shared, state
@@ -125,21 +125,21 @@ def row(
             collect=lambda *group: None,
         )
 
-    ways = [lambda v=v: native(v) for v in (1, 2, 3)]
-    times = np.array([[core_seconds(way) for way in ways] for _ in range(REPEATS)])
+    variants = [lambda v=v: native(v) for v in (1, 2, 3)]
+    times = np.array([[core_seconds(variant) for variant in variants] for _ in range(REPEATS)])
     best = times.min(axis=0)
     ticks = LANES * timing.n_frames * timing.ticks_per_frame
-    return [took[0], *(ticks / each for each in best)]
+    return [took[0], *(ticks / seconds for seconds in best)]
 
 
 def main() -> None:
     """Print the table."""
     print("| program | until it runs [core-s] | 1 vector | 2 | 3 |")
     print("|---|---|---|---|---|")
-    for name, of in programs().items():
-        until, *rates = row(*of)
-        shown = " | ".join(f"{rate:.2g}" for rate in rates)
-        print(f"| {name} | {until:.1f} | {shown} |", flush=True)
+    for name, program in programs().items():
+        until, *rates = row(*program)
+        text = " | ".join(f"{rate:.2g}" for rate in rates)
+        print(f"| {name} | {until:.1f} | {text} |", flush=True)
 
 
 if __name__ == "__main__":

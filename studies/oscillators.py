@@ -91,15 +91,15 @@ class Matter:
         if not self.tables_only:
             runner.run(self.plan, self.dir, partial(runner.on_cores, workers=self.workers))
         columns = self._columns()
-        found = [
+        results = [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
         ]
-        write_rows(self.out / "matter.csv", found, digits=5, by=CELL)
+        write_rows(self.out / "matter.csv", results, digits=5, by=CELL)
         rows = read_csv(self.out / "matter.csv", (*CELL, *SHOWN))
         for omega in np.unique(rows["omega_t"]):
-            own = _where(rows, rows["omega_t"] == omega)
-            write_text(self.out / f"matter-w{omega}.md", markdown(own))
-            save_figure(draw(own), self.out / f"matter-w{omega}.png")
+            selection = _where(rows, rows["omega_t"] == omega)
+            write_text(self.out / f"matter-w{omega}.md", markdown(selection))
+            save_figure(draw(selection), self.out / f"matter-w{omega}.png")
 
     @property
     def plan(self) -> Plan:
@@ -123,9 +123,9 @@ class Matter:
             "architecture": [model.partition("-")[0] for model, _, _ in parts],
             "oscillator": [oscillator or PHASE for _, _, oscillator in parts],
         }
-        kept = ("omega_t", "run", "best_fitness", "episodes_trained", "ended")
+        fields = ("omega_t", "run", "best_fitness", "episodes_trained", "ended")
         measured = tuple(m.name for m in metrics() if m.name in table.columns)
-        return {**place, **{name: table[name] for name in (*kept, *measured)}}
+        return {**place, **{name: table[name] for name in (*fields, *measured)}}
 
 
 def model_name(architecture: str, oscillator: str, omega: float) -> str:
@@ -152,13 +152,13 @@ def compared(rows: dict[str, Any], oscillator: str, name: str) -> tuple[float, f
             np.asarray(rows["omega_t"]) == cell[1]
         )
         ours, theirs = (
-            values[inside & (np.asarray(rows["oscillator"]) == each)]
-            for each in (oscillator, PHASE)
+            values[inside & (np.asarray(rows["oscillator"]) == candidate)]
+            for candidate in (oscillator, PHASE)
         )
         if len(ours) and len(theirs):
             strata.append((ours, theirs))
-    found = stratified_difference(strata)
-    return found.mean, found.low, found.high
+    estimate = stratified_difference(strata)
+    return estimate.mean, estimate.low, estimate.high
 
 
 def markdown(rows: dict[str, Any]) -> str:
@@ -191,28 +191,28 @@ def _table(title: str, rows: dict[str, Any]) -> str:
 def title(oscillator: str) -> str:
     """An oscillator as it is written in the figure."""
     name = oscillator.removeprefix("learned-")
-    written = _TITLES.get(name, name)
-    return written if name == oscillator else f"{written}, learned"
+    text = _TITLES.get(name, name)
+    return text if name == oscillator else f"{text}, learned"
 
 
 def draw(rows: dict[str, Any]) -> Figure:
     """Fitness and share of settled gaits: a mark a run, a line at the mean of an architecture."""
-    shown = ("best_fitness", "limit_cycle_share")
+    metrics = ("best_fitness", "limit_cycle_share")
     present = [name for name in COMPARED if name in set(rows["oscillator"])]
     architectures = [name for name in ARCHITECTURES if name in set(rows["architecture"])]
     where = {name: np.asarray(rows[name]) for name in ("architecture", "oscillator")}
     with styled():
         figure = new_figure(PAGE_IN, 4.4)
-        panels = figure.subplots(len(shown), 1, sharex=True)
+        panels = figure.subplots(len(metrics), 1, sharex=True)
         width = 0.8 / len(present)
-        for panel, name in zip(panels, shown, strict=True):
+        for panel, name in zip(panels, metrics, strict=True):
             values = column(rows, name)
-            for at, oscillator in enumerate(present):
-                colour = COLOURS[at % len(COLOURS)]
+            for position, oscillator in enumerate(present):
+                colour = COLOURS[position % len(COLOURS)]
                 for place, architecture in enumerate(architectures):
                     inside = where["architecture"] == architecture
                     y = values[inside & (where["oscillator"] == oscillator)]
-                    x = place - 0.4 + (at + 0.5) * width
+                    x = place - 0.4 + (position + 0.5) * width
                     label = title(oscillator) if place == 0 else None
                     panel.plot(np.full(len(y), x), y, ".", color=colour, ms=3, alpha=0.6)
                     if np.isfinite(y).any():

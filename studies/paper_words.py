@@ -20,10 +20,10 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Hash the paper's runs of words.")
     parser.add_argument("paper", type=Path)
     parser.add_argument("--out", type=Path, required=True)
-    given = parser.parse_args(words)
-    found = sorted(hashes_of(given.paper.read_text(encoding="utf-8")))
-    write_atomically(given.out, "\n".join(found) + "\n")
-    print(f"wrote {len(found)} hashes to {given.out}")
+    arguments = parser.parse_args(words)
+    hashes = sorted(hashes_of(arguments.paper.read_text(encoding="utf-8")))
+    write_atomically(arguments.out, "\n".join(hashes) + "\n")
+    print(f"wrote {len(hashes)} hashes to {arguments.out}")
 
 
 if __name__ == "__main__":

@@ -134,43 +134,43 @@ class ParameterLimit:
     def run(self) -> None:
         """Do it all."""
         output_folder(self.out)
-        found = [
-            self._train(way, size)
+        trainings = [
+            self._train(rule, size)
             for size in self.sizes
-            for way in self.ways
-            if size <= LARGEST.get(way, size)
+            for rule in self.ways
+            if size <= LARGEST.get(rule, size)
         ]
-        write_tables(found, self.out)
-        save_figure(draw(found), self.out / "parameter_limit.png")
-        print_summary(found)
+        write_tables(trainings, self.out)
+        save_figure(draw(trainings), self.out / "parameter_limit.png")
+        print_summary(trainings)
 
-    def _train(self, way: str, size: int) -> Trained:
-        model, settings = find(self.model), WAYS[way](size)
+    def _train(self, rule: str, size: int) -> Trained:
+        model, settings = find(self.model), WAYS[rule](size)
         experiment = model.experiment(budget=size)
         episode_s = experiment.timing.duration_s
-        whole = Stopping(generations=self.generations)
+        stopping = Stopping(generations=self.generations)
         run = Run(
             experiment=experiment,
             seeds=tuple(range(self.seeds)),
-            learner=Evolution(algorithm=settings, stopping=whole),
+            learner=Evolution(algorithm=settings, stopping=stopping),
         )
-        folder = self.work / f"{model.name}-{size}-{way.replace(' ', '-')}"
+        folder = self.work / f"{model.name}-{size}-{rule.replace(' ', '-')}"
         train(run, folder)
         with (folder / "curves.csv").open() as stream:
             rows = list(csv.DictReader(stream))
 
         def column(name: str) -> np.ndarray:
             """[generations, seeds]; NaN after a run's end."""
-            own = [[float(r[name]) for r in rows if int(r["seed"]) == s] for s in run.seeds]
-            longest = max(map(len, own))
-            return np.array([each + [np.nan] * (longest - len(each)) for each in own]).T
+            values = [[float(r[name]) for r in rows if int(r["seed"]) == s] for s in run.seeds]
+            longest = max(map(len, values))
+            return np.array([series + [np.nan] * (longest - len(series)) for series in values]).T
 
         fitness = column("fitness")
         # A rollout that failed has a fitness of minus a million, which says nothing in a mean.
         fitness = np.where(fitness > 0.5 * FAILED_FITNESS, fitness, np.nan)
         best = (np.nan_to_num(fitness, nan=FAILED_FITNESS).argmax(axis=0), np.arange(self.seeds))
         return Trained(
-            way,
+            rule,
             size,
             model.controller(size).n_weights,
             settings,
@@ -180,12 +180,12 @@ class ParameterLimit:
         )
 
 
-def write_tables(found: list[Trained], out: Path) -> None:
+def write_tables(trainings: list[Trained], out: Path) -> None:
     """`parameter_limit.csv`: a row per training; `parameter_limit_curves.csv`: means over seeds."""
     with (out / "parameter_limit.csv").open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(COLUMNS)
-        for t in found:
+        for t in trainings:
             s = t.settings
             for seed in range(t.best.shape[1]):
                 numbers = np.nan_to_num([t.best[0, seed], t.best[-1, seed]], nan=FAILED_FITNESS)
@@ -195,46 +195,53 @@ def write_tables(found: list[Trained], out: Path) -> None:
     with (out / "parameter_limit_curves.csv").open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(["way", "parameters", "simulated_s", "fitness", "low", "high"])
-        for t in found:
+        for t in trainings:
             for time_s, row in zip(t.simulated_s, t.best, strict=True):
                 i = interval(row)
                 numbers = (f"{x:.5g}" for x in (i.mean, i.low, i.high))
                 table.writerow([t.way, t.n_weights, f"{time_s:g}", *numbers])
 
 
-def draw(found: list[Trained]):
+def draw(trainings: list[Trained]):
     """Fitness over the number of parameters, and the learning curves of the scaled settings."""
     with styled():
         figure = new_figure(PAGE_IN, 2.6)
-        left, right = figure.subplots(1, 2)
-        for shift, way in enumerate(dict.fromkeys(t.way for t in found)):
-            chosen = [t for t in found if t.way == way]
-            x = np.array([t.n_weights for t in chosen]) * 1.04 ** (shift - 1)
-            i = [t.fitness for t in chosen]
-            mean = np.array([one.mean for one in i])
-            errors = [mean - [one.low for one in i], [one.high for one in i] - mean]
-            left.errorbar(x, mean, errors, marker="os^"[shift], ms=3, capsize=2, label=way)
-        first = {t.n_weights: t.untrained.mean for t in found}
-        left.plot(list(first), list(first.values()), ":", color="0.5", label="untrained")
-        left.axvline(128, color="0.8", lw=0.8, zorder=0)
-        left.set(xscale="log", xlabel="parameters", ylabel="fitness", yscale="symlog")
-        left.set_xticks(list(first), [str(n) for n in first])
-        left.minorticks_off()
-        left.legend()
-        shown = "scaled" if any(t.way == "scaled" for t in found) else found[0].way
-        for t in found:
-            if t.way == shown:
-                right.plot(t.simulated_s / 1e3, np.nanmean(t.best, axis=1), label=f"{t.n_weights}")
-        right.set(xlabel="simulated time [1000 s]", title=f"settings {shown}", yscale="symlog")
-        right.legend(title="parameters")
+        left_axes, right_axes = figure.subplots(1, 2)
+        for shift, rule in enumerate(dict.fromkeys(t.way for t in trainings)):
+            selection = [t for t in trainings if t.way == rule]
+            x = np.array([t.n_weights for t in selection]) * 1.04 ** (shift - 1)
+            i = [t.fitness for t in selection]
+            mean = np.array([estimate.mean for estimate in i])
+            errors = [
+                mean - [estimate.low for estimate in i],
+                [estimate.high for estimate in i] - mean,
+            ]
+            left_axes.errorbar(x, mean, errors, marker="os^"[shift], ms=3, capsize=2, label=rule)
+        first = {t.n_weights: t.untrained.mean for t in trainings}
+        left_axes.plot(list(first), list(first.values()), ":", color="0.5", label="untrained")
+        left_axes.axvline(128, color="0.8", lw=0.8, zorder=0)
+        left_axes.set(xscale="log", xlabel="parameters", ylabel="fitness", yscale="symlog")
+        left_axes.set_xticks(list(first), [str(n) for n in first])
+        left_axes.minorticks_off()
+        left_axes.legend()
+        drawn_rule = "scaled" if any(t.way == "scaled" for t in trainings) else trainings[0].way
+        for t in trainings:
+            if t.way == drawn_rule:
+                right_axes.plot(
+                    t.simulated_s / 1e3, np.nanmean(t.best, axis=1), label=f"{t.n_weights}"
+                )
+        right_axes.set(
+            xlabel="simulated time [1000 s]", title=f"settings {drawn_rule}", yscale="symlog"
+        )
+        right_axes.legend(title="parameters")
     return figure
 
 
-def print_summary(found: list[Trained]) -> None:
+def print_summary(trainings: list[Trained]) -> None:
     """Fitness with its interval, and its difference to that of the smallest size."""
     print("way         weights    std  untrained  fitness [95 %]             minus smallest size")
-    for t in found:
-        smallest = next(other for other in found if other.way == t.way)
+    for t in trainings:
+        smallest = next(training for training in trainings if training.way == t.way)
         i, d = t.fitness, difference(t.best[-1], smallest.best[-1])
         print(
             f"{t.way:12}{t.n_weights:7}{t.settings.std:7.3f}{t.untrained.mean:11.3f}"

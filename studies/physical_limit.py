@@ -45,8 +45,8 @@ FREE = 1000.0
 def cases() -> Iterator[tuple[str, float, float]]:
     """Condition, level and frequency as it is trained [rad/s]."""
     for name in ("omega", *FIELDS):
-        each = CATALOGUE[name]
-        for level in sorted({each.neutral, *each.levels}):
+        disturbance = CATALOGUE[name]
+        for level in sorted({disturbance.neutral, *disturbance.levels}):
             yield from ((name, level, omega) for omega in OMEGAS)
 
 
@@ -61,14 +61,14 @@ def disturbed(name: str, level: float) -> Hopper:
 def row(name: str, level: float, omega: float) -> dict[str, Any]:
     """Return the best gait found and the proved bound."""
     body = disturbed(name, level)
-    own = omega * level if name == "omega" else omega
+    frequency = omega * level if name == "omega" else omega
     row = {"condition": name, "level": level, "omega": omega}
     try:
-        best = optimise(body, own, starts=STARTS).cot_inverse
+        best = optimise(body, frequency, starts=STARTS).cot_inverse
     except TegotaeError:
         best = np.nan
     try:
-        bound = upper_bound(body, own, best=float(np.nan_to_num(best)))
+        bound = upper_bound(body, frequency, best=float(np.nan_to_num(best)))
     except TegotaeError:
         bound = np.nan
     # What it falls from, if full force stops it within the leg: at least this, as the
@@ -86,13 +86,13 @@ def text() -> str:
     lines = [f"| {' | '.join([*titles, 'falls that it can stop [l0]'])} |", "|---" * 5 + "|"]
     for name, level in dict.fromkeys((r["condition"], r["level"]) for r in rows):
         mine = [r for r in rows if (r["condition"], r["level"]) == (name, level)]
-        cells = [f"{_said(r['cot_inverse'])}, {_said(r['upper_bound'])}" for r in mine]
+        cells = [f"{_text(r['cot_inverse'])}, {_text(r['upper_bound'])}" for r in mine]
         caught = f"{float(mine[0]['caught_l0']):.1f}"
         lines.append(f"| {' | '.join([name, level, *cells, caught])} |")
     return "\n".join(lines) + "\n"
 
 
-def _said(cell: str) -> str:
+def _text(cell: str) -> str:
     if not cell:
         return "–"
     return f"{float(cell):.2f}" if float(cell) < FREE else "∞"

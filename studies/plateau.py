@@ -124,15 +124,15 @@ class Plateau:
         for name in dict.fromkeys(rows["setting"]):
             cells = []
             for model, budget in itertools.product(models, ("5120", "15360")):
-                of = (rows["setting"] == name) & (rows["model"] == model)
-                best = np.maximum(numbers(rows[budget][of]), 0.0)
+                mask = (rows["setting"] == name) & (rows["model"] == model)
+                best = np.maximum(numbers(rows[budget][mask]), 0.0)
                 cells.append(f"{best.mean():.2f} ({best.min():.2f})")
             lines.append(f"| {name} | " + " | ".join(cells) + " |")
         write_atomically(self.out / "plateau.md", "\n".join(lines) + "\n")
 
     def _train(self, model: str, stages: Stages) -> tuple[np.ndarray, np.ndarray]:
         """Episodes done after each generation, and the mean's fitness [generations, seeds]."""
-        weights, done = None, 0
+        weights, generation = None, 0
         episodes: list[int] = []
         fitness: list[np.ndarray] = []
         for stage, (algorithm, share) in enumerate(stages):
@@ -150,8 +150,8 @@ class Plateau:
                 else _from(run, weights)
             )
             for reached, curves in run.learner.evolve(run.experiment, run.seeds, begun):
-                done += algorithm.population
-                episodes.append(done)
+                generation += algorithm.population
+                episodes.append(generation)
                 fitness.append(curves.centre_fitness)
                 weights = np.asarray(reached.best_weights)
         return np.array(episodes), np.array(fitness)
@@ -178,18 +178,20 @@ def _rows(
     rule = _FIRST_RULE
     rows = []
     for seed, (curve, of_seed) in enumerate(zip(fitness.T, best.T, strict=True)):
-        at = [of_seed[np.searchsorted(episodes, budget, side="right") - 1] for budget in BUDGETS]
-        values = [f"{x:.4f}" for x in at]
+        best_at_budget = [
+            of_seed[np.searchsorted(episodes, budget, side="right") - 1] for budget in BUDGETS
+        ]
+        values = [f"{x:.4f}" for x in best_at_budget]
         ends, misses = "", ""
         if name != RESTARTS:
             # The rule counts generations of 32 episodes.
             at_32 = np.searchsorted(episodes, np.arange(32, episodes[-1] + 1, 32))
-            seen = curve[np.minimum(at_32, len(curve) - 1)]
-            done = next(
-                (n for n in range(1, len(seen)) if rule.reason(seen[:n]) != RUNNING), len(seen)
+            score = curve[np.minimum(at_32, len(curve) - 1)]
+            solved = next(
+                (n for n in range(1, len(score)) if rule.reason(score[:n]) != RUNNING), len(score)
             )
-            reached = of_seed[np.searchsorted(episodes, 32 * done, side="right") - 1]
-            ends, misses = 32 * done, f"{of_seed[-1] - reached:.4f}"
+            reached = of_seed[np.searchsorted(episodes, 32 * solved, side="right") - 1]
+            ends, misses = 32 * solved, f"{of_seed[-1] - reached:.4f}"
         rows.append((name, model, seed, *values, ends, misses))
     return rows
 
@@ -203,9 +205,11 @@ def draw(table: Mapping[str, np.ndarray]) -> Figure:
         panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
         for panel, model in zip(panels, models, strict=True):
             for row, name in enumerate(names):
-                of = (table["setting"] == name) & (table["model"] == model)
+                mask = (table["setting"] == name) & (table["model"] == model)
                 # What does not hop yet would drown what does.
-                early, last = (np.maximum(numbers(table[at][of]), 0.0) for at in ("5120", "15360"))
+                early, last = (
+                    np.maximum(numbers(table[title][mask]), 0.0) for title in ("5120", "15360")
+                )
                 panel.plot(last, np.full(len(last), row), ".", color="0.6", ms=3)
                 panel.plot(early.mean(), row, "|", color=COLOURS[1], ms=9, mew=1.6)
                 panel.plot(last.mean(), row, "|", color=COLOURS[0], ms=9, mew=1.6)

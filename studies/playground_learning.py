@@ -39,20 +39,22 @@ await learn(task, ({ generation, best }) => {
 def main() -> None:
     """Learn from every start, and write the table."""
     page = Page(standard()).document()
-    art = next(each for each in page["controllers"] if each["label"].startswith("ART:"))
+    art = next(
+        controller for controller in page["controllers"] if controller["label"].startswith("ART:")
+    )
     engine = page["engines"][art["engines"]["hopper"]]
-    hopper = next(each for each in page["bodies"] if each["name"] == "hopper")
+    hopper = next(controller for controller in page["bodies"] if controller["name"] == "hopper")
     best = optimum.best(Hopper(), 8.0)
-    given = {f"body.{name}": value for name, value in hopper["numbers"].items()}
-    given |= {"omega": 8.0, "ground_m": 0.0, "release.height_m": 1.2}
-    given |= {"release.velocity_m_per_s": 0.0, "release.phase_rad": 0.0}
+    fields = {f"body.{name}": value for name, value in hopper["numbers"].items()}
+    fields |= {"omega": 8.0, "ground_m": 0.0, "release.height_m": 1.2}
+    fields |= {"release.velocity_m_per_s": 0.0, "release.phase_rad": 0.0}
     learning = page["learning"]
     rows = []
     for start, weights in enumerate(art["starts"]):
         task = {
             "wasm": base64.b64encode(gzip.decompress(base64.b64decode(engine["wasm"]))).decode(),
             "layout": engine["layout"],
-            "given": given,
+            "given": fields,
             "weights": weights,
             "settings": learning["settings"],
             "timing": learning["timing"],
@@ -61,8 +63,8 @@ def main() -> None:
             "generations": learning["generations"],
             "enough": NEAR * best,
         }
-        there, generations, fitness, seconds = learned(task)
-        rows.append([start, there, generations, f"{fitness:.4f}", f"{seconds:.1f}"])
+        solved, generations, fitness, seconds = learned(task)
+        rows.append([start, solved, generations, f"{fitness:.4f}", f"{seconds:.1f}"])
         print(rows[-1], flush=True)
     with OUT.open("w", newline="") as file:
         csv.writer(file).writerows([["start", "near", "generations", "fitness", "seconds"], *rows])
@@ -76,8 +78,8 @@ def learned(task: dict) -> list:
         script.write_text(SCRIPT)
         command = ["node", "--no-warnings", str(script), worker.as_uri()]
         text = json.dumps(task)
-        done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
+        process = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
+    return json.loads(process.stdout)
 
 
 if __name__ == "__main__":

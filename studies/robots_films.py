@@ -50,8 +50,8 @@ DISTURBED = {
     "blocks of 4 cm": (PACED, 1.2, Condition(blocks_m=0.04), 4.0),
 }
 LOST = {
-    "the left fore leg is lost at 2 s": (TUNED, 0.92, Condition(lost="FL"), 1.5),
-    "the right hind leg is lost at 2 s": (TUNED, 0.92, Condition(lost="RR"), 1.5),
+    "the left fore leg is lost at 2 s": (TUNED, 0.92, Condition(lost_leg="FL"), 1.5),
+    "the right hind leg is lost at 2 s": (TUNED, 0.92, Condition(lost_leg="RR"), 1.5),
 }
 """A law, the commanded speed [m/s], condition, and when the film begins [s]."""
 OF_GO1 = {"speeds": SPEEDS, "disturbed": DISTURBED, "lost": LOST}
@@ -82,12 +82,12 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
     with tempfile.TemporaryDirectory() as folder:
         wiring, law = f"{folder}/legs.toml", f"{folder}/law.json"
         where = ["--feet", *feet, "--settings", "legs=true", "noise=0.02", "release_m=0.01"]
-        there = ["--env", model, "--wiring", wiring, *where, "--omega", str(omega)]
+        options = ["--env", model, "--wiring", wiring, *where, "--omega", str(omega)]
         assert not main(["wiring", "suggest", model, *where, "--out", wiring])
-        assert not main(["wiring", "transfer", LAW, *there, "--out", law])
+        assert not main(["wiring", "transfer", LAW, *options, "--out", law])
         saved = resolve(law).controller()
-        own = dataclasses.replace(EnvExperiment.of(saved), duration_s=2.0 + SECONDS)
-        (episode,) = replay(own, np.asarray(saved.weights)[None], seed=START)
+        task = dataclasses.replace(EnvExperiment.of(saved), duration_s=2.0 + SECONDS)
+        (episode,) = replay(task, np.asarray(saved.weights)[None], seed=START)
         yield from film(episode)[round(2.0 * FRAMES_PER_S) :: EVERY]
 
 
@@ -101,10 +101,10 @@ def of_go1(
     course, alive = Course(condition, [START], begin_s + SECONDS), np.ones(1, bool)
     course.reset(np.array([START]), alive)
     law = by_law(wiring, np.ravel(saved.weights)[None])(course, omega, False)
-    states, each = [], round(EVERY / FRAMES_PER_S / course.step_s)
+    states, stride = [], round(EVERY / FRAMES_PER_S / course.step_s)
     for step in range(round((begin_s + SECONDS) / course.step_s)):
         course.step(law.act(course.felt(law.read)), alive)
-        if step >= begin_s / course.step_s and not step % each:
+        if step >= begin_s / course.step_s and not step % stride:
             states.append(course.states[0])
     course.close()
     with model_camera(course.model, 4.0 * 0.3) as picture:
@@ -121,9 +121,9 @@ def write(file: Path, panels: dict[str, Sequence[np.ndarray]]) -> None:
     for k in range(min(map(len, panels.values()))):
         row = Image.new("RGB", (WIDTH * len(panels), 240))
         for i, (title, frames) in enumerate(panels.items()):
-            own = Image.fromarray(frames[k]).resize((WIDTH, 240))
-            ImageDraw.Draw(own).text((8, 6), title.replace("_", " "), fill=(20, 20, 20))
-            row.paste(own, (WIDTH * i, 0))
+            inset = Image.fromarray(frames[k]).resize((WIDTH, 240))
+            ImageDraw.Draw(inset).text((8, 6), title.replace("_", " "), fill=(20, 20, 20))
+            row.paste(inset, (WIDTH * i, 0))
         pictures.append(row)
     still = round(1000.0 * EVERY / FRAMES_PER_S)
     pictures[0].save(

@@ -93,8 +93,8 @@ class SecondLook:
                 self.train(algorithm, model, self.out / algorithm / model)
         first = read_curves([self.first])
         second = read_curves([self.out]).replace({"algorithm": LABELS})
-        shown = pd.concat([first[first["algorithm"] == "pgpe-figure3"], second], ignore_index=True)
-        save_figure(algorithms_figure(shown), self.figure)
+        curves = pd.concat([first[first["algorithm"] == "pgpe-figure3"], second], ignore_index=True)
+        save_figure(algorithms_figure(curves), self.figure)
         write_tables(self.figure, algorithms_tables(second))
         print(algorithms_compared(pd.concat([first, second], ignore_index=True)).to_string())
 

@@ -69,9 +69,9 @@ class ShortLaws:
     def _of_omega(self, omega: float) -> pd.DataFrame:
         rows = []
         for name in (*VANILLA, *LAWS, *LEARNED):
-            called = f"{name}-w{omega:g}"
-            numbers = resolve(called).experiment().controller.n_weights
-            subject = called if name in VANILLA else str(self._trained(called))
+            label = f"{name}-w{omega:g}"
+            numbers = resolve(label).experiment().controller.n_weights
+            subject = label if name in VANILLA else str(self._trained(label))
             rows.append(merits(subject, name, numbers, omega))
         return pd.concat(rows)
 
@@ -82,7 +82,7 @@ class ShortLaws:
 
 def merits(subject: str, name: str, numbers: int, omega: float) -> pd.DataFrame:
     """Merit, settled share and following of every run."""
-    found = tg.evaluate(subject).frame()
+    scores = tg.evaluate(subject).frame()
 
     def of_run(run: pd.DataFrame) -> pd.Series:
         settled = run.limit_cycle_share.to_numpy() > 0.0
@@ -96,7 +96,7 @@ def merits(subject: str, name: str, numbers: int, omega: float) -> pd.DataFrame:
             }
         )
 
-    runs = found.groupby("run").apply(of_run, include_groups=False).reset_index()
+    runs = scores.groupby("run").apply(of_run, include_groups=False).reset_index()
     runs.insert(0, "controller", name)
     runs.insert(1, "numbers", numbers)
     runs.insert(2, "omega_t_rad_per_s", omega)
@@ -109,26 +109,26 @@ def table(runs: pd.DataFrame) -> str:
         "| ω_t | controller | numbers | merit [m/J] | best run | settled share | following |",
         "|---|---|---|---|---|---|---|",
     ]
-    for _, of in runs.groupby(["omega_t_rad_per_s", "controller"], sort=False):
-        omega, name = of.omega_t_rad_per_s.iloc[0], of.controller.iloc[0]
-        merit = _with_interval(of.merit_m_per_j, (0.0, math.inf))
-        share = _with_interval(of.settled_share, (0.0, 1.0))
-        following = _with_interval(of.following, (-math.inf, math.inf))
+    for _, rows in runs.groupby(["omega_t_rad_per_s", "controller"], sort=False):
+        omega, name = rows.omega_t_rad_per_s.iloc[0], rows.controller.iloc[0]
+        merit = _with_interval(rows.merit_m_per_j, (0.0, math.inf))
+        share = _with_interval(rows.settled_share, (0.0, 1.0))
+        following = _with_interval(rows.following, (-math.inf, math.inf))
         lines.append(
-            f"| {omega:g} | {name} | {of.numbers.iloc[0]} | {merit} | {of.merit_m_per_j.max():.3f} "
-            f"| {share} | {following} |"
+            f"| {omega:g} | {name} | {rows.numbers.iloc[0]} | {merit} | "
+            f"{rows.merit_m_per_j.max():.3f} | {share} | {following} |"
         )
     return "\n".join(lines) + "\n"
 
 
 def _with_interval(values: pd.Series, within: tuple[float, float]) -> str:
-    known = values.dropna().to_numpy()
-    if not len(known):
+    finite = values.dropna().to_numpy()
+    if not len(finite):
         return "–"
-    if len(known) == 1:
-        return f"{known[0]:.3f}"
-    found = interval(known, within=within)
-    return f"{found.mean:.3f} [{found.low:.3f}, {found.high:.3f}]"
+    if len(finite) == 1:
+        return f"{finite[0]:.3f}"
+    estimate = interval(finite, within=within)
+    return f"{estimate.mean:.3f} [{estimate.low:.3f}, {estimate.high:.3f}]"
 
 
 if __name__ == "__main__":

@@ -21,25 +21,27 @@ NOT_FOR_USERS = ("all", "dev", "docs", "test")
 
 def closure(requirements: Iterable[str]) -> set[str]:
     """The names of all distributions that requirements need, of those that are installed."""
-    found: set[str] = set()
-    seen: set[tuple[str, str]] = set()
-    waiting = [Requirement(each) for each in requirements]
+    names: set[str] = set()
+    visited: set[tuple[str, str]] = set()
+    waiting = [Requirement(text) for text in requirements]
     while waiting:
-        wanted = waiting.pop()
-        name = canonicalize_name(wanted.name)
+        requirement = waiting.pop()
+        name = canonicalize_name(requirement.name)
         try:
-            needs = [Requirement(each) for each in distribution(name).requires or []]
+            needs = [Requirement(text) for text in distribution(name).requires or []]
         except PackageNotFoundError:
             continue
-        found.add(name)
-        for extra in {"", *wanted.extras} - {of for each, of in seen if each == name}:
-            seen.add((name, extra))
+        names.add(name)
+        for extra in {"", *requirement.extras} - {
+            option for text, option in visited if text == name
+        }:
+            visited.add((name, extra))
             waiting += [
                 need
                 for need in needs
                 if need.marker is None or need.marker.evaluate({"extra": extra})
             ]
-    return found
+    return names
 
 
 def megabytes(names: Iterable[str]) -> float:
@@ -52,13 +54,13 @@ def main() -> None:
     """Print a line for the plain installation, and one for each extra."""
     project = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]
     plain = closure(project["dependencies"])
-    each = sorted(((megabytes([name]), name) for name in plain), reverse=True)
-    largest = ", ".join(f"{name} {size:.0f}" for size, name in each[:8])
+    sizes = sorted(((megabytes([name]), name) for name in plain), reverse=True)
+    largest = ", ".join(f"{name} {size:.0f}" for size, name in sizes[:8])
     print(f"{'(none)':12}{megabytes(plain):6.0f} MB  {largest}")
     for extra, requirements in project["optional-dependencies"].items():
         if extra not in NOT_FOR_USERS:
-            more = sorted(closure(requirements) - plain)
-            print(f"{extra:12}{megabytes(more):6.0f} MB  {', '.join(more)}")
+            further = sorted(closure(requirements) - plain)
+            print(f"{extra:12}{megabytes(further):6.0f} MB  {', '.join(further)}")
 
 
 if __name__ == "__main__":

@@ -33,8 +33,8 @@ class Found(NamedTuple):
 
 def load(file: Path) -> Found:
     """Read the file of a search."""
-    with np.load(file) as kept:
-        return Found(*(kept[field] for field in Found._fields))
+    with np.load(file) as record:
+        return Found(*(record[field] for field in Found._fields))
 
 
 def search(
@@ -72,8 +72,8 @@ def search(
 
     @jax.jit
     def ask(number, state):
-        own = jax.vmap(lambda key: jax.random.fold_in(key, number))(keys)
-        return jax.lax.map(lambda a: strategy.ask(*a, settings), (own, state))
+        keys_of_step = jax.vmap(lambda key: jax.random.fold_in(key, number))(keys)
+        return jax.lax.map(lambda a: strategy.ask(*a, settings), (keys_of_step, state))
 
     @jax.jit
     def tell(x, loss, state):
@@ -81,33 +81,33 @@ def search(
 
     state = begin(jnp.asarray(start, "float32"))
     leaves, tree = jax.tree.flatten(state)
-    best, least = np.array(start, float), np.full(starts, np.inf)
+    best, lowest = np.array(start, float), np.full(starts, np.inf)
     history: list[np.ndarray] = []
     typical: list[np.ndarray] = []
     if checkpoint.exists():
-        with np.load(checkpoint) as kept:
-            state = jax.tree.unflatten(tree, [kept[f"state{k}"] for k in range(len(leaves))])
-            best, least = kept["x"].copy(), kept["loss"].copy()
-            history, typical = list(kept["history"]), list(kept["typical"])
+        with np.load(checkpoint) as record:
+            state = jax.tree.unflatten(tree, [record[f"state{k}"] for k in range(len(leaves))])
+            best, lowest = record["x"].copy(), record["loss"].copy()
+            history, typical = list(record["history"]), list(record["typical"])
 
-    def found() -> Found:
+    def result() -> Found:
         centre = np.asarray(state.mean, float)
-        return Found(best, least, centre, np.array(history), np.array(typical))
+        return Found(best, lowest, centre, np.array(history), np.array(typical))
 
     for number in range(len(history), generations):
         x, state = ask(number, state)
-        own = np.array(x, float)
+        samples = np.array(x, float)
         if number == 0:
-            own[:, 0] = start
-        loss = losses(own.reshape(-1, size), number).reshape(starts, population)
-        state = tell(jnp.asarray(own, "float32"), jnp.asarray(loss, "float32"), state)
-        k, each = loss.argmin(axis=1), np.arange(starts)
-        better = each[loss[each, k] < least]
-        best[better], least[better] = own[better, k[better]], loss[better, k[better]]
-        history.append(least.copy())
+            samples[:, 0] = start
+        loss = losses(samples.reshape(-1, size), number).reshape(starts, population)
+        state = tell(jnp.asarray(samples, "float32"), jnp.asarray(loss, "float32"), state)
+        k, rows = loss.argmin(axis=1), np.arange(starts)
+        better = rows[loss[rows, k] < lowest]
+        best[better], lowest[better] = samples[better, k[better]], loss[better, k[better]]
+        history.append(lowest.copy())
         typical.append(np.median(loss, axis=1))
-        progress(number + 1, least)
+        progress(number + 1, lowest)
         if (number + 1) % KEPT_EVERY == 0 or number + 1 == generations:
             states = {f"state{k}": leaf for k, leaf in enumerate(jax.tree.leaves(state))}
-            np.savez(checkpoint, **found()._asdict(), **states)
-    return found()
+            np.savez(checkpoint, **result()._asdict(), **states)
+    return result()

@@ -62,9 +62,9 @@ class ToTheOptimum:
         records = {record.model: record for record in Folder(self.study).all()[0]}
         rows, forces = [], {}
         for name in MODELS:
-            for how, run in chosen(records[name]).items():
+            for criterion, run in runs_by_criterion(records[name]).items():
                 orbit = orbit_of(records[name], run)
-                label = f"{name}, {how}"
+                label = f"{name}, {criterion}"
                 if orbit is not None:
                     rows.append({"controller": label, "run": run, **budget_of(orbit)})
                     forces[label] = stance_of(orbit)
@@ -81,14 +81,14 @@ class ToTheOptimum:
         print(markdown(budgets))
 
 
-def chosen(record: Record) -> dict[str, int]:
+def runs_by_criterion(record: Record) -> dict[str, int]:
     """The run of highest fitness, and that of highest CoT⁻¹ at ω_t in the evaluation."""
     at_omega_t = len(record.omega) // 2
     cot = np.nan_to_num(record.episodes["cot_inverse"][:, at_omega_t], nan=-1.0)
-    found = {"by fitness": int(np.argmax(record.best_fitness)), "best": int(np.argmax(cot))}
-    if record.experiment.is_searched or len(set(found.values())) == 1:
-        return {"by fitness": found["by fitness"]}
-    return found
+    indices = {"by fitness": int(np.argmax(record.best_fitness)), "best": int(np.argmax(cot))}
+    if record.experiment.is_searched or len(set(indices.values())) == 1:
+        return {"by fitness": indices["by fitness"]}
+    return indices
 
 
 def orbit_of(record: Record, run: int) -> Orbit | None:
@@ -104,7 +104,8 @@ def budget_of(orbit: Orbit) -> dict[str, float]:
     power = orbit.actuator_force_n * orbit.velocity_m_per_s
     climb = float((orbit.apex_height_m - BODY.rest_length_m).sum())
     absolute, taken = (
-        float(np.trapezoid(each, orbit.time_s)) for each in (np.abs(power), np.maximum(-power, 0.0))
+        float(np.trapezoid(values, orbit.time_s))
+        for values in (np.abs(power), np.maximum(-power, 0.0))
     )
     return budget(2.0 * np.pi * orbit.hops / orbit.period_s, climb, absolute, taken)
 
@@ -143,9 +144,9 @@ def markdown(budgets: pd.DataFrame) -> str:
 
 def figure(budgets: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Figure:
     """CoT⁻¹ over hop rate beside the optimum, and the forces over a stance."""
-    made = new_figure(PAGE_IN, 3.6)
-    left, right = made.subplots(1, 2)
-    draw_optimum(left, curve())
+    page = new_figure(PAGE_IN, 3.6)
+    left_axes, right_axes = page.subplots(1, 2)
+    draw_optimum(left_axes, curve())
     for i, row in enumerate(budgets.to_dict("records")):
         name = str(row["controller"])
         colour, stance = _COLOURS[i % len(_COLOURS)], forces[name]
@@ -153,12 +154,14 @@ def figure(budgets: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> F
             style = {"color": "black", "ls": "--" if i % 2 else "-", "zorder": 1.0}
         else:
             style = {"color": colour}
-            left.plot(row["hop_rate_rad_per_s"], row["cot_inverse_m_per_j"], "o", color=colour)
-        right.plot(stance["time_s"], stance["force_n"], label=name, lw=1.0, **style)
-    left.set(xlim=(2.8, 5.0), ylim=(0.8, 1.35), xlabel="hop rate [rad/s]", ylabel="CoT⁻¹ [m/J]")
-    right.set(xlim=(0.0, 0.65), xlabel="time since touchdown [s]", ylabel="actuator force [N]")
-    made.legend(loc="outside lower center", ncols=3, fontsize=6)
-    return made
+            left_axes.plot(row["hop_rate_rad_per_s"], row["cot_inverse_m_per_j"], "o", color=colour)
+        right_axes.plot(stance["time_s"], stance["force_n"], label=name, lw=1.0, **style)
+    left_axes.set(
+        xlim=(2.8, 5.0), ylim=(0.8, 1.35), xlabel="hop rate [rad/s]", ylabel="CoT⁻¹ [m/J]"
+    )
+    right_axes.set(xlim=(0.0, 0.65), xlabel="time since touchdown [s]", ylabel="actuator force [N]")
+    page.legend(loc="outside lower center", ncols=3, fontsize=6)
+    return page
 
 
 if __name__ == "__main__":

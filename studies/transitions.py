@@ -44,31 +44,33 @@ def swept(names: list[str]) -> list[dict[str, Any]]:
             runs.append((path.stem, settling(saved.system, saved.weights)))
     rows = []
     with reporting("sweeps", len(runs)) as reporter:
-        for done, (label, legged) in enumerate(runs, 1):
-            found = sweep(legged, LEVELS, dwell_s=DWELL, starts=STARTS)
-            rows += rows_of(label, found)
-            reporter.update(done, label)
+        for index, (label, legged) in enumerate(runs, 1):
+            result = sweep(legged, LEVELS, dwell_s=DWELL, starts=STARTS)
+            rows += rows_of(label, result)
+            reporter.update(index, label)
     return rows
 
 
-def rows_of(label: str, found: GaitSweep) -> list[dict[str, Any]]:
+def rows_of(label: str, result: GaitSweep) -> list[dict[str, Any]]:
     """Return the gait of most starts at each level, on each way."""
     rows = []
-    bistable = set(found.bistable.tolist())
-    for (way, omega), own in found.frame.groupby(["direction", "omega_rad_per_s"], sort=False):
-        names, counts = np.unique(own["gait"].to_numpy(str), return_counts=True)
-        lag = own["lag_cycles_LF"].dropna().to_numpy()
+    bistable = set(result.bistable.tolist())
+    for (direction, omega), group in result.frame.groupby(
+        ["direction", "omega_rad_per_s"], sort=False
+    ):
+        names, counts = np.unique(group["gait"].to_numpy(str), return_counts=True)
+        lag = group["lag_cycles_LF"].dropna().to_numpy()
         rows.append(
             {
                 "run": label,
-                "way": way,
+                "way": direction,
                 "omega": omega,
                 "gait": str(names[counts.argmax()]),
                 "starts": int(counts.max()),
-                "locked": float(np.mean(~own["gait"].isin(NO_GAIT[1:]))),
+                "locked": float(np.mean(~group["gait"].isin(NO_GAIT[1:]))),
                 "lag_LF": float(circular_mean(lag, axis=0)) if lag.size else np.nan,
                 **{
-                    name: own[name].mean()
+                    name: group[name].mean()
                     for name in ("speed_m_per_s", "cost_of_transport", "flight_share")
                 },
                 "differs": omega in bistable,
@@ -77,33 +79,33 @@ def rows_of(label: str, found: GaitSweep) -> list[dict[str, Any]]:
     return rows
 
 
-def shown(label: str) -> str:
+def run_label(label: str) -> str:
     """A controller file's name as it is written in the figure: family and run."""
-    name, at, _ = label.partition("+range@")
-    return f"{FAMILIES[name][0]}, run {label.rpartition('seed')[2]}" if at else label
+    name, separator, _ = label.partition("+range@")
+    return f"{FAMILIES[name][0]}, run {label.rpartition('seed')[2]}" if separator else label
 
 
 def figure() -> None:
     """Write `transitions.png`: the gaits of every run, on the way up and below it down."""
     table = read_csv(FOLDER / "transitions.csv")
     labels = list(dict.fromkeys(table["run"].tolist()))
-    seen: list[str] = []
+    names: list[str] = []
     with styled():
         drawn = new_figure(COLUMN_IN, 0.9 + 0.22 * len(labels))
         axes = drawn.subplots()
         for row, label in enumerate(labels):
-            for way, low in ((UP, 0.42), (DOWN, 0.06)):
-                own = (table["run"] == label) & (table["way"] == way)
+            for direction, low in ((UP, 0.42), (DOWN, 0.06)):
+                mask = (table["run"] == label) & (table["way"] == direction)
                 for omega, gait in zip(
-                    numbers(table["omega"][own]), table["gait"][own], strict=True
+                    numbers(table["omega"][mask]), table["gait"][mask], strict=True
                 ):
                     name = str(gait)
                     width = LEVELS[1] - LEVELS[0]
                     axes.bar(omega, 0.34, width, row + low, color=gait_colour(name), lw=0)
-                    seen += [name] if name not in seen else []
-        axes.set_yticks(0.4 + np.arange(len(labels)), [shown(label) for label in labels])
+                    names += [name] if name not in names else []
+        axes.set_yticks(0.4 + np.arange(len(labels)), [run_label(label) for label in labels])
         axes.set(xlabel="frequency ω [√(g/l0)]", ylim=(0.0, len(labels)))
-        keys = [Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in seen]
+        keys = [Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in names]
         drawn.legend(handles=keys, loc="outside lower center", ncols=2)
         save_figure(drawn, FOLDER / "transitions.png")
 

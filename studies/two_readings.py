@@ -58,7 +58,7 @@ def summary(table: Table, weight_n: float) -> dict[tuple[str, str, str], Interva
         "efficiency": weight_n,
         "gain": 1.0 / _mean(table.where(architecture="V")["cot_inverse"].astype(float)),
     }
-    found = {}
+    results = {}
     for architecture, observation in PLACES:
         rows = table.where(architecture=architecture, observation=observation)
         for metric in METRICS:
@@ -68,46 +68,48 @@ def summary(table: Table, weight_n: float) -> dict[tuple[str, str, str], Interva
             # A run of each design at once: their mean is one value, so that runs alone vary.
             with np.errstate(invalid="ignore"):
                 means = [_mean(values[runs == run]) for run in np.unique(runs)]
-            found[metric, architecture, observation] = interval(means)
-    return found
+            results[metric, architecture, observation] = interval(means)
+    return results
 
 
 def _mean(values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if len(finite) else np.nan
 
 
-def found() -> dict[str, dict[tuple[str, str, str], Interval]]:
+def estimates_of_readings() -> dict[str, dict[tuple[str, str, str], Interval]]:
     """The summary of each reading, by its name."""
     return {name: summary(read_csv(path), weight) for name, (path, weight) in READINGS.items()}
 
 
-def draw(both: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
+def draw(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
     """A panel a metric; a pair of marks an architecture, one of each reading."""
     with styled():
-        shown = {name: label for name, label in METRICS.items() if name != "efficiency"}
-        figure = new_figure(PAGE_IN, 1.2 * len(shown) + 0.5)
-        panels = figure.subplots(len(shown), 1, sharex=True)
-        at = np.arange(len(PLACES))
-        for panel, (metric, label) in zip(panels, shown.items(), strict=True):
-            for shift, marker, colour, of in zip(
-                (-0.13, 0.13), "os", COLOURS, both.values(), strict=False
+        metrics = {name: label for name, label in METRICS.items() if name != "efficiency"}
+        figure = new_figure(PAGE_IN, 1.2 * len(metrics) + 0.5)
+        panels = figure.subplots(len(metrics), 1, sharex=True)
+        positions = np.arange(len(PLACES))
+        for panel, (metric, label) in zip(panels, metrics.items(), strict=True):
+            for shift, marker, colour, estimates in zip(
+                (-0.13, 0.13), "os", COLOURS, readings.values(), strict=False
             ):
-                own = [of[metric, *place] for place in PLACES]
+                row = [estimates[metric, *place] for place in PLACES]
                 mean, low, high = (
-                    np.array([getattr(each, name) for each in own])
+                    np.array([getattr(estimate, name) for estimate in row])
                     for name in ("mean", "low", "high")
                 )
-                panel.vlines(at + shift, low, high, color=colour, lw=1.0)
+                panel.vlines(positions + shift, low, high, color=colour, lw=1.0)
                 filled = {} if marker == "o" else {"mfc": "white"}
-                panel.plot(at + shift, mean, marker, color=colour, ms=4, clip_on=False, **filled)
+                panel.plot(
+                    positions + shift, mean, marker, color=colour, ms=4, clip_on=False, **filled
+                )
             panel.set_ylabel(label)
             panel.set_ylim(0.0, 1.0 if metric in ("cpgu", "limit_cycle_share") else None)
             panel.axvline(len(ARCHITECTURES) - 0.5, color="0.7", lw=0.6)
-        panels[-1].set_xticks(at, [name for name, _ in PLACES])
-        for place, said in ((0, "input $F_k$"), (len(ARCHITECTURES), r"input $F_k, \dot y$")):
+        panels[-1].set_xticks(positions, [name for name, _ in PLACES])
+        for place, caption in ((0, "input $F_k$"), (len(ARCHITECTURES), r"input $F_k, \dot y$")):
             panels[0].text(
-                place - 0.4, 1.04, said, transform=panels[0].get_xaxis_transform(), va="bottom"
+                place - 0.4, 1.04, caption, transform=panels[0].get_xaxis_transform(), va="bottom"
             )
         marks = [
             Line2D([], [], color=COLOURS[0], marker="o", ls="", ms=4, label="the study's reading"),
@@ -121,28 +123,28 @@ def draw(both: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
     return figure
 
 
-def text(both: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
+def text(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
     """The table of the page: efficiency, settling and transients of both, by architecture."""
-    shown = ("efficiency", "t0_s", "t1_s")
+    metrics = ("efficiency", "t0_s", "t1_s")
     lines = [
-        "| | " + " | ".join(f"{METRICS[m]}, {r}" for m in shown for r in both) + " |",
-        "|-" * (1 + 2 * len(shown)) + "|",
+        "| | " + " | ".join(f"{METRICS[m]}, {r}" for m in metrics for r in readings) + " |",
+        "|-" * (1 + 2 * len(metrics)) + "|",
     ]
     for architecture, observation in PLACES:
         name = architecture + (r" on $F_k, \dot y$" if observation == "Fv" else "")
         cells = [
-            _cell(of[metric, architecture, observation], 2 if metric == "efficiency" else 1)
-            for metric in shown
-            for of in both.values()
+            _cell(estimates[metric, architecture, observation], 2 if metric == "efficiency" else 1)
+            for metric in metrics
+            for estimates in readings.values()
         ]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
-def _cell(of: Interval, digits: int) -> str:
-    if np.isnan(of.mean):
+def _cell(estimate: Interval, digits: int) -> str:
+    if np.isnan(estimate.mean):
         return "–"
-    return f"{of.mean:.{digits}f} [{of.low:.{digits}f}, {of.high:.{digits}f}]"
+    return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
 
 
 @dataclass(frozen=True)
@@ -154,10 +156,10 @@ class TwoReadings:
 
     def run(self) -> None:
         """Write them."""
-        both = found()
-        (self.out / "two_readings.md").write_text(text(both), encoding="utf-8")
-        save_figure(draw(both), self.out / "two_readings.png")
-        print(text(both), end="")
+        readings = estimates_of_readings()
+        (self.out / "two_readings.md").write_text(text(readings), encoding="utf-8")
+        save_figure(draw(readings), self.out / "two_readings.png")
+        print(text(readings), end="")
 
 
 if __name__ == "__main__":

@@ -96,41 +96,41 @@ TOTALS = ("work_positive_j", "work_net_j", "stands_s", "unloaded_s", "slides_s")
 def watched(trajectory, scenario, body, timing):
     """Return totals of the last quarter, summed over legs, the distance, and the largest load."""
     begins = 3 * timing.n_frames // 4
-    known = {name: getattr(trajectory, name, None) for name in TOTALS}
-    known |= {name: x for name, x in trajectory.channels.items() if name in TOTALS}
-    totals = {name: x[-1] - x[begins] for name, x in known.items() if x is not None}
+    channels = {name: getattr(trajectory, name, None) for name in TOTALS}
+    channels |= {name: x for name, x in trajectory.channels.items() if name in TOTALS}
+    totals = {name: x[-1] - x[begins] for name, x in channels.items() if x is not None}
     place = [trajectory.channels[name] for name in ("x_m", "y_m")]
-    way = jnp.sqrt(sum((x[-1] - x[begins]) ** 2 for x in place))
+    distance = jnp.sqrt(sum((x[-1] - x[begins]) ** 2 for x in place))
     load = jnp.nanmax(trajectory.channels["load_n"][begins:], axis=0).max(axis=0)
     summed = {n: x.sum(axis=0) if x.ndim == 2 else x for n, x in totals.items()}
-    return {"way": way, "load": load, **summed}
+    return {"way": distance, "load": load, **summed}
 
 
 def row(name: str, omega: float) -> dict[str, Any]:
     """One system at a frequency: medians over the starts."""
     legged = system(name).with_numbers(omega=omega)
     scenario = legged.scenario(random_phases(legged.body.limbs, STARTS, 1))
-    own = {each.name: getattr(legged.body, each.name) for each in fields(legged.body)}
-    found = legged.engine(legged.summary()).run(legged.weights, scenario, legged.body)
-    gaits = gait_of(lanes_of(found), legged.names).tolist()
-    netted, apart = (
+    body_fields = {field.name: getattr(legged.body, field.name) for field in fields(legged.body)}
+    results = legged.engine(legged.summary()).run(legged.weights, scenario, legged.body)
+    gaits = gait_of(lanes_of(results), legged.names).tolist()
+    netted, by_axis = (
         jax.tree.map(
             lambda x: np.asarray(x, float),
-            legged.engine(watched).run(legged.weights, scenario, body(**own)),
+            legged.engine(watched).run(legged.weights, scenario, body(**body_fields)),
         )
         for body in (Watched, ByAxis)
     )
     price = legged.body.weight_n * netted["way"]
-    found = {
+    results = {
         "cost_of_transport": (2.0 * netted["work_positive_j"] - netted["work_net_j"]) / price,
-        "each_axis": apart["work_positive_j"] / price,
+        "each_axis": by_axis["work_positive_j"] / price,
         "positive_only": netted["work_positive_j"] / price,
         "net": netted["work_net_j"] / price,
         "unloaded": netted["unloaded_s"] / netted["stands_s"],
         "slides": netted["slides_s"] / netted["stands_s"],
         "largest_load": netted["load"] / legged.body.weight_n,
     }
-    medians = {title: float(np.median(values)) for title, values in found.items()}
+    medians = {title: float(np.median(values)) for title, values in results.items()}
     return {"system": name, "omega": omega, "gait": max(gaits, key=gaits.count), **medians}
 
 
@@ -138,10 +138,10 @@ def main() -> None:
     """Measure and write."""
     rows = [row(*case) for case in CASES]
     write_rows(OUT / "walker_cost.csv", rows, digits=3)
-    write_text(OUT / "walker_cost.md", shown())
+    write_text(OUT / "walker_cost.md", table_text())
 
 
-def shown() -> str:
+def table_text() -> str:
     """The table of the page, from the kept one."""
     table = read_csv(OUT / "walker_cost.csv")
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
@@ -150,13 +150,13 @@ def shown() -> str:
         *("positive work alone", "without load", "sliding", "largest load [m g]"),
     )
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
-    for each in rows:
-        cells = [f"{each['system']}, {each['omega']}", each["gait"]]
+    for row in rows:
+        cells = [f"{row['system']}, {row['omega']}", row["gait"]]
         cells += [
-            f"{float(each[n]):.2f}" for n in ("cost_of_transport", "each_axis", "positive_only")
+            f"{float(row[n]):.2f}" for n in ("cost_of_transport", "each_axis", "positive_only")
         ]
-        cells += [f"{100.0 * float(each[n]):.0f} %" for n in ("unloaded", "slides")]
-        cells.append(f"{float(each['largest_load']):.1f}")
+        cells += [f"{100.0 * float(row[n]):.0f} %" for n in ("unloaded", "slides")]
+        cells.append(f"{float(row['largest_load']):.1f}")
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 

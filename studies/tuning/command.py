@@ -95,12 +95,12 @@ class Tuning(AnswerBase):
         counts = self.found["found"]["trials"].items()
         notes = ["trials: " + ", ".join(f"{count} {state}" for state, count in counts)]
         if self.confirmed:
-            best, first, more = (
-                _words(self.confirmed[what]) for what in ("best", "tried_first", "difference")
+            best, first, gain = (
+                _words(self.confirmed[key]) for key in ("best", "tried_first", "difference")
             )
             notes.append(
                 f"on {self.confirmed['seeds']} fresh seeds per model: {best}, with the settings "
-                f"tried first {first}, difference {more}"
+                f"tried first {first}, difference {gain}"
             )
         return notes
 
@@ -119,46 +119,55 @@ def search(experiments: Sequence[Experiment], options: Sequence[TuningOptions]) 
     from studies.tuning import describe, evaluate_settings, tune
     from studies.tuning.record import confirmation, ranking, tried_first
 
-    own = options[0]
-    algorithm = own.algorithm_name
+    first = options[0]
+    algorithm = first.algorithm_name
     space = space_of(algorithm)
-    require_count("confirm", own.confirm, least=0)
-    if own.keep is not None:
-        output_file(own.keep)
+    require_count("confirm", first.confirm, least=0)
+    if first.keep is not None:
+        output_file(first.keep)
     task = task_of(experiments, options)
     try:
         trials = tune(
-            algorithm, task, own.storage, trials=own.trials, workers=own.workers, anew=own.anew
+            algorithm,
+            task,
+            first.storage,
+            trials=first.trials,
+            workers=first.workers,
+            anew=first.anew,
         )
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
-            f"interrupted; {own.storage} keeps what was tried, the same command goes on"
+            f"interrupted; {first.storage} keeps what was tried, the same command goes on"
         ) from None
     document, ranked = describe(algorithm, task, space, trials), ranking(trials)
     confirmed = None
-    if own.confirm:
-        fresh = dataclasses.replace(task, seeds=own.confirm, first_seed=FIRST_SEED + _FRESH_SEEDS)
+    if first.confirm:
+        fresh = dataclasses.replace(task, seeds=first.confirm, first_seed=FIRST_SEED + _FRESH_SEEDS)
         settings = [tried_first(space), space.suggest(ranked[0])]
         confirmed = confirmation(
-            fresh, *evaluate_settings(space, settings, fresh, workers=own.workers)
+            fresh, *evaluate_settings(space, settings, fresh, workers=first.workers)
         )
         document["found"]["confirmation"] = confirmed
-    if own.keep is not None:
-        write_atomically(own.keep, json.dumps(document, indent=1) + "\n")
+    if first.keep is not None:
+        write_atomically(first.keep, json.dumps(document, indent=1) + "\n")
     return Tuning(document, ranked, confirmed)
 
 
 def task_of(experiments: Sequence[Experiment], options: Sequence[TuningOptions]) -> TuningTask:
     """Return the task that settings are evaluated on."""
-    own = options[0]
-    made = [
-        one.experiment.applied(experiment)
-        for experiment, one in zip(experiments, options, strict=True)
+    first = options[0]
+    experiments_of_task = [
+        option.experiment.applied(experiment)
+        for experiment, option in zip(experiments, options, strict=True)
     ]
-    if own.algorithm_name in agents():  # whose reward has no ΔΩ: they are evaluated without it
-        made = [x.replaced(objective=x.objective.without_frequency()) for x in made]
-    return TuningTask(experiments=tuple(made), seeds=own.seeds, budget_s=own.simulated_s)
+    if first.algorithm_name in agents():  # whose reward has no ΔΩ: they are evaluated without it
+        experiments_of_task = [
+            x.replaced(objective=x.objective.without_frequency()) for x in experiments_of_task
+        ]
+    return TuningTask(
+        experiments=tuple(experiments_of_task), seeds=first.seeds, budget_s=first.simulated_s
+    )
 
 
-def _words(found: Mapping[str, float]) -> str:
-    return f"{found['mean']:.4f} [{found['low']:.4f}, {found['high']:.4f}]"
+def _words(estimate: Mapping[str, float]) -> str:
+    return f"{estimate['mean']:.4f} [{estimate['low']:.4f}, {estimate['high']:.4f}]"

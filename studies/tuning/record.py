@@ -109,8 +109,8 @@ def confirmation(task: TuningTask, first: np.ndarray, best: np.ndarray) -> Confi
         best: the same with the best settings.
     """
 
-    def numbers(found: Interval) -> Mapping[str, float]:
-        return {"mean": found.mean, "low": found.low, "high": found.high}
+    def numbers(estimate: Interval) -> Mapping[str, float]:
+        return {"mean": estimate.mean, "low": estimate.low, "high": estimate.high}
 
     return {
         "first_seed": task.first_seed,

@@ -104,7 +104,7 @@ def _lock(stream: IO[bytes], path: Path) -> None:
 def _mend(stream: IO[bytes], path: Path) -> None:
     """Cut off half a line at the end; refuse a file that is no journal before touching it."""
     stream.seek(0)
-    whole = 0
+    length = 0
     for line in stream:
         if not line.endswith(b"\n"):
             break
@@ -112,10 +112,10 @@ def _mend(stream: IO[bytes], path: Path) -> None:
             documents.fitted(documents.parse(line), _Entry)
         except DamagedDocumentError as error:
             raise _foreign(path, f"no tuning: in a line, {error}") from None
-        whole += len(line)
-    if whole == 0 and os.path.getsize(path) > 0:
+        length += len(line)
+    if length == 0 and os.path.getsize(path) > 0:
         raise _foreign(path, "no tuning")
-    stream.truncate(whole)
+    stream.truncate(length)
 
 
 def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
@@ -123,7 +123,7 @@ def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
     lock = journal.JournalFileOpenLock(str(path))
     try:
         storage = journal.JournalStorage(journal.JournalFileBackend(str(path), lock_obj=lock))
-        names = [known.study_name for known in storage.get_all_studies()]
+        names = [summary.study_name for summary in storage.get_all_studies()]
         if any(name != STUDY for name in names):
             raise _foreign(path, f"the study {names[0]!r}")
         if names:
@@ -135,19 +135,19 @@ def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
         raise
     except Exception as error:  # Optuna believes what is in a journal, so anything may come of it
         raise _foreign(path, f"a damaged study ({type(error).__name__}: {error})") from None
-    found = study.user_attrs.get(_CONFIGURATION)
-    if found is None and not study.trials:
+    stored = study.user_attrs.get(_CONFIGURATION)
+    if stored is None and not study.trials:
         study.set_user_attr(_CONFIGURATION, configuration)
-    elif found != configuration:
+    elif stored != configuration:
         try:
-            theirs = documents.fitted(found, _TunedConfiguration)
+            theirs = documents.fitted(stored, _TunedConfiguration)
         except DamagedDocumentError as error:
             raise _foreign(path, f"a damaged study: {error}") from None
-        names = ", ".join(each.name or "no name" for each in theirs.experiments)
+        names = ", ".join(experiment.name or "no name" for experiment in theirs.experiments)
         raise _foreign(
             path,
             f"a tuning of {theirs.algorithm} for {names} that differs in "
-            f"{', '.join(differing(found, configuration))}",
+            f"{', '.join(differing(stored, configuration))}",
             ", or start again with --anew",
         )
     return study
@@ -190,5 +190,5 @@ def requeue(study: Study, trial: FrozenTrial) -> None:
     study.enqueue_trial(trial.params, user_attrs={"retry_of": trial.number})
 
 
-def _foreign(path: Path, what: str, more: str = "") -> TegotaeError:
-    return TegotaeError(f"{path} holds {what}; choose another file with --storage{more}")
+def _foreign(path: Path, reason: str, advice: str = "") -> TegotaeError:
+    return TegotaeError(f"{path} holds {reason}; choose another file with --storage{advice}")

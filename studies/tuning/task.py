@@ -70,7 +70,7 @@ class TuningTask:
         """Trainings per setting."""
         return len(self.experiments) * self.seeds
 
-    def episodes(self, experiment: Experiment, least: int) -> int:
+    def episodes(self, experiment: Experiment, minimum: int) -> int:
         """Episodes of an experiment that the budget is enough for.
 
         Raises:
@@ -78,10 +78,10 @@ class TuningTask:
         """
         duration_s = experiment.timing.duration_s * experiment.episodes
         episodes = int(self.budget_s / duration_s + 1e-9)
-        if episodes < least:
+        if episodes < minimum:
             raise TegotaeError(
                 f"a budget of {self.budget_s:g} s is {episodes} episodes of {duration_s:g} s; "
-                f"at least {least} are needed, {least * duration_s:g} s"
+                f"at least {minimum} are needed, {minimum * duration_s:g} s"
             )
         return episodes
 
@@ -94,7 +94,7 @@ class TuningTask:
             tuple(range(self.seeds))[first : first + at_once]
             for first in range(0, self.seeds, at_once)
         ]
-        return [(each, block) for block in blocks for each in range(len(self.experiments))]
+        return [(index, block) for block in blocks for index in range(len(self.experiments))]
 
     @property
     def configuration(self) -> JsonObject:

@@ -75,10 +75,10 @@ def tune(
     require_workers(workers)
     space = space_of(algorithm)
     for experiment in task.experiments:
-        task.episodes(experiment, least=space.least_episodes)
+        task.episodes(experiment, minimum=space.least_episodes)
     code = code_noted(kinds()[algorithm]) if algorithm in kinds() else None
-    own = {} if code is None else {CODE: code}
-    configuration = {"algorithm": algorithm, **own, **task.configuration}
+    attributes = {} if code is None else {CODE: code}
+    configuration = {"algorithm": algorithm, **attributes, **task.configuration}
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     with opened(storage, configuration, anew=anew) as study:
         _prepare(optuna, study, space)
@@ -102,14 +102,14 @@ def evaluate_settings(
     values = np.full((len(settings), task.instances), np.nan)
     jobs = [(row, job) for row in range(len(settings)) for job in task.jobs(space.seeds_at_once)]
     with _pool(workers) as pool, reporting("evaluate", len(jobs)) as reporter:
-        at = {
+        futures = {
             pool.give(space.learn, settings[row], *_training(task, job)): (row, job)
             for row, job in jobs
         }
-        for done, future in enumerate(as_completed(at), 1):
-            row, (model, seeds) = at[future]
+        for count, future in enumerate(as_completed(futures), 1):
+            row, (model, seeds) = futures[future]
             values[row, [_instance(task, model, seed) for seed in seeds]] = _answer(future)
-            reporter.update(done)
+            reporter.update(count)
     return values
 
 
@@ -163,26 +163,26 @@ class _Attempt:
 def _search(
     study: Study, space: Space, task: TuningTask, trials: int, pool: Workers, reporter: Reporter
 ) -> None:
-    at: dict[Future[list[float]], _Attempt] = {}
+    attempts: dict[Future[list[float]], _Attempt] = {}
 
     def go_on(attempt: _Attempt) -> None:
         job = _training(task, attempt.jobs[0])
-        at[pool.give(space.learn, attempt.settings, *job)] = attempt
+        attempts[pool.give(space.learn, attempt.settings, *job)] = attempt
 
     while True:
-        while len(at) < pool.size and _evaluated(study) + len(at) < trials:
+        while len(attempts) < pool.size and _evaluated(study) + len(attempts) < trials:
             trial = study.ask()
             attempt = _Attempt(trial, space.suggest(trial), task.jobs(space.seeds_at_once), [])
             trial.set_user_attr("settings", repr(attempt.settings))
             go_on(attempt)
-        if not at:
+        if not attempts:
             return
-        for future in wait(at, return_when=FIRST_COMPLETED).done:
-            attempt, found = at.pop(future), _answer(future)
+        for future in wait(attempts, return_when=FIRST_COMPLETED).done:
+            attempt, values = attempts.pop(future), _answer(future)
             model, seeds = attempt.jobs.pop(0)
-            for seed, value in zip(seeds, found, strict=True):
+            for seed, value in zip(seeds, values, strict=True):
                 attempt.trial.report(value, _instance(task, model, seed))
-            attempt.values += found
+            attempt.values += values
             if attempt.jobs and not attempt.trial.should_prune():
                 go_on(attempt)
                 continue

@@ -115,7 +115,7 @@ def test_every_setting_is_worth_the_same_simulated_time(algorithm):
     for _ in range(30):
         population = SPACES[algorithm].suggest(study.ask()).population
         least = SPACES[algorithm].least_episodes
-        assert population <= least <= task.episodes(experiment, least=population)
+        assert population <= least <= task.episodes(experiment, minimum=population)
 
 
 # How a setting is judged.

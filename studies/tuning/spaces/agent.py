@@ -52,7 +52,7 @@ def learned(
     from tegotae.training.agents.learning import DivergedError, learn, task_of
 
     training = task_of(experiment, settings)
-    episodes = task.episodes(experiment, least=1)
+    episodes = task.episodes(experiment, minimum=1)
     best = []
     for seed in seeds:
         fitness = []

@@ -35,7 +35,7 @@ def evolved(
     settings: Algorithm, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Fitness of each seed's best distribution, of as many whole generations as the budget has."""
-    episodes = task.episodes(experiment, least=settings.population)
+    episodes = task.episodes(experiment, minimum=settings.population)
     run = Run(
         experiment=experiment,
         seeds=seeds,
