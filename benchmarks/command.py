@@ -48,18 +48,18 @@ class Bench:
             from benchmarks import scale
 
             folder = output_folder(self.scale)
-            table = scale.measured()
+            table = scale.measure_scaling()
             table.to_csv(folder / "scale.csv", index=False, float_format="%.4g")
-            print(scale.draw(table, folder / "scale.png"))
+            print(scale.draw_scaling(table, folder / "scale.png"))
             return
         for name in ("lanes", "most_lanes"):
             lanes = getattr(self, name)
             require_count(name, lanes)
             require_memory(4.0 * 8 * lanes * BUDGET, f"{lanes} lanes")
         own, names = selected(), tuple(legs.BODIES) if self.legs else ("walker",)
-        speeds = {own: engine.speed(self.lanes)}
-        bodies = {own: legs.measured(self.lanes, names)}
-        for other in _others(own):
+        speeds = {own: engine.engine_speed(self.lanes)}
+        bodies = {own: legs.measure_bodies(self.lanes, names)}
+        for other in _alternatives(own):
             run = f"{_BENCHMARKS}.engine", "speed", str(self.lanes)
             speeds[other] = engine.Speed(*json.loads(_program(*run, engine=other)))
             run = f"{_BENCHMARKS}.legs", str(self.lanes), *names
@@ -74,13 +74,15 @@ class Bench:
         figures: dict[str, Any] = {
             "lanes": self.lanes,
             "cores": available_cores(),
-            "parameters": engine.controller().n_weights,
+            "parameters": engine.benchmark_controller().n_weights,
             "tick_s": Timing().tick_s,
             "engine": own,
             "engines": {name: each._asdict() for name, each in speeds.items()},
             "textbook_ticks_per_s": textbook,
-            "loop_ticks_per_s": loop.ticks_per_second(),
-            "kernel": None if (by_hand := kernel.speed(self.lanes)) is None else by_hand._asdict(),
+            "loop_ticks_per_s": loop.loop_ticks_per_second(),
+            "kernel": None
+            if (by_hand := kernel.kernel_speed(self.lanes)) is None
+            else by_hand._asdict(),
             "bodies": {name: [row._asdict() for row in rows] for name, rows in bodies.items()},
             "costs": [each._asdict() for each in costs],
         }
@@ -89,7 +91,7 @@ class Bench:
         if self.mujoco:
             from benchmarks import mujoco_training
 
-            figures["mujoco"] = [row._asdict() for row in mujoco_training.measured()]
+            figures["mujoco"] = [row._asdict() for row in mujoco_training.measure_environments()]
         if self.json:
             print(json.dumps(figures))
             return
@@ -108,7 +110,7 @@ class Bench:
 _BENCHMARKS = "benchmarks"
 
 
-def _others(own: str) -> tuple[str, ...]:
+def _alternatives(own: str) -> tuple[str, ...]:
     """The other engine, if it can be had here."""
     if own == NATIVE:
         return (XLA,)

@@ -17,7 +17,7 @@ from tegotae.simulation.rollout import Engine, Scenario, Timing
 from tegotae.systems.models import build
 
 
-def controller() -> Controller:
+def benchmark_controller() -> Controller:
     """The ART controller of the benchmark: 96 weights."""
     return build("ART")
 
@@ -30,7 +30,7 @@ def totals(trajectory, scenario, body, timing):
 
 def weights(lanes: int) -> np.ndarray:
     """Random weights, shape [lanes, n_weights]."""
-    return np.random.default_rng(0).normal(size=(lanes, controller().n_weights)) * 0.5
+    return np.random.default_rng(0).normal(size=(lanes, benchmark_controller().n_weights)) * 0.5
 
 
 class Speed(NamedTuple):
@@ -44,10 +44,10 @@ class Speed(NamedTuple):
     """Core-seconds to trace, lower and compile the program."""
 
 
-def speed(lanes: int = 1024, duration_s: float = 10.0) -> Speed:
+def engine_speed(lanes: int = 1024, duration_s: float = 10.0) -> Speed:
     """The speed of this process's engine."""
     timing = Timing(duration_s=duration_s)
-    engine = Engine(controller=controller(), timing=timing, summary=totals)
+    engine = Engine(controller=benchmark_controller(), timing=timing, summary=totals)
     return timed(engine, weights(lanes), Scenario(omega=5.0))
 
 
@@ -78,7 +78,9 @@ class LaneCost(NamedTuple):
 
 def cost(lanes: int, duration_s: float = 1.0) -> LaneCost:
     """Measure the cost of a number of lanes in a fresh process."""
-    engine = Engine(controller=controller(), timing=Timing(duration_s=duration_s), summary=totals)
+    engine = Engine(
+        controller=benchmark_controller(), timing=Timing(duration_s=duration_s), summary=totals
+    )
     given = np.asarray(weights(lanes), "float32")
     begun = time.process_time()
     engine.run(given, Scenario(omega=5.0))
@@ -90,4 +92,4 @@ def cost(lanes: int, duration_s: float = 1.0) -> LaneCost:
 
 if __name__ == "__main__":
     what, lanes = sys.argv[1], int(sys.argv[2])
-    print(json.dumps({"speed": speed, "cost": cost}[what](lanes)))
+    print(json.dumps({"speed": engine_speed, "cost": cost}[what](lanes)))

@@ -76,13 +76,13 @@ class CompiledKernel:
         return np.frombuffer(done.stdout, "float32").reshape(3, -1), passed, worked
 
 
-def speed(lanes: int = 1024, duration_s: float = 10.0) -> KernelSpeed | None:
+def kernel_speed(lanes: int = 1024, duration_s: float = 10.0) -> KernelSpeed | None:
     """The kernel's speed and the engine's beside it; None without a C++ compiler."""
     found = compiler()
     if found is None:
         return None
     timing = Timing(duration_s=duration_s)
-    own = Engine(controller=engine.controller(), timing=timing, summary=engine.totals)
+    own = Engine(controller=engine.benchmark_controller(), timing=timing, summary=engine.totals)
     weights = engine.weights(-(-lanes // 32) * 32)
     ticks = len(weights) * timing.n_frames * timing.ticks_per_frame
     own.run(weights, Scenario(omega=5.0))

@@ -57,7 +57,7 @@ class LastFrame:
         return trajectory.work_absolute_j[-1], trajectory.failed[-1]
 
 
-def of_body(name: str, body: Body, lanes: int, tick_s: float = WALKER_TICK_S) -> BodySpeed:
+def measure_body(name: str, body: Body, lanes: int, tick_s: float = WALKER_TICK_S) -> BodySpeed:
     """A body under vanilla Tegotae, each lane from phases of its own; `tick_s` is of a walker."""
     walks = isinstance(body, Walker)
     controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
@@ -79,9 +79,9 @@ BODIES: dict[str, type[Body]] = {"hopper": Hopper, "bar": Bar, "plate": Plate, "
 """Those that are timed."""
 
 
-def measured(lanes: int = 1024, bodies: Sequence[str] = tuple(BODIES)) -> list[BodySpeed]:
+def measure_bodies(lanes: int = 1024, bodies: Sequence[str] = tuple(BODIES)) -> list[BodySpeed]:
     """Bodies under their oscillators."""
-    return [of_body(name, BODIES[name](), lanes) for name in bodies]
+    return [measure_body(name, BODIES[name](), lanes) for name in bodies]
 
 
 def mujoco(lanes: int = 256) -> list[BodySpeed]:
@@ -91,7 +91,7 @@ def mujoco(lanes: int = 256) -> list[BodySpeed]:
     recorded; the walker's row is the whole closed loop.
     """
     try:
-        rates = mujoco_walker.ticks_per_second(Walker(), FOOT, omega=OMEGA, lanes=lanes)
+        rates = mujoco_walker.mujoco_ticks_per_second(Walker(), FOOT, omega=OMEGA, lanes=lanes)
     except MissingExtraError:
         return []
     return [
@@ -100,4 +100,4 @@ def mujoco(lanes: int = 256) -> list[BodySpeed]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(measured(int(sys.argv[1]), sys.argv[2:])))
+    print(json.dumps(measure_bodies(int(sys.argv[1]), sys.argv[2:])))

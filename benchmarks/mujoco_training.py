@@ -40,7 +40,7 @@ class MujocoSpeed(NamedTuple):
     """Control period [s]."""
 
 
-def measured(steps: int = 200) -> list[MujocoSpeed]:
+def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
     """Threads, environments side by side in one process, and the plain loop, best of three.
 
     Raises:
@@ -105,7 +105,7 @@ def _rates(step: Callable[[], None], steps: int, lanes: int) -> tuple[float, flo
 
 def main() -> None:
     """Print a table."""
-    rows = measured()
+    rows = measure_environments()
     for row in rows:
         print(
             f"{row.name:>30}, {row.lanes:3} lanes  {row.steps_per_s:9.3g} steps/s  "

@@ -114,7 +114,7 @@ def cores() -> int:
     return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
-def ticks_per_second(
+def mujoco_ticks_per_second(
     body: Walker,
     foot: EllipticFoot,
     *,

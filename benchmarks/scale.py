@@ -35,7 +35,7 @@ AXES: dict[str, tuple[int, ...]] = {
 With limbs it is vanilla Tegotae on a walker; of cores there are as many as the machine has."""
 
 
-def point(axis: str, size: int) -> dict[str, float]:
+def measure_point(axis: str, size: int) -> dict[str, float]:
     """Rates, compiling and memory of one point, in this process."""
     lanes = size if axis == "lanes" else LANES
     if axis == "limbs":
@@ -45,9 +45,11 @@ def point(axis: str, size: int) -> dict[str, float]:
             hips_y_m=(0.44, -0.44) * (size // 2),
             mass_kg=size / 4,
         )
-        speed: Any = legs.of_body("walker", body, lanes, legs.WALKER_TICK_S / 2)
+        speed: Any = legs.measure_body("walker", body, lanes, legs.WALKER_TICK_S / 2)
     else:
-        controller = build("ART", size if axis == "weights" else engine.controller().n_weights)
+        controller = build(
+            "ART", size if axis == "weights" else engine.benchmark_controller().n_weights
+        )
         run = Engine(controller=controller, timing=Timing(duration_s=1.0), summary=engine.totals)
         weights = np.random.default_rng(0).normal(size=(lanes, controller.n_weights)) * 0.5
         speed = engine.timed(run, weights.astype("float32"), Scenario(omega=5.0))
@@ -60,8 +62,8 @@ def point(axis: str, size: int) -> dict[str, float]:
     }
 
 
-def measured() -> pd.DataFrame:
-    """A row a point: axis, size, and what `point` says."""
+def measure_scaling() -> pd.DataFrame:
+    """A row a point: axis, size, and what `measure_point` returns."""
     rows = []
     for axis, sizes in AXES.items():
         for size in sizes:
@@ -83,7 +85,7 @@ def measured() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def draw(table: pd.DataFrame, file: Path) -> Path:
+def draw_scaling(table: pd.DataFrame, file: Path) -> Path:
     """Rates over each axis, with the memory and the core-seconds of compiling."""
     shown = {
         "ticks_per_core_s": "ticks per core-second",
@@ -110,4 +112,4 @@ def draw(table: pd.DataFrame, file: Path) -> Path:
 
 
 if __name__ == "__main__":
-    print(json.dumps(point(sys.argv[1], int(sys.argv[2]))))
+    print(json.dumps(measure_point(sys.argv[1], int(sys.argv[2]))))

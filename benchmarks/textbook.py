@@ -47,7 +47,7 @@ class LibrarySine(PhaseOscillator):
         return jnp.sin(state.phase), jnp.cos(state.phase)
 
 
-def controller() -> Controller:
+def textbook_controller() -> Controller:
     """The ART controller of the benchmark, written this way."""
     ours = build("ART")
     terms = {
@@ -64,7 +64,9 @@ def controller() -> Controller:
 
 
 @partial(jax.jit, static_argnums=(0, 3))
-def rollouts(static: Controller, weights: jax.Array, tick_s: jax.Array, ticks: int) -> jax.Array:
+def textbook_rollouts(
+    static: Controller, weights: jax.Array, tick_s: jax.Array, ticks: int
+) -> jax.Array:
     """Final heights, of one rollout per row of weights."""
     body, loop = Hopper(), ClosedLoop(static, PredictorCorrector())
 
@@ -85,18 +87,18 @@ def rollouts(static: Controller, weights: jax.Array, tick_s: jax.Array, ticks: i
     return jax.vmap(one)(weights)
 
 
-def ticks_per_second(lanes: int = 1024, ticks: int = 500) -> float:
+def textbook_ticks_per_second(lanes: int = 1024, ticks: int = 500) -> float:
     """Control ticks per second, over all lanes; the best of three runs after compilation."""
-    static = controller()
+    static = textbook_controller()
     weights = np.random.default_rng(0).normal(size=(lanes, static.n_weights)) * 0.5
     lanes_first = jnp.asarray(weights, "float32")
     times = []
     for _ in range(4):
         begun = time.perf_counter()
-        rollouts(static, lanes_first, jnp.float32(0.001), ticks).block_until_ready()
+        textbook_rollouts(static, lanes_first, jnp.float32(0.001), ticks).block_until_ready()
         times.append(time.perf_counter() - begun)
     return lanes * ticks / min(times[1:])
 
 
 if __name__ == "__main__":
-    print(json.dumps(ticks_per_second(int(sys.argv[1]))))
+    print(json.dumps(textbook_ticks_per_second(int(sys.argv[1]))))

@@ -133,10 +133,10 @@ def runs_between(low: float, high: float) -> pd.DataFrame:
 
 def bound(omega: float | None = None) -> float:
     """The proved bound of CoT⁻¹ of period 1 at a hop frequency; at any, by default [m/J]."""
-    from reproduction.optimum.proofs import read
+    from reproduction.optimum.proofs import read_certificates
     from tegotae.measures.optimum import curve
 
-    return float(read()[0].bound if omega is None else curve().bound("upper_bound", omega))
+    return float(read_certificates()[0].bound if omega is None else curve().bound("upper_bound", omega))
 
 
 def gap(omega: float) -> float:
@@ -146,9 +146,9 @@ def gap(omega: float) -> float:
 
 def push_s(omega: float, after: float = 0.0, before: float = 1.0) -> float:
     """How long full force lasts that has the impulse of a part of the best stance [s]."""
-    from reproduction.optimum.best import stances
+    from reproduction.optimum.best import optimal_stances
 
-    kept = stances()[omega]
+    kept = optimal_stances()[omega]
     chosen = (kept["time_s"] >= after) & (kept["time_s"] <= before)
     steps = np.diff(kept["time_s"], append=kept["time_s"][-1])
     return float((kept["force_n"] * steps)[chosen].sum() / 4.0)
@@ -156,9 +156,9 @@ def push_s(omega: float, after: float = 0.0, before: float = 1.0) -> float:
 
 def strongest(omega: float, after: float = 0.0, before: float = 1.0) -> float:
     """The largest force in a part of the best stance [N]."""
-    from reproduction.optimum.best import stances
+    from reproduction.optimum.best import optimal_stances
 
-    kept = stances()[omega]
+    kept = optimal_stances()[omega]
     return float(kept["force_n"][(kept["time_s"] >= after) & (kept["time_s"] <= before)].max())
 
 
@@ -175,9 +175,9 @@ def endings(study: str) -> pd.Series:
     from dataclasses import asdict
 
     from reproduction.endings import endings
-    from reproduction.export import read_csv
+    from reproduction.export import read_study_csv
 
-    return pd.Series(asdict(endings(read_csv(KEPT / f"{study}.csv"))))
+    return pd.Series(asdict(endings(read_study_csv(KEPT / f"{study}.csv"))))
 
 
 def optimum(omega: float) -> float:
@@ -282,9 +282,9 @@ def of_calibrated_optimum(kind: str) -> np.ndarray:
     """CoT⁻¹ of the best run of each model in the calibrated body, over the best known gait's."""
     sys.path.insert(0, str(ROOT / "studies"))
     from calibrated_optimum import best_runs
-    from reproduction.export import read_csv
+    from reproduction.export import read_study_csv
 
-    rate, value = best_runs(read_csv(KEPT / "study-calibrated" / "calibrated.csv"))[kind]
+    rate, value = best_runs(read_study_csv(KEPT / "study-calibrated" / "calibrated.csv"))[kind]
     line = table("study-calibrated/optimum")
     return value / np.interp(rate, line.omega, line.cot_inverse)
 
@@ -544,10 +544,10 @@ def shortfall(look: str, names: str = "body") -> pd.Series:
 
 def met_together(one: str, other: str) -> float:
     """How often two statements are met together at the middle level, over chance."""
-    from reproduction.calibration.posterior import STRICTNESS, together
+    from reproduction.calibration.posterior import STRICTNESS, meeting_ratio
 
     kept = table("calibration/coarse").iloc[:, -8:]
-    found = together(kept.to_numpy(), STRICTNESS[1].target)
+    found = meeting_ratio(kept.to_numpy(), STRICTNESS[1].target)
     return float(found[kept.columns.get_loc(one), kept.columns.get_loc(other)])
 
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from reproduction.folder import Folder
 from reproduction.plan import plan
-from reproduction.runner import run
+from reproduction.runner import run_study
 from reproduction.table import tabulate
 from tegotae import register
 from tegotae.figures.style import new_figure, save_figure, styled
@@ -35,7 +35,7 @@ register(mean_force)
 check_metric(mean_force)
 
 small = dataclasses.replace(plan("smoke", "ART-*"), metrics=(mean_force,))
-run(small, Path("study"), here)  # in this process; without `here` on all cores
+run_study(small, Path("study"), here)  # in this process; without `here` on all cores
 records, _ = Folder(Path("study")).all()
 table = tabulate(records)
 

@@ -25,7 +25,7 @@ def has_compiler() -> bool:
     return find_spec("ziglang") is not None
 
 
-def compiled(text: str) -> bytes:
+def compile_webassembly(text: str) -> bytes:
     """The WebAssembly of a program in C.
 
     Raises:

@@ -13,9 +13,9 @@ from importlib.resources.abc import Traversable
 import jax
 
 from playground.bodies import form
-from playground.compiler import compiled, has_compiler
+from playground.compiler import compile_webassembly, has_compiler
 from playground.program import Program
-from playground.source import source
+from playground.source import program_source
 from tegotae._support.documents import JsonObject
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
@@ -37,14 +37,14 @@ class CompiledEngine:
     made_by: dict[str, str]
 
 
-def name_of(controller: Controller, body: Body) -> str:
+def engine_name(controller: Controller, body: Body) -> str:
     """Return the name of a structure's engine: the same for all weights and numbers.
 
     Example:
         >>> from tegotae import build
         >>> from tegotae.parts.bodies import Hopper
-        >>> heavy = name_of(build("V-sector-w8"), Hopper(mass_kg=0.2))
-        >>> heavy == name_of(build("V-sector-w4"), Hopper())
+        >>> heavy = engine_name(build("V-sector-w8"), Hopper(mass_kg=0.2))
+        >>> heavy == engine_name(build("V-sector-w4"), Hopper())
         True
     """
     about = {"controller": describe(controller), "body": form(body)}
@@ -52,7 +52,7 @@ def name_of(controller: Controller, body: Body) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def engine(controller: Controller, body: Body) -> CompiledEngine:
+def cached_engine(controller: Controller, body: Body) -> CompiledEngine:
     """The engine of a controller on a body: read from the package, or compiled.
 
     Raises:
@@ -60,8 +60,8 @@ def engine(controller: Controller, body: Body) -> CompiledEngine:
         TegotaeError: for an operation that has no C, by its name.
     """
     if not has(controller, body):
-        return made(controller, body)
-    about = json.loads(_kept(controller, body).read_text(encoding="utf-8"))
+        return compile_engine(controller, body)
+    about = json.loads(_cache_file(controller, body).read_text(encoding="utf-8"))
     wasm = (_engines() / about["wasm"]).read_bytes()
     return CompiledEngine(wasm, about["layout"], about["made_by"])
 
@@ -75,21 +75,21 @@ def has(controller: Controller, body: Body) -> bool:
         >>> has(build("ART-rF-tphif-w4"), Hopper(mass_kg=0.2)), has(build("T-F"), Hopper())
         (True, False)
     """
-    return _kept(controller, body).is_file()
+    return _cache_file(controller, body).is_file()
 
 
 def _engines() -> Traversable:
     return resources.files("playground") / "engines"
 
 
-def _kept(controller: Controller, body: Body) -> Traversable:
-    return _engines() / f"{name_of(controller, body)}.json"
+def _cache_file(controller: Controller, body: Body) -> Traversable:
+    return _engines() / f"{engine_name(controller, body)}.json"
 
 
-def made(controller: Controller, body: Body) -> CompiledEngine:
+def compile_engine(controller: Controller, body: Body) -> CompiledEngine:
     """The same, compiled anew."""
     program = Program(controller, body)
-    wasm = gzip.compress(compiled(source(program)), mtime=0)
+    wasm = gzip.compress(compile_webassembly(program_source(program)), mtime=0)
     return CompiledEngine(wasm, program.layout.document(), makers())
 
 
@@ -98,6 +98,6 @@ def makers() -> dict[str, str]:
     return {"jax": jax.__version__, "ziglang": version("ziglang") if has_compiler() else "none"}
 
 
-def document(engine: CompiledEngine, about: str, wasm: str) -> JsonObject:
+def engine_document(engine: CompiledEngine, about: str, wasm: str) -> JsonObject:
     """The document beside an engine's WebAssembly."""
     return {"about": about, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}

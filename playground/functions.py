@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from lanewise.nodes import Node, given, keeping_calls
-from playground.layout import LayoutEntry, texts
+from playground.layout import LayoutEntry, word_expressions
 from playground.loops import LoopReader
 from playground.program import Program
 from tegotae.parts._shapes import ArrayTree
@@ -47,10 +47,10 @@ def functions(program: Program) -> tuple[EngineFunction, ...]:
     recorded = trace(program.recorded, ticks, now)
     force = trace(program.answer, *point)[0].item()
     return (
-        EngineFunction("released", "The lane at its release.", _written(state, released)),
-        EngineFunction("quiet", "A frame begins: no event yet.", _written(events, nothing)),
-        EngineFunction("ticked", "One control tick.", _written(state, ticked)),
-        EngineFunction("recorded", "What is recorded of it.", _written(program.channels, recorded)),
+        EngineFunction("released", "The lane at its release.", _paired(state, released)),
+        EngineFunction("quiet", "A frame begins: no event yet.", _paired(events, nothing)),
+        EngineFunction("ticked", "One control tick.", _paired(state, ticked)),
+        EngineFunction("recorded", "What is recorded of it.", _paired(program.channels, recorded)),
         EngineFunction("answer", "The force [N] of the first leg at this point.", (), ASKED, force),
     )
 
@@ -74,7 +74,7 @@ class _Trace:
             return self._reader.read(jax.make_jaxpr(flat)(*shapes), leaves)
 
 
-def _written(
+def _paired(
     entries: Sequence[LayoutEntry], nodes: Sequence[np.ndarray]
 ) -> tuple[tuple[LayoutEntry, tuple[Node, ...]], ...]:
     return tuple((e, tuple(n.reshape(-1))) for e, n in zip(entries, nodes, strict=True))
@@ -87,7 +87,7 @@ def _dtype(array: np.ndarray) -> str:
 
 def _nodes(entry: LayoutEntry, shape: tuple[int, ...]) -> np.ndarray:
     array = np.empty(entry.words, object)
-    array[:] = [given(text, _KINDS[entry.kind]) for text in texts(entry)]
+    array[:] = [given(text, _KINDS[entry.kind]) for text in word_expressions(entry)]
     return array.reshape(shape)
 
 

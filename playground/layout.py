@@ -66,12 +66,12 @@ class Layout:
         return f"typedef struct {{\n{fields}}} lane_block;\n"
 
 
-def texts(entry: LayoutEntry) -> list[str]:
+def word_expressions(entry: LayoutEntry) -> list[str]:
     """Return the C expression of each word of an entry; a bool is true unless zero."""
     words = [f"l->{entry.member}[{i}]" for i in range(entry.words)]
     return [f"({word} != 0.0f)" for word in words] if entry.kind == "bool" else words
 
 
-def together(groups: Iterable[Iterable[LayoutEntry]]) -> Layout:
+def merge_layouts(groups: Iterable[Iterable[LayoutEntry]]) -> Layout:
     """A layout of all entries, group after group."""
     return Layout(tuple(entry for group in groups for entry in group))

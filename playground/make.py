@@ -22,12 +22,14 @@ def main() -> None:
     for choice in standard():
         for body_name, body in STANDARD.items():
             controller = dataclasses.replace(choice.saved.controller, limbs=body.limbs)
-            key = engine_cache.name_of(controller, body)
+            key = engine_cache.engine_name(controller, body)
             about = f"{choice.saved.name} on a {body_name}"
             wasm = re.sub(r"\W+", "-", about) + ".wasm.gz"
-            engine = engine_cache.made(controller, body)
+            engine = engine_cache.compile_engine(controller, body)
             write_atomically(FOLDER / wasm, engine.wasm)
-            text = json.dumps(engine_cache.document(engine, about, wasm), separators=(",", ":"))
+            text = json.dumps(
+                engine_cache.engine_document(engine, about, wasm), separators=(",", ":")
+            )
             write_atomically(FOLDER / f"{key}.json", text + "\n")
             print(f"{about}: {len(engine.wasm)} bytes gzipped")
 

@@ -19,7 +19,7 @@ from playground.bodies import (
 )
 from playground.compiler import has_compiler
 from playground.program import Program
-from playground.scripts import joined, read
+from playground.scripts import bundle_scripts, read_source
 from tegotae import __version__
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
@@ -92,12 +92,12 @@ class Page:
             TegotaeError: for an engine that cannot be made.
         """
         return filled(
-            read("page.html"),
+            read_source("page.html"),
             {
-                "STYLE": read("style.css"),
+                "STYLE": read_source("style.css"),
                 "DATA": as_script(self.document()),
-                "WORKER": _in_a_script(joined("learn/worker.js")),
-                "SCRIPT": _in_a_script(joined("main.js")),
+                "WORKER": _in_a_script(bundle_scripts("learn/worker.js")),
+                "SCRIPT": _in_a_script(bundle_scripts("main.js")),
             },
         )
 
@@ -159,9 +159,9 @@ class Page:
         }
 
     def _engine(self, controller: Controller, body: Body) -> str:
-        name = engine_cache.name_of(controller, body)
+        name = engine_cache.engine_name(controller, body)
         if name not in self._engines:
-            self._engines[name] = engine_cache.engine(controller, body)
+            self._engines[name] = engine_cache.cached_engine(controller, body)
         return name
 
 

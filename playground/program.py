@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from playground.layout import Layout, LayoutEntry, together
+from playground.layout import Layout, LayoutEntry, merge_layouts
 from playground.stopped import Stoppable
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import ArrayTree, Weights
@@ -149,7 +149,7 @@ class Program:
     @cached_property
     def layout(self) -> Layout:
         """The block of a lane."""
-        return together(
+        return merge_layouts(
             (self.given, (LayoutEntry("ticks", 1, "int32"),), self.state, self.channels)
         )
 

@@ -10,7 +10,7 @@ _IMPORT = re.compile(r'^import\s*\{[^}]*\}\s*from\s*"(\.[^"]+)";\n', re.MULTILIN
 _EXPORT = re.compile(r"^export (?=(async |function|class|const|let))", re.MULTILINE)
 
 
-def read(name: str) -> str:
+def read_source(name: str) -> str:
     """A file of the page's source."""
     return (resources.files("playground") / "web" / name).read_text(encoding="utf-8")
 
@@ -27,7 +27,7 @@ def modules(entry: str) -> list[str]:
     def visit(name: str) -> None:
         if name in order:
             return
-        for imported in _IMPORT.findall(read(name)):
+        for imported in _IMPORT.findall(read_source(name)):
             visit(normpath(join(dirname(name), imported)))
         order.append(name)
 
@@ -35,10 +35,10 @@ def modules(entry: str) -> list[str]:
     return order
 
 
-def joined(entry: str) -> str:
+def bundle_scripts(entry: str) -> str:
     """One script of a module and all that it imports; their names are all apart."""
     parts = []
     for name in modules(entry):
-        text = _EXPORT.sub("", _IMPORT.sub("", read(name)))
+        text = _EXPORT.sub("", _IMPORT.sub("", read_source(name)))
         parts.append(f"// {name}\n{text}")
     return "\n".join(parts)

@@ -78,7 +78,7 @@ __attribute__((export_name("surface"))) float surface(lane_block *lane, float ph
 """
 
 
-def source(program: Program) -> str:
+def program_source(program: Program) -> str:
     """The text of the program.
 
     Raises:
@@ -87,7 +87,8 @@ def source(program: Program) -> str:
     Example:
         >>> from tegotae import build
         >>> from tegotae.parts.bodies import Hopper
-        >>> "static void ticked(lane_block *l)" in source(Program(build("V-reflex-w8"), Hopper()))
+        >>> program = Program(build("V-reflex-w8"), Hopper())
+        >>> "static void ticked(lane_block *l)" in program_source(program)
         True
     """
     library = LoopLibrary()
@@ -125,7 +126,9 @@ def _function(library: Library, of: EngineFunction) -> str:
     for number, (node, text) in enumerate(zip(wanted, results, strict=False)):
         lines.append(wrapped(f"const {node.kind} to_{number} = {text};"))
     words = [(entry, i) for entry, nodes in of.writes for i in range(len(nodes))]
-    lines += [f"    {_place(entry, i)} = {_kept(entry, n)};" for n, (entry, i) in enumerate(words)]
+    lines += [
+        f"    {_place(entry, i)} = {_state_text(entry, n)};" for n, (entry, i) in enumerate(words)
+    ]
     lines += [wrapped(f"return {text};") for text in results[len(wanted) :]]
     parameters = ", ".join(["lane_block *l", *(f"float {name}" for name in of.takes)])
     kind = "void" if of.returns is None else "float"
@@ -137,5 +140,5 @@ def _place(entry: LayoutEntry, word: int) -> str:
     return f"l->{entry.member}[{word}]"
 
 
-def _kept(entry: LayoutEntry, number: int) -> str:
+def _state_text(entry: LayoutEntry, number: int) -> str:
     return f"to_{number} ? 1.0f : 0.0f" if entry.kind == "bool" else f"to_{number}"

@@ -26,7 +26,7 @@ _VALUES = (
 experiment."""
 
 
-def about(document: Mapping[str, Any], models: int) -> str:
+def study_summary(document: Mapping[str, Any], models: int) -> str:
     """Return the description of a study's folder.
 
     Args:
@@ -39,7 +39,7 @@ def about(document: Mapping[str, Any], models: int) -> str:
     Examples:
         >>> algorithm = {"name": "pgpe", "population": 32}
         >>> of = {"scale": "quick", "seeds": 5, "algorithm": algorithm, "experiments": {}}
-        >>> about(of | {"stopping": {"generations": 480}}, 8)
+        >>> study_summary(of | {"stopping": {"generations": 480}}, 8)
         'Scale quick: 8 models, 5 runs each, by pgpe with 32 episodes a generation, at most 480 generations.'
     """  # noqa: E501
     scale = (
@@ -54,7 +54,7 @@ def _reading(experiments: list[Mapping[str, Any]]) -> str:
     """A sentence on the reading: its name, and the values that all experiments share."""
     shared = {}
     for place, words in _VALUES:
-        values = [_at(experiment, place) for experiment in experiments]
+        values = [_entry(experiment, place) for experiment in experiments]
         if values and values[0] is not None and all(value == values[0] for value in values):
             shared[place] = values[0], words
     if not any(place.startswith("system.body") for place in shared):
@@ -66,7 +66,9 @@ def _reading(experiments: list[Mapping[str, Any]]) -> str:
 
 def _name(experiment: Mapping[str, Any], shared: Mapping[str, Any]) -> str:
     standard = all_models()["V-sector-w4"].experiment().document
-    if len(shared) == len(_VALUES) and all(_at(standard, path) == shared[path] for path in shared):
+    if len(shared) == len(_VALUES) and all(
+        _entry(standard, path) == shared[path] for path in shared
+    ):
         return "The study's own reading"
     try:
         body = Hopper(**{k: v for k, v in experiment["system"]["body"].items() if k != "kind"})
@@ -78,7 +80,7 @@ def _name(experiment: Mapping[str, Any], shared: Mapping[str, Any]) -> str:
     return "A calibrated reading" + against * bool(body.flight_damping_ns_per_m)
 
 
-def _at(document: Any, place: str) -> Any:
+def _entry(document: Any, place: str) -> Any:
     """An entry of a nested document; None where there is none."""
     for key in place.split("."):
         document = document.get(key) if isinstance(document, Mapping) else None

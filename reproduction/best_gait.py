@@ -31,7 +31,9 @@ def best_run(fitness: np.ndarray) -> int:
     return int(np.argmax(fitness))
 
 
-def kept(evaluation: Evaluation, fitness: np.ndarray, omega: float | None) -> dict[str, np.ndarray]:
+def gait_channels(
+    evaluation: Evaluation, fitness: np.ndarray, omega: float | None
+) -> dict[str, np.ndarray]:
     """The best run's last seconds before the ground drops, at the training frequency.
 
     Args:
@@ -52,7 +54,7 @@ def kept(evaluation: Evaluation, fitness: np.ndarray, omega: float | None) -> di
     }
 
 
-def controller_of(record: Record, run: int) -> SavedController:
+def recorded_controller(record: Record, run: int) -> SavedController:
     """The controller of one run of a record, as a file would hold it."""
     experiment = record.experiment
     return SavedController(
@@ -65,7 +67,7 @@ def controller_of(record: Record, run: int) -> SavedController:
     )
 
 
-def orbit_of(record: Record) -> Orbit | None:
+def recorded_orbit(record: Record) -> Orbit | None:
     """The limit cycle that is kept: its last repeats, laid over each other.
 
     Frames lie elsewhere in each cycle, so that together they show more of it than one would. None

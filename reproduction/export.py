@@ -12,7 +12,7 @@ from reproduction.folder import Folder
 from reproduction.plan import united
 from reproduction.record import Record
 from reproduction.table import Table
-from reproduction.unit import key_of
+from reproduction.unit import record_key
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder
@@ -41,7 +41,7 @@ twice."""
 _KIND = "table that python -m reproduction export wrote"
 
 
-def write_csv(table: Table, path: Path) -> None:
+def write_study_csv(table: Table, path: Path) -> None:
     """Write the table as CSV; undefined numbers are empty."""
     tables.write_csv(output_file(path), table.columns)
 
@@ -51,7 +51,7 @@ def csv_of(table: Table) -> str:
     return tables.csv_text(table.columns)
 
 
-def write_parquet(table: Table, path: Path) -> None:
+def write_study_parquet(table: Table, path: Path) -> None:
     """Write the table as Parquet (extra "study").
 
     Raises:
@@ -60,8 +60,8 @@ def write_parquet(table: Table, path: Path) -> None:
     tables.write_parquet(path, table.columns)
 
 
-def read_csv(path: Path) -> Table:
-    """The table that `write_csv` wrote, with the metrics that it holds.
+def read_study_csv(path: Path) -> Table:
+    """The table that `write_study_csv` wrote, with the metrics that it holds.
 
     Raises:
         TegotaeError: if the file cannot be read, is no such table, or has a run twice.
@@ -110,7 +110,7 @@ def merge(source: Folder, target: Folder) -> int:
         incoming, problems = source.all()
         for message in problems:
             print(f"{source.path}: {message}")
-        existing = {key_of(record.configuration): record for record in target.all()[0]}
+        existing = {record_key(record.configuration): record for record in target.all()[0]}
         engines = {record.engine.partition(",")[0] for record in (*incoming, *existing.values())}
         if len(engines) > 1:
             raise TegotaeError(
@@ -118,15 +118,15 @@ def merge(source: Folder, target: Folder) -> int:
                 f"{' and '.join(sorted(engines))}; they cannot be merged"
             )
         for record in incoming:
-            counterpart = existing.get(key_of(record.configuration), record)
+            counterpart = existing.get(record_key(record.configuration), record)
             if _content(counterpart) != _content(record):
                 print(
                     f"{record.model} differs in {source.path} and {target.path}, at equal "
                     f"settings: made with {_made_with(record)}, and with {_made_with(counterpart)}"
                 )
-        lacking = [r for r in incoming if key_of(r.configuration) not in existing]
+        lacking = [r for r in incoming if record_key(r.configuration) not in existing]
         for record in lacking:
-            record.result.write(target.records / f"{key_of(record.configuration)}{SUFFIX}")
+            record.result.write(target.records / f"{record_key(record.configuration)}{SUFFIX}")
     return len(lacking)
 
 

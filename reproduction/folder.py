@@ -10,9 +10,9 @@ from typing import Annotated, Protocol
 
 import msgspec
 
-from reproduction.plan import is_of, united
-from reproduction.record import Record, read
-from reproduction.unit import FORMAT, Unit, key_of
+from reproduction.plan import belongs_to_study, united
+from reproduction.record import Record, read_record
+from reproduction.unit import FORMAT, Unit, record_key
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Document
 from tegotae._support.errors import TegotaeError
@@ -168,7 +168,7 @@ class Folder:
         records, problems = [], []
         for path in sorted(self.records.glob(f"*{SUFFIX}")):
             try:
-                record = _named(path)
+                record = _read_named(path)
             except DamagedRecordError as error:
                 problems.append(f"{error}; run the study again to replace it")
                 continue
@@ -180,7 +180,7 @@ class Folder:
 
     def is_of(self, document: Document, configuration: Document) -> bool:
         """Return whether a record of this configuration belongs to the study of this document."""
-        return is_of(document, configuration)
+        return belongs_to_study(document, configuration)
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -193,11 +193,11 @@ class Folder:
             yield
 
 
-def _named(path: Path) -> Record:
+def _read_named(path: Path) -> Record:
     """The record at a place, if it is the one that its name promises."""
-    record = read(path)
+    record = read_record(path)
     try:
-        key = key_of(record.configuration)
+        key = record_key(record.configuration)
     except (KeyError, TypeError):
         key = ""
     if path.name != f"{key}{SUFFIX}":

@@ -40,8 +40,8 @@ class HopperParameters:
     """Largest actuator force [N]."""
 
     @property
-    def given(self) -> dict[str, float]:
-        """The parameters that were given, by the names of the hopper's fields."""
+    def overrides(self) -> dict[str, float]:
+        """Parameters set by the user, by field name of the hopper."""
         values = {
             "mass_kg": self.mass,
             "stiffness_n_per_m": self.stiffness,

@@ -147,7 +147,7 @@ def _without_experiments(document: Document) -> Document:
     return {name: value for name, value in document.items() if name != "experiments"}
 
 
-def is_of(document: Document, configuration: Document) -> bool:
+def belongs_to_study(document: Document, configuration: Document) -> bool:
     """Return whether a unit of this configuration is one of the study of this `Plan.document`."""
     experiment = configuration.get("experiment")
     name = experiment.get("name") if isinstance(experiment, dict) else None

@@ -47,7 +47,7 @@ class Record:
             shape [budgets, runs, episodes]; empty for what is not trained.
         sampled: the same for a controller drawn from each run's distribution, shape
             [runs, episodes].
-        gait: channels of the best run's gait, each of shape [frames] (`best_gait.kept`).
+        gait: channels of the best run's gait, each of shape [frames] (`best_gait.gait_channels`).
     """
 
     configuration: Document
@@ -102,7 +102,7 @@ class Record:
         return self.configuration["budgets"]
 
 
-def read(path: Path) -> Record:
+def read_record(path: Path) -> Record:
     """Read a record.
 
     Raises:

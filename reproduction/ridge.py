@@ -32,7 +32,7 @@ class DetuningLoss(NamedTuple):
     """Frequencies ω that have a best gain [rad/s], shape [points]."""
     sigma: np.ndarray
     """Best gain σ [rad/(s N)], shape [points]."""
-    lost: np.ndarray
+    loss: np.ndarray
     """Share of the map's value that is lost at a lower and at a higher ω, their mean, shape
     [points]; negative where there is more."""
 
@@ -74,7 +74,7 @@ def find_losses(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Detuni
     Example:
         >>> omega = np.linspace(2.0, 6.0, 5)
         >>> found = find_losses(np.zeros(1), omega, np.array([[0.0, 1.0, 2.0, 1.0, 0.0]]))
-        >>> found.omega, found.lost
+        >>> found.omega, found.loss
         (array([3., 4., 5.]), array([0. , 0.5, 0. ]))
     """
     positive = np.where(np.isfinite(value), np.maximum(value, 0.0), 0.0)

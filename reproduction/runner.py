@@ -8,11 +8,11 @@ from reproduction.folder import Folder, Work
 from tegotae.study import Pool
 
 
-def run(
+def run_study(
     plan: Work,
     place: Path | Folder,
     pool: Pool | None = None,
-    most: int | None = None,
+    bundle: int | None = None,
     *,
     anew: bool = False,
 ) -> int:
@@ -22,7 +22,7 @@ def run(
         plan: the study.
         place: its folder.
         pool: where to work; worker processes on all cores of this machine by default.
-        most: units that are done together at most.
+        bundle: largest number of units that a worker does together.
         anew: whether a study that is there before is set aside, in a folder beside it.
 
     Raises:
@@ -32,5 +32,5 @@ def run(
     folder = place if isinstance(place, Folder) else Folder(place)
     with folder.claimed(plan, anew=anew):
         units = plan.units
-        folder.study(units).run(pool, most)
+        folder.study(units).run(pool, bundle)
         return len(units)

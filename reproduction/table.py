@@ -57,7 +57,7 @@ class Table:
         """The names of the metrics that it holds."""
         return tuple(name for name in self.columns if name not in (*_DESIGN, *_TRAINING))
 
-    def shown(self, place: str) -> tuple[Metric, ...]:
+    def metrics_shown(self, place: str) -> tuple[Metric, ...]:
         """The metrics that it holds and that are shown at a place, such as "figure".
 
         One that follows from others but is undefined in every row is left out: the table is from
@@ -106,9 +106,9 @@ class Table:
 
 def tabulate(records: Iterable[Record]) -> Table:
     """The table of some records, in the order of the registry of models."""
-    return of_runs(
-        (place(record), _training(record), means(record, record.episodes))
-        for record in ordered(records)
+    return table_of_runs(
+        (record_place(record), _training(record), means(record, record.episodes))
+        for record in registry_order(records)
     )
 
 
@@ -118,26 +118,28 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
     What is not trained is the same after each.
     """
     rows = []
-    for record in ordered(records):
+    for record in registry_order(records):
         for i, budget in enumerate(record.budgets):
             training = _training(record)
             episodes = np.minimum(training.pop("episodes_trained"), budget)
             training |= {"training_budget": np.full(len(episodes), budget)}
             training |= {"episodes_trained": episodes, "best_fitness": _best(record, budget)}
             at_budget = {name: values[i] for name, values in record.at_budgets.items()}
-            rows.append((place(record), training, means(record, at_budget or record.episodes)))
-    return of_runs(rows) if rows else None
+            rows.append(
+                (record_place(record), training, means(record, at_budget or record.episodes))
+            )
+    return table_of_runs(rows) if rows else None
 
 
 def tabulate_sampled(records: Iterable[Record]) -> Table:
     """The same of the controller that was drawn from each run's final distribution."""
-    return of_runs(
-        (place(record), _training(record), means(record, record.sampled))
-        for record in ordered(records)
+    return table_of_runs(
+        (record_place(record), _training(record), means(record, record.sampled))
+        for record in registry_order(records)
     )
 
 
-def ordered(records: Iterable[Record]) -> list[Record]:
+def registry_order(records: Iterable[Record]) -> list[Record]:
     """Records in the order of the registry of models, those of other experiments behind them."""
     by_name = {record.model: record for record in records}
     extra = sorted(by_name.keys() - all_models().keys())
@@ -212,7 +214,7 @@ class DesignPlace(TypedDict):
     parameters: NotRequired[int]
 
 
-def of_runs(
+def table_of_runs(
     sets: Iterable[tuple[DesignPlace, dict[str, np.ndarray], dict[str, np.ndarray]]],
 ) -> Table:
     """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
@@ -237,13 +239,13 @@ def of_runs(
     return Table({key: np.array(values) for key, values in rows.items()})
 
 
-def place(record: Record) -> DesignPlace:
+def record_place(record: Record) -> DesignPlace:
     """Return the position of a record's experiment in the study's design; if in none, a row of its
     own."""
     name, omega = record.model, record.experiment.omega
     parameters = record.weights.shape[-1]
     if (model := all_models().get(name) or at_another_omega(name)) is not None:
-        return {**design(model), "parameters": parameters}
+        return {**design_place(model), "parameters": parameters}
     observation = _OBSERVATIONS.get(_senses(record.experiment), "")
     omega_t = np.nan if omega is None else omega
     return {
@@ -272,7 +274,7 @@ def _senses(experiment: Experiment) -> frozenset[str]:
     return frozenset(reads.intersection(experiment.body.SENSES))
 
 
-def design(model: Model) -> DesignPlace:
+def design_place(model: Model) -> DesignPlace:
     """Return a model's position in the study's design."""
     return {
         "model": model.name,

@@ -95,7 +95,7 @@ class Unit:
     @property
     def key(self) -> str:
         """The record's name: the experiment's, and a hash of the configuration."""
-        return key_of(self.configuration)
+        return record_key(self.configuration)
 
 
 def metrics_document(metrics: Iterable[Metric]) -> Document:
@@ -107,7 +107,7 @@ def metrics_document(metrics: Iterable[Metric]) -> Document:
     return {"metrics": documents} if documents else {}
 
 
-def key_of(configuration: Document) -> str:
+def record_key(configuration: Document) -> str:
     """The name of a record with this configuration: the experiment's, and a hash of it all."""
     return study.key_of(configuration["experiment"]["name"], configuration)
 
@@ -172,7 +172,7 @@ def work(unit: Unit) -> Record:
         integrator=system.integrator,
     )
 
-    def at(number: int) -> dict[str, np.ndarray]:
+    def episodes_at(number: int) -> dict[str, np.ndarray]:
         rows = slice(number * n_runs, (number + 1) * n_runs)
         return {
             name: values[rows].astype("float32") for name, values in evaluation.episodes.items()
@@ -194,14 +194,14 @@ def work(unit: Unit) -> Record:
             if learned.curves
         },
         omega=evaluation.omega,
-        episodes=at(0),
+        episodes=episodes_at(0),
         at_budgets={
-            name: np.stack([at(number)[name] for number in budgets])
+            name: np.stack([episodes_at(number)[name] for number in budgets])
             for name in evaluation.episodes
             if budgets
         },
-        sampled=at(of_drawn),
-        gait=best_gait.kept(evaluation, learned.fitness, experiment.omega),
+        sampled=episodes_at(of_drawn),
+        gait=best_gait.gait_channels(evaluation, learned.fitness, experiment.omega),
     )
 
 

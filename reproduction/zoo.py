@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from reproduction.record import Record
-from reproduction.table import means, ordered
+from reproduction.table import means, registry_order
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_arrays
@@ -50,9 +50,9 @@ class ZooEntry:
         return str(self.document["name"])
 
 
-def entries(records: Iterable[Record]) -> Iterator[ZooEntry]:
+def zoo_entries(records: Iterable[Record]) -> Iterator[ZooEntry]:
     """The runs of every record, in the order of the registry of models."""
-    for record in ordered(records):
+    for record in registry_order(records):
         yield ZooEntry(
             document=_document(record),
             weights=record.weights,
@@ -99,7 +99,7 @@ def _document(record: Record) -> JsonObject:
     return {name: value for name, value in document.items() if name != "weights"}
 
 
-def write(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
+def write_archive(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
     """Write a file of trained controllers.
 
     Args:

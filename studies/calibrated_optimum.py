@@ -19,7 +19,7 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows
-from reproduction.export import read_csv as read_study
+from reproduction.export import read_study_csv as read_study
 from reproduction.optimum import optimise
 from reproduction.readings.named import reading_named
 from reproduction.table import Table

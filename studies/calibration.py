@@ -21,16 +21,16 @@ from pathlib import Path
 
 import numpy as np
 
-from reproduction.calibration.measure import COARSE, CalibrationGrid, measure
+from reproduction.calibration.measure import COARSE, CalibrationGrid, measure_reading
 from reproduction.calibration.posterior import (
     STRICTNESS,
     CalibrationPosterior,
+    meeting_ratio,
     met,
     narrowed,
     posterior,
     representative,
     shortfalls,
-    together,
 )
 from reproduction.calibration.prior import (
     EVALUATED,
@@ -41,12 +41,12 @@ from reproduction.calibration.prior import (
     value_at,
 )
 from reproduction.calibration.run import calibrate, read_scores
-from reproduction.calibration.scores import SCORES, short
+from reproduction.calibration.scores import SCORES, transient_score
 from reproduction.figures.calibration import posterior_figure, scores_figure, statements_figure
 from reproduction.readings.designs import cells_of
 from reproduction.readings.experiment import experiment_under
 from reproduction.readings.readings import AnalysisChoice, Reading
-from reproduction.report.markdown import table
+from reproduction.report.markdown import markdown_table
 from tegotae._support import tables
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.figures.style import save_figure
@@ -115,7 +115,7 @@ def main(words: Sequence[str] | None = None) -> None:
 def measure_named(path: Path) -> None:
     """Measure the study's own reading and the program's, unless the table is there."""
     if not path.exists():
-        scores = [measure(reading, COARSE) for reading in NAMED.values()]
+        scores = [measure_reading(reading, COARSE) for reading in NAMED.values()]
         columns = {name: [getattr(result, name) for result in scores] for name in SCORES}
         tables.write_csv(path, {"reading": list(NAMED), **columns}, digits=4)
 
@@ -145,8 +145,8 @@ def measure_vanilla(folder: Path) -> None:
             ).episodes
             settles, t0_s, t1_s = (results[key][0] for key in ("limit_cycle_share", "t0_s", "t1_s"))
             rows.append((body, name, gain * reading.hopper.weight_n, settles.sum()))
-            rows[-1] += (short(t0_s, experiment.protocol.undisturbed_s),)
-            rows[-1] += (short(t1_s, experiment.protocol.disturbed_s),)
+            rows[-1] += (transient_score(t0_s, experiment.protocol.undisturbed_s),)
+            rows[-1] += (transient_score(t1_s, experiment.protocol.disturbed_s),)
     head = ("body", "model", "sigma_m_g", "settled", "short_t0", "short_t1")
     columns = {name: [row[i] for row in rows] for i, name in enumerate(head)}
     tables.write_csv(path, columns, digits=4)
@@ -210,7 +210,7 @@ def show(folder: Path) -> None:
         for strictness in STRICTNESS
     }
     words = [WORDS[name] for name in SCORES]
-    figure = statements_figure(words, shares, together(measured.scores, LEVELS.target))
+    figure = statements_figure(words, shares, meeting_ratio(measured.scores, LEVELS.target))
     save_figure(figure, folder / "statements.png")
     levels, near = posteriors[LEVELS.name], measured.scores
     named_scores = tables.read_csv(folder / "named.csv")
@@ -246,7 +246,7 @@ def statements(folder: Path) -> str:
         ]
         rows.append([WORDS[name], *shares])
     maxima = [f"{matches.sum(axis=1).max()} of {len(SCORES)}" for matches in counts.values()]
-    return table([*rows, ["most that one reading meets", *maxima]])
+    return markdown_table([*rows, ["most that one reading meets", *maxima]])
 
 
 def scores_table(folder: Path) -> str:
@@ -272,7 +272,7 @@ def scores_table(folder: Path) -> str:
     ]
     far = [np.median(levels.distance), *inside, *shortfalls(reference, LEVELS.target)]
     rows.append([f"shortfall, {LEVELS.name}", *(f"{value:.2f}" for value in far)])
-    return table(rows)
+    return markdown_table(rows)
 
 
 def choices(folder: Path) -> str:
@@ -299,7 +299,7 @@ def choices(folder: Path) -> str:
             texts = [_label(choice, value_at(choice, float(x))) for x in (middle, low, high)]
             inside = f"{texts[0]} ({texts[1]} … {texts[2]})"
         rows.append([choice.label, prior, inside, *(f"{widths[i]:.2f}" for widths in narrow)])
-    return table(rows)
+    return markdown_table(rows)
 
 
 def _label(choice: AnalysisChoice, value: object) -> str:

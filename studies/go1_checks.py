@@ -23,7 +23,7 @@ import tyro
 from go1_feet import CONDITIONS, FOLDER, SECONDS, judged
 from go1_laws import CALM, FURTHER, HIGH, LATE, OTHERS, SLOWER, STARTS, TABLES, WARY, Run
 from kept import write_rows, write_text
-from reproduction.report.markdown import table as markdown
+from reproduction.report.markdown import markdown_table as markdown
 from tegotae.cli.console import exit_status
 
 TABLE = TABLES["speeds"]

@@ -21,7 +21,7 @@ from go1_feet import FOLDER
 from go1_laws import CALM, HIGH, LAWS, PACED_LAWS, WARY, wired
 from go1_tuned import on_robot
 from kept import write_rows, write_text
-from reproduction.report.markdown import table as markdown
+from reproduction.report.markdown import markdown_table as markdown
 from tegotae.cli.console import exit_status
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve

@@ -30,7 +30,7 @@ from matplotlib.figure import Figure
 from go1_feet import CONDITIONS, FOLDER, WIRING, Condition, DriverOf, by_law, judged
 from go1_policy import BEGUN, PACED, STEADY, Between, Pace, Senses, by_actor
 from kept import write_rows, write_text
-from reproduction.report.markdown import table as markdown
+from reproduction.report.markdown import markdown_table as markdown
 from tegotae.cli.console import exit_status
 from tegotae.envs.wiring import Wiring, load_wiring
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled

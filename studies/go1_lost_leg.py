@@ -29,7 +29,7 @@ from go1_laws import ELLIPSE, LAWS, Run, run_of
 from kept import write_rows, write_text
 from lost_leg_laws import UNSEEN, loss_of, scores
 from lost_leg_react import PLANS, Plan
-from reproduction.report.markdown import table as markdown
+from reproduction.report.markdown import markdown_table as markdown
 from tegotae._support.files import output_folder
 from tegotae.cli import main
 from tegotae.cli.console import exit_status

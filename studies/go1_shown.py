@@ -14,7 +14,7 @@ from PIL import Image, ImageSequence
 from go1_plan import FEET, JUDGED_S, LAWS, OUT, ROOT, RUNS, STARTS, learned
 from go1_report import of_seeds
 from kept import write_rows
-from reproduction.zoo import ZooEntry, write
+from reproduction.zoo import ZooEntry, write_archive
 from tegotae._support.documents import JsonObject
 from tegotae.envs.wrapper import Pilot
 from tegotae.figures.animation import film
@@ -121,7 +121,7 @@ def as_c() -> None:
 
 def keep() -> None:
     """All runs as a study of the zoo, `zoo:go1:LAW@go1`."""
-    write(ZOO, "go1", [entry(name) for name in LAWS if runs(name)])
+    write_archive(ZOO, "go1", [entry(name) for name in LAWS if runs(name)])
 
 
 def entry(name: str) -> ZooEntry:

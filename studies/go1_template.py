@@ -29,7 +29,7 @@ from go1_feet import FOLDER as GO1, ROOT, SECONDS, SETTLE_S
 from go1_laws import OMEGAS, STARTS, TABLES, measured, open_loop, run_of, tuned, wired
 from go1_lost_leg import TEMPLATE
 from kept import write_rows, write_text
-from reproduction.report.markdown import table as markdown
+from reproduction.report.markdown import markdown_table as markdown
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.cli import main
 from tegotae.cli.console import exit_status

@@ -31,7 +31,7 @@ from matplotlib.figure import Figure
 from kept import write_rows, write_text
 from learned_legs_evaluate import TEST_SEED, TIMING, USUAL, runs_of, selected
 from learned_legs_plan import CELLS, FOLDER, TABLES
-from reproduction.report.markdown import table as markdown
+from reproduction.report.markdown import markdown_table as markdown
 from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled

@@ -9,7 +9,7 @@ import numpy as np
 
 from learned_legs_evaluate import OMEGAS
 from learned_legs_plan import TABLES, ZOO, Cell, baseline_cost
-from reproduction.zoo import ZooEntry, write
+from reproduction.zoo import ZooEntry, write_archive
 from tegotae._support.documents import JsonObject
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
@@ -25,7 +25,7 @@ _OF_THE_STUDY = ("seeds", "simulated_s")
 def write_zoo(cells: list[Cell], folder: Path) -> None:
     """Write all runs of these cells to the package's file of the study."""
     output_folder(ZOO.parent)
-    write(ZOO, STUDY, [entry(cell, folder) for cell in cells])
+    write_archive(ZOO, STUDY, [entry(cell, folder) for cell in cells])
 
 
 def entry(cell: Cell, folder: Path) -> ZooEntry:

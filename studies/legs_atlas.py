@@ -24,9 +24,9 @@ import tyro
 
 import tegotae as tg
 from kept import write_rows, write_text
-from reproduction.learning.atlas import GOOD, NONE, kinds
-from reproduction.learning.curves import FITS, curves_of
-from reproduction.report.markdown import table as markdown
+from reproduction.learning.atlas import GOOD, NONE, feedback_kinds
+from reproduction.learning.curves import FITS, curve_numbers
+from reproduction.report.markdown import markdown_table as markdown
 from tegotae._support.documents import Document
 from tegotae.analysis.short_forms import SHARES, forms_of_legs
 from tegotae.cli.console import exit_status
@@ -102,7 +102,7 @@ class Explained:
         for variant, suffix in (("whole", ""), ("cut", "_cut"), ("frozen", "_frozen")):
             numbers[f"merit{suffix}"] = page.evaluated[variant].mean.mean
         omega = float(page.released.omega[page.released.middle])
-        sets = [curves_of(v, omega) for v in page.visited]  # of units with weights of their own
+        sets = [curve_numbers(v, omega) for v in page.visited]  # of units with weights of their own
         numbers |= {name: float(np.mean([x[name] for x in sets])) for name in sets[0]}
         for form in page.forms:
             numbers[f"kept {form.name}"] = form.evaluated.mean.mean / complete.mean.mean
@@ -132,7 +132,7 @@ def measured(folder: Path) -> list[dict[str, object]]:
         numbers = {name: float(value) for name, value in result.arrays.items()}
         labels = {"model": cell.model, "run": cell.run}
         rows.append(dict.fromkeys((*labels, *names), np.nan) | labels | numbers)
-    kind = kinds(pd.DataFrame(rows))
+    kind = feedback_kinds(pd.DataFrame(rows))
     return [{**row, "kind": name} for row, name in zip(rows, kind, strict=True)]
 
 

@@ -23,7 +23,7 @@ from kept import write_rows, write_text
 from lost_leg import FOLDER, TABLES, leg_loss_rows
 from lost_leg_film import draw_courses, draw_frames, loses, write_film
 from lost_leg_laws import UNSEEN, Law, loss_of, scores
-from reproduction.zoo import ZooEntry, write
+from reproduction.zoo import ZooEntry, write_archive
 from tegotae._support.engines import NATIVE
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
@@ -256,7 +256,7 @@ class Zoo:
         """Write it, of what has been searched for."""
         output_folder(ZOO.parent)
         plans = [plan for plan in PLANS if (self.dir / f"{plan.law.name}.npz").exists()]
-        write(ZOO, "lost-leg", [entry(plan, self.dir) for plan in plans])
+        write_archive(ZOO, "lost-leg", [entry(plan, self.dir) for plan in plans])
 
 
 def entry(plan: Plan, folder: Path) -> ZooEntry:

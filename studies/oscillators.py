@@ -89,7 +89,7 @@ class Matter:
         """Do it all."""
         output_folder(self.out)
         if not self.tables_only:
-            runner.run(self.plan, self.dir, partial(runner.on_cores, workers=self.workers))
+            runner.run_study(self.plan, self.dir, partial(runner.on_cores, workers=self.workers))
         columns = self._columns()
         results = [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

@@ -29,12 +29,12 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
-from reproduction.commands.optimum import stance_of
+from reproduction.commands.optimum import first_stance
 from reproduction.figures.optimum import draw_optimum
 from reproduction.folder import Folder
 from reproduction.optimum import optimise
 from reproduction.record import Record
-from reproduction.report.markdown import table
+from reproduction.report.markdown import markdown_table
 from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
@@ -67,7 +67,7 @@ class ToTheOptimum:
                 label = f"{name}, {criterion}"
                 if orbit is not None:
                     rows.append({"controller": label, "run": run, **budget_of(orbit)})
-                    forces[label] = stance_of(orbit)
+                    forces[label] = first_stance(orbit)
         best = curve()
         for omega in (4.0, float(best["omega"][np.nanargmax(best["cot_inverse"])])):
             row, stance = optimal(omega)
@@ -139,7 +139,7 @@ def markdown(budgets: pd.DataFrame) -> str:
     for row in budgets.to_dict("records"):
         numbers = [f"{row[name]:.3f}" for name in list(budgets)[2:]]
         lines.append([str(row["controller"]), *numbers])
-    return table(lines)
+    return markdown_table(lines)
 
 
 def figure(budgets: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Figure:

@@ -17,7 +17,7 @@ import tyro
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from reproduction.export import read_csv
+from reproduction.export import read_study_csv
 from reproduction.readings.named import reading_named
 from reproduction.table import ARCHITECTURES, Table
 from tegotae import Hopper, find
@@ -79,7 +79,9 @@ def _mean(values: np.ndarray) -> float:
 
 def estimates_of_readings() -> dict[str, dict[tuple[str, str, str], Interval]]:
     """The summary of each reading, by its name."""
-    return {name: summary(read_csv(path), weight) for name, (path, weight) in READINGS.items()}
+    return {
+        name: summary(read_study_csv(path), weight) for name, (path, weight) in READINGS.items()
+    }
 
 
 def draw(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:

@@ -13,8 +13,8 @@ from reproduction.calibration.scores import (
     quick_loss,
     reflex_stays,
     sector_line,
-    short,
     slows,
+    transient_score,
     tuned_gain,
 )
 from reproduction.readings.readings import Reading
@@ -77,13 +77,13 @@ class FitnessMap(NamedTuple):
     """Fitness that a search of V's gain maximises [m/J]."""
 
 
-def vanilla(reading: Reading, actuation: str) -> Controller:
+def vanilla_controller(reading: Reading, actuation: str) -> Controller:
     """The vanilla controller under a reading."""
     controller = find(f"V-{actuation}-w8").controller()
     return dataclasses.replace(controller, actuation=reading.actuation(controller.actuation))
 
 
-def measure(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaScores:
+def measure_reading(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaScores:
     """The scores of a reading.
 
     Bodies are data of the compiled programs: readings that share sector and work share these.
@@ -101,10 +101,10 @@ def measure(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaSco
         for name, swept in maps.items()
         for omega_t in grid.omega_t
     }
-    return scored(reading, maps, gains, grid.protocol)
+    return score_maps(reading, maps, gains, grid.protocol)
 
 
-def scored(
+def score_maps(
     reading: Reading,
     maps: dict[str, FitnessMap],
     gains: dict[tuple[str, float], float],
@@ -150,7 +150,7 @@ def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> Fitness
     hopper = reading.hopper
     sigma, omega = np.array(grid.gains) / hopper.weight_n, np.array(grid.omegas)
     engine = Engine(
-        controller=vanilla(reading, actuation),
+        controller=vanilla_controller(reading, actuation),
         timing=grid.timing,
         summary=_MapSummary(OutcomeSummary(GaitSummary(work=reading.work))),
     )
@@ -187,7 +187,7 @@ def _evaluated(
 ) -> tuple[float, ...]:
     """Evaluate V: settled share, short T0, short T1, CPGu, slowing."""
     evaluation = evaluate(
-        vanilla(reading, actuation),
+        vanilla_controller(reading, actuation),
         [[gain]],
         omega_t,
         reading.hopper,
@@ -200,8 +200,8 @@ def _evaluated(
     feedback, force = (evaluation.recording[name][half:, 0] for name in _PUSHES)
     return (
         float(values["limit_cycle_share"].mean()),
-        short(values["t0_s"], protocol.undisturbed_s),
-        short(values["t1_s"], protocol.disturbed_s),
+        transient_score(values["t0_s"], protocol.undisturbed_s),
+        transient_score(values["t1_s"], protocol.disturbed_s),
         float(np.nanmean(values["cpgu"])) if np.isfinite(values["cpgu"]).any() else np.nan,
         slows(feedback, force, evaluation.omega),
     )

@@ -136,7 +136,7 @@ def met(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
     return np.nan_to_num(np.asarray(scores, float)) >= levels
 
 
-def together(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
+def meeting_ratio(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
     """Return the frequency of meeting two statements together, over that by chance.
 
     1 where one says nothing about the other, 0 where they exclude each other; NaN where one is

@@ -75,10 +75,10 @@ def candidates(count: int) -> list[Reading]:
 
 def coordinates(reading: Reading) -> np.ndarray:
     """Return a reading's position in the prior, each choice from 0 to 1, [choices]."""
-    return np.array([place(choice, getattr(reading, choice.name)) for choice in PRIOR])
+    return np.array([relative_place(choice, getattr(reading, choice.name)) for choice in PRIOR])
 
 
-def place(choice: AnalysisChoice, value: Any) -> float:
+def relative_place(choice: AnalysisChoice, value: Any) -> float:
     """Return a value's position between the ends of a choice, from 0 to 1."""
     if choice.name in LOGARITHMIC:
         low, high = choice.values
@@ -91,7 +91,7 @@ def value_at(choice: AnalysisChoice, share: float) -> Any:
     if choice.name in LOGARITHMIC:
         low, high = choice.values
         return low * (high / low) ** share
-    return choice.at(share)
+    return choice.value_at(share)
 
 
 def _reading(point: np.ndarray) -> Reading | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reproduction.calibration.measure import CalibrationGrid, measure
+from reproduction.calibration.measure import CalibrationGrid, measure_reading
 from reproduction.calibration.prior import PRIOR, candidates
 from reproduction.calibration.scores import SCORES, VanillaScores
 from reproduction.cells import whole_number
@@ -41,7 +41,7 @@ def calibrate(
         path: the table (.csv).
         bodies: numbers of the readings in the prior, each once.
         grid: how finely each is looked at.
-        scorer: how scores are found; `measure` by default.
+        scorer: how scores are found; `measure_reading` by default.
 
     Raises:
         TegotaeError: if the table holds something else, or cannot be written.
@@ -49,7 +49,7 @@ def calibrate(
     rows = read_scores(path) if path.exists() else {}
     readings = candidates(max(bodies) + 1)
     missing = sorted((body for body in bodies if body not in rows), key=lambda b: _key(readings[b]))
-    scorer = scorer or (lambda reading: measure(reading, grid))
+    scorer = scorer or (lambda reading: measure_reading(reading, grid))
     with reporting("calibration", len(bodies)) as reporter:
         try:
             for count, body in enumerate(missing, start=1):
@@ -79,27 +79,27 @@ def read_scores(path: Path) -> dict[int, list[float]]:
         raise TegotaeError(f"{path} is no {_KIND}: bodies go from 0 to {_MOST_BODIES}")
     readings = candidates(max(bodies) + 1)
     for name in _NAMES:
-        if [_written(getattr(readings[body], name)) for body in bodies] != cells[name].tolist():
+        if [_cell(getattr(readings[body], name)) for body in bodies] != cells[name].tolist():
             raise TegotaeError(f"{path} holds a calibration of other readings: its {name} differs")
     return dict(zip(bodies, rows.tolist(), strict=True))
 
 
 def _key(reading: Reading) -> tuple[str, ...]:
     """Return a sort key that groups the readings of one compiled program."""
-    return tuple(_written(getattr(reading, name)) for name in ("sector_s", "sector_start", "work"))
+    return tuple(_cell(getattr(reading, name)) for name in ("sector_s", "sector_start", "work"))
 
 
 def _write(path: Path, rows: dict[int, list[float]]) -> None:
     readings = candidates(max(rows) + 1)
     columns: dict[str, list] = {"body": sorted(rows)}
     for name in _NAMES:
-        columns[name] = [_written(getattr(readings[body], name)) for body in sorted(rows)]
+        columns[name] = [_cell(getattr(readings[body], name)) for body in sorted(rows)]
     for i, name in enumerate(SCORES):
         columns[name] = [rows[body][i] for body in sorted(rows)]
     tables.write_csv(path, columns, digits=_DIGITS)
 
 
-def _written(value: object) -> str:
+def _cell(value: object) -> str:
     """A value of a choice as a cell: numbers that a reader can copy."""
     if isinstance(value, tuple):
         return " ".join(f"{number:g}" for number in value)

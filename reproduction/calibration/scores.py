@@ -121,7 +121,7 @@ def tuned_gain(
     return float(sigma[int(fitness[:, columns].mean(axis=1).argmax())])
 
 
-def short(transient_s: np.ndarray, longest_s: float) -> float:
+def transient_score(transient_s: np.ndarray, longest_s: float) -> float:
     """1 less the mean of transients over the longest; NaN ones are as long as that."""
     filled = np.where(np.isfinite(transient_s), transient_s, longest_s)
     return float(np.clip(1.0 - filled.mean() / longest_s, 0.0, 1.0))

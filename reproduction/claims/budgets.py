@@ -28,11 +28,11 @@ def by_budget(table: Table, final: Table | None = None) -> dict[str, Table]:
     distinct = np.unique(budgets[~np.isnan(budgets)])
     if len(distinct) == 0:
         raise TegotaeError("the table has no training_budget; it must say how long each run was")
-    tables = {f"{budget:.0f} episodes": _after(table, float(budget)) for budget in distinct}
+    tables = {f"{budget:.0f} episodes": _with_budget(table, float(budget)) for budget in distinct}
     return tables if final is None else tables | {PLATEAU: final}
 
 
-def _after(table: Table, budget: float) -> Table:
+def _with_budget(table: Table, budget: float) -> Table:
     """Every run as it was after a budget [episodes]: its last row up to there."""
     spent = np.nan_to_num(table["training_budget"], nan=0.0)
     last: dict[tuple[str, int], int] = {}

@@ -114,7 +114,9 @@ def has_episodes(table: Table) -> bool:
     return "omega" in table.columns
 
 
-def per_run(table: Table, metric: str, unsettled: str, protocol: Protocol | None = None) -> Table:
+def metric_per_run(
+    table: Table, metric: str, unsettled: str, protocol: Protocol | None = None
+) -> Table:
     """The rows of the runs, with one metric as it counts.
 
     Args:

@@ -43,7 +43,9 @@ def within_omega(values: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
     return centred
 
 
-def correlation(table: Table, a: str, b: str, *, seed: int = 0, resamples: int = 4000) -> Interval:
+def correlation_within_omega(
+    table: Table, a: str, b: str, *, seed: int = 0, resamples: int = 4000
+) -> Interval:
     """Pearson correlation within ω_t of two columns over the rows that define both.
 
     The interval is a percentile bootstrap over rows. All is NaN for fewer than `MODELS` of them.

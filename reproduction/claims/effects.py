@@ -133,10 +133,10 @@ class Unmeasured:
     """A number that no table has.
 
     Args:
-        what: the number in words.
+        description: the number in words.
     """
 
-    what: str
+    description: str
 
 
 Effect = (
@@ -145,13 +145,14 @@ Effect = (
 """Effect of a claim, a single number."""
 
 
-def groups(effect: Effect) -> tuple[ArchitectureGroup, ...]:
+def groups_of_effect(effect: Effect) -> tuple[ArchitectureGroup, ...]:
     """The groups of architectures that an effect is about; none for one of other things.
 
     A correlation is about all models.
 
     Example:
-        >>> [group.label for group in groups(Difference("cpgu", ArchitectureGroup(V), None))]
+        >>> effect = Difference("cpgu", ArchitectureGroup(V), None)
+        >>> [group.label for group in groups_of_effect(effect)]
         ['V']
     """
     if isinstance(effect, Correlation):

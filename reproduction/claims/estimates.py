@@ -48,7 +48,7 @@ class EffectEstimate:
     designs_high: float = np.nan
 
     @property
-    def known(self) -> bool:
+    def is_known(self) -> bool:
         """True if there is an effect with an interval."""
         return bool(np.isfinite([self.effect, self.low, self.high]).all())
 
@@ -61,7 +61,7 @@ class EffectEstimate:
 NOT_KNOWN = EffectEstimate(np.nan, np.nan, np.nan)
 
 
-def measure(effect: Effect, runs: Resampled, count: Count) -> EffectEstimate:
+def estimate_effect(effect: Effect, runs: Resampled, count: Count) -> EffectEstimate:
     """An effect of a study's table; `NOT_KNOWN` if the table does not have what it is about.
 
     Args:
@@ -137,7 +137,7 @@ class _DesignCells:
             for cell in self._places
         }
 
-    def _of(self, group: ArchitectureGroup) -> list[tuple[str, str]]:
+    def _cells(self, group: ArchitectureGroup) -> list[tuple[str, str]]:
         return [
             cell
             for cell in self._places
@@ -160,17 +160,17 @@ class _DesignCells:
     def _difference(
         self, ours: ArchitectureGroup, theirs: ArchitectureGroup | None, *, lowest: bool = False
     ) -> _Gap:
-        mine, reference = self._of(ours), [] if theirs is None else self._of(theirs)
+        mine, reference = self._cells(ours), [] if theirs is None else self._cells(theirs)
         if not mine or (theirs is not None and not reference):
             return _NO_GAP
         if self._count.average == FIGURE_2:
             return self._normalised(mine, reference, lowest)
         places = [{p for cell in cells for p in self._places[cell]} for cells in (mine, reference)]
         shared = self._shared(*places) if reference else sorted(places[0])
-        level = [self._at(mine, place) for place in shared]
+        level = [self._level(mine, place) for place in shared]
         base = (
             [
-                self._least(reference, place, shared) if lowest else self._at(reference, place)
+                self._lowest(reference, place, shared) if lowest else self._level(reference, place)
                 for place in shared
             ]
             if reference
@@ -196,7 +196,7 @@ class _DesignCells:
         gaps = np.array(
             [
                 [
-                    self._at([cell], (omega, drive))[0] - base.get((omega, drive), np.nan)
+                    self._level([cell], (omega, drive))[0] - base.get((omega, drive), np.nan)
                     for omega in sorted(omegas)
                 ]
                 for cell in mine
@@ -211,16 +211,18 @@ class _DesignCells:
             return sorted((a | b) - {ANYWHERE}) or [ANYWHERE]
         return sorted((a & b) - {ANYWHERE})
 
-    def _at(self, cells: list[tuple[str, str]], place: tuple) -> np.ndarray:
+    def _level(self, cells: list[tuple[str, str]], place: tuple) -> np.ndarray:
         values = [self._places[cell].get(place, self._places[cell].get(ANYWHERE)) for cell in cells]
         # A small study may have a design of one architecture and not of another.
         return _over([value for value in values if value is not None] or [np.full(1, np.nan)])
 
-    def _least(self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]) -> np.ndarray:
+    def _lowest(
+        self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]
+    ) -> np.ndarray:
         """Return, at a place of the design, the architecture that is lowest over all cells."""
-        means = _stacked([_over([self._at([cell], p) for p in shared]) for cell in cells])
+        means = _stacked([_over([self._level([cell], p) for p in shared]) for cell in cells])
         ranked = np.where(np.isnan(means), np.inf, means)
-        levels = _stacked([self._at([cell], place) for cell in cells])
+        levels = _stacked([self._level([cell], place) for cell in cells])
         return np.take_along_axis(levels, ranked.argmin(axis=0)[None], axis=0)[0]
 
     def _normalised(

@@ -23,7 +23,7 @@ PARAMETERS = 128
 class Training:
     """A training of some number of parameters: fitness of its first distribution, and its best."""
 
-    way: str
+    method: str
     parameters: int
     untrained_fitness: float
     fitness: float
@@ -76,11 +76,11 @@ def read_losses(folder: Path) -> dict[str, np.ndarray]:
 def _by_actuation(path: Path, columns: tuple[str, ...]) -> dict[str, tuple[np.ndarray, ...]]:
     rows = _rows(path, ("actuation", *columns), (str, *(float for _ in columns)))
 
-    def own(actuation: str) -> tuple[np.ndarray, ...]:
+    def columns_of(actuation: str) -> tuple[np.ndarray, ...]:
         values = np.array([row[1:] for row in rows if row[0] == actuation], float)
         return tuple(values.reshape(-1, len(columns)).T)
 
-    return {name: own(name) for name in ("sector", "reflex")}
+    return {name: columns_of(name) for name in ("sector", "reflex")}
 
 
 def _rows(

@@ -12,7 +12,7 @@ from pathlib import Path
 from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, EQUIVALENCE, AtomicClaim
 from reproduction.claims.counting import CHOICES, Count, counts, differ_in
 from reproduction.claims.effects import OfGainMap, OfTrainings
-from reproduction.claims.estimates import EffectEstimate, measure
+from reproduction.claims.estimates import EffectEstimate, estimate_effect
 from reproduction.claims.experiments import require_folder
 from reproduction.claims.kept import measure_kept
 from reproduction.claims.resampling import RESAMPLES, Resampled
@@ -36,7 +36,7 @@ def verdict(claim: AtomicClaim, estimate: EffectEstimate) -> str:
         >>> verdict(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3))
         'reproduced'
     """
-    if not estimate.known:
+    if not estimate.is_known:
         return NOT_MEASURED
     if claim.sign == ALIKE:
         lower, upper = sorted((share - 1.0) * estimate.size for share in EQUIVALENCE)
@@ -64,7 +64,7 @@ def margin_of(claim: AtomicClaim, estimate: EffectEstimate) -> float:
         >>> f"{margin_of(ATOMIC_CLAIMS[0], EffectEstimate(0.2, 0.1, 0.3)):.0f}"
         '2'
     """
-    if not estimate.known:
+    if not estimate.is_known:
         return math.nan
     half = (
         estimate.effect - estimate.low if estimate.effect > 0.0 else estimate.high - estimate.effect
@@ -174,6 +174,6 @@ def findings(
             matching = dict.fromkeys(
                 replace(option, run=claim.run or option.run) for option in options
             )
-            by_count = {count: measure(claim.effect, runs, count) for count in matching}
+            by_count = {count: estimate_effect(claim.effect, runs, count) for count in matching}
         results.append(Finding(claim, by_count, claim.name in selected))
     return results

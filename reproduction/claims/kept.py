@@ -92,8 +92,8 @@ def _of_sizes(path: Path) -> EffectEstimate:
     """
     trainings = read_trainings(path)
     pairs = []
-    for way in dict.fromkeys(training.way for training in trainings):
-        runs = [training for training in trainings if training.way == way]
+    for method in dict.fromkeys(training.method for training in trainings):
+        runs = [training for training in trainings if training.method == method]
         start = [t.untrained_fitness for t in runs if t.untrained_fitness > 0.5 * FAILED_FITNESS]
         if not start:
             continue

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reproduction.claims.counting import BEST, MEAN, SAMPLED, Count, per_run
+from reproduction.claims.counting import BEST, MEAN, SAMPLED, Count, metric_per_run
 from reproduction.table import Table
 from tegotae.measures.hopping.statistics import mean_defined
 
@@ -53,7 +53,7 @@ class Resampled:
         """
         key = metric, count.unsettled, count.run
         if key not in self._known:
-            rows = per_run(self.table, metric, count.unsettled)
+            rows = metric_per_run(self.table, metric, count.unsettled)
             sample = rows.columns.get("sample", np.zeros(len(rows)))
             of_model = {str(name): rows["model"] == name for name in self.models.name}
             columns = [

@@ -51,7 +51,7 @@ class GainMap(Output, HopperParameters):
         sigma = axis("sigma", *self.sigma, self.resolution)
         omega = axis("omega", *self.omega, self.resolution, upper=MOST_RAD_PER_S)
         source, timing = preset(self.preset), Timing(duration_s=self.duration)
-        body = dataclasses.replace(source.hopper, **self.given)
+        body = dataclasses.replace(source.hopper, **self.overrides)
         oscillator = oscillator_called(self.oscillator)
         sweeps = {
             name: sweep_gain(

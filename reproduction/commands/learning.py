@@ -66,7 +66,7 @@ class StudyLearning(_OfStudy):
         """Judge what is missing, and write."""
         from reproduction.learning.judged import EvaluatedRuns
         from reproduction.learning.page import feedback_table
-        from reproduction.learning.runs import joined, rows
+        from reproduction.learning.runs import concatenate_runs, run_rows
         from tegotae.study import Study
 
         records = self.records
@@ -75,7 +75,7 @@ class StudyLearning(_OfStudy):
         study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
         study.run()
         results = zip(cells, study.results(), strict=True)
-        runs = joined(rows(cell, result.arrays) for cell, result in results)
+        runs = concatenate_runs(run_rows(cell, result.arrays) for cell, result in results)
         self.write(runs, feedback_table(runs))
 
 
@@ -94,10 +94,10 @@ class StudyPrimary:
         """Compute, print, and write if asked to."""
         from reproduction.figures.learning import learning_figure
         from reproduction.learning.page import primary_tables
-        from reproduction.learning.runs import read
+        from reproduction.learning.runs import read_runs
         from tegotae.figures.style import save_figure
 
-        readings = {path.stem: read(path) for path in self.sources}
+        readings = {path.stem: read_runs(path) for path in self.sources}
         if self.out is not None:
             output_folder(self.out)
         overall, by_omega = primary_tables(readings)
@@ -120,12 +120,12 @@ class StudyAtlas(_OfStudy):
     def run(self) -> None:
         """Measure what is missing, and write."""
         from reproduction.figures.atlas import atlas_figure
-        from reproduction.learning.atlas import atlas_tables, measured
+        from reproduction.learning.atlas import atlas_tables, measure_atlas
         from reproduction.learning.forms import Retuning
         from tegotae.figures.style import save_figure
 
         retuning, records = Retuning(self.generations, self.seeds), self.records
         output_folder(self.out)
-        runs = measured(self.dir, records, retuning)
+        runs = measure_atlas(self.dir, records, retuning)
         self.write(runs, atlas_tables(runs))
         save_figure(atlas_figure(runs), self.out / f"{self.name}.png")

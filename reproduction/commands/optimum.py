@@ -39,7 +39,7 @@ class Optimum(Output):
 
     def run(self) -> None:
         """Read, simulate, write, and say how near the controllers come."""
-        from reproduction.export import read_csv
+        from reproduction.export import read_study_csv
         from reproduction.figures.optimum import optimum_figure, optimum_tables
         from tegotae.analysis.orbit import find_orbit
         from tegotae.measures.optimum import curve, has_table, share
@@ -54,7 +54,7 @@ class Optimum(Output):
         points: dict[str, Gaits] = {}
         longer: dict[str, Gaits] = {}
         for path in self.tables:
-            table = read_csv(path)
+            table = read_study_csv(path)
             if "optimum_share" in table.metrics and np.isnan(table["optimum_share"]).all():
                 raise TegotaeError(
                     f"{path} has no shares of the optimum; it must be of the paper's hopper, with "
@@ -72,10 +72,10 @@ class Optimum(Output):
                 raise TegotaeError(f"{name} is for another body than the paper's hopper")
             saved, path = controller_of(meant), Path(stem(name))
             orbit, gait = find_orbit(saved), _gait(saved)
-            name = called(saved, path, {**points, **longer})
+            name = unique_label(saved, path, {**points, **longer})
             series = points if orbit.hops == 1 else longer
             series[name] = (np.array([gait.hop_rate]), np.array([gait.cot_inverse]))
-            stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = stance_of(orbit)
+            stances[f"{name}, {gait.hop_rate:.2g} rad/s"] = first_stance(orbit)
             reached = share(gait.cot_inverse, gait.hop_rate, gait.limit_cycle_period)
             print(
                 f"{path}: {gait.cot_inverse:.3f} m/J at {gait.hop_rate:.2f} rad/s, period "
@@ -87,7 +87,7 @@ class Optimum(Output):
         self.write(figure, optimum_tables(optimum, points, stances, longer))
 
 
-def called(saved: SavedController, path: Path, taken: Container[str]) -> str:
+def unique_label(saved: SavedController, path: Path, taken: Container[str]) -> str:
     """Return the label of a controller: its model, or its file where the model is ambiguous or
     unknown."""
     if saved.name is None:
@@ -112,10 +112,10 @@ def _of_table(table: Table, *, several: bool) -> dict[str, Gaits]:
 
 
 def _optimal_stance(omega: float) -> dict[str, np.ndarray]:
-    from reproduction.optimum import optimise, stances
+    from reproduction.optimum import optimal_stances, optimise
     from tegotae.parts.bodies import Hopper
 
-    tabulated = stances()
+    tabulated = optimal_stances()
     if omega in tabulated:
         return tabulated[omega]
     gait = optimise(Hopper(), omega)
@@ -129,7 +129,7 @@ def _gait(saved: SavedController) -> Gait:
     return engine.run(saved.weights, system.scenario(), saved.body).lane()
 
 
-def stance_of(orbit: Orbit) -> dict[str, np.ndarray]:
+def first_stance(orbit: Orbit) -> dict[str, np.ndarray]:
     """Time since touchdown and force, over the first stance of a limit cycle."""
     stance = np.flatnonzero(orbit.spring_force_n > 0.0)
     last = np.flatnonzero(np.diff(stance, append=np.inf) > 1)[0]

@@ -24,8 +24,8 @@ class CheckProofs:
             require("casadi", "optimum")
             proofs.write_bounds(curve().columns)
             curve.cache_clear()
-        certificates = proofs.read()
-        for row in proofs.rows():
+        certificates = proofs.read_certificates()
+        for row in proofs.claimed_bounds():
             proofs.check_row(row, certificates)
             print(
                 f"{row.omega:8.4g} rad/s: at most {row.upper_bound:.7g} m/J in period 1, "

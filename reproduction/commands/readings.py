@@ -56,7 +56,7 @@ class MultiverseRun:
 
             results = on_cluster(self.cluster)
         folder = MultiverseFolder(self.dir)
-        total = runner.run(plan, folder, results, UNITS_PER_BUNDLE, anew=self.anew)
+        total = runner.run_study(plan, folder, results, UNITS_PER_BUNDLE, anew=self.anew)
         print(
             f"{total} records in {self.dir}; next: "
             f"python -m reproduction readings figures {self.dir} --out FOLDER"
@@ -74,15 +74,15 @@ class MultiverseStatus:
 
     def run(self) -> None:
         """Print it."""
-        from reproduction.readings.folder import MultiverseFolder, is_whole, tables
-        from reproduction.unit import key_of
+        from reproduction.readings.folder import MultiverseFolder, is_whole, reading_tables
+        from reproduction.unit import record_key
 
         folder = MultiverseFolder(self.dir)
         plan = folder.plan(self.readings)
         records, damaged = folder.all()
-        complete = sum(is_whole(plan, table) for table in tables(plan, records).values())
+        complete = sum(is_whole(plan, table) for table in reading_tables(plan, records).values())
         keys = {unit.key for unit in plan.units}
-        count = sum(key_of(record.configuration) in keys for record in records)
+        count = sum(record_key(record.configuration) in keys for record in records)
         print(
             f"scale {plan.scale}: {count} of {len(keys)} models done, "
             f"{complete} of {plan.readings} readings complete"
@@ -104,10 +104,10 @@ class MultiverseExport:
 
     def run(self) -> None:
         """Write them."""
-        from reproduction.readings.tables import EFFECTS, READINGS, write_tables
+        from reproduction.readings.tables import EFFECTS, READINGS, write_multiverse_tables
 
         readings, by_reading = _findings(self.dir, self.readings)
-        write_tables(readings, by_reading, self.out)
+        write_multiverse_tables(readings, by_reading, self.out)
         print(f"wrote {READINGS}, {EFFECTS} to {self.out}")
 
 
@@ -152,7 +152,7 @@ class MultiverseFigures(PictureFormat):
 
 
 def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], FindingsByReading]:
-    from reproduction.readings.folder import MultiverseFolder, is_whole, tables
+    from reproduction.readings.folder import MultiverseFolder, is_whole, reading_tables
     from reproduction.readings.verdicts import findings_by_reading
 
     folder = MultiverseFolder(path)
@@ -160,7 +160,7 @@ def _findings(path: Path, count: int | None = None) -> tuple[list[Reading], Find
     records, damaged = folder.all()
     for message in damaged:
         print(message)
-    by_number = tables(plan, records)
+    by_number = reading_tables(plan, records)
     if not by_number:
         raise TegotaeError(
             f"{path} holds no result yet; first: python -m reproduction readings run"

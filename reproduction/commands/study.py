@@ -84,7 +84,7 @@ class StudyRun(ReadingOptions):
             from reproduction.cluster import on_cluster
 
             results = on_cluster(self.cluster)
-        total = runner.run(study, self.dir, results, anew=self.anew)
+        total = runner.run_study(study, self.dir, results, anew=self.anew)
         print(
             f"{total} records in {self.dir}; next: python -m reproduction report --dir {self.dir}"
         )
@@ -157,16 +157,16 @@ class StudyReport:
 
     def run(self) -> None:
         """Write it, and say where it is."""
-        from reproduction.about import about
-        from reproduction.report.page import report
+        from reproduction.about import study_summary
+        from reproduction.report.page import report_page
         from reproduction.table import tabulate_budgets
 
         folder = Folder(self.dir)
         records, document = _records(folder), folder.document
         path = output_file(self.out or self.dir / "report.html")
-        described = about(document, len(records))
+        described = study_summary(document, len(records))
         write_atomically(
-            path, report(records, described, self.experiments, tabulate_budgets(records))
+            path, report_page(records, described, self.experiments, tabulate_budgets(records))
         )
         print(f"The report is {path.resolve()}")
 
@@ -186,10 +186,10 @@ class StudyExport:
 
     def run(self) -> None:
         """Write it."""
-        from reproduction.export import write_csv, write_parquet
+        from reproduction.export import write_study_csv, write_study_parquet
         from reproduction.table import tabulate, tabulate_budgets, tabulate_sampled
 
-        writers = {".csv": write_csv, ".parquet": write_parquet}
+        writers = {".csv": write_study_csv, ".parquet": write_study_parquet}
         for path in filter(None, (self.out, self.budgets, self.sampled)):
             if path.suffix not in writers:
                 raise TegotaeError(f"cannot write a table as {path.name!r}; use .csv or .parquet")
@@ -221,16 +221,16 @@ class StudyZoo:
 
     def run(self) -> None:
         """Write it, and say how to use it."""
-        from reproduction.zoo import core, entries, write
+        from reproduction.zoo import core, write_archive, zoo_entries
         from tegotae.systems.zoo import SUFFIX, ZooName, open_zoo
 
         if self.out.suffix != SUFFIX:
             raise TegotaeError(f"cannot write controllers as {self.out.name!r}; use {SUFFIX}")
         if not self.name.replace("-", "").isalnum():
             raise TegotaeError(f"the name is {self.name!r}; it must be letters, digits and hyphens")
-        write(output_file(self.out), self.name, entries(_records(Folder(self.dir))))
+        write_archive(output_file(self.out), self.name, zoo_entries(_records(Folder(self.dir))))
         if self.core:
-            write(self.out, self.name, core(open_zoo(self.out)))
+            write_archive(self.out, self.name, core(open_zoo(self.out)))
         zoo = open_zoo(self.out)
         first = ZooName(str(self.out), next(iter(zoo.models)), "")
         print(
@@ -287,14 +287,14 @@ class StudyFigures(PictureFormat):
             }
             if drawn_claims(findings_by_budget):
                 figures["budgets"] = budgets_figure(findings_by_budget)
-        for omega, figure in convergence.figures(records).items():
+        for omega, figure in convergence.convergence_figures(records).items():
             figures[f"convergence-w{omega}"] = figure
         panels = policy_panels(records, table)
         if panels:
             figures["figure5"] = policies_figure(panels)
             texts["figure5.md"] = policies_table(panels)
         if records:
-            texts["convergence.csv"] = csv_of(Table(convergence.table(records)))
+            texts["convergence.csv"] = csv_of(Table(convergence.convergence_means(records)))
         output_folder(self.out)
         figures = {f"{name}.{self.format}": figure for name, figure in figures.items()}
         for name, figure in figures.items():
@@ -351,7 +351,7 @@ def tables_of(
     Raises:
         TegotaeError: if one cannot be read.
     """
-    from reproduction.export import read_csv
+    from reproduction.export import read_study_csv
     from reproduction.readings.designs import selecting_body
     from reproduction.table import tabulate, tabulate_budgets, tabulate_sampled
 
@@ -364,11 +364,11 @@ def tables_of(
             selecting_body(records[0].experiment.body),
         )
     else:
-        tables = StudyTables(read_csv(source))
+        tables = StudyTables(read_study_csv(source))
     return StudyTables(
         tables.runs,
-        tables.budgets if budgets is None else read_csv(budgets),
-        tables.sampled if sampled is None else read_csv(sampled),
+        tables.budgets if budgets is None else read_study_csv(budgets),
+        tables.sampled if sampled is None else read_study_csv(sampled),
         tables.selected,
     )
 

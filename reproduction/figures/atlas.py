@@ -20,7 +20,7 @@ def atlas_figure(runs: pd.DataFrame) -> Figure:
     run; and the share of controllers that forms of so many numbers replace.
 
     Args:
-        runs: of `reproduction.learning.atlas.measured`.
+        runs: of `reproduction.learning.atlas.measure_atlas`.
     """
     omegas = sorted(runs.omega_t.dropna().unique())
     with styled():
@@ -28,7 +28,7 @@ def atlas_figure(runs: pd.DataFrame) -> Figure:
         panels = figure.subplots(len(omegas), 2, squeeze=False, width_ratios=(3, 2))
         for (left, right), omega in zip(panels, omegas, strict=True):
             group = where(runs, runs.omega_t == omega)
-            _left(left, group)
+            _draw_cut(left, group)
             _replaced(right, group)
             left.set(title=f"$\\omega_t$ = {omega:g} rad/s", ylabel="merit [m/J]")
         panels[-1][0].set(xlabel="what is left of it with the feedback cut")
@@ -38,7 +38,7 @@ def atlas_figure(runs: pd.DataFrame) -> Figure:
         return figure
 
 
-def _left(axes: Axes, runs: pd.DataFrame) -> None:
+def _draw_cut(axes: Axes, runs: pd.DataFrame) -> None:
     for kind in KINDS[1:-1]:
         group = where(runs, runs.kind == kind)
         share = np.clip(group.merit_cut / group.merit, 0.0, 1.2)

@@ -90,7 +90,7 @@ def drawn_claims(by_budget: Mapping[str, Sequence[Finding]]) -> list[str]:
     return [
         claim
         for claim, effects in _effects(by_budget).items()
-        if any(estimate.known for estimate in effects)
+        if any(estimate.is_known for estimate in effects)
     ]
 
 
@@ -113,7 +113,7 @@ def _effects(by_budget: Mapping[str, Sequence[Finding]]) -> dict[str, list[Effec
 
 def _draw(panel: Axes, findings: Sequence[Finding]) -> None:
     effects = [_first(finding) for finding in findings]
-    positions = [x for x, estimate in enumerate(effects) if estimate.known]
+    positions = [x for x, estimate in enumerate(effects) if estimate.is_known]
     panel.plot(positions, [effects[x].effect for x in positions], color="0.6", lw=0.5, zorder=1)
     for x in positions:
         estimate = effects[x]

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reproduction.calibration.posterior import CalibrationPosterior
-from reproduction.calibration.prior import LOGARITHMIC, PRIOR, place
+from reproduction.calibration.prior import LOGARITHMIC, PRIOR, relative_place
 from reproduction.readings.readings import AnalysisChoice, Reading
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.measures.objectives.fitness import HERTZ
@@ -66,7 +66,7 @@ def posterior_figure(
 def coordinates_of(choice: AnalysisChoice, reading: Reading) -> float:
     """Return a reading's position in one choice, from 0 to 1; beyond where it is outside the
     prior."""
-    return place(choice, getattr(reading, choice.name))
+    return relative_place(choice, getattr(reading, choice.name))
 
 
 def _edges(choice: AnalysisChoice) -> np.ndarray:
@@ -87,7 +87,9 @@ def _steps(
 def _ticks(panel, choice: AnalysisChoice) -> None:
     if choice.levels:
         places = [choice.place(value) for value in choice.values]
-        panel.set_xticks(places, [written(choice.name, value) for value in choice.values], size=6)
+        panel.set_xticks(
+            places, [value_label(choice.name, value) for value in choice.values], size=6
+        )
     else:
         low, high = choice.values
         middle = (low * high) ** 0.5 if choice.name in LOGARITHMIC else 0.5 * (low + high)
@@ -95,10 +97,10 @@ def _ticks(panel, choice: AnalysisChoice) -> None:
         names = [f"{value:.2g}" for value in values]
         if choice.name == "frequency_weight":
             names[1] = "Hz²"
-        panel.set_xticks([place(choice, value) for value in values], names, size=6)
+        panel.set_xticks([relative_place(choice, value) for value in values], names, size=6)
 
 
-def written(name: str, value: object) -> str:
+def value_label(name: str, value: object) -> str:
     """Return the text of a choice's value beside an axis."""
     words = {
         ("flight_damping", 0.0): "no",

@@ -20,7 +20,7 @@ from reproduction.claims.findings import (
     margin_of,
 )
 from reproduction.figures.budgets import LOOK
-from reproduction.report.atomic import grouped, shown_effect, unit
+from reproduction.report.atomic import effect_unit, grouped_findings, shown_effect
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import PAGE_IN, new_figure, styled
 
@@ -51,7 +51,7 @@ def claims_figure(findings: Sequence[Finding]) -> Figure:
     Raises:
         TegotaeError: if no claim has an effect.
     """
-    rows = _rows(grouped(findings))
+    rows = _rows(grouped_findings(findings))
     if not rows:
         raise TegotaeError("no claim has an effect to draw; give at least one that is measured")
     with styled():
@@ -97,7 +97,7 @@ _MOST = 1e3
 
 def has_effects(findings: Sequence[Finding]) -> bool:
     """Return whether the figure has a row to draw."""
-    return bool(_rows(grouped(findings)))
+    return bool(_rows(grouped_findings(findings)))
 
 
 def _rows(groups: Mapping[str, Sequence[Finding]]) -> list[str | Finding]:
@@ -118,7 +118,7 @@ def _draw_effect(axes: Axes, y: int, finding: Finding) -> None:
     x = float(np.clip(margin_of(finding.claim, estimate), -0.9 * _MOST, 0.9 * _MOST))
     axes.plot([0.0, x], [y, y], color=colour, lw=1.4)
     axes.plot(x, y, mark, color=colour, ms=4, mew=0)
-    if estimate.over_designs.known:
+    if estimate.over_designs.is_known:
         axes.plot(margin_of(finding.claim, estimate.over_designs), y, **_HOLLOW)
 
 
@@ -126,7 +126,7 @@ def _number(finding: Finding) -> str:
     estimate = shown_effect(finding)
     assert estimate is not None
     interval = f"[{estimate.low:.2f}, {estimate.high:.2f}]"
-    text = f"{estimate.effect:+.2f} {interval} {unit(finding.claim.effect)}"
+    text = f"{estimate.effect:+.2f} {interval} {effect_unit(finding.claim.effect)}"
     return text.replace("-", "−")
 
 

@@ -95,7 +95,7 @@ def convergence_figure(trainings: Mapping[str, Trainings], *, lowest: float = 0.
         ):
             _draw(panel, training, best[name], lowest)
             panel.set_title(f"{name}: {_counts(training)}", loc="left", fontsize=7)
-            below = int((~_shown(best[name], lowest)).sum())
+            below = int((~_is_visible(best[name], lowest)).sum())
             if below:
                 words = f"{below} of {len(training.reason)} end below {lowest:g}, not in the mean"
                 panel.text(0.03, 0.97, words, transform=panel.transAxes, va="top", fontsize=6)
@@ -118,7 +118,7 @@ def convergence_table(
     rows: dict[str, list] = {}
     for name, training in trainings.items():
         best = training.best()
-        means = [interval(row) for row in best[:, _shown(best, lowest)]]
+        means = [interval(row) for row in best[:, _is_visible(best, lowest)]]
         columns = {
             "name": [name] * len(means),
             "episodes": training.episodes,
@@ -126,7 +126,7 @@ def convergence_table(
             "low": [m.low for m in means],
             "high": [m.high for m in means],
             "runs": [len(training.reason)] * len(means),
-            "runs_below": [int((~_shown(best, lowest)).sum())] * len(means),
+            "runs_below": [int((~_is_visible(best, lowest)).sum())] * len(means),
             "stopped_runs": [int(np.sum(training.stop_episode <= e)) for e in training.episodes],
         }
         for key, column in columns.items():
@@ -134,14 +134,14 @@ def convergence_table(
     return {key: np.array(column) for key, column in rows.items()}
 
 
-def _shown(best: np.ndarray, lowest: float) -> np.ndarray:
+def _is_visible(best: np.ndarray, lowest: float) -> np.ndarray:
     """Return a mask of the runs that end at the lowest fitness shown, or above, shape [runs]."""
     return best[-1] >= lowest
 
 
 def _draw(panel: Axes, training: Trainings, best: np.ndarray, lowest: float) -> None:
     colour = COLOURS[0]
-    means = [interval(row) for row in best[:, _shown(best, lowest)]]
+    means = [interval(row) for row in best[:, _is_visible(best, lowest)]]
     low, high = (np.array(ends) for ends in zip(*((m.low, m.high) for m in means), strict=True))
     panel.fill_between(training.episodes, low, high, color=colour, alpha=0.2, lw=0)
     for run, (stop, reason) in enumerate(zip(training.stop_episode, training.reason, strict=True)):

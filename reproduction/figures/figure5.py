@@ -12,11 +12,11 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from reproduction.best_gait import best_run, controller_of, orbit_of
+from reproduction.best_gait import best_run, recorded_controller, recorded_orbit
 from reproduction.claims.designs import DRIVES
 from reproduction.record import Record
-from reproduction.report.markdown import table as markdown
-from reproduction.table import Table, place
+from reproduction.report.markdown import markdown_table
+from reproduction.table import Table, record_place
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.orbit import Orbit
 from tegotae.analysis.surface import Surface, actuation_surface
@@ -86,13 +86,13 @@ def policy_panels(records: Sequence[Record], table: Table) -> list[PolicyPanel]:
         matching = [
             record
             for record in records
-            if (labels := place(record))["architecture"] == architecture
+            if (labels := record_place(record))["architecture"] == architecture
             and labels["observation"] == "F"
             and DRIVES.get(labels["actuation"]) == drive
             and isinstance(record.experiment.body, Hopper)
         ]
         for record in sorted(matching, key=lambda candidate: -float(candidate.best_fitness.max())):
-            orbit = orbit_of(record) if record.gait else None
+            orbit = recorded_orbit(record) if record.gait else None
             if orbit is not None:
                 panels.append(_panel(number, architecture, drive, record, orbit, table))
                 break
@@ -103,7 +103,7 @@ def _panel(
     number: str, architecture: str, drive: str, record: Record, orbit: Orbit, table: Table
 ) -> PolicyPanel:
     run = best_run(record.best_fitness)
-    saved = controller_of(record, run)
+    saved = recorded_controller(record, run)
     body = saved.body
     assert isinstance(body, Hopper)
     limit_n = min(1.1 * float(orbit.spring_force_n.max()), body.most_spring_n)
@@ -174,7 +174,7 @@ def policies_table(panels: Iterable[PolicyPanel]) -> str:
         values = [panel.metrics.get(name, np.nan) for name in names]
         name = f"{panel.model}, run {panel.run}"
         rows.append([panel.number, name, *map(_number, values)])
-    return markdown(rows)
+    return markdown_table(rows)
 
 
 def _surface(axes: Axes, panel: PolicyPanel, labelled: bool) -> None:

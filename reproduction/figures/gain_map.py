@@ -52,7 +52,7 @@ def gain_map_figure(
         optimum: whether the body and the definition of work are those of the kept optimum.
     """
     highest = [
-        max(np.nanmax(values(sweep)[part], initial=1e-3) for sweep in sweeps.values())
+        max(np.nanmax(cot_inverse_maps(sweep)[part], initial=1e-3) for sweep in sweeps.values())
         for part in range(2)
     ]
     is_censored = any(ridge.censored.any() for ridge in ridges.values())
@@ -70,7 +70,7 @@ def gain_map_figure(
             panel.tick_params(labelleft=False)
         for line, (name, sweep) in enumerate(sweeps.items()):
             row = panels[line]
-            for part, (panel, value) in enumerate(zip(row, values(sweep), strict=True)):
+            for part, (panel, value) in enumerate(zip(row, cot_inverse_maps(sweep), strict=True)):
                 mesh = draw_quantity(
                     panel,
                     sweep.omega,
@@ -130,7 +130,7 @@ def _beside_the_optimum(panel: Axes, ridges: Mapping[str, Ridge], *, has_optimum
     panel.set_ylabel("CoT$^{-1}$ A\n[m/J]")
 
 
-def values(sweep: GainSweep) -> tuple[AnyArray, AnyArray]:
+def cot_inverse_maps(sweep: GainSweep) -> tuple[AnyArray, AnyArray]:
     """CoT⁻¹ A and B [m/J], [gains, frequencies]."""
     return sweep.outcome.cot_inverse, sweep.outcome.cot_inverse_total
 
@@ -179,7 +179,7 @@ def gain_map_tables(
         losses[name] = {
             "omega_rad_per_s": detuning.omega,
             "best_sigma_rad_per_s_n": detuning.sigma,
-            "cot_inverse_a_lost": detuning.lost,
+            "cot_inverse_a_lost": detuning.loss,
         }
     return {
         "": _joined(maps),

@@ -26,7 +26,7 @@ def learning_figure(readings: Mapping[str, pd.DataFrame]) -> Figure:
     """Merit over ω_t in each body, means over runs with their 95 % intervals.
 
     Args:
-        readings: runs of `reproduction.learning.runs.read`, by what the body is called.
+        readings: runs of `reproduction.learning.runs.read_runs`, by what the body is called.
     """
     with styled():
         figure = new_figure(PAGE_IN, 3.2)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from reproduction.calibration.prior import place
+from reproduction.calibration.prior import relative_place
 from reproduction.claims.counting import ALL
 from reproduction.claims.estimates import EffectEstimate
 from reproduction.claims.findings import (
@@ -21,7 +21,7 @@ from reproduction.claims.findings import (
     TOO_SMALL,
     Finding,
 )
-from reproduction.figures.calibration import written
+from reproduction.figures.calibration import value_label
 from reproduction.readings.designs import selecting
 from reproduction.readings.influence import SIGNIFICANT, Influence, influences
 from reproduction.readings.readings import AnalysisChoice, Reading
@@ -29,9 +29,9 @@ from reproduction.readings.verdicts import (
     CLAIMS,
     FindingsByReading,
     of_claim,
-    shares,
+    outcome_shares,
 )
-from reproduction.report.atomic import described
+from reproduction.report.atomic import effect_in_words
 from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, new_figure, styled
 
 OUTCOME_COLOURS = {REPRODUCED: COLOURS[5], TOO_SMALL: "0.75", OPPOSITE: COLOURS[4]}
@@ -87,7 +87,7 @@ def _handles(*, selected: bool) -> list[Patch | Line2D]:
 
 def _bar(panel, row: int, findings: list[Finding], colours: Mapping[str, str]) -> None:
     start = 0.0
-    parts = shares(findings)
+    parts = outcome_shares(findings)
     for word, colour in colours.items():
         part = parts[word]
         if not part.count:
@@ -146,7 +146,7 @@ def curve_figure(readings: Sequence[Reading], findings: Mapping[int, Finding]) -
         figure.suptitle(claim.title, x=0.01, ha="left", fontsize=8, weight="bold")
         effects, choices = figure.subplots(2, 1, height_ratios=(1.0, 1.5), sharex=True)
         _effects(effects, [findings[n] for n in order])
-        effects.set_title(described(claim.effect), loc="left", fontsize=7, pad=2)
+        effects.set_title(effect_in_words(claim.effect), loc="left", fontsize=7, pad=2)
         _choices(choices, [readings[n] for n in order], order, influences(readings, findings))
     return figure
 
@@ -156,11 +156,11 @@ def _first(finding: Finding) -> EffectEstimate:
 
 
 def _key(estimate: EffectEstimate) -> float:
-    return estimate.effect if estimate.known else -math.inf
+    return estimate.effect if estimate.is_known else -math.inf
 
 
 def _effects(panel, findings: list[Finding]) -> None:
-    defined = [estimate for estimate in map(_first, findings) if estimate.known]
+    defined = [estimate for estimate in map(_first, findings) if estimate.is_known]
     # The effects decide the scale: one interval of two runs must not press all others flat.
     inside = [0.0, *(estimate.effect for estimate in defined)]
     room = 0.5 * (max(inside) - min(inside) or 1.0)
@@ -173,7 +173,7 @@ def _effects(panel, findings: list[Finding]) -> None:
     panel.axhline(0.0, color="0.5", lw=0.6)
     for x, finding in enumerate(findings):
         estimate, colour = _first(finding), OUTCOME_COLOURS.get(finding.outcome, "0.9")
-        if not estimate.known:
+        if not estimate.is_known:
             panel.text(x, low, "–", ha="center", va="bottom", color="0.5")
             continue
         panel.plot([x, x], [estimate.low, estimate.high], color=colour, lw=1.4)
@@ -186,7 +186,7 @@ def _choices(panel, readings: list[Reading], numbers: list[int], entries: list[I
     for row, influence in enumerate(entries):
         choice = influence.choice
         for x, reading in enumerate(readings):
-            position = place(choice, getattr(reading, choice.name))
+            position = relative_place(choice, getattr(reading, choice.name))
             panel.plot(x, row, "s", ms=4, color=colours(0.95 * position), mew=0)
         panel.text(
             len(readings) - 0.2,
@@ -216,6 +216,6 @@ def _range(choice: AnalysisChoice) -> str:
 
     def word(value) -> str:
         is_known = isinstance(value, bool) or value == math.inf
-        return labels[value] if is_known else written(choice.name, value)
+        return labels[value] if is_known else value_label(choice.name, value)
 
     return f"{choice.label}, {word(choice.values[0])} … {word(choice.values[-1])}"

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
-from reproduction.claims.designs import MODELS, correlation, designs
+from reproduction.claims.designs import MODELS, correlation_within_omega, designs
 from reproduction.table import ARCHITECTURES, Table
 from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.metric import FIGURE, Metric
@@ -77,7 +77,7 @@ def architecture_metrics(
     What a table does not hold has no entry. Where too few runs define a metric for an interval, it
     is their mean alone.
     """
-    names = [metric.name for metric in table.shown(FIGURE)]
+    names = [metric.name for metric in table.metrics_shown(FIGURE)]
     intervals = {}
     for observation in OBSERVATIONS:
         for architecture in architectures(table):
@@ -102,7 +102,7 @@ def architecture_metrics(
 def architectures_figure(table: Table, only: str = "") -> Figure:
     """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals.
 
-    The line in the panels of CoT⁻¹ is what is physically possible (`possible`); it is left out for
+    The line in the panels of CoT⁻¹ is the physical limit (`largest_possible`). It is left out for
     another body or another definition of work than those whose optimum is known.
 
     Args:
@@ -110,7 +110,7 @@ def architectures_figure(table: Table, only: str = "") -> Figure:
         only: the one metric that is drawn, such as `cot_inverse`; by default all of the figure's.
     """
     intervals = architecture_metrics(table)
-    metrics = [metric for metric in table.shown(FIGURE) if only in ("", metric.name)]
+    metrics = [metric for metric in table.metrics_shown(FIGURE) if only in ("", metric.name)]
     limited = "optimum_share" in table.metrics and np.isfinite(table["optimum_share"]).any()
     omegas, names = frequencies(table), architectures(table)
     extra = set(table.beside_the_paper()["architecture"].tolist())
@@ -147,7 +147,7 @@ def architectures_figure(table: Table, only: str = "") -> Figure:
                 panel.tick_params(axis="x", labelrotation=90)
         figure.align_ylabels(panels[:, 0])
         handles: list[Artist] = [
-            Patch(color=colours[omega], lw=0, label=_named(omega, extra)) for omega in omegas
+            Patch(color=colours[omega], lw=0, label=_omega_label(omega, extra)) for omega in omegas
         ]
         handles.append(Line2D([], [], color="black", lw=1.0, label="95 % interval over runs"))
         if limited:
@@ -164,12 +164,12 @@ def architectures_figure(table: Table, only: str = "") -> Figure:
     return figure
 
 
-def possible() -> float:
+def largest_possible() -> float:
     """The largest CoT⁻¹ that any force can have on the default hopper, at any frequency [m/J]."""
     return float(np.max(curve()["cot_inverse"]))
 
 
-_LIMITS = {"cot_inverse": possible, "optimum_share": lambda: 1.0}
+_LIMITS = {"cot_inverse": largest_possible, "optimum_share": lambda: 1.0}
 """Upper limits of metrics, where they are known."""
 
 
@@ -181,7 +181,7 @@ def _axis(metric: Metric) -> str:
     return f"{label}\n(share)" if metric.range == SHARE else label
 
 
-def _named(omega: float | None, extra: Collection[str]) -> str:
+def _omega_label(omega: float | None, extra: Collection[str]) -> str:
     if omega is None:
         return "no $\\omega_t$" if extra else "T, which has no $\\omega_t$"
     return rf"$\omega_t$ = {omega:g} rad/s"
@@ -246,16 +246,19 @@ def _bars(
 def correlations(table: Table) -> np.ndarray:
     """Pearson correlations of the metrics over all models, shape [metrics, metrics]."""
     models = table.per_model()
-    names = [metric.name for metric in table.shown(FIGURE)]
+    names = [metric.name for metric in table.metrics_shown(FIGURE)]
     return np.array(
-        [[1.0 if a == b else correlation(models, a, b).mean for b in names] for a in names]
+        [
+            [1.0 if a == b else correlation_within_omega(models, a, b).mean for b in names]
+            for a in names
+        ]
     )
 
 
 def correlation_figure(table: Table) -> Figure:
     """Fig. 2, III: correlation of the metrics over all models."""
     values = correlations(table)
-    labels = [metric.math or metric.label for metric in table.shown(FIGURE)]
+    labels = [metric.math or metric.label for metric in table.metrics_shown(FIGURE)]
     with styled():
         figure = new_figure(COLUMN_IN, 1.0 + 0.3 * len(labels))
         panel = figure.subplots()

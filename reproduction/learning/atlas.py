@@ -12,9 +12,9 @@ import pandas as pd
 from reproduction.learning.curves import CurvesOfRuns
 from reproduction.learning.forms import FormOfControllers, Retuning
 from reproduction.learning.judged import EvaluatedRuns
-from reproduction.learning.runs import joined, rows, where
+from reproduction.learning.runs import concatenate_runs, run_rows, where
 from reproduction.record import Record
-from reproduction.report.markdown import table
+from reproduction.report.markdown import markdown_table
 from tegotae.analysis.explanation import ALIKE, NOTHING
 from tegotae.analysis.short_forms import SHARES, forms_of_a_leg
 from tegotae.study import Arrays, Pool, Study
@@ -50,7 +50,7 @@ _CURVES = {
 """Coefficients of determination of `curves_of` for a learned term, and their formulas."""
 
 
-def kinds(runs: pd.DataFrame) -> pd.Series:
+def feedback_kinds(runs: pd.DataFrame) -> pd.Series:
     """Classify the feedback of every run, one of `KINDS`."""
     enough = ALIKE * runs.merit
     conditions = [
@@ -72,7 +72,7 @@ def forms_by_numbers() -> list[str]:
     return sorted(forms, key=lambda name: forms[name].on_a_leg().n_weights)
 
 
-def measured(
+def measure_atlas(
     folder: Path, records: Sequence[Record], retuning: Retuning, pool: Pool | None = None
 ) -> pd.DataFrame:
     """Measure what a study's folder lacks of its atlas, and return it, a row a run.
@@ -81,10 +81,10 @@ def measured(
     half of the releases, as long as no shorter one keeps the largest share.
 
     Returns:
-        The columns of `runs.rows`; `kind`; the numbers of `curves.curves_of`; `best`, whether it is
-        the one that is tried; and of those the share that each form keeps of the
-        merit, `kept FORM`, and with the numbers of the curves `cloned FORM`; NaN where a shorter
-        one kept enough.
+        The columns of `runs.run_rows`; `kind`; the numbers of `curves.curve_numbers`; `best`,
+        whether the forms are tried on the run; and of those runs the share of the merit that each
+        form keeps, `kept FORM`, and with the numbers of the curves `cloned FORM`; NaN where a
+        shorter form kept enough.
     """
     evaluations = [EvaluatedRuns(record) for record in records]
     study = Study(folder / "judged", evaluations, title="judge", suffix=".judged.npz")
@@ -99,13 +99,15 @@ def measured(
     }
     parts = []
     for cell, result in zip(evaluations, study.results(), strict=True):
-        part = rows(cell, result.arrays)
+        part = run_rows(cell, result.arrays)
         part["best"] = part.index == part.merit_chosen.argmax()
         fits = curves.get(cell.record.model, {})
         numbers = {name: x for name, x in fits.items() if not name.startswith("start_")}
         parts.append(part.assign(**numbers))
-    runs = joined(parts).reset_index(drop=True)
-    return _with_forms(runs.assign(kind=kinds(runs)), folder, with_feedback, curves, retuning, pool)
+    runs = concatenate_runs(parts).reset_index(drop=True)
+    return _with_forms(
+        runs.assign(kind=feedback_kinds(runs)), folder, with_feedback, curves, retuning, pool
+    )
 
 
 def _with_forms(
@@ -147,7 +149,7 @@ def _with_forms(
     return runs
 
 
-def shortest(runs: pd.DataFrame, share: float) -> pd.Series:
+def shortest_form(runs: pd.DataFrame, share: float) -> pd.Series:
     """The form of fewest numbers that keeps a share of each best run's merit; `NONE` without."""
     best = where(runs, runs.best & ~runs.kind.isin([KINDS[0], NETWORK]))
     forms = np.array([*forms_by_numbers(), NONE])
@@ -161,12 +163,12 @@ def atlas_tables(runs: pd.DataFrame) -> str:
     parts = []
     for omega, group in runs.groupby("omega_t"):
         parts.append(f"At $\\omega_t$ = {omega:g} rad/s, what the feedback does:")
-        parts.append(table(_kinds_table(group)))
+        parts.append(markdown_table(_kinds_table(group)))
     parts.append(f"Where feedback makes the merit, learned curves with R² of at least {GOOD:g}:")
-    parts.append(table(_curves_table(where(runs, runs.kind.isin(KINDS[4:7])))))
+    parts.append(markdown_table(_curves_table(where(runs, runs.kind.isin(KINDS[4:7])))))
     for omega, group in runs.groupby("omega_t"):
         parts.append(f"Shortest forms at $\\omega_t$ = {omega:g} rad/s, controllers of each:")
-        parts.append(table(_forms_table(group)))
+        parts.append(markdown_table(_forms_table(group)))
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
@@ -207,7 +209,7 @@ def _curves_table(runs: pd.DataFrame) -> list[list[str]]:
 
 def _forms_table(runs: pd.DataFrame) -> list[list[str]]:
     """Count the controllers whose shortest form is each form, with the largest merit kept by it."""
-    shortest_forms = {share: shortest(runs, share) for share in SHARES}
+    shortest_forms = {share: shortest_form(runs, share) for share in SHARES}
     lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES), "best merit"]]
     forms = forms_of_a_leg()
     for form in forms_by_numbers():

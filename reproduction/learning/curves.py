@@ -10,7 +10,7 @@ import numpy as np
 
 from reproduction.learning.judged import releases
 from reproduction.record import Record
-from reproduction.unit import key_of
+from reproduction.unit import record_key
 from tegotae._support.documents import Document
 from tegotae.analysis.explanation import (
     ReleasedHopper,
@@ -29,7 +29,7 @@ from tegotae.training.evolution import Evolution
 FEW = 5
 """Number of common releases from which the curves are taken."""
 FITS = ("action_1", "action_2", "load", "latch", "decay", "saturating")
-"""The numbers of `curves_of` that are an R²."""
+"""The numbers of `curve_numbers` that are an R²."""
 SWING = (5.0, 95.0)
 """Percentiles of the feedback between which it swings."""
 
@@ -44,7 +44,7 @@ def saved_runs(record: Record) -> list[SavedController]:
     ]
 
 
-def curves_of(v: Visits, omega: float) -> dict[str, float]:
+def curve_numbers(v: Visits, omega: float) -> dict[str, float]:
     """The curves of a run in numbers.
 
     Args:
@@ -90,7 +90,7 @@ class CurvesOfRuns:
     @property
     def document(self) -> Document:
         """The record, from what its curves are taken, and the seed of the first untrained run."""
-        name = key_of(self.record.configuration)
+        name = record_key(self.record.configuration)
         return {"record": name, "releases": FEW, "untrained_seed": 0}
 
     @property
@@ -112,9 +112,9 @@ class CurvesOfRuns:
         rows = []
         for run, untrained in zip(saved, np.asarray(initial, float), strict=True):
             v, as_before = visited(run, untrained)
-            fits = curves_of(as_before, run.system.omega or math.nan)
+            fits = curve_numbers(as_before, run.system.omega or math.nan)
             rows.append(
-                curves_of(v, run.system.omega or math.nan)
+                curve_numbers(v, run.system.omega or math.nan)
                 | {f"untrained_{name}": fits[name] for name in FITS}
                 | {f"start_{name}": x for name, (_, x) in started(run, [v]).items()}
             )

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reproduction.learning.curves import saved_runs
-from reproduction.learning.judged import by_release, episodes_of, merits
+from reproduction.learning.judged import by_release, episode_merits, episodes_of
 from reproduction.record import Record
-from reproduction.unit import key_of
+from reproduction.unit import record_key
 from tegotae._support.documents import Document
 from tegotae._support.errors import require_count
 from tegotae.analysis.short_forms import forms_of_a_leg, retuned, training_of
@@ -65,7 +65,7 @@ class FormOfControllers:
         """Return the form, its starting point and the settings of its retuning."""
         return {
             "form": self.form,
-            "records": [key_of(record.configuration) for record in self.records],
+            "records": [record_key(record.configuration) for record in self.records],
             "runs": list(self.runs),
             "generations": self.retuning.generations,
             "seeds": list(range(self.retuning.seeds)),
@@ -94,5 +94,5 @@ class FormOfControllers:
         for name, weights in (("cloned", self.starts), ("merit", runs[rows])):
             of_form = episodes_of(evaluated, controller, weights, evaluated.protocol)
             settled, cot = (by_release(of_form, x) for x in ("limit_cycle_share", "cot_inverse"))
-            arrays[name] = merits(settled, cot).mean(axis=(1, 2))
+            arrays[name] = episode_merits(settled, cot).mean(axis=(1, 2))
         return CellResult(self.document, self.records[0].software, arrays)

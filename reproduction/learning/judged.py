@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from reproduction.record import Record
-from reproduction.unit import key_of
+from reproduction.unit import record_key
 from tegotae._support.documents import Document
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping.metric import Episode, GaitMetric, Metric
@@ -61,7 +61,7 @@ def releases(standard: Scenario) -> Scenario:
     return standard._replace(height_m=height, phase_rad=draw.uniform(0.0, 2.0 * np.pi, RELEASES))
 
 
-def judge(experiment: Experiment, weights: np.ndarray) -> Arrays:
+def judge_runs(experiment: Experiment, weights: np.ndarray) -> Arrays:
     """Judge runs from the common releases at every frequency of the evaluation.
 
     Args:
@@ -113,7 +113,7 @@ def _frozen(experiment: Experiment, weights: np.ndarray, feedback: np.ndarray) -
     return dataclasses.replace(alone[0], episodes=episodes)
 
 
-def merits(settled: np.ndarray, cot_inverse: np.ndarray) -> np.ndarray:
+def episode_merits(settled: np.ndarray, cot_inverse: np.ndarray) -> np.ndarray:
     """CoT⁻¹ of every episode [m/J], 0 of one that does not settle; NaN where there was none."""
     unsettled = np.where(np.isnan(settled), np.nan, 0.0)
     return np.where(settled == 1.0, np.nan_to_num(cot_inverse), unsettled)
@@ -171,7 +171,7 @@ class EvaluatedRuns:
     @property
     def document(self) -> Document:
         """The record, and how it is judged."""
-        name = key_of(self.record.configuration)
+        name = record_key(self.record.configuration)
         settings = {"record": name, "releases": RELEASES, "spread_m": SPREAD_M, "seed": _SEED}
         return settings | self._changed
 
@@ -194,4 +194,4 @@ class EvaluatedRuns:
         protocol = dataclasses.replace(experiment.protocol, **self._changed)
         experiment = experiment.replaced(protocol=protocol)
         weights = record.weights[:1] if experiment.is_searched else record.weights
-        return CellResult(self.document, record.software, judge(experiment, weights))
+        return CellResult(self.document, record.software, judge_runs(experiment, weights))

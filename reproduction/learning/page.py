@@ -8,7 +8,7 @@ import pandas as pd
 
 from reproduction.learning.primary import BEST_RUN, MEAN_RUN, Contrast, best_law, contrast
 from reproduction.learning.runs import LAW
-from reproduction.report.markdown import table
+from reproduction.report.markdown import markdown_table
 from tegotae.measures.hopping.statistics import FEW, POSITIVE, SHARE, UNBOUNDED, Range, interval
 
 
@@ -56,7 +56,7 @@ def primary_tables(readings: Mapping[str, pd.DataFrame]) -> tuple[str, str]:
             by_omega.append({"ω_t": f"{body}: {comparison}, {run}", **effects})
     columns = list(dict.fromkeys(name for row in by_omega for name in row))
     cells = [[row.get(name, "–") for name in columns] for row in by_omega]
-    return table(rows), table([columns, *cells])
+    return markdown_table(rows), markdown_table([columns, *cells])
 
 
 def feedback_table(runs: pd.DataFrame) -> str:
@@ -70,7 +70,7 @@ def feedback_table(runs: pd.DataFrame) -> str:
         merits = [_mean(values, POSITIVE) for values in variants]
         shares = [f"{best:.3f}", _mean(rows.settled, SHARE), _mean(rows.following, UNBOUNDED)]
         lines.append([f"{rows.omega_t.iloc[0]:g}", _kinds(rows).iloc[0], *merits, *shares])
-    return table(lines)
+    return markdown_table(lines)
 
 
 def _kinds(runs: pd.DataFrame) -> pd.Series:

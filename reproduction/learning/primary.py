@@ -68,7 +68,7 @@ def contrast(
     """Learned feedback over V, or over a short law.
 
     Args:
-        runs: rows of `reproduction.learning.runs.rows`.
+        runs: rows of `reproduction.learning.runs.run_rows`.
         law: the short law; None compares with V.
         outcome: the column.
         run: `MEAN_RUN`, or `BEST_RUN` for the one of best training fitness of each design.

@@ -11,9 +11,9 @@ import pandas as pd
 from reproduction.claims.designs import DRIVES
 from reproduction.claims.effects import LEARNED_FEEDBACK
 from reproduction.hop_rates import rate_slope
-from reproduction.learning.judged import VARIANTS, EvaluatedRuns, merits
+from reproduction.learning.judged import VARIANTS, EvaluatedRuns, episode_merits
 from reproduction.record import Record
-from reproduction.table import design
+from reproduction.table import design_place
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.statistics import mean_defined
@@ -28,7 +28,7 @@ _COLUMNS = (*DESIGN, "fitness", "settled", "merit", "merit_chosen", "merit_judge
 _KIND = "table that python -m reproduction learning wrote"
 
 
-def rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
+def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
     """The runs of a record.
 
     Returns:
@@ -41,7 +41,7 @@ def rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
     """
     record = cell.record
     settled, cot = arrays["limit_cycle_share"].astype(float), arrays["cot_inverse"].astype(float)
-    paid = merits(settled, cot)
+    paid = episode_merits(settled, cot)
     merit = paid.mean(axis=(2, 3))
     half = paid.shape[2] // 2
     rates = mean_defined(np.moveaxis(arrays["hop_rate"][0].astype(float), 1, -1))
@@ -64,7 +64,7 @@ def _design(record: Record) -> dict[str, object]:
     if law := short_law(record.model):
         keys = record.model, LAW, "F", law.law, law.omega_t
     else:
-        model = design(find(record.model))
+        model = design_place(find(record.model))
         drive = DRIVES.get(model["actuation"], "")
         keys = (
             *(record.model, model["architecture"], model["observation"]),
@@ -73,7 +73,7 @@ def _design(record: Record) -> dict[str, object]:
     return dict(zip(DESIGN, keys, strict=True))
 
 
-def read(path: Path) -> pd.DataFrame:
+def read_runs(path: Path) -> pd.DataFrame:
     """The table of a file.
 
     Raises:
@@ -99,7 +99,7 @@ def where(runs: pd.DataFrame, mask: pd.Series) -> pd.DataFrame:
     return pd.DataFrame(runs[mask])
 
 
-def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
+def concatenate_runs(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     """Tables of several records as one, in the order of ω_t, architecture and drive."""
     table = pd.concat(list(tables), ignore_index=True)
     return table.sort_values(["omega_t", "architecture", "drive", "model", "run"], kind="stable")

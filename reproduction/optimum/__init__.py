@@ -1,6 +1,6 @@
 """The physical optimum: the largest CoT⁻¹ that any force can have on the hopper."""
 
-from reproduction.optimum.best import best, stances
+from reproduction.optimum.best import largest_cot_inverse, optimal_stances
 from reproduction.optimum.certificate import Certificate, certify, upper_bound
 from reproduction.optimum.exact import verify
 from reproduction.optimum.problem import small_hop_limit
@@ -10,12 +10,12 @@ __all__ = [
     "Certificate",
     "OptimalGait",
     "Stance",
-    "best",
     "certify",
     "highest_frequency",
+    "largest_cot_inverse",
+    "optimal_stances",
     "optimise",
     "small_hop_limit",
-    "stances",
     "upper_bound",
     "verify",
 ]

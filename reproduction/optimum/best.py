@@ -19,7 +19,7 @@ STANCES = Path(__file__).with_name("stances.csv")
 
 
 @cache
-def stances() -> dict[float, dict[str, np.ndarray]]:
+def optimal_stances() -> dict[float, dict[str, np.ndarray]]:
     """The kept best stances of the default hopper, by hop frequency [rad/s]; period 1.
 
     Each has `time_s` since touchdown, `height_m` over touchdown, `velocity_m_per_s`, and `force_n`
@@ -34,7 +34,9 @@ def stances() -> dict[float, dict[str, np.ndarray]]:
     }
 
 
-def best(body: Body, omega: float, *, period: int = 1, work: str = "absolute") -> float:
+def largest_cot_inverse(
+    body: Body, omega: float, *, period: int = 1, work: str = "absolute"
+) -> float:
     """Largest CoT⁻¹ found for a body at a hop frequency [m/J].
 
     From the kept table where it holds, by trajectory optimisation elsewhere.
@@ -52,7 +54,7 @@ def best(body: Body, omega: float, *, period: int = 1, work: str = "absolute") -
 
     Example:
         >>> from tegotae import Hopper
-        >>> f"{best(Hopper(), 4.0):.1f} m/J"
+        >>> f"{largest_cot_inverse(Hopper(), 4.0):.1f} m/J"
         '1.2 m/J'
     """
     check(body, omega, work)

@@ -120,7 +120,7 @@ def certify(
         )
         scale = np.asarray(abs(matrix).max(axis=1).todense()).ravel()
         largest = _LARGEST * highest_speed**2 / (2.0 * body.gravity_m_per_s2)
-        solution = _least(matrix, limit - _MARGIN * scale, largest)
+        solution = _minimise(matrix, limit - _MARGIN * scale, largest)
         if solution is None or np.any(matrix @ solution > limit + 1e-15):
             continue
         value, price = map(float, solution[-2:])
@@ -367,7 +367,7 @@ def _join(*parts: _Rows) -> tuple[sparse.csr_matrix, np.ndarray]:
     return joined, np.concatenate(limits)
 
 
-def _least(matrix: sparse.csr_matrix, limit: np.ndarray, largest: float) -> np.ndarray | None:
+def _minimise(matrix: sparse.csr_matrix, limit: np.ndarray, largest: float) -> np.ndarray | None:
     """The unknowns of least λ within the inequalities; None if the solver fails.
 
     V stays below `largest`: where it does not matter, it would grow until rounding does.

@@ -50,22 +50,22 @@ class ExactNumbers:
     """α/m [m/s²]."""
 
     @classmethod
-    def of(cls, body: Hopper) -> ExactNumbers:
+    def from_body(cls, body: Hopper) -> ExactNumbers:
         """Return the body's numbers as they are written."""
-        mass = written(body.mass_kg)
+        mass = decimal_fraction(body.mass_kg)
         return cls(
-            leg=written(body.rest_length_m),
-            gravity=written(body.gravity_m_per_s2),
-            spring=written(body.stiffness_n_per_m) / mass,
-            damper=written(body.damping_ns_per_m) / mass,
-            force=written(body.max_force_n),
-            push=written(body.max_force_n) / mass,
+            leg=decimal_fraction(body.rest_length_m),
+            gravity=decimal_fraction(body.gravity_m_per_s2),
+            spring=decimal_fraction(body.stiffness_n_per_m) / mass,
+            damper=decimal_fraction(body.damping_ns_per_m) / mass,
+            force=decimal_fraction(body.max_force_n),
+            push=decimal_fraction(body.max_force_n) / mass,
         )
 
     @property
     def least_squared(self) -> Fraction:
         """The lowest hop's lift-off velocity, squared: 2 g · 0.01 l0."""
-        return 2 * self.gravity * written(HOP_CLEARANCE) * self.leg
+        return 2 * self.gravity * decimal_fraction(HOP_CLEARANCE) * self.leg
 
     @property
     def most_squared(self) -> Fraction:
@@ -100,7 +100,7 @@ def verify(certificate: Certificate, body: Body) -> Fraction:
         True
     """
     body = check_ballistic(body, certificate.omega, certificate.work)
-    exact = ExactNumbers.of(body)
+    exact = ExactNumbers.from_body(body)
     heights, speeds = (
         [Fraction(float(x)) for x in _finite(knots)] for knots in _knots(certificate)
     )
@@ -146,8 +146,8 @@ def covers(certificates: Iterable[Certificate], body: Body, omega: float | None)
         TegotaeError: for what `problem.check_ballistic` refuses.
     """
     body = check_ballistic(body, omega)
-    exact = ExactNumbers.of(body)
-    fastest = None if omega is None else PI_ABOVE * exact.gravity / written(omega)
+    exact = ExactNumbers.from_body(body)
+    fastest = None if omega is None else PI_ABOVE * exact.gravity / decimal_fraction(omega)
     reached: Fraction | None = None
     for low, high in sorted(_numbers(*certificate.lift_off) for certificate in certificates):
         if low**2 > exact.least_squared and (reached is None or low > reached):
@@ -158,11 +158,11 @@ def covers(certificates: Iterable[Certificate], body: Body, omega: float | None)
     return reached**2 >= exact.most_squared or (fastest is not None and reached >= fastest)
 
 
-def written(value: float) -> Fraction:
+def decimal_fraction(value: float) -> Fraction:
     """The number that a float's shortest decimal says.
 
     Example:
-        >>> written(0.1)
+        >>> decimal_fraction(0.1)
         Fraction(1, 10)
     """
     return Fraction(repr(float(value)))
@@ -227,7 +227,7 @@ def _check_flights(
     """
     low, high = _numbers(*certificate.lift_off)
     omega = certificate.omega
-    hop_s = written(LONGEST_S) if omega is None else 2 * PI_ABOVE / written(omega)
+    hop_s = decimal_fraction(LONGEST_S) if omega is None else 2 * PI_ABOVE / decimal_fraction(omega)
     middle = len(speeds) // 2
     for j, (a, b) in enumerate(pairwise(speeds[middle:]), start=middle):
         hops = b**2 > exact.least_squared and b > low and a < high

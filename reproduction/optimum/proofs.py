@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from reproduction.optimum.certificate import Certificate, certify, upper_certificates
-from reproduction.optimum.exact import covers, verify, written
+from reproduction.optimum.exact import covers, decimal_fraction, verify
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import read_arrays, write_arrays
 from tegotae._support.progress import reporting
@@ -54,7 +54,7 @@ class Bounds:
     upper_bound_any: float
 
 
-def rows() -> list[Bounds]:
+def claimed_bounds() -> list[Bounds]:
     """Return the claims of the kept table, row by row."""
     optimum = curve()
     names = ("omega", "upper_bound", "upper_bound_any")
@@ -64,14 +64,14 @@ def rows() -> list[Bounds]:
     ]
 
 
-def read(file: Path = FILE) -> list[Certificate]:
+def read_certificates(file: Path = FILE) -> list[Certificate]:
     """The kept certificates of the default hopper.
 
     Raises:
         TegotaeError: for a file that holds none.
 
     Example:
-        >>> len(read()) > 49
+        >>> len(read_certificates()) > 49
         True
     """
     try:
@@ -95,7 +95,7 @@ def read(file: Path = FILE) -> list[Certificate]:
         raise TegotaeError(f"{file} holds no certificates: {error}") from None
 
 
-def write(certificates: Sequence[Certificate], file: Path = FILE) -> None:
+def write_certificates(certificates: Sequence[Certificate], file: Path = FILE) -> None:
     """Keep certificates; those of absolute work alone have a place.
 
     Args:
@@ -136,7 +136,7 @@ def check_row(row: Bounds, certificates: Iterable[Certificate]) -> None:
         TegotaeError: if they do not, or one of them does not hold.
 
     Example:
-        >>> check_row(rows()[-1], read())
+        >>> check_row(claimed_bounds()[-1], read_certificates())
     """
     body = Hopper()
     lower = [certificate for certificate in certificates if _holds_at(certificate, row.omega)]
@@ -144,7 +144,7 @@ def check_row(row: Bounds, certificates: Iterable[Certificate]) -> None:
         good = [
             certificate
             for certificate in lower
-            if Fraction(float(certificate.bound)) <= written(claimed)
+            if Fraction(float(certificate.bound)) <= decimal_fraction(claimed)
         ]
         groups = (_needed(certificate, one_hop) for certificate in _by_frequency(good))
         omega = row.omega if one_hop else None
@@ -208,7 +208,7 @@ def rounded_up(value: float, digits: int = DIGITS) -> float:
     return float(context.create_decimal(Decimal(value)))
 
 
-def kept(certificate: Certificate) -> Certificate:
+def rounded_certificate(certificate: Certificate) -> Certificate:
     """A certificate with V in multiples of a small step, so that it takes less room."""
     steps = np.round(certificate.coefficients / _STEP)
     return replace(certificate, coefficients=steps * _STEP)
@@ -231,7 +231,7 @@ def prove(
         MissingExtraError: if CasADi is not installed.
     """
     body = Hopper()
-    certificates = [kept(certify(body))]
+    certificates = [rounded_certificate(certify(body))]
     bounds: list[Bounds] = []
     one_hop_bound, any_hop_bound = math.inf, math.inf
     pairs = list(zip(omegas, best_known, strict=True))
@@ -249,7 +249,7 @@ def prove(
                     continue
                 bound = rounded_up(max((certificate.bound for certificate in proofs), default=0.0))
                 if bound < (one_hop_bound if one_hop else any_hop_bound):
-                    proofs = list(map(kept, proofs))
+                    proofs = list(map(rounded_certificate, proofs))
                     for certificate in proofs:
                         verify(certificate, body)
                     certificates += proofs
@@ -275,6 +275,6 @@ def write_bounds(columns: dict[str, np.ndarray]) -> None:
     proved = {
         name: [getattr(row, name) for row in bounds] for name in ("upper_bound", "upper_bound_any")
     }
-    write(certificates)
+    write_certificates(certificates)
     table = {name: {**columns, **proved}[name] for name in curve().columns}
     write_csv(TABLE, table, digits=DIGITS)

@@ -13,7 +13,7 @@ import numpy as np
 
 from reproduction.calibration.prior import PRIOR
 from reproduction.calibration.scores import EVALUATED_AS
-from reproduction.readings.readings import CHOICES, AnalysisChoice, Reading, sample
+from reproduction.readings.readings import CHOICES, AnalysisChoice, Reading, sample_readings
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae.parts.bodies import Hopper
@@ -39,14 +39,14 @@ class ReadingDesign:
     readings: Callable[[int], list[Reading]]
 
 
-def calibrated(count: int) -> list[Reading]:
+def calibrated_readings(count: int) -> list[Reading]:
     """The first readings of the calibrated sample.
 
     Raises:
         TegotaeError: for more than it has.
 
     Example:
-        >>> len(calibrated(24))
+        >>> len(calibrated_readings(24))
         24
     """
     require_count("readings", count)
@@ -68,8 +68,8 @@ def _calibrated() -> tuple[Reading, ...]:
 DESIGNS = {
     entry.name: entry
     for entry in (
-        ReadingDesign("open", CHOICES, sample),
-        ReadingDesign("calibrated", PRIOR, calibrated),
+        ReadingDesign("open", CHOICES, sample_readings),
+        ReadingDesign("calibrated", PRIOR, calibrated_readings),
     )
 }
 """The designs by name."""

@@ -11,7 +11,7 @@ from reproduction.folder import Folder
 from reproduction.readings.plan import Multiverse, multiverse
 from reproduction.record import Record
 from reproduction.table import Table, tabulate
-from reproduction.unit import FORMAT, key_of
+from reproduction.unit import FORMAT, record_key
 from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
 
@@ -59,9 +59,9 @@ class MultiverseFolder(Folder):
         return plan
 
 
-def tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
+def reading_tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
     """Return the finished table of each reading, by its number."""
-    by_key = {key_of(record.configuration): record for record in records}
+    by_key = {record_key(record.configuration): record for record in records}
     results = {}
     for number, (_, units) in enumerate(plan.by_reading):
         matching = [by_key[unit.key] for unit in units.values() if unit.key in by_key]

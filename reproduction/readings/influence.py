@@ -10,7 +10,7 @@ import numpy as np
 from reproduction.claims.findings import Finding
 from reproduction.readings.designs import choices_of
 from reproduction.readings.readings import AnalysisChoice, Reading
-from reproduction.readings.verdicts import margin
+from reproduction.readings.verdicts import claim_margin
 
 SIGNIFICANT = 0.05
 """A choice decides a claim only if chance alone gives so strong a correlation more rarely."""
@@ -37,7 +37,7 @@ class Influence:
 
 
 def influences(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> list[Influence]:
-    """Return the influence of each choice on a claim's margin (`verdicts.margin`).
+    """Return the influence of each choice on a claim's margin (`verdicts.claim_margin`).
 
     Readings in which the margin is undefined are left out. A rank correlation sees what grows or
     falls with a choice, not what is best in its middle.
@@ -47,7 +47,7 @@ def influences(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> 
         findings: what comes of the claim, by the number of the reading.
     """
     choices = choices_of(readings)
-    margins = {number: margin(finding) for number, finding in findings.items()}
+    margins = {number: claim_margin(finding) for number, finding in findings.items()}
     numbers = [number for number, value in margins.items() if not np.isnan(value)]
     codes = np.array(
         [[c.place(getattr(readings[n], c.name)) for n in numbers] for c in choices], float

@@ -86,7 +86,7 @@ class ReadingOptions(HopperParameters):
         by_name: dict[str, Experiment] = {}
         for experiment in experiments:
             omegas = () if experiment.omega is None else self.omega_t
-            variants = [_at(experiment, omega) for omega in omegas] or [experiment]
+            variants = [_with_omega(experiment, omega) for omega in omegas] or [experiment]
             by_name |= {variant.name: variant for variant in variants}
         return tuple(by_name.values())
 
@@ -109,7 +109,7 @@ class ReadingOptions(HopperParameters):
         )
 
 
-def _at(experiment: Experiment, omega: float) -> Experiment:
+def _with_omega(experiment: Experiment, omega: float) -> Experiment:
     """The experiment of a model at another frequency ω_t [rad/s]."""
     model, _, _ = experiment.name.rpartition("-w")
     return experiment.replaced(name=f"{model}-w{omega:g}", omega=omega)

@@ -168,16 +168,16 @@ class AnalysisChoice:
         label: how figures and tables call it.
         values: the ends of a range, or, if `levels`, everything there is to choose from, in order.
         levels: whether there is nothing between the values.
-        why: the reason for these.
+        reason: basis of the range.
     """
 
     name: str
     label: str
     values: tuple[Any, ...]
     levels: bool
-    why: str
+    reason: str
 
-    def at(self, share: float) -> Any:
+    def value_at(self, share: float) -> Any:
         """The value at a share in [0, 1) of the way from first to last."""
         if self.levels:
             return self.values[int(share * len(self.values))]
@@ -273,7 +273,7 @@ ALLOWED: Mapping[str, Callable[[Reading], bool]] = {
 where the sector starts. The calibration has other values of both, from the co-author's program."""
 
 
-def sample(count: int) -> list[Reading]:
+def sample_readings(count: int) -> list[Reading]:
     """Return a number of readings: the standard one, and points of a scrambled Sobol sequence.
 
     The sequence fills the ten-dimensional space of `CHOICES` evenly, and more of it adds points to
@@ -283,7 +283,7 @@ def sample(count: int) -> list[Reading]:
         TegotaeError: for a count below one.
 
     Example:
-        >>> sample(3)[0] == Reading(), sample(3) == sample(5)[:3]
+        >>> sample_readings(3)[0] == Reading(), sample_readings(3) == sample_readings(5)[:3]
         (True, True)
     """
     from scipy.stats import qmc  # slow to import
@@ -297,7 +297,8 @@ def sample(count: int) -> list[Reading]:
 
 def _reading(point: np.ndarray) -> Reading:
     values = {
-        choice.name: choice.at(float(share)) for choice, share in zip(CHOICES, point, strict=True)
+        choice.name: choice.value_at(float(share))
+        for choice, share in zip(CHOICES, point, strict=True)
     }
     # Numbers that a person can copy.
     rounded: dict[str, Any] = {

@@ -30,7 +30,9 @@ _DIGITS = 6
 _KIND = "table that python -m reproduction readings export wrote"
 
 
-def write_tables(readings: Sequence[Reading], by_reading: FindingsByReading, folder: Path) -> None:
+def write_multiverse_tables(
+    readings: Sequence[Reading], by_reading: FindingsByReading, folder: Path
+) -> None:
     """Write both tables to a folder.
 
     Raises:
@@ -56,7 +58,7 @@ def write_tables(readings: Sequence[Reading], by_reading: FindingsByReading, fol
 
 
 def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
-    """Read what `write_tables` wrote: the readings, and the findings of every claim under each.
+    """Read the readings, and the findings of every claim under each, from their tables.
 
     Raises:
         TegotaeError: if a table cannot be read, is none, or has a row twice.

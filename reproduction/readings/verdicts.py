@@ -11,7 +11,7 @@ import numpy as np
 
 from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, AtomicClaim
 from reproduction.claims.counting import ALL, Count
-from reproduction.claims.effects import OfGainMap, OfTrainings, Unmeasured, groups
+from reproduction.claims.effects import OfGainMap, OfTrainings, Unmeasured, groups_of_effect
 from reproduction.claims.findings import (
     OPPOSITE,
     REPRODUCED,
@@ -20,7 +20,7 @@ from reproduction.claims.findings import (
     findings,
     margin_of,
 )
-from reproduction.table import Table, design
+from reproduction.table import Table, design_place
 from tegotae.systems.models import find
 
 CLAIMS: tuple[AtomicClaim, ...] = tuple(
@@ -70,8 +70,8 @@ def findings_by_reading(
 
 def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
     """Return the models that a claim is about."""
-    compared = groups(claim.effect)
-    places = {name: design(find(name)) for name in models}
+    compared = groups_of_effect(claim.effect)
+    places = {name: design_place(find(name)) for name in models}
     return {
         name
         for name, place in places.items()
@@ -105,21 +105,21 @@ class Share:
     """A share of readings, with Wilson's 95 % interval, as if they were drawn at random."""
 
     count: int
-    of: int
+    total: int
     low: float
     high: float
 
     @property
     def mean(self) -> float:
         """The share; NaN of none."""
-        return self.count / self.of if self.of else math.nan
+        return self.count / self.total if self.total else math.nan
 
 
-def share(count: int, total: int) -> Share:
-    """The share of `count` in `of`, and its interval, which never leaves [0, 1].
+def wilson_share(count: int, total: int) -> Share:
+    """Return the share of `count` in `total`, and its interval, which never leaves [0, 1].
 
     Example:
-        >>> found = share(0, 32)
+        >>> found = wilson_share(0, 32)
         >>> f"{found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]"
         '0.00 [0.00, 0.11]'
     """
@@ -131,14 +131,14 @@ def share(count: int, total: int) -> Share:
     return Share(count, total, max(0.0, centre - half), min(1.0, centre + half))
 
 
-def shares(findings: Iterable[Finding]) -> dict[str, Share]:
+def outcome_shares(findings: Iterable[Finding]) -> dict[str, Share]:
     """The share of readings in which a claim is reproduced, too small to tell, and opposite."""
     counts = Counter(finding.outcome for finding in findings)
     words = (REPRODUCED, TOO_SMALL, OPPOSITE)
     total = sum(counts[word] for word in words)
-    return {word: share(counts[word], total) for word in words}
+    return {word: wilson_share(counts[word], total) for word in words}
 
 
-def margin(finding: Finding) -> float:
+def claim_margin(finding: Finding) -> float:
     """Return the margin by which a claim is reproduced, or opposite, in the first way to count."""
     return margin_of(finding.claim, next(iter(finding.by_count.values())))

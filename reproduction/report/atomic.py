@@ -25,7 +25,7 @@ from reproduction.claims.findings import (
     TOO_SMALL,
     Finding,
 )
-from reproduction.report.markdown import table
+from reproduction.report.markdown import markdown_table
 from tegotae.measures.hopping.registry import find
 
 GROUPS: Mapping[str, Callable[[Finding], bool]] = {
@@ -61,7 +61,7 @@ _ALGORITHMS = {"pgpe": "PGPE", "pgpe-figure3": "PGPE", "sac": "SAC", "ppo": "PPO
 def outcomes_table(findings: Sequence[Finding]) -> str:
     """A table per group of `GROUPS`: words, effect, outcome, and how many ways say what."""
     return "\n".join(
-        f"**{heading}**\n\n{_group(group)}" for heading, group in grouped(findings).items()
+        f"**{heading}**\n\n{_group(group)}" for heading, group in grouped_findings(findings).items()
     )
 
 
@@ -82,14 +82,14 @@ def beside_table(
     ]
     outcomes_by_study += [dict(words) for words in (columns or {}).values()]
     rows = [["", "the study", *beside, *(columns or {})]]
-    for finding in (member for group in grouped(findings).values() for member in group):
+    for finding in (member for group in grouped_findings(findings).values() for member in group):
         outcomes = [
             finding.outcome,
             *(entries.get(finding.claim.name, "") for entries in outcomes_by_study),
         ]
         if set(outcomes) - {NOT_MEASURED}:
-            rows.append([named(finding.claim), *outcomes])
-    return table(rows)
+            rows.append([claim_label(finding.claim), *outcomes])
+    return markdown_table(rows)
 
 
 def designs_table(studies: Mapping[str, Sequence[Finding]]) -> str:
@@ -101,20 +101,20 @@ def designs_table(studies: Mapping[str, Sequence[Finding]]) -> str:
     """
     rows = [["", "Study", "Effect", "Over runs", "Over designs and ω_t", "By runs", "By designs"]]
     for i, claim in enumerate(finding.claim for finding in next(iter(studies.values()))):
-        title = named(claim)
+        title = claim_label(claim)
         for study, findings in studies.items():
             finding = findings[i]
             estimate = next(iter(finding.by_count.values()))
-            if estimate.over_designs.known:
+            if estimate.over_designs.is_known:
                 words = map(finding.verdict, (estimate, estimate.over_designs))
                 rows.append(
                     [title, study, f"{estimate.effect:+.2f}", *_intervals(estimate), *words]
                 )
                 title = ""
-    return table(rows)
+    return markdown_table(rows)
 
 
-def grouped(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
+def grouped_findings(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
     """Findings by the headings of `GROUPS`, without those of which there is none."""
     remaining, by_heading = list(findings), {}
     for heading, belongs in GROUPS.items():
@@ -134,17 +134,17 @@ def _group(findings: Sequence[Finding]) -> str:
             [
                 f"**{claim.title}**, `{claim.name}`: "
                 f"“{quoted(claim).replace('|', '&#124;')}” ({claim.section})",
-                "; ".join(filter(None, (described(claim.effect), claim.note))),
+                "; ".join(filter(None, (effect_in_words(claim.effect), claim.note))),
                 _effect(finding),
                 *_intervals(shown_effect(finding) or NOT_KNOWN),
                 f"**{finding.outcome}**",
                 tally(finding),
             ]
         )
-    return table(rows)
+    return markdown_table(rows)
 
 
-def named(claim: AtomicClaim) -> str:
+def claim_label(claim: AtomicClaim) -> str:
     """A claim's title and name, for a cell of a table."""
     return f"{claim.title}, `{claim.name}`"
 
@@ -156,7 +156,7 @@ def quoted(claim: AtomicClaim) -> str:
 
 def shown_effect(finding: Finding) -> EffectEstimate | None:
     """The effect as the study counts; in the first way that measures it if that does not."""
-    return next((estimate for estimate in finding.by_count.values() if estimate.known), None)
+    return next((estimate for estimate in finding.by_count.values() if estimate.is_known), None)
 
 
 def _effect(finding: Finding) -> str:
@@ -196,16 +196,16 @@ def tally(finding: Finding) -> str:
     return " / ".join(map(str, counts)) if any(counts) else "–"
 
 
-def described(effect: Effect) -> str:
+def effect_in_words(effect: Effect) -> str:
     """An effect in words, with its unit.
 
     Example:
         >>> from reproduction.claims.atomic import ATOMIC_CLAIMS
-        >>> described(ATOMIC_CLAIMS[0].effect)
+        >>> effect_in_words(ATOMIC_CLAIMS[0].effect)
         'CoT⁻¹ [m/J], AR, ART, ARG, ARGT − V'
     """
     if isinstance(effect, Unmeasured):
-        return effect.what
+        return effect.description
     if isinstance(effect, Correlation):
         return f"correlation of {find(effect.a).label} and {find(effect.b).label}"
     if isinstance(effect, DoubleDifference):
@@ -224,12 +224,12 @@ def described(effect: Effect) -> str:
     return f"{_heading(metric)}, {effect.ours.label}{theirs}"
 
 
-def unit(effect: Effect) -> str:
+def effect_unit(effect: Effect) -> str:
     """The unit of an effect, such as m/J; empty of a share, a correlation and a slope.
 
     Example:
         >>> from reproduction.claims.atomic import ATOMIC_CLAIMS
-        >>> unit(ATOMIC_CLAIMS[0].effect)
+        >>> effect_unit(ATOMIC_CLAIMS[0].effect)
         'm/J'
     """
     name = getattr(effect, "measure", None) or getattr(effect, "metric", None)
@@ -249,7 +249,8 @@ def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
     """
     verdicts = {
         heading: {
-            named(finding.claim): next(iter(finding.verdicts.values())) for finding in findings
+            claim_label(finding.claim): next(iter(finding.verdicts.values()))
+            for finding in findings
         }
         for heading, findings in by.items()
     }
@@ -258,4 +259,4 @@ def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
         words = [findings[name] for findings in verdicts.values()]
         if set(words) - {NOT_MEASURED}:
             rows.append([name, *words])
-    return table(rows)
+    return markdown_table(rows)

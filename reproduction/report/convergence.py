@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from reproduction.figures.convergence import Trainings, convergence_figure, convergence_table
 from reproduction.record import Record
-from reproduction.table import place
+from reproduction.table import record_place
 
 POINTS = 60
 """Points of a curve, evenly spaced in the logarithm of the episodes."""
@@ -26,13 +26,13 @@ def trainings(records: Iterable[Record]) -> dict[tuple[str, float | None], Train
     groups: dict[tuple[str, float | None], list[Record]] = {}
     for record in records:
         if record.curves:
-            stands = place(record)
+            stands = record_place(record)
             omega_t = None if np.isnan(stands["omega_t"]) else stands["omega_t"]
             groups.setdefault((stands["architecture"], omega_t), []).append(record)
     return {key: _together(group) for key, group in groups.items()}
 
 
-def figures(records: Iterable[Record]) -> dict[str, Figure]:
+def convergence_figures(records: Iterable[Record]) -> dict[str, Figure]:
     """A picture of the convergence at each ω_t, by its label, such as "4"; T stands with each.
 
     Nothing where nothing is trained.
@@ -49,7 +49,7 @@ def figures(records: Iterable[Record]) -> dict[str, Figure]:
     }
 
 
-def table(records: Iterable[Record]) -> dict[str, np.ndarray]:
+def convergence_means(records: Iterable[Record]) -> dict[str, np.ndarray]:
     """The means that the pictures show: a row per architecture, ω_t and number of episodes."""
     by_model = trainings(records)
     parts = [

@@ -19,10 +19,10 @@ def endings_table(by: Mapping[str, RunEndings]) -> str:
             endings.without_cycle,
         )
         rows.append([name, *("–" if count is None else f"{count}" for count in counts)])
-    return table(rows)
+    return markdown_table(rows)
 
 
-def table(rows: list[list[str]]) -> str:
+def markdown_table(rows: list[list[str]]) -> str:
     """Rows of cells as a table, the first being its head."""
     lines = [
         "|" + "".join(f" {cell} |" if cell else " |" for cell in cells).rstrip() for cells in rows

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from reproduction.best_gait import LAST_S, best_run, controller_of, orbit_of
+from reproduction.best_gait import LAST_S, best_run, recorded_controller, recorded_orbit
 from reproduction.figures.study import architectures
 from reproduction.record import Record
-from reproduction.report.values import number
+from reproduction.report.values import json_number
 from reproduction.table import Table, with_derived
 from tegotae._support.documents import JsonObject
 from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
@@ -56,7 +56,7 @@ def pages_of_models(
             "run": run,
             "metrics": [[_short(value) for value in table[name][rows]] for name in metrics],
         }
-        saved = controller_of(record, run)
+        saved = recorded_controller(record, run)
         if isinstance(saved.body, Hopper):
             has_cycle, gait = _gait(record, saved)
             pages[record.model] |= {
@@ -89,7 +89,7 @@ def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np
     A record without an episode at the training frequency does not hold them: it is rolled out.
     """
     if record.gait:
-        return orbit_of(record) is not None, record.gait
+        return recorded_orbit(record) is not None, record.gait
     assert isinstance(saved.body, Hopper)
     try:
         find_orbit(saved)
@@ -121,9 +121,9 @@ def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObje
     across = surface.phase_rad if surface.phase_rad is not None else surface.velocity_m_per_s
     return {
         "across": "phase" if with_phase else "velocity",
-        "from": number(float(across[0])),
-        "to": number(float(across[-1])),
-        "most": number(limit_n),
+        "from": json_number(float(across[0])),
+        "to": json_number(float(across[-1])),
+        "most": json_number(limit_n),
         "rows": _ROWS,
         "columns": _COLUMNS,
         "force": _packed(surface.actuator_force_n.ravel(), "uint8"),
@@ -154,7 +154,7 @@ def _hop(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObject:
 
 
 def _short(value: float) -> float | None:
-    return None if (parsed := number(value)) is None else float(f"{parsed:.3g}")
+    return None if (parsed := json_number(value)) is None else float(f"{parsed:.3g}")
 
 
 def _packed(values: np.ndarray, kind: str) -> JsonObject:
@@ -165,8 +165,8 @@ def _packed(values: np.ndarray, kind: str) -> JsonObject:
     scaled = np.round((values - low) / ((high - low) or 1.0) * steps).astype(np.dtype(kind))
     content = base64.b64encode(scaled.astype(scaled.dtype.newbyteorder("<")).tobytes()).decode()
     return {
-        "low": number(low),
-        "high": number(high),
+        "low": json_number(low),
+        "high": json_number(high),
         "bits": scaled.dtype.itemsize * 8,
         "at": content,
     }

@@ -20,10 +20,10 @@ from reproduction.readings.verdicts import (
     FindingsByReading,
     Share,
     of_claim,
-    shares,
+    outcome_shares,
 )
-from reproduction.report.atomic import described, named, quoted
-from reproduction.report.markdown import table
+from reproduction.report.atomic import claim_label, effect_in_words, quoted
+from reproduction.report.markdown import markdown_table
 
 READINGS_COLUMN, ALLOWED_COLUMN = "Readings: + / 0 / −", "Those that the text allows"
 """The headings of `counts_by_claim`, beside the outcomes of one study."""
@@ -53,7 +53,7 @@ def shares_table(
     for claim in CLAIMS:
         if not (findings := of_claim(by_reading, claim.name, omega)):
             continue
-        candidate = shares(findings.values())
+        candidate = outcome_shares(findings.values())
         clear = decisive(influences(readings, findings))
         deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
         outcomes = [findings[0].outcome if 0 in findings else "–"] if has_own else []
@@ -61,8 +61,8 @@ def shares_table(
         of_runs = f", by the {'; '.join(by_run)}" if by_run - {claim.run or MEAN} else ""
         rows.append(
             [
-                named(claim),
-                f"“{quoted(claim)}”<br>{described(claim.effect)}{of_runs}",
+                claim_label(claim),
+                f"“{quoted(claim)}”<br>{effect_in_words(claim.effect)}{of_runs}",
                 f"{SELECTED_FOR}: " * (claim.name in selected) + _share(candidate[REPRODUCED]),
                 *(_share(candidate[word]) for word in (TOO_SMALL, OPPOSITE)),
                 *(
@@ -73,7 +73,7 @@ def shares_table(
                 deciding.replace("-", "−") or "–",
             ]
         )
-    return table(rows)
+    return markdown_table(rows)
 
 
 def counts_by_claim(
@@ -104,12 +104,12 @@ def counts_by_claim(
 def _counts(findings: Iterable[Finding]) -> str:
     """Return the numbers of readings that agree, are too small to tell, and are opposite; empty for
     none."""
-    parts = shares(findings)
+    parts = outcome_shares(findings)
     words = (REPRODUCED, TOO_SMALL, OPPOSITE)
-    return " / ".join(str(parts[word].count) for word in words) if parts[REPRODUCED].of else ""
+    return " / ".join(str(parts[word].count) for word in words) if parts[REPRODUCED].total else ""
 
 
 def _share(share: Share) -> str:
-    if not share.of:
+    if not share.total:
         return "–"
-    return f"{share.count} of {share.of} [{share.low:.0%}, {share.high:.0%}]".replace("%", " %")
+    return f"{share.count} of {share.total} [{share.low:.0%}, {share.high:.0%}]".replace("%", " %")

@@ -27,14 +27,14 @@ from reproduction.claims.kept import RIDGES
 from reproduction.endings import endings_by_architecture
 from reproduction.figures.optimum import optimum_figure
 from reproduction.figures.study import architectures_figure, correlation_figure, pictograms_figure
-from reproduction.optimum import stances
+from reproduction.optimum import optimal_stances
 from reproduction.readings.designs import selecting_body
 from reproduction.record import Record
 from reproduction.report import convergence
 from reproduction.report.atomic import (
     CLAIMED,
-    described,
-    grouped,
+    effect_in_words,
+    grouped_findings,
     quoted,
     shown_effect,
     tally,
@@ -44,8 +44,8 @@ from reproduction.report.models import (
     gaits_of_best_run,
     pages_of_models,
 )
-from reproduction.report.values import embedded_figure, embedded_file, number
-from reproduction.table import Table, place, tabulate, tabulate_sampled
+from reproduction.report.values import embedded_figure, embedded_file, json_number
+from reproduction.table import Table, record_place, tabulate, tabulate_sampled
 from tegotae._support.documents import JsonObject
 from tegotae._support.pages import as_script, filled
 from tegotae.measures.hopping.metric import REPORT
@@ -70,7 +70,7 @@ _OWN = "its own"
 """Placeholder in a column of the design for an experiment that has no place in it."""
 
 
-def report(
+def report_page(
     records: list[Record],
     subtitle: str,
     experiments: Path | None = None,
@@ -134,7 +134,7 @@ def first_finding(results: list[Finding], table: Table) -> JsonObject | None:
     """
     finding = next(candidate for candidate in results if candidate.claim.headline)
     effect = next(iter(finding.by_count.values()))
-    if not effect.known:
+    if not effect.is_known:
         return None
     words = (REPRODUCED, TOO_SMALL, OPPOSITE)
     counts = ", ".join(f"{word} in {finding.tally[word]}" for word in words)
@@ -143,7 +143,7 @@ def first_finding(results: list[Finding], table: Table) -> JsonObject | None:
     return {
         "sentence": f"The paper's main claim: {title}. {_SAID[finding.verdict(effect)]}.",
         "number": numbers.replace("-", "−"),
-        "what": f"{described(finding.claim.effect)}, with its 95 % interval over runs. Of "
+        "what": f"{effect_in_words(finding.claim.effect)}, with its 95 % interval over runs. Of "
         f"{finding.tally.total()} ways to count the same runs: {counts}.",
         "figure": {
             "caption": "CoT⁻¹ per architecture and training frequency ω_t, with 95 % intervals.",
@@ -153,15 +153,15 @@ def first_finding(results: list[Finding], table: Table) -> JsonObject | None:
 
 
 def _figures(table: Table) -> list[JsonObject]:
-    def one(caption: str, figure: Figure) -> JsonObject:
+    def entry(caption: str, figure: Figure) -> JsonObject:
         return {"caption": caption, **embedded_figure(figure)}
 
     entries = []
     if len(table.of_the_paper()):
         caption = "I. The architectures. Filled terms are learned networks, outlined are vanilla."
-        entries.append(one(caption, pictograms_figure(table)))
+        entries.append(entry(caption, pictograms_figure(table)))
     entries.append(
-        one(
+        entry(
             "II. Each metric per architecture and training frequency ω_t, with 95 % intervals over "
             "runs. Inputs of the actuation count alike. At the top, the share of runs [%] that do "
             "not define the metric, because they do not settle or recover.",
@@ -171,14 +171,14 @@ def _figures(table: Table) -> list[JsonObject]:
     if len(table.per_model()) >= MODELS:
         caption = "III. Correlation of the metrics over all models"
         caption += f"; at least {MODELS} must define both."
-        entries.append(one(caption, correlation_figure(table)))
+        entries.append(entry(caption, correlation_figure(table)))
     return entries
 
 
 def _measures(table: Table) -> dict[str, tuple[str, str]]:
     """Label and meaning of the metrics that the page shows, and of the fitness, by column."""
     labels = {}
-    for metric in table.shown(REPORT):
+    for metric in table.metrics_shown(REPORT):
         unit = f" [{metric.unit}]" if metric.unit else ""
         better = {None: "", True: "; more is better", False: "; less is better"}
         labels[metric.name] = (metric.label, f"{metric.about}{unit}{better[metric.more_is_better]}")
@@ -189,13 +189,13 @@ def _optimum(records: list[Record]) -> list[JsonObject]:
     """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
     gaits = {}
     for vanilla, name in ((False, "learned"), (True, "V")):
-        selected = [r for r in records if (place(r)["architecture"] == "V") == vanilla]
+        selected = [r for r in records if (record_place(r)["architecture"] == "V") == vanilla]
         series = [gaits_of_best_run(record) for record in selected]
         if any(len(omega) for omega, _ in series):
             gaits[name] = tuple(np.concatenate(parts) for parts in zip(*series, strict=True))
     if not gaits:
         return []
-    tabulated = stances()
+    tabulated = optimal_stances()
     best = {f"optimum, {omega:g} rad/s": tabulated[omega] for omega in (4.0, 8.0)}
     figure = optimum_figure(curve(), gaits, best, max_force_n=Hopper().max_force_n)
     caption = (
@@ -213,7 +213,7 @@ def _convergence(records: list[Record]) -> list[JsonObject]:
     )
     return [
         {"caption": caption.format(omega), **embedded_figure(figure)}
-        for omega, figure in convergence.figures(records).items()
+        for omega, figure in convergence.convergence_figures(records).items()
     ]
 
 
@@ -230,7 +230,7 @@ def _claims(results: list[Finding], experiments: Path | None) -> JsonObject:
     return {
         "claims": [
             {"heading": heading, "claims": [_claim(finding) for finding in group]}
-            for heading, group in grouped(measured).items()
+            for heading, group in grouped_findings(measured).items()
         ],
         "unmeasured": {"count": len(effects), "of": len(results), "commands": list(commands)},
     }
@@ -243,13 +243,14 @@ def _claim(finding: Finding) -> JsonObject:
         "title": claim.title,
         "words": quoted(claim),
         "section": claim.section,
-        "what": described(claim.effect),
+        "what": effect_in_words(claim.effect),
         "sign": claim.sign,
         "claimed": CLAIMED[claim.sign],
         "effect": None
         if estimate is None
         else [
-            number(value) for value in (estimate.effect, estimate.low, estimate.high, estimate.size)
+            json_number(value)
+            for value in (estimate.effect, estimate.low, estimate.high, estimate.size)
         ],
         "outcome": finding.outcome,
         "ways": tally(finding),
@@ -285,7 +286,7 @@ def _models(table: Table) -> JsonObject:
     columns["runs"] = np.array([float(runs[name].sum()) for name in names])
     columns["without"] = np.array([float((runs[name] & ~settled).sum()) for name in names])
     labels = _DESIGN | measures | _COUNTS
-    barred = {metric.name for metric in table.shown(REPORT) if metric.range[0] == 0.0}
+    barred = {metric.name for metric in table.metrics_shown(REPORT) if metric.range[0] == 0.0}
     return {
         "columns": [
             {"key": key, "label": label, "about": description, "bar": key in barred}
@@ -296,4 +297,4 @@ def _models(table: Table) -> JsonObject:
 
 
 def _cell(value: Any) -> str | float | None:
-    return str(value) if isinstance(value, str) else number(float(value))
+    return str(value) if isinstance(value, str) else json_number(float(value))

@@ -24,7 +24,7 @@ _COLOURS = 256
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def number(value: float) -> float | None:
+def json_number(value: float) -> float | None:
     """Six digits of a number; None if it is not finite, which JSON cannot hold."""
     return float(f"{value:.6g}") if math.isfinite(value) else None
 

@@ -230,7 +230,7 @@ def test_a_frequency_is_best_for_a_gain_and_what_lies_beside_it_is_lost():
     lost = find_losses(sigma, omega, value)
     assert lost.omega.tolist() == [3.0, 4.0, 5.0, 6.0, 7.0]
     assert lost.sigma.tolist() == [2.0] * 5
-    assert lost.lost == pytest.approx([0.0, 0.0, 1 / 3, 0.0, 0.0])
+    assert lost.loss == pytest.approx([0.0, 0.0, 1 / 3, 0.0, 0.0])
 
 
 def test_the_one_to_one_ridge_leaves_other_lockings_out():

@@ -196,7 +196,7 @@ def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Engine, "run", interrupt)
-    monkeypatch.setattr("benchmarks.engine.speed", interrupt)
+    monkeypatch.setattr("benchmarks.engine.engine_speed", interrupt)
     assert main(command.split()) == 130
     assert capsys.readouterr() == ("", "tegotae: interrupted\n")
 

@@ -16,7 +16,7 @@ from reproduction.claims.counting import Count, with_sampled
 from reproduction.claims.effect_table import effects_csv, read_effects
 from reproduction.claims.findings import NOT_MEASURED, OPPOSITE, REPRODUCED, findings
 from reproduction.endings import endings_by_architecture
-from reproduction.export import read_csv
+from reproduction.export import read_study_csv
 from reproduction.figures.claims import claims_figure
 from reproduction.figures.study import ARCHITECTURES, architectures
 from reproduction.readings.tables import read_tables
@@ -30,7 +30,7 @@ KEPT = ROOT / "docs" / "_static"
 
 @pytest.fixture(scope="module")
 def table():
-    return read_csv(KEPT / "study" / "paper.csv")
+    return read_study_csv(KEPT / "study" / "paper.csv")
 
 
 @pytest.fixture(scope="module")
@@ -51,8 +51,8 @@ def folder_of(name: str):
 def runs_of(name: str):
     """A study's runs, and the controllers drawn from their distributions where it has them."""
     drawn = folder_of(name) / f"{name}-sampled.csv"
-    runs = read_csv(folder_of(name) / f"{name}.csv")
-    return with_sampled(runs, read_csv(drawn) if drawn.exists() else None)
+    runs = read_study_csv(folder_of(name) / f"{name}.csv")
+    return with_sampled(runs, read_study_csv(drawn) if drawn.exists() else None)
 
 
 def test_the_table_has_fifteen_runs_of_every_model(table):
@@ -125,7 +125,9 @@ def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
 def test_verdicts_after_each_budget_are_those_of_the_kept_tables(table):
     after = {
         name: findings(runs, options=[Count()])
-        for name, runs in by_budget(read_csv(KEPT / "study" / "paper-budgets.csv"), table).items()
+        for name, runs in by_budget(
+            read_study_csv(KEPT / "study" / "paper-budgets.csv"), table
+        ).items()
     }
     assert (KEPT / "study" / "claims-by-budget.md").read_text() == by_budget_table(after)
 

@@ -74,7 +74,7 @@ def test_the_twin_trots_and_walks_where_the_walker_does():
 
 def test_the_bare_model_is_timed():
     body, foot = walkers.body_of(SET_C), walkers.controller_of(SET_C).actuation
-    rates = mujoco_walker.ticks_per_second(body, foot, omega=2.1, lanes=4, ticks=10)
+    rates = mujoco_walker.mujoco_ticks_per_second(body, foot, omega=2.1, lanes=4, ticks=10)
     assert all(np.isfinite(rates))
     assert min(rates) > 0.0
 

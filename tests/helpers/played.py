@@ -68,7 +68,7 @@ class Case:
 
     @property
     def engine(self) -> engine_cache.CompiledEngine:
-        return engine_cache.engine(self.controller, self.body)
+        return engine_cache.cached_engine(self.controller, self.body)
 
     def task(self) -> dict[str, Any]:
         """What a page is told."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.table import Table, design, of_runs
+from reproduction.table import Table, design_place, table_of_runs
 from tegotae.measures.hopping.registry import names
 from tegotae.systems.models import all_models
 
@@ -32,8 +32,8 @@ def table(**changed: np.ndarray) -> Table:
     for name in MODELS:
         runs = 5 if known[name].is_trained else 1
         values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
-        sets.append((design(known[name]), {"best_fitness": np.zeros(runs)}, values))
-    return of_runs(sets)
+        sets.append((design_place(known[name]), {"best_fitness": np.zeros(runs)}, values))
+    return table_of_runs(sets)
 
 
 def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: int = 0) -> Table:
@@ -41,7 +41,7 @@ def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: 
     random = np.random.default_rng(seed)
     rows: dict[str, list] = {}
     for model in all_models().values():
-        place = design(model)
+        place = design_place(model)
         for run in range(3):
             row = {**place, "run": run, "best_fitness": 0.0}
             for metric in names():

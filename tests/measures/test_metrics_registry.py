@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import peak_force
-from reproduction.export import csv_of, read_csv
+from reproduction.export import csv_of, read_study_csv
 from reproduction.figures.study import architectures_figure
 from study_tables import table
 from tegotae import TegotaeError, build, find
@@ -85,10 +85,10 @@ def test_a_table_of_a_metric_that_is_not_registered_here_stays_readable(register
     path.write_text(csv_of(table(peak_force_n=np.linspace(1.0, 2.0, 5))), encoding="utf-8")
     there.forget(PEAK.name)
     there.forget(IN_WEIGHTS.name)
-    again = read_csv(path)
+    again = read_study_csv(path)
     assert again["peak_force_n"][0] == 1.0
     assert csv_of(again) == path.read_text(encoding="utf-8")
-    assert PEAK.name not in {metric.name for metric in again.shown("figure")}
+    assert PEAK.name not in {metric.name for metric in again.metrics_shown("figure")}
 
 
 def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys):

@@ -33,7 +33,7 @@ from playground import (
 )
 from playground.bodies import STANDARD
 from playground.page import DEFINITIONS
-from playground.scripts import joined, modules, read
+from playground.scripts import bundle_scripts, modules, read_source
 from programs import main
 from tegotae import Engine, Scenario, Timing, build
 from tegotae._support.errors import TegotaeError
@@ -116,10 +116,10 @@ def test_a_term_of_ones_own_is_compiled_and_does_what_it_does_in_the_package(tmp
 @needs_compiler
 @pytest.mark.parametrize("name", ["V-sector-w8", "ART-rF-tphif-w8"])
 def test_engines_that_come_with_the_package_are_those_of_its_present_code(name):
-    kept = shelf.engine(CHOICES[name].controller, Hopper())
+    kept = shelf.cached_engine(CHOICES[name].controller, Hopper())
     if kept.made_by != shelf.makers():
         pytest.skip(f"the engines were made by {kept.made_by}, and here is {shelf.makers()}")
-    made = shelf.made(CHOICES[name].controller, Hopper())
+    made = shelf.compile_engine(CHOICES[name].controller, Hopper())
     assert kept.layout == made.layout
     same = gzip.decompress(kept.wasm) == gzip.decompress(made.wasm)
     assert same, "run python -m playground.make"
@@ -155,7 +155,7 @@ def test_an_episode_is_worth_in_the_page_what_it_is_worth_in_the_package(tmp_pat
     engine = Engine(controller=controller, timing=EPISODE, summary=Fitness())
     wanted = engine.run(weights, Scenario(omega=8.0))
     data = {
-        **wasm_of(shelf.engine(controller, Hopper())),
+        **wasm_of(shelf.cached_engine(controller, Hopper())),
         "given": Case(controller, [1.0], Hopper(), Scenario(omega=8.0)).task()["given"],
         "weights": weights.tolist(),
         "timing": {**dataclasses.asdict(EPISODE), "settle_s": SETTLE_S},
@@ -234,7 +234,7 @@ def test_a_gait_is_learned_from_random_weights_by_the_pages_own_learner(tmp_path
     page = Page([ControllerChoice("ART", ART)]).document()
     (controller,) = page["controllers"]
     task = {
-        **wasm_of(shelf.engine(ART.controller, Hopper())),
+        **wasm_of(shelf.cached_engine(ART.controller, Hopper())),
         "given": Case(ART.controller, ART.weights, Hopper(), Scenario(omega=8.0)).task()["given"],
         "weights": controller["starts"][0],
         "settings": page["learning"]["settings"],
@@ -280,7 +280,7 @@ def test_modules_are_joined_each_once_after_what_they_import():
     assert order[-1] == "main.js"
     assert len(order) == len(set(order))
     assert order.index("engine.js") < order.index("learner.js") < order.index("main.js")
-    script = joined("main.js")
+    script = bundle_scripts("main.js")
     assert "\nimport " not in script
     assert "\nexport " not in script
 
@@ -291,7 +291,9 @@ def test_no_two_modules_of_a_script_give_a_name_away_twice():
             name
             for module in modules(entry)
             for name in re.findall(
-                r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+)", read(module), re.M
+                r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+)",
+                read_source(module),
+                re.M,
             )
         ]
         assert sorted(names) == sorted(set(names))

@@ -16,7 +16,7 @@ from reproduction.claims.counting import (
     WORST,
     Count,
     counts,
-    per_run,
+    metric_per_run,
     with_sampled,
 )
 from reproduction.claims.effects import (
@@ -29,7 +29,7 @@ from reproduction.claims.effects import (
     OfGaits,
     OfTrainings,
 )
-from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate, measure
+from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate, estimate_effect
 from reproduction.claims.findings import (
     NOT_MEASURED,
     OPPOSITE,
@@ -72,7 +72,7 @@ def rows(*models: tuple, runs: int = 4, **more) -> Table:
 
 
 def effect(table: Table, count: Count | None = None, of: Effect = VG_OVER_V) -> EffectEstimate:
-    return measure(of, Resampled(table, FEW), count or Count())
+    return estimate_effect(of, Resampled(table, FEW), count or Count())
 
 
 def test_architectures_are_compared_at_equal_frequency_and_input():
@@ -136,19 +136,19 @@ def test_transients_that_never_end_are_as_long_as_the_episode():
     )
     table.columns["limit_cycle_share"] = np.array([1.0, 0.5, 0.0, 1.0])
     times = Protocol(undisturbed_s=30.0, disturbed_s=20.0)
-    t0 = per_run(table, "t0_s", WORST, times)["t0_s"]
-    t1 = per_run(table, "t1_s", WORST, times)["t1_s"]
+    t0 = metric_per_run(table, "t0_s", WORST, times)["t0_s"]
+    t1 = metric_per_run(table, "t1_s", WORST, times)["t1_s"]
     np.testing.assert_allclose(t0, [5.0, 17.5, 30.0, 5.0])
     np.testing.assert_allclose(t1, [2.0, 0.25 * 2.0 + 0.75 * 20.0, 20.0, 20.0])
-    np.testing.assert_allclose(per_run(table, "t0_s", DROPPED, times)["t0_s"], table["t0_s"])
+    np.testing.assert_allclose(metric_per_run(table, "t0_s", DROPPED, times)["t0_s"], table["t0_s"])
 
 
 def test_a_table_of_episodes_counts_each_of_them():
     table = rows(("VG", "sector", 4.0, [1.0, 0.0, NAN, NAN]))  # settled, at rest, unsettled twice
     table.columns["run"] = np.zeros(4, int)
     table.columns["omega"] = np.array([3.0, 4.0, 5.0, 6.0])
-    assert per_run(table, "cot_inverse", DROPPED)["cot_inverse"] == pytest.approx([0.5])
-    assert per_run(table, "cot_inverse", WORST)["cot_inverse"] == pytest.approx([0.25])
+    assert metric_per_run(table, "cot_inverse", DROPPED)["cot_inverse"] == pytest.approx([0.5])
+    assert metric_per_run(table, "cot_inverse", WORST)["cot_inverse"] == pytest.approx([0.25])
     assert AT_REST not in {count.unsettled for count in counts(table)}
 
 
@@ -210,7 +210,7 @@ def test_metrics_are_correlated_over_models_not_over_runs():
     found = effect(table, of=Correlation("cot_inverse", "t0_s"))
     assert found.effect == pytest.approx(-1.0)
     few = rows(*models[:5], t0_s=np.repeat(-number[:5], 4))
-    assert not effect(few, of=Correlation("cot_inverse", "t0_s")).known, "of five models chance"
+    assert not effect(few, of=Correlation("cot_inverse", "t0_s")).is_known, "of five models chance"
 
 
 def test_intervals_are_over_runs():
@@ -235,7 +235,7 @@ def test_beside_it_stands_the_interval_over_designs_and_frequencies():
     one = effect(table, Count(omega_t="4"))
     half = stats.sem(gains[:, 0]) * stats.t.ppf(0.975, 2)
     assert one.designs_high - one.effect == pytest.approx(half), "of one ω_t it is Student's"
-    assert not effect(table, Count(average=FIGURE_2)).over_designs.known
+    assert not effect(table, Count(average=FIGURE_2)).over_designs.is_known
     assert verdict(CLAIM, found) == REPRODUCED
     assert verdict(CLAIM, found.over_designs) == TOO_SMALL
 

@@ -8,16 +8,16 @@ import math
 import numpy as np
 import pytest
 
-from reproduction.calibration.measure import CalibrationGrid, measure
+from reproduction.calibration.measure import CalibrationGrid, measure_reading
 from reproduction.calibration.posterior import (
     STRICTNESS,
     distances,
+    meeting_ratio,
     met,
     narrowed,
     posterior,
     representative,
     shortfalls,
-    together,
 )
 from reproduction.calibration.prior import PRIOR, SECTOR_S, candidates, coordinates
 from reproduction.calibration.run import calibrate, read_scores
@@ -27,8 +27,8 @@ from reproduction.calibration.scores import (
     quick_loss,
     reflex_stays,
     sector_line,
-    short,
     slows,
+    transient_score,
     tuned_gain,
 )
 from reproduction.readings.readings import Reading
@@ -103,7 +103,7 @@ def test_vs_gain_is_the_best_at_its_frequency_or_the_one_that_serves_all():
 
 
 def test_transients_that_never_end_are_as_long_as_the_episode():
-    assert short(np.array([0.0, NAN]), 30.0) == pytest.approx(0.5)
+    assert transient_score(np.array([0.0, NAN]), 30.0) == pytest.approx(0.5)
 
 
 def test_slowing_counts_while_the_actuator_pushes():
@@ -167,11 +167,11 @@ def test_a_stricter_reader_accepts_nothing_that_a_lenient_one_does_not():
 def test_statements_that_exclude_each_other_are_never_met_together():
     first = np.repeat([1.0, 0.0], 50)
     scores = np.stack([first, 1.0 - first, np.tile([1.0, 0.0], 50)], axis=1)
-    found = together(scores, np.full(3, 0.5))
+    found = meeting_ratio(scores, np.full(3, 0.5))
     assert found[0, 1] == 0.0
     assert found[0, 2] == pytest.approx(1.0)
     assert found[0, 0] == pytest.approx(2.0)
-    assert np.isnan(together(np.zeros((4, 2)), np.full(2, 0.5))).all(), "none is ever met"
+    assert np.isnan(meeting_ratio(np.zeros((4, 2)), np.full(2, 0.5))).all(), "none is ever met"
 
 
 def test_weights_fall_with_the_distance_and_one_far_off_counts_nothing():
@@ -257,9 +257,9 @@ def test_a_table_of_other_readings_is_refused(tmp_path):
 
 @pytest.mark.thorough
 def test_a_reading_is_measured_on_the_engine():
-    found = measure(Reading(), TINY)
+    found = measure_reading(Reading(), TINY)
     assert all(math.isnan(x) or 0.0 <= x <= 1.0 for x in found)
     assert 0.0 < found.slows < 1.0
     assert np.isfinite([found.settles, found.short_t0, found.quick_loss]).all()
-    assert found == measure(Reading(), TINY)
-    assert measure(Reading(natural_frequency=3.0, mass_kg=0.5), TINY) != found
+    assert found == measure_reading(Reading(), TINY)
+    assert measure_reading(Reading(natural_frequency=3.0, mass_kg=0.5), TINY) != found

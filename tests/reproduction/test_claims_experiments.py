@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from reproduction.claims.counting import Count
-from reproduction.claims.designs import MODELS, correlation
+from reproduction.claims.designs import MODELS, correlation_within_omega
 from reproduction.claims.effects import OfGainMap, OfTrainings
 from reproduction.claims.experiments import EXPERIMENTS, command_for
 from reproduction.claims.findings import findings
@@ -93,7 +93,7 @@ def test_a_table_that_is_none_is_named_in_one_line(tmp_path, table, content):
 def test_a_correlation_needs_enough_models(models):
     table = results({"VG": {"cot_inverse": 1.0, "t0_s": 1.0, "t1_s": 1.0}})
     some = table.where(model=tuple(dict.fromkeys(table["model"].tolist()))[:models])
-    found = correlation(some.per_model(), "cot_inverse", "t0_s")
+    found = correlation_within_omega(some.per_model(), "cot_inverse", "t0_s")
     assert np.isfinite(found.mean) == (models >= MODELS)
 
 
@@ -101,9 +101,9 @@ def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample():
     x = np.arange(20.0)
     omega_t = np.full(20, 8.0)
     line = Table({"a": x, "b": 2.0 * x + 1.0, "omega_t": omega_t})
-    assert correlation(line, "a", "b").mean == pytest.approx(1.0)
+    assert correlation_within_omega(line, "a", "b").mean == pytest.approx(1.0)
     with_holes = Table({"a": x, "b": np.where(x < 2, np.nan, x), "omega_t": omega_t})
-    found = correlation(with_holes, "a", "b")
+    found = correlation_within_omega(with_holes, "a", "b")
     assert (found.count, found.undefined) == (18, 2)
 
 
@@ -111,4 +111,4 @@ def test_what_two_frequencies_differ_by_is_no_correlation():
     x, omega_t = np.arange(20.0), np.repeat([4.0, 8.0], 10)
     falls = Table({"a": x + 10.0 * omega_t, "b": 10.0 * omega_t - x, "omega_t": omega_t})
     assert np.corrcoef(falls["a"], falls["b"])[0, 1] > 0.5
-    assert correlation(falls, "a", "b").mean == pytest.approx(-1.0)
+    assert correlation_within_omega(falls, "a", "b").mean == pytest.approx(-1.0)

@@ -16,7 +16,7 @@ from reproduction.figures.study import (
     frequencies,
     pictograms_figure,
 )
-from reproduction.table import Table, design, of_runs
+from reproduction.table import Table, design_place, table_of_runs
 from study_tables import table
 from tegotae.measures.hopping.registry import names
 from tegotae.systems.models import all_models
@@ -31,7 +31,7 @@ def with_own() -> Table:
     own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
     place = {"model": "mine", "architecture": "mine", **own, "observation": "Fv", "omega_t": 6.0}
     rows = table().columns | {}
-    more = of_runs([(place, {"best_fitness": np.zeros(5)}, runs)]).columns
+    more = table_of_runs([(place, {"best_fitness": np.zeros(5)}, runs)]).columns
     return Table({name: np.concatenate([rows[name], more[name]]) for name in rows})
 
 
@@ -141,8 +141,8 @@ def some(*models: str, runs: int = 2) -> Table:
     """A few runs of these models, each metric one."""
     values = {metric: np.ones(runs) for metric in names()}
     known = all_models()
-    return of_runs(
-        (design(known[each]), {"best_fitness": np.zeros(runs)}, values) for each in models
+    return table_of_runs(
+        (design_place(known[each]), {"best_fitness": np.zeros(runs)}, values) for each in models
     )
 
 
@@ -153,7 +153,7 @@ def test_every_model_of_a_table_is_drawn(name):
     assert architecture in architectures(rows)
     of_it = [key for key in architecture_metrics(rows) if key[2] == architecture]
     assert of_it
-    assert {key[1] for key in of_it} == {metric.name for metric in rows.shown("figure")}
+    assert {key[1] for key in of_it} == {metric.name for metric in rows.metrics_shown("figure")}
 
 
 def test_models_that_learn_one_term_stand_behind_those_that_the_paper_shows():

@@ -17,10 +17,10 @@ from reproduction.learning.atlas import (
     KINDS,
     NONE,
     atlas_tables,
+    feedback_kinds,
     forms_by_numbers,
-    kinds,
-    measured,
-    shortest,
+    measure_atlas,
+    shortest_form,
 )
 from reproduction.learning.forms import Retuning
 from reproduction.learning.judged import (
@@ -28,14 +28,14 @@ from reproduction.learning.judged import (
     RELEASES,
     VARIANTS,
     EvaluatedRuns,
-    judge,
+    judge_runs,
     releases,
 )
 from reproduction.learning.page import feedback_table, primary_tables
 from reproduction.learning.primary import BEST_RUN, best_law, contrast
-from reproduction.learning.runs import LAW, read, rows
+from reproduction.learning.runs import LAW, read_runs, run_rows
 from reproduction.plan import MAIN, OMEGAS, plan
-from reproduction.table import place
+from reproduction.table import record_place
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.hopping.registry import measured_own
 from tegotae.study import here
@@ -54,8 +54,8 @@ def test_the_plan_has_every_architecture_and_law_at_every_frequency():
 def test_a_model_at_another_frequency_has_its_place_in_the_design():
     experiment = find("AR-rF-both-w5").experiment()
     record = SimpleNamespace(model=experiment.name, experiment=experiment, weights=np.zeros((1, 9)))
-    assert place(record)["architecture"] == "AR"
-    assert place(record)["omega_t"] == 5.0
+    assert record_place(record)["architecture"] == "AR"
+    assert record_place(record)["omega_t"] == 5.0
 
 
 def test_the_common_releases_are_the_same_for_all_models():
@@ -66,7 +66,7 @@ def test_the_common_releases_are_the_same_for_all_models():
 
 def test_a_run_is_judged_whole_cut_and_frozen():
     experiment = find("V-reflex-w8").experiment(protocol=SHORT)
-    judged = judge(experiment, np.array([[2.0], [0.0]], "float32"))
+    judged = judge_runs(experiment, np.array([[2.0], [0.0]], "float32"))
     for name in MEASURED:
         assert judged[name].shape == (len(VARIANTS), 2, RELEASES, 2)
     whole, cut, frozen = judged["limit_cycle_share"].mean(axis=(2, 3))
@@ -79,7 +79,7 @@ def test_a_run_is_judged_whole_cut_and_frozen():
 
 def test_one_network_is_judged_whole_alone():
     experiment = find("T-F").experiment(protocol=SHORT)
-    judged = judge(experiment, np.zeros((1, experiment.controller.n_weights), "float32"))
+    judged = judge_runs(experiment, np.zeros((1, experiment.controller.n_weights), "float32"))
     assert np.isfinite(judged["limit_cycle_share"][0]).all()
     assert np.isnan(judged["limit_cycle_share"][1:]).all()
 
@@ -168,7 +168,7 @@ def test_the_tables_name_bodies_and_kinds():
 
 def test_a_table_of_something_else_or_of_a_part_is_refused_in_one_line(tmp_path, one_line_error):
     table().to_csv(tmp_path / "whole.csv", index=False)
-    assert len(read(tmp_path / "whole.csv")) == len(table())
+    assert len(read_runs(tmp_path / "whole.csv")) == len(table())
     (tmp_path / "other.csv").write_text("a,b\n1,2\n")
     (tmp_path / "words.csv").write_text((tmp_path / "whole.csv").read_text().replace("0.9", "nine"))
     runs = table()
@@ -199,12 +199,12 @@ def test_another_window_is_another_cell(tmp_path):
     assert len({str(cell.document) for cell in cells}) == 2
     usual, longer = (cell.measure().arrays["limit_cycle_share"] for cell in cells)
     assert usual.shape == longer.shape == (3, 1, RELEASES, 2)
-    frame = rows(cells[0], cells[0].measure().arrays)
+    frame = run_rows(cells[0], cells[0].measure().arrays)
     assert frame.iloc[0][["model", "architecture", "drive"]].tolist() == ["V-sector-w8", "V", "φ"]
 
 
 def _records_of_smoke(tmp_path):
-    runner.run(plan("smoke", "V-*"), tmp_path / "smoke", here)
+    runner.run_study(plan("smoke", "V-*"), tmp_path / "smoke", here)
     return Folder(tmp_path / "smoke").all()[0]
 
 
@@ -224,15 +224,15 @@ def test_the_kind_of_a_feedback_is_what_cutting_and_freezing_leave_of_the_merit(
         of_kind(0.5, 0.1),
         of_kind(0.5, np.nan, frozen=np.nan),
     ]
-    assert kinds(pd.DataFrame(runs)).tolist() == list(KINDS)
+    assert feedback_kinds(pd.DataFrame(runs)).tolist() == list(KINDS)
 
 
 def test_the_shortest_form_is_the_first_that_keeps_enough():
     kept = {f"kept {form}": [0.0, 0.0] for form in forms_by_numbers()}
     kept |= {"kept load": [0.9, 0.0], "kept latch": [0.97, 0.0]}
     runs = pd.DataFrame({"best": True, "kind": KINDS[4], **kept})
-    assert shortest(runs, 0.8).tolist() == ["load", NONE]
-    assert shortest(runs, 0.95).tolist() == ["latch", NONE]
+    assert shortest_form(runs, 0.8).tolist() == ["load", NONE]
+    assert shortest_form(runs, 0.95).tolist() == ["latch", NONE]
 
 
 @pytest.mark.thorough
@@ -241,11 +241,11 @@ def test_an_atlas_replaces_a_vanilla_law_by_the_short_law_that_it_is(tmp_path, m
     monkeypatch.setattr(atlas, "forms_of_a_leg", lambda: forms)
     (record,) = _records_of_smoke(tmp_path)
     retuning = Retuning(generations=1)
-    runs = measured(tmp_path / "smoke", [record], retuning, here)
+    runs = measure_atlas(tmp_path / "smoke", [record], retuning, here)
     (run,) = runs.to_dict("records")
     assert run["action_1"] == run["load"] == pytest.approx(1.0)
     assert run["swing"] > 0.0
     assert run["kept load"] > run["kept clock"]
-    again = measured(tmp_path / "smoke", [record], retuning, here)
+    again = measure_atlas(tmp_path / "smoke", [record], retuning, here)
     pd.testing.assert_frame_equal(again, runs)
     assert "| load |" in atlas_tables(runs)

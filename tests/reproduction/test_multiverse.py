@@ -22,7 +22,7 @@ from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
 from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
 from reproduction.figures.multiverse import curve_figure, overview_figure
 from reproduction.readings.designs import (
-    calibrated,
+    calibrated_readings,
     cells_of,
     choices_of,
     reading_of,
@@ -38,17 +38,17 @@ from reproduction.readings.readings import (
     CHOICES,
     PLATEAU,
     Reading,
-    sample,
+    sample_readings,
 )
-from reproduction.readings.tables import read_tables, write_tables
+from reproduction.readings.tables import read_tables, write_multiverse_tables
 from reproduction.readings.verdicts import (
     CLAIMS,
     FindingsByReading,
+    claim_margin,
     findings_by_reading,
-    margin,
     of_claim,
-    share,
-    shares,
+    outcome_shares,
+    wilson_share,
 )
 from reproduction.report.multiverse import counts_by_claim, shares_table
 from study_tables import results
@@ -69,7 +69,7 @@ NAMES = tuple(choice.name for choice in PRIOR)
 
 
 def test_the_first_reading_is_the_study():
-    reading = sample(1)[0]
+    reading = sample_readings(1)[0]
     assert reading == Reading()
     hopper, standard = reading.hopper, Hopper()
     for name in ("stiffness_n_per_m", "damping_ns_per_m", "max_force_n", "mass_kg"):
@@ -78,12 +78,12 @@ def test_the_first_reading_is_the_study():
 
 
 def test_more_readings_are_added_to_those_that_were_there():
-    assert sample(5) == sample(64)[:5]
+    assert sample_readings(5) == sample_readings(64)[:5]
 
 
 def test_readings_fill_the_space_evenly():
     """In each choice alone, every sixteenth of its range holds one of 32 readings or more."""
-    readings = sample(33)[1:]
+    readings = sample_readings(33)[1:]
     for choice in CHOICES:
         places = [choice.place(getattr(reading, choice.name)) for reading in readings]
         if choice.levels:
@@ -95,7 +95,7 @@ def test_readings_fill_the_space_evenly():
 
 
 def test_every_reading_in_the_ranges_is_one_that_the_body_allows():
-    for reading in sample(512):
+    for reading in sample_readings(512):
         hopper = reading.hopper
         assert hopper.max_force_n > hopper.weight_n
         assert reading.deepest_compression < 0.8
@@ -133,20 +133,20 @@ def test_readings_that_the_body_does_not_allow_are_refused(choice, says):
 
 
 def test_the_calibrated_readings_differ_in_what_v_depends_on():
-    readings = calibrated(24)
+    readings = calibrated_readings(24)
     assert len(set(readings)) == 24
-    assert readings[:5] == calibrated(5)
+    assert readings[:5] == calibrated_readings(5)
     assert choices_of(readings) == PRIOR
-    assert choices_of(sample(4)) == CHOICES
+    assert choices_of(sample_readings(4)) == CHOICES
     for reading in readings:
         assert reading_of(dict(zip(NAMES, cells_of(reading, PRIOR), strict=True)), PRIOR) == reading
     with pytest.raises(TegotaeError, match="the calibrated sample has 24"):
-        calibrated(25)
+        calibrated_readings(25)
 
 
 def test_a_multiverse_runs_over_the_calibrated_readings():
     plan = multiverse("calibrated", 2)
-    assert [reading for reading, _ in plan.by_reading] == calibrated(2)
+    assert [reading for reading, _ in plan.by_reading] == calibrated_readings(2)
     assert list(plan.document["choices"]) == list(NAMES)
     for reading, units in plan.by_reading:
         for unit in units.values():
@@ -288,7 +288,7 @@ AT_BOTH = "both"
 @pytest.fixture(scope="module")
 def trained() -> tuple[list[Reading], FindingsByReading]:
     """ART is better than AR only where training goes on long enough."""
-    readings = sample(24)
+    readings = sample_readings(24)
     better = {1280: -0.4, 5120: 0.0, PLATEAU: 0.5}
     tables = {
         i: results(
@@ -304,7 +304,7 @@ def test_shares_count_the_readings_in_which_a_claim_is_reproduced_and_opposite(t
     early = sum(reading.episodes == 1280 for reading in readings)
     late = sum(reading.episodes == PLATEAU for reading in readings)
     for omega in (AT_BOTH, "4", "8"):
-        each = shares(of_claim(found, "art-cot", omega).values())
+        each = outcome_shares(of_claim(found, "art-cot", omega).values())
         assert each[OPPOSITE].count >= early
         assert each[REPRODUCED].count >= late
         assert sum(share.count for share in each.values()) == len(readings)
@@ -321,7 +321,7 @@ def test_the_choice_that_decides_a_claim_is_found_and_no_other(trained):
 def test_where_nothing_decides_chance_seldom_does():
     """Of claims on noise, at most one in twenty has a choice that passes for decisive."""
     random = np.random.default_rng(0)
-    readings = sample(32)
+    readings = sample_readings(32)
 
     def noise() -> dict[int, Finding]:
         return {i: finding_of(random.normal(), 1.0) for i in range(32)}
@@ -339,24 +339,24 @@ def finding_of(effect: float, half: float, name: str = "art-cot") -> Finding:
 @pytest.mark.parametrize("name", ["art-cot", "arg-cot"])
 def test_a_margin_says_what_the_outcome_says(effect, name):
     finding = finding_of(effect, 1.0, name)
-    assert (margin(finding) > 1.0) == (finding.outcome == REPRODUCED)
-    assert (margin(finding) < -1.0) == (finding.outcome == OPPOSITE)
+    assert (claim_margin(finding) > 1.0) == (finding.outcome == REPRODUCED)
+    assert (claim_margin(finding) < -1.0) == (finding.outcome == OPPOSITE)
 
 
 def test_what_is_not_measured_has_no_margin_and_what_has_no_spread_is_clear():
     claim = finding_of(1.0, 0.0).claim
-    assert math.isnan(margin(Finding(claim, {Count(): NOT_KNOWN})))
-    assert margin(finding_of(1.0, 0.0)) > 100.0
-    assert margin(finding_of(-1.0, 0.0)) < -100.0
+    assert math.isnan(claim_margin(Finding(claim, {Count(): NOT_KNOWN})))
+    assert claim_margin(finding_of(1.0, 0.0)) > 100.0
+    assert claim_margin(finding_of(-1.0, 0.0)) < -100.0
 
 
 def test_an_interval_of_a_share_stays_within_the_possible():
-    none, all_of_them, half = share(0, 10), share(10, 10), share(5, 10)
+    none, all_of_them, half = wilson_share(0, 10), wilson_share(10, 10), wilson_share(5, 10)
     assert none.low == 0.0
     assert 1.0 - 1e-12 < all_of_them.high <= 1.0
     assert none.high == pytest.approx(0.2775, abs=1e-3)  # Wilson (1927), 0 of 10
     assert half.low == pytest.approx(1.0 - half.high) == pytest.approx(0.2366, abs=1e-3)
-    assert math.isnan(share(0, 0).mean)
+    assert math.isnan(wilson_share(0, 0).mean)
 
 
 # Tables and figures.
@@ -364,7 +364,7 @@ def test_an_interval_of_a_share_stays_within_the_possible():
 
 def test_tables_hold_readings_and_what_comes_of_the_claims(trained, tmp_path):
     readings, found = trained
-    write_tables(readings, found, tmp_path)
+    write_multiverse_tables(readings, found, tmp_path)
     again, read = read_tables(tmp_path)
     assert again == readings
     for number, by_omega in found.items():
@@ -377,7 +377,7 @@ def test_tables_hold_readings_and_what_comes_of_the_claims(trained, tmp_path):
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
 def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, content):
     readings, verdicts = trained
-    write_tables(readings, verdicts, tmp_path)
+    write_multiverse_tables(readings, verdicts, tmp_path)
     (tmp_path / name).write_text(content)
     words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
     assert f"{tmp_path / name} is no table that" in one_line_error(*words)
@@ -386,7 +386,7 @@ def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, co
 @pytest.mark.parametrize(("name", "row"), [("readings.csv", "0"), ("effects.csv", "0, omega_t")])
 def test_a_row_that_is_there_twice_is_refused(trained, tmp_path, one_line_error, name, row):
     readings, found = trained
-    write_tables(readings, found, tmp_path)
+    write_multiverse_tables(readings, found, tmp_path)
     lines = (tmp_path / name).read_text().splitlines()
     (tmp_path / name).write_text("\n".join([*lines, lines[1]]) + "\n")
     words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
@@ -418,7 +418,7 @@ def test_readings_that_the_text_allows_are_counted_beside_all():
     only = {number: found[number] for number in (0, 20)}  # 20 damps in flight
     row = next(row for row in shares_table(readings, only).splitlines() if "learned-beats-v" in row)
     assert row.endswith("| 0 / 0 / 1 | 0 / 0 / 1 | – |")
-    assert "Damper" not in shares_table(sample(24), only), "all of them are allowed"
+    assert "Damper" not in shares_table(sample_readings(24), only), "all of them are allowed"
 
 
 def test_readings_and_bodies_that_statements_chose_say_so():
@@ -429,7 +429,8 @@ def test_readings_and_bodies_that_statements_chose_say_so():
     assert selecting(readings) == selecting_body(readings[20].hopper) == {*EVALUATED_AS.values()}
     assert not selecting([Reading()])
     assert not selecting_body(Hopper())
-    assert selecting_body(Hopper(**reading_named("calibrated").given)), "its numbers are rounded"
+    rounded = reading_named("calibrated").overrides
+    assert selecting_body(Hopper(**rounded))
 
 
 def test_figures_show_every_claim_that_is_measured_and_every_reading(trained):
@@ -520,7 +521,7 @@ def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_pat
 
 def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
     readings, verdicts = trained
-    write_tables(readings, verdicts, tmp_path)
+    write_multiverse_tables(readings, verdicts, tmp_path)
     words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
     assert "omega is '5'; it must be one of 4, 8, both" in one_line_error(*words, "--omega", "5")
 
@@ -530,4 +531,4 @@ def test_a_claim_without_runs_has_no_share():
     found = findings_by_reading({0: table, 1: table}, draws=20)
     assert of_claim(found, "art-cot", AT_BOTH) == {}
     assert len(of_claim(found, "vg-cot", AT_BOTH)) == 2
-    assert shares(())[REPRODUCED].of == 0
+    assert outcome_shares(())[REPRODUCED].total == 0

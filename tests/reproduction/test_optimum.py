@@ -15,18 +15,18 @@ from springs import Hertz
 
 from places import ROOT
 from programs import main
-from reproduction.commands.optimum import called
-from reproduction.export import write_csv
+from reproduction.commands.optimum import unique_label
+from reproduction.export import write_study_csv
 from reproduction.optimum import (
     Certificate,
     Stance,
-    best,
     certify,
     highest_frequency,
+    largest_cot_inverse,
+    optimal_stances,
     optimise,
     proofs,
     small_hop_limit,
-    stances,
     upper_bound,
     verify,
 )
@@ -285,20 +285,20 @@ def test_no_controller_is_above_the_bound():
 
 @pytest.fixture(scope="module")
 def kept_proofs() -> list[Certificate]:
-    return proofs.read()
+    return proofs.read_certificates()
 
 
 @pytest.mark.parametrize("omega", [4.0, pytest.param(8.0, marks=pytest.mark.thorough)])
 def test_a_row_of_the_kept_table_is_proved_without_a_solver(omega, kept_proofs, monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    (row,) = (row for row in proofs.rows() if row.omega == omega)
+    (row,) = (row for row in proofs.claimed_bounds() if row.omega == omega)
     proofs.check_row(row, kept_proofs)
 
 
 @pytest.mark.thorough
 def test_every_row_of_the_kept_table_is_proved(kept_proofs):
-    assert len(proofs.rows()) == 49
-    for row in proofs.rows():
+    assert len(proofs.claimed_bounds()) == 49
+    for row in proofs.claimed_bounds():
         proofs.check_row(row, kept_proofs)
 
 
@@ -311,14 +311,14 @@ def test_the_bound_at_any_frequency_is_what_the_pages_say(kept_proofs):
 
 @pytest.mark.parametrize("name", ["upper_bound", "upper_bound_any"])
 def test_a_row_that_claims_a_little_less_is_not_proved(name, kept_proofs):
-    row = next(row for row in proofs.rows() if row.omega == 4.0)
+    row = next(row for row in proofs.claimed_bounds() if row.omega == 4.0)
     less = dataclasses.replace(row, **{name: getattr(row, name) - 2e-6})
     with pytest.raises(TegotaeError, match=r"no certificates prove .* at 4 rad/s"):
         proofs.check_row(less, kept_proofs)
 
 
 def test_hops_that_no_certificate_speaks_of_leave_a_row_unproved(kept_proofs):
-    row = next(row for row in proofs.rows() if row.omega == 4.0)
+    row = next(row for row in proofs.claimed_bounds() if row.omega == 4.0)
     own = [each for each in kept_proofs if each.omega == 4.0]
     assert len(own) > 2
     with pytest.raises(TegotaeError, match="no certificates prove"):
@@ -424,7 +424,7 @@ def test_a_file_without_certificates_is_refused_in_one_line(tmp_path):
     file = tmp_path / "proofs.npz"
     file.write_bytes(b"no archive")
     with pytest.raises(TegotaeError, match="holds no certificates") as refused:
-        proofs.read(file)
+        proofs.read_certificates(file)
     assert "\n" not in str(refused.value)
 
 
@@ -441,13 +441,13 @@ def test_the_kept_table_is_whole_and_in_order():
 
 
 def test_the_kept_table_says_what_the_optimiser_finds(at_four):
-    assert best(HOPPER, 4.0) == pytest.approx(at_four.cot_inverse, rel=1e-3)
-    kept = stances()[4.0]
+    assert largest_cot_inverse(HOPPER, 4.0) == pytest.approx(at_four.cot_inverse, rel=1e-3)
+    kept = optimal_stances()[4.0]
     assert kept["velocity_m_per_s"][-1] == pytest.approx(at_four.lift_off_m_per_s[0], rel=1e-3)
 
 
 def test_a_share_is_of_the_optimum_at_the_gaits_own_frequency():
-    assert share(0.5 * best(HOPPER, 5.0), 5.0) == pytest.approx(0.5)
+    assert share(0.5 * largest_cot_inverse(HOPPER, 5.0), 5.0) == pytest.approx(0.5)
     assert share(0.3, 5.0, 2) < share(0.3, 8.0, 1)
     assert np.isnan(
         share(np.array([0.3, np.nan, 0.3]), np.array([0.5, 5.0, 5.0]), [1, 1, np.nan])
@@ -483,13 +483,16 @@ class Wheel:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: best(Hopper(max_force_n=0.9), 4.0), "above the weight of 0.981 N"),
-        (lambda: best(Hertz(), 4.0), "Hopper on its linear spring; the body is a Hertz"),
-        (lambda: best(HOPPER, 0.0), "omega is 0; it must be greater than 0"),
-        (lambda: best(HOPPER, math.nan), "omega is nan"),
-        (lambda: best(HOPPER, 60.0), "this hopper hops at 5.* rad/s at most"),
-        (lambda: best(HOPPER, 4.0, period=3), "period is 3"),
-        (lambda: best(HOPPER, 4.0, work="heat"), "work is 'heat'"),
+        (lambda: largest_cot_inverse(Hopper(max_force_n=0.9), 4.0), "above the weight of 0.981 N"),
+        (
+            lambda: largest_cot_inverse(Hertz(), 4.0),
+            "Hopper on its linear spring; the body is a Hertz",
+        ),
+        (lambda: largest_cot_inverse(HOPPER, 0.0), "omega is 0; it must be greater than 0"),
+        (lambda: largest_cot_inverse(HOPPER, math.nan), "omega is nan"),
+        (lambda: largest_cot_inverse(HOPPER, 60.0), "this hopper hops at 5.* rad/s at most"),
+        (lambda: largest_cot_inverse(HOPPER, 4.0, period=3), "period is 3"),
+        (lambda: largest_cot_inverse(HOPPER, 4.0, work="heat"), "work is 'heat'"),
         (lambda: certify(Hopper(flight_damping_ns_per_m=0.1), 4.0), "ballistic flight"),
         (lambda: small_hop_limit(Wheel()), "the body is a Wheel"),
         (lambda: least_work(HOPPER, -1.0, 0.5), "lift_off_m_per_s is -1"),
@@ -522,7 +525,7 @@ def test_without_casadi_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
     with pytest.raises(TegotaeError, match=r"pip install 'tegotae\[optimum\]'"):
         optimise(HOPPER, 4.0)
-    assert best(HOPPER, 4.0) > 1.0  # the kept table needs no extra
+    assert largest_cot_inverse(HOPPER, 4.0) > 1.0  # the kept table needs no extra
 
 
 # The figure
@@ -539,7 +542,7 @@ def test_the_figure_comes_with_its_numbers(tmp_path):
 
 def test_a_table_of_another_body_is_not_held_against_this_ones_optimum(tmp_path, one_line_error):
     path = tmp_path / "calibrated.csv"
-    write_csv(table(optimum_share=np.full(5, np.nan)), path)
+    write_study_csv(table(optimum_share=np.full(5, np.nan)), path)
     said = one_line_error("reproduction", "optimum", str(path), "--out", str(tmp_path / "a.png"))
     assert f"{path} has no shares of the optimum" in said
 
@@ -547,6 +550,6 @@ def test_a_table_of_another_body_is_not_held_against_this_ones_optimum(tmp_path,
 def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():
     kept = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
     saved = controller_file.load(kept)
-    assert called(saved, kept, []) == "ART-rF-tphif-w8"
-    assert called(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
-    assert called(dataclasses.replace(saved, name=None), kept, []) == "optimum-ART-w8"
+    assert unique_label(saved, kept, []) == "ART-rF-tphif-w8"
+    assert unique_label(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
+    assert unique_label(dataclasses.replace(saved, name=None), kept, []) == "optimum-ART-w8"

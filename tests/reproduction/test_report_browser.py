@@ -16,10 +16,10 @@ from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.counting import Count
 from reproduction.claims.experiments import EXPERIMENTS
 from reproduction.claims.findings import findings
-from reproduction.export import read_csv
+from reproduction.export import read_study_csv
 from reproduction.plan import plan
 from reproduction.record import Record
-from reproduction.report.page import first_finding, report
+from reproduction.report.page import first_finding, report_page
 from reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import new_figure, save_figure
@@ -45,7 +45,7 @@ ARCHITECTURES = sorted({str(a) for a in tabulate(RECORDS)["architecture"]})
 def html(tmp_path_factory) -> str:
     experiments = tmp_path_factory.mktemp("experiments")
     save_figure(new_figure(), experiments / "gain_map.png")
-    return report(RECORDS, "A study </script><b>made up</b>.", experiments)
+    return report_page(RECORDS, "A study </script><b>made up</b>.", experiments)
 
 
 @pytest.fixture(scope="module")
@@ -321,7 +321,7 @@ def test_who_prefers_less_motion_has_to_ask_for_it(page) -> None:
 
 
 def test_it_begins_with_the_main_claim_its_number_and_its_figure(html):
-    table = read_csv(ROOT / "docs" / "_static" / "study" / "paper.csv")
+    table = read_study_csv(ROOT / "docs" / "_static" / "study" / "paper.csv")
     found = findings(table, claims=ATOMIC_CLAIMS[:1], resamples=50, options=[Count()])
     first = first_finding(found, table)
     assert first is not None
@@ -345,13 +345,13 @@ def test_every_picture_is_part_of_the_page(html) -> None:
 def test_a_picture_that_is_none_is_named_in_one_line(tmp_path: Path) -> None:
     (tmp_path / EXPERIMENTS[0].figure).write_text("no picture")
     with pytest.raises(TegotaeError, match=r"figure3\.png is no PNG picture"):
-        report(RECORDS[:1], "", tmp_path)
+        report_page(RECORDS[:1], "", tmp_path)
 
 
 def test_a_folder_of_experiments_that_is_not_there_is_refused(
     tmp_path: Path, capsys, one_line_error
 ) -> None:
-    runner.run(plan("smoke", "V*"), tmp_path / "study", instant)
+    runner.run_study(plan("smoke", "V*"), tmp_path / "study", instant)
     capsys.readouterr()
     options = ("--dir", str(tmp_path / "study"), "--experiments", str(tmp_path / "nowhere"))
     assert "there is no folder" in one_line_error("reproduction", "report", *options)

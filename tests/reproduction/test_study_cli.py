@@ -19,15 +19,15 @@ import study_runs
 from places import ROOT
 from programs import main, parsed
 from reproduction import runner
-from reproduction.about import about
+from reproduction.about import study_summary
 from reproduction.claims.atomic import ATOMIC_CLAIMS
 from reproduction.claims.effect_table import effects_csv, read_effects
 from reproduction.folder import Folder
 from reproduction.plan import plan
 from reproduction.readings.named import reading_named
-from reproduction.record import read
+from reproduction.record import read_record
 from reproduction.table import tabulate
-from reproduction.unit import FORMAT, key_of
+from reproduction.unit import FORMAT, record_key
 from tegotae import Hopper, find
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.objectives.fitness import Fitness
@@ -172,8 +172,8 @@ def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsy
     whole = plan("smoke", "V-*", [experiment])
     more = next(unit for unit in whole.units if unit.run.experiment is experiment)
     (source,) = half.glob("records/ART-*")
-    record = dataclasses.replace(read(source), configuration=more.configuration)
-    runner.run(whole, half, lambda todo: ((unit, record.result) for [unit] in todo))
+    record = dataclasses.replace(read_record(source), configuration=more.configuration)
+    runner.run_study(whole, half, lambda todo: ((unit, record.result) for [unit] in todo))
     assert sorted(r.model for r in Folder(half).all()[0]) == [
         "ART-rF-tphif-w8",
         "V-sector-w8",
@@ -191,7 +191,7 @@ def test_two_experiments_of_one_name_are_refused(half, no_work):
         plan("smoke", "V-*", [other])
     alone = plan("smoke", "", [other])
     with pytest.raises(TegotaeError, match=r"holds a study with another .*controller"):
-        runner.run(alone, half)
+        runner.run_study(alone, half)
 
 
 def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
@@ -336,7 +336,7 @@ def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, 
     def page(records, about, *_) -> str:
         return f"{' '.join(sorted(record.model for record in records))}: {about}"
 
-    monkeypatch.setattr("reproduction.report.page.report", page)
+    monkeypatch.setattr("reproduction.report.page.report_page", page)
     assert main(["reproduction", "report", "--dir", str(damaged)]) == 0
     first, last = capsys.readouterr().out.splitlines()
     assert "is damaged" in first
@@ -354,21 +354,21 @@ def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, 
     [
         ({}, "The study's own reading"),
         ({"mass_kg": 0.2}, "A reading of its own"),
-        (CALIBRATED.given, "A calibrated reading (damped in flight, though III-B of the paper"),
+        (CALIBRATED.overrides, "A calibrated reading (damped in flight, though III-B of the paper"),
     ],
 )
 def test_a_report_names_the_reading_that_it_is_of(changed, name):
     document = plan("smoke").document
     for experiment in document["experiments"].values():
         experiment["system"]["body"] |= changed
-    assert f". {name}" in about(document, 3)
+    assert f". {name}" in study_summary(document, 3)
 
 
 def test_what_experiments_do_not_share_is_not_said_of_all():
     document = plan("smoke").document
     first, *_ = document["experiments"].values()
     first["system"]["body"]["mass_kg"] = 0.2
-    said = about(document, 3)
+    said = study_summary(document, 3)
     assert "A reading of its own: a leg of 1 m, " in said
     assert " kg" not in said
 
@@ -411,7 +411,7 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
     assert main(["reproduction", "status", "--dir", str(half)]) == 0
     assert f"{wrong.name} is damaged: it holds another configuration" in capsys.readouterr().out
     known = {record.model: record for record in Folder(smoke_study).all()[0]}
-    runner.run(plan("smoke"), half, lambda todo: ((u, known["T-Fv"].result) for [u] in todo))
+    runner.run_study(plan("smoke"), half, lambda todo: ((u, known["T-Fv"].result) for [u] in todo))
     assert "is set aside" in capsys.readouterr().out
     study_runs.assert_same(half, smoke_study)
 
@@ -430,10 +430,10 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
     ],
 )
 def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, change, capsys):
-    record = read(next(half.glob("records/V-*")))
+    record = read_record(next(half.glob("records/V-*")))
     experiment = {**record.configuration["experiment"], **change.get("experiment", {})}
     record.configuration.update({**change, "experiment": experiment})
-    name = f"{key_of(record.configuration)}{SUFFIX}"
+    name = f"{record_key(record.configuration)}{SUFFIX}"
     record.result.write(half / "records" / name)
     found, said = Folder(half).all()
     assert sorted(r.model for r in found) == ["ART-rF-tphif-w8", "V-sector-w8"]
@@ -513,7 +513,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
     with monkeypatch.context() as disk:
         disk.setattr("tegotae._support.files.os.fsync", fsync)
         with pytest.raises(TegotaeError) as raised:
-            runner.run(plan("smoke"), tmp_path / "study", results)
+            runner.run_study(plan("smoke"), tmp_path / "study", results)
         assert ended == [True]
     said = str(raised.value)
     assert said.startswith("cannot write ")
@@ -522,7 +522,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
         "the same command continues from there"
     )
     assert len(list((tmp_path / "study" / "records").iterdir())) == 1
-    runner.run(plan("smoke"), tmp_path / "study", results)
+    runner.run_study(plan("smoke"), tmp_path / "study", results)
     study_runs.assert_same(tmp_path / "study", smoke_study)
 
 
@@ -591,7 +591,7 @@ def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed
     other = dataclasses.replace(whole, experiments=experiments)
     before = contents(half)
     with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):
-        runner.run(other, half)
+        runner.run_study(other, half)
     assert contents(half) == before
     ours = {unit.key for unit in plan("smoke").units}
     assert ours.isdisjoint(unit.key for unit in other.units)
@@ -608,7 +608,7 @@ def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):
 
 def test_records_of_different_versions_are_told_of(half, tmp_path, capsys):
     path = study_runs.records(half)[0]
-    record = read(path)
+    record = read_record(path)
     dataclasses.replace(record, software={**record.software, "jax": "0.0.1"}).result.write(path)
     export(half, tmp_path / "table.csv")
     assert (
@@ -625,7 +625,7 @@ def test_a_study_is_of_one_engine(half, tmp_path, one_line_error, monkeypatch):
 
 def test_studies_of_different_engines_are_not_merged(half, smoke_study, one_line_error):
     path = study_runs.records(half)[0]
-    record = read(path)
+    record = read_record(path)
     dataclasses.replace(record, software={**record.software, "engine": "xla"}).result.write(path)
     said = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
     assert "are of different engines, native and xla; they cannot be merged" in said
@@ -633,7 +633,7 @@ def test_studies_of_different_engines_are_not_merged(half, smoke_study, one_line
 
 def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_study, capsys):
     path = study_runs.records(half)[0]
-    record = read(path)
+    record = read_record(path)
     software = {**record.software, "numpy": "1.0"}
     other = dataclasses.replace(record, software=software, weights=record.weights + 1e-6)
     other.result.write(path)

@@ -63,7 +63,10 @@ def test_a_worker_killed_during_the_run_changes_nothing(smoke_study, tmp_path):
             os.kill(nanny.pid, signal.SIGKILL)
 
         thread = when_at_work(two, kill)
-        assert runner.run(plan("smoke"), tmp_path / "study", on_cluster(two.scheduler_address)) == 3
+        assert (
+            runner.run_study(plan("smoke"), tmp_path / "study", on_cluster(two.scheduler_address))
+            == 3
+        )
         thread.join()
     assert len(pids) == 2
     assert len(killed) == 1
@@ -167,7 +170,7 @@ def test_a_scheduler_that_goes_away_costs_the_work_in_flight(smoke_study, tmp_pa
         thread = threading.Thread(target=kill_at_work)
         thread.start()
         with pytest.raises(TegotaeError) as raised:
-            runner.run(plan("smoke"), folder, results)
+            runner.run_study(plan("smoke"), folder, results)
         thread.join()
     assert str(raised.value) == (
         f"the Dask scheduler at {address} went away; {folder} keeps 2 of 3 models, "
@@ -260,7 +263,7 @@ def test_workers_that_never_come_are_waited_for_as_long_as_was_said(tmp_path, mo
         address = empty.scheduler_address
         results = on_cluster(address, patience_s=0.2)
         with pytest.raises(TegotaeError) as raised:
-            runner.run(plan("smoke"), tmp_path / "study", results)
+            runner.run_study(plan("smoke"), tmp_path / "study", results)
     assert str(raised.value).startswith(
         f"the Dask scheduler at {address} has had no workers for 0.2 s; {tmp_path / 'study'} keeps "
         "0 of 3 models"

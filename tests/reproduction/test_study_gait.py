@@ -11,7 +11,7 @@ import pytest
 from records import made_up
 from reproduction import best_gait
 from reproduction.plan import plan
-from reproduction.record import Record, read
+from reproduction.record import Record, read_record
 from reproduction.report.models import pages_of_models
 from reproduction.table import tabulate
 from tegotae import TegotaeError
@@ -46,7 +46,7 @@ def record_of(evaluation: Evaluation, *fitness: float) -> Record:
         best_fitness=best,
         omega=evaluation.omega,
         episodes=whole.episodes | found,
-        gait=best_gait.kept(evaluation, best, 8.0),
+        gait=best_gait.gait_channels(evaluation, best, 8.0),
     )
 
 
@@ -57,7 +57,7 @@ def test_it_is_that_of_the_best_run_at_the_training_frequency(evaluation):
 
 
 def test_the_cycles_laid_over_each_other_show_one_finely(evaluation):
-    orbit = best_gait.orbit_of(record_of(evaluation, 0.1, 0.2))
+    orbit = best_gait.recorded_orbit(record_of(evaluation, 0.1, 0.2))
     assert orbit is not None
     assert orbit.hops == 1
     assert orbit.period_s == pytest.approx(2 * np.pi / evaluation.episodes["hop_rate"][1, 1], 1e-2)
@@ -71,17 +71,17 @@ def test_the_cycles_laid_over_each_other_show_one_finely(evaluation):
 
 
 def test_a_gait_that_wanders_has_none(evaluation):
-    assert best_gait.orbit_of(record_of(evaluation, 0.2, 0.1)) is None
+    assert best_gait.recorded_orbit(record_of(evaluation, 0.2, 0.1)) is None
 
 
 def test_without_an_episode_at_the_training_frequency_none_is_kept(evaluation):
-    assert best_gait.kept(evaluation, np.array([0.1, 0.2]), 6.0) == {}
+    assert best_gait.gait_channels(evaluation, np.array([0.1, 0.2]), 6.0) == {}
 
 
 def test_it_is_in_the_file(evaluation, tmp_path):
     record = record_of(evaluation, 0.1, 0.2)
     record.result.write(tmp_path / "a.npz")
-    np.testing.assert_equal(read(tmp_path / "a.npz").gait, record.gait)
+    np.testing.assert_equal(read_record(tmp_path / "a.npz").gait, record.gait)
 
 
 class RolledOutError(Exception):
@@ -118,7 +118,7 @@ def unpacked(packed: dict) -> np.ndarray:
 
 def test_of_a_record_without_a_gait_it_is_rolled_out(evaluation, tmp_path, no_rollouts):
     dataclasses.replace(record_of(evaluation, 0.1, 0.2), gait={}).result.write(tmp_path / "a.npz")
-    record = read(tmp_path / "a.npz")
+    record = read_record(tmp_path / "a.npz")
     assert record.gait == {}
     with pytest.raises(RolledOutError):
         pages_of_models([record], tabulate([record]), ())

@@ -94,7 +94,7 @@ def test_a_users_metric_is_in_the_report_and_in_the_figure(study, monkeypatch):
     drawn = []
 
     def figure(table):
-        drawn.extend(metric.name for metric in table.shown("figure"))
+        drawn.extend(metric.name for metric in table.metrics_shown("figure"))
         raise TegotaeError("enough")
 
     page = study / "report.html"
@@ -184,7 +184,7 @@ def test_several_files_of_parts_are_given_one_by_one_or_as_a_list(words):
 def test_several_models_are_given_one_by_one_or_as_a_list(words, chosen, monkeypatch, tmp_path):
     planned = []
     monkeypatch.setattr(
-        "reproduction.runner.run", lambda of, *_, **__: planned.append(of) or len(of.units)
+        "reproduction.runner.run_study", lambda of, *_, **__: planned.append(of) or len(of.units)
     )
     assert main(["reproduction", "run", "--dir", str(tmp_path), "--scale", "smoke", *words]) == 0
     assert len(planned[0].units) == chosen

@@ -10,13 +10,13 @@ import pytest
 
 from records import instant, made_up
 from reproduction import runner
-from reproduction.export import merge, read_csv, write_csv
+from reproduction.export import merge, read_study_csv, write_study_csv
 from reproduction.folder import Folder
 from reproduction.plan import plan
 from reproduction.record import (
     DamagedRecordError,
     Record,
-    read,
+    read_record,
 )
 from reproduction.table import tabulate
 from reproduction.unit import work
@@ -40,14 +40,14 @@ def same(a: Record, b: Record) -> bool:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Folder:
-    runner.run(plan("smoke"), tmp_path / "study", instant)
+    runner.run_study(plan("smoke"), tmp_path / "study", instant)
     return Folder(tmp_path / "study")
 
 
 def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
     record = made_up(plan("smoke").units[0])
     record.result.write(tmp_path / "a.npz")
-    assert same(read(tmp_path / "a.npz"), record)
+    assert same(read_record(tmp_path / "a.npz"), record)
 
 
 def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: Path) -> None:
@@ -55,8 +55,8 @@ def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: 
     learned = {name: find(name).controller().n_weights for name in table["model"].tolist()}
     assert table["parameters"].tolist() == [learned[name] for name in table["model"].tolist()]
     assert "parameters" not in table.metrics
-    write_csv(table, tmp_path / "table.csv")
-    again = read_csv(tmp_path / "table.csv")
+    write_study_csv(table, tmp_path / "table.csv")
+    again = read_study_csv(tmp_path / "table.csv")
     assert again["parameters"].tolist() == table["parameters"].tolist()
     assert again["parameters"].dtype.kind == "i"
 
@@ -124,7 +124,7 @@ def test_a_damaged_record_is_found(tmp_path: Path, damage: str) -> None:
         content = bytearray()
     path.write_bytes(bytes(content))
     with pytest.raises(DamagedRecordError, match=r"a\.npz is damaged"):
-        read(path)
+        read_record(path)
 
 
 def test_units_are_named_by_what_defines_their_content() -> None:
@@ -148,15 +148,15 @@ def test_running_again_does_only_what_is_missing(folder: Folder) -> None:
 
     chosen = plan("smoke")
     folder.study([]).place(chosen.units[1]).unlink()
-    runner.run(chosen, folder.path, counting)
+    runner.run_study(chosen, folder.path, counting)
     assert [[unit.key for unit in bundle] for bundle in asked] == [[chosen.units[1].key]]
 
 
 def test_a_damaged_record_is_set_aside_and_done_again(folder: Folder, capsys) -> None:
     unit = plan("smoke").units[0]
     folder.study([]).place(unit).write_bytes(b"half")
-    runner.run(plan("smoke"), folder.path, instant)
-    assert same(read(folder.study([]).place(unit)), made_up(unit))
+    runner.run_study(plan("smoke"), folder.path, instant)
+    assert same(read_record(folder.study([]).place(unit)), made_up(unit))
     assert len(list((folder.path / "damaged").iterdir())) == 1
     assert "is damaged" in capsys.readouterr().out
 
@@ -165,8 +165,8 @@ def test_a_record_of_another_configuration_is_set_aside_and_done_again(folder: F
     own, other = plan("smoke").units[:2]
     place = folder.study([]).place(own)
     place.write_bytes(folder.study([]).place(other).read_bytes())
-    runner.run(plan("smoke"), folder.path, instant)
-    assert same(read(place), made_up(own))
+    runner.run_study(plan("smoke"), folder.path, instant)
+    assert same(read_record(place), made_up(own))
     assert "it holds another configuration" in capsys.readouterr().out
 
 
@@ -177,24 +177,24 @@ def test_a_result_of_another_configuration_is_no_result_of_the_study(tmp_path: P
             yield unit, dataclasses.replace(result, document=document)
 
     with pytest.raises(TegotaeError, match="was computed with another seeds: a file was edited"):
-        runner.run(plan("smoke"), tmp_path / "study", edited)
+        runner.run_study(plan("smoke"), tmp_path / "study", edited)
     assert not list((tmp_path / "study").rglob("*.record.npz"))
 
 
 def test_a_folder_of_another_study_is_refused(folder: Folder) -> None:
     with pytest.raises(TegotaeError, match="holds a study with another"):
-        runner.run(plan("quick", "V-*"), folder.path, instant)
+        runner.run_study(plan("quick", "V-*"), folder.path, instant)
 
 
 def test_a_folder_of_unknown_records_is_refused(folder: Folder) -> None:
     (folder.path / "study.json").unlink()
     with pytest.raises(TegotaeError, match=r"no study\.json"):
-        runner.run(plan("smoke"), folder.path, instant)
+        runner.run_study(plan("smoke"), folder.path, instant)
 
 
 def test_two_runs_in_one_folder_are_refused(folder: Folder) -> None:
     with folder.locked(), pytest.raises(TegotaeError, match="another run is at work"):
-        runner.run(plan("smoke"), folder.path, instant)
+        runner.run_study(plan("smoke"), folder.path, instant)
 
 
 def test_a_pattern_that_matches_nothing_names_the_nearest() -> None:
@@ -219,8 +219,8 @@ def test_every_architecture_is_in_the_quick_scale() -> None:
 
 def test_two_folders_merge_into_one(tmp_path: Path) -> None:
     one, other = Folder(tmp_path / "one"), Folder(tmp_path / "other")
-    runner.run(plan("smoke", "V*"), one.path, instant)
-    runner.run(plan("smoke", "[AT]*"), other.path, instant)
+    runner.run_study(plan("smoke", "V*"), one.path, instant)
+    runner.run_study(plan("smoke", "[AT]*"), other.path, instant)
     assert merge(one, other) == 1
     assert merge(one, other) == 0
     assert len(other.all()[0]) == 3
@@ -230,5 +230,5 @@ def test_the_table_has_a_row_per_model_and_run(folder: Folder, tmp_path: Path) -
     table = tabulate(folder.all()[0])
     assert len(table) == 6
     assert len(table.per_model()) == 3
-    write_csv(table, tmp_path / "table.csv")
+    write_study_csv(table, tmp_path / "table.csv")
     assert len((tmp_path / "table.csv").read_text().splitlines()) == 7

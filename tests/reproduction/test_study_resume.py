@@ -15,7 +15,7 @@ import study_runs
 from reproduction import runner
 from reproduction.folder import Folder
 from reproduction.plan import plan
-from reproduction.record import read
+from reproduction.record import read_record
 from tegotae._support.errors import TegotaeError
 from tegotae.study import DamagedRecordError, WorkersDiedError
 
@@ -96,7 +96,7 @@ def test_what_a_kill_left_half_written_is_no_record_and_is_cleared(smoke_study, 
     half = whole.with_name(f".{whole.name}.0123abcd")
     half.write_bytes(whole.read_bytes()[:100])
     assert len(Folder(folder).all()[0]) == 3
-    runner.run(plan("smoke"), folder, unasked)
+    runner.run_study(plan("smoke"), folder, unasked)
     assert not half.exists()
     study_runs.assert_same(folder, smoke_study)
 
@@ -116,7 +116,7 @@ def test_a_damaged_record_is_redone_with_the_same_numbers(smoke_study, tmp_path)
 @pytest.mark.thorough
 def test_a_flipped_bit_anywhere_is_found_or_changes_nothing(smoke_study, tmp_path):
     (source,) = smoke_study.glob("records/T-*")
-    content, whole = source.read_bytes(), dataclasses.asdict(read(source))
+    content, whole = source.read_bytes(), dataclasses.asdict(read_record(source))
     bits = random.Random(0)
     found = 0
     places = range(0, len(content), 17)
@@ -125,7 +125,7 @@ def test_a_flipped_bit_anywhere_is_found_or_changes_nothing(smoke_study, tmp_pat
         flipped[place] ^= 1 << bits.randrange(8)
         (tmp_path / "flipped").write_bytes(flipped)
         try:
-            np.testing.assert_equal(dataclasses.asdict(read(tmp_path / "flipped")), whole)
+            np.testing.assert_equal(dataclasses.asdict(read_record(tmp_path / "flipped")), whole)
         except DamagedRecordError:
             found += 1
     # The rest are dates and the like in the archive, which carry nothing.
@@ -150,7 +150,7 @@ def test_workers_that_always_die_end_the_study_and_keep_what_is_done(smoke_study
 
     folder = study_runs.copy(smoke_study, tmp_path / "study", "V")
     with pytest.raises(TegotaeError) as raised:
-        runner.run(plan("smoke"), folder, dying)
+        runner.run_study(plan("smoke"), folder, dying)
     assert str(raised.value) == (
         "workers died 5 times without a result; is there enough memory?; "
         f"{folder} keeps 1 of 3 models, the same command continues from there"
@@ -167,5 +167,5 @@ def test_workers_may_die_often_as_long_as_the_study_gets_on(smoke_study, tmp_pat
                 yield unit, known[unit.name].result
             raise WorkersDiedError
 
-    assert runner.run(plan("smoke"), tmp_path / "study", dying_after_one) == 3
+    assert runner.run_study(plan("smoke"), tmp_path / "study", dying_after_one) == 3
     study_runs.assert_same(tmp_path / "study", smoke_study)

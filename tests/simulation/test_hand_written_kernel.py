@@ -15,7 +15,9 @@ compiler = kernel.compiler()
 def test_the_kernel_climbs_and_works_as_the_engine_does():
     weights = engine.weights(64)
     own = Engine(
-        controller=engine.controller(), timing=Timing(duration_s=2.0), summary=engine.totals
+        controller=engine.benchmark_controller(),
+        timing=Timing(duration_s=2.0),
+        summary=engine.totals,
     )
     with kernel.CompiledKernel(compiler) as by_hand:
         totals, *_ = by_hand.run(weights, 2000)

@@ -20,7 +20,7 @@ from reproduction.folder import Folder
 from reproduction.plan import plan
 from reproduction.readings.folder import MultiverseFolder
 from reproduction.readings.plan import multiverse
-from reproduction.record import DamagedRecordError, read
+from reproduction.record import DamagedRecordError, read_record
 from tegotae import TegotaeError
 from tegotae._support import documents
 from tegotae._support.documents import (
@@ -296,7 +296,7 @@ def configuration(**changes: Any) -> dict[str, Any]:
 )
 def test_a_record_with_a_right_checksum_is_held_against_its_schema(tmp_path, changes, said):
     with pytest.raises(DamagedRecordError) as raised:
-        read(written(tmp_path, **changes))
+        read_record(written(tmp_path, **changes))
     assert said in str(raised.value)
 
 
@@ -306,7 +306,7 @@ def test_a_record_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monke
     monkeypatch.setattr("tegotae.study.MOST_BYTES", 2**24)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
     with pytest.raises(DamagedRecordError, match=r"it unpacks to 61\.1 MiB, more"):
-        read(path)
+        read_record(path)
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x05\x06", b"hello", struct.pack("<8I", *range(8))])
@@ -320,7 +320,7 @@ def test_a_record_without_permission_is_not_called_damaged(tmp_path):
     path = written(tmp_path)
     path.chmod(0)
     with pytest.raises(TegotaeError, match=r"^cannot read .*: Permission denied$") as raised:
-        read(path)
+        read_record(path)
     assert not isinstance(raised.value, DamagedRecordError)
 
 

@@ -242,7 +242,7 @@ def test_a_file_that_is_edited_while_a_study_runs_ends_it(users, tmp_path):
         yield unit, CellResult(found, {}, {})
 
     with pytest.raises(TegotaeError, match=f"another code of {users.body}: a file was edited"):
-        runner.run(whole, tmp_path / "study", results)
+        runner.run_study(whole, tmp_path / "study", results)
 
 
 def test_the_code_of_an_algorithm_counts_as_well(users, tmp_path):

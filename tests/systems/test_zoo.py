@@ -17,7 +17,7 @@ from pages import blocks
 from places import ROOT
 from programs import main
 from reproduction.folder import Folder
-from reproduction.zoo import ZooEntry, core, write
+from reproduction.zoo import ZooEntry, core, write_archive
 from tegotae import TegotaeError, load
 from tegotae._support.files import read_arrays
 from tegotae.measures.evaluation import evaluate
@@ -240,7 +240,7 @@ def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
         ended=np.array(["plateau", "cap"]),
         metrics={"cost_of_transport": np.array([0.2, np.nan])},
     )
-    write(tmp_path / "legs.npz", "legs", [entry])
+    write_archive(tmp_path / "legs.npz", "legs", [entry])
     name = f"zoo:{tmp_path / 'legs.npz'}:{experiment.name}"
     found = resolve(name)
     assert found.legs().system.body == experiment.system.body
@@ -324,7 +324,7 @@ def test_a_wheel_has_some_of_the_trained_controllers(tmp_path):
         assert place.stat().st_size < 2e6
         words = ["git", "check-ignore", "--quiet", str(place)]
         assert subprocess.run(words, cwd=ROOT).returncode != 0
-    write(tmp_path / "core.npz", "paper", core(open_zoo(FOLDER / "paper.npz")))
+    write_archive(tmp_path / "core.npz", "paper", core(open_zoo(FOLDER / "paper.npz")))
     assert entries(tmp_path / "core.npz") == entries(FOLDER / "core.npz")
 
 
