@@ -67,7 +67,7 @@ def rows_of(seed: int, folder: Path) -> list[dict[str, object]]:
     """A row a number of one leg: the truth, the fit and its interval."""
     file = folder / "log.csv"
     truth, broken = recorded(seed, file)
-    fit = identify(log_of(recording(read_columns(file), kept=QUANTITIES)))
+    fit = identify(log_of(recording(read_columns(file), quantities=QUANTITIES)))
     ahead = fit.prediction.iloc[-1]
     return [
         {

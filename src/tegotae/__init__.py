@@ -69,15 +69,15 @@ __all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll] - it r
 def __getattr__(name: str) -> Any:
     """A public name, a module or the version, when it is first used (PEP 562)."""
     if name in _HOME_OF:
-        found = getattr(import_module(_HOME_OF[name]), name)
+        value = getattr(import_module(_HOME_OF[name]), name)
     elif name == "__version__":
-        found = _version()
+        value = _version()
     elif not name.startswith("_") and find_spec(f"{__name__}.{name}") is not None:
         return import_module(f"{__name__}.{name}")
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = found
-    return found
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -44,10 +44,10 @@ def _occupy(number: int) -> None:
     try:
         os.fstat(number)
     except OSError:
-        nothing = os.open(os.devnull, os.O_RDWR)
-        if nothing != number:
-            os.dup2(nothing, number)
-            os.close(nothing)
+        descriptor = os.open(os.devnull, os.O_RDWR)
+        if descriptor != number:
+            os.dup2(descriptor, number)
+            os.close(descriptor)
 
 
 def _end(signum: int, frame: FrameType | None) -> None:

@@ -116,8 +116,8 @@ class CellResult:
                 raise ValueError("it does not name its engine")
             return cls(header["configuration"], header["software"], arrays)
         except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
-            why = (str(error).splitlines() or [type(error).__name__])[0]
-            raise DamagedRecordError(f"{path.name} is damaged: {why}") from None
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
+            raise DamagedRecordError(f"{path.name} is damaged: {reason}") from None
 
 
 Pool = Callable[[Sequence[Sequence[Any]]], Generator[tuple[Any, CellResult], None, None]]
@@ -162,14 +162,14 @@ class Study:
     suffix: str = ".record.npz"
     remedy: str = "choose another folder, or start again with --anew"
 
-    def run(self, pool: Pool | None = None, most: int | None = None) -> None:
+    def run(self, pool: Pool | None = None, limit: int | None = None) -> None:
         """Measure what the folder lacks.
 
         A worker that dies takes the work in flight with it, which is done again.
 
         Args:
             pool: where to measure; on all cores of this machine by default.
-            most: cells that are measured together at most.
+            limit: cells that are measured together at most.
 
         Raises:
             TegotaeError: if the folder cannot be written, a cell cannot be measured, or workers die
@@ -184,7 +184,7 @@ class Study:
         try:
             with reporting(self.title, total) as reporter:
                 reporter.update(total - len(missing), "done before")
-                with closing(_persistently(missing, pool or on_cores, most)) as measured:
+                with closing(_persistently(missing, pool or on_cores, limit)) as measured:
                     for cell, result in measured:
                         _require_same(cell, result)
                         result.write(self.place(cell))
@@ -199,7 +199,7 @@ class Study:
 
     def results(self) -> list[CellResult]:
         """The results that are there, in the order of the cells."""
-        return [found for cell in self.cells if (found := self.result(cell)) is not None]
+        return [result for cell in self.cells if (result := self.result(cell)) is not None]
 
     def place(self, cell: Cell) -> Path:
         """Where a cell's file is or will be."""
@@ -215,16 +215,18 @@ class Study:
         if not path.exists():
             return None
         try:
-            found = CellResult.read(path)
-            if found.document != json.loads(json.dumps(cell.document)):
+            result = CellResult.read(path)
+            if result.document != json.loads(json.dumps(cell.document)):
                 raise DamagedRecordError(f"{path.name} is damaged: it holds another configuration")
         except DamagedRecordError as error:
             aside = output_folder(self.folder.parent / "damaged")
             os.replace(path, aside / path.name)
             print(f"{error}; it is set aside in {aside} and done again")
             return None
-        require_engine(found.software["engine"], f"{self.folder.parent} holds a study", self.remedy)
-        return found
+        require_engine(
+            result.software["engine"], f"{self.folder.parent} holds a study", self.remedy
+        )
+        return result
 
 
 def measured_in_turn(
@@ -239,8 +241,8 @@ def measured_in_turn(
         title: what progress calls it.
         suffix: how a file's name ends.
     """
-    with TemporaryDirectory() as own:
-        place = Path(own if folder is None else folder) / "records"
+    with TemporaryDirectory() as temporary:
+        place = Path(temporary if folder is None else folder) / "records"
         study = Study(place, cells, title, "parts", suffix, "choose another folder")
         study.run(lambda work: ((cell, _measured(cell)) for bundle in work for cell in bundle))
         return study.results()
@@ -252,15 +254,15 @@ def key_of(name: str, document: Document) -> str:
     return f"{Path(name).name}-{digest[:12]}"
 
 
-def bundles(cells: Iterable[Cell], most: int | None = None) -> list[list[Cell]]:
+def bundles(cells: Iterable[Cell], limit: int | None = None) -> list[list[Cell]]:
     """Cells in groups that share a compiled program, of so many at most."""
     groups: dict[Hashable, list[Cell]] = {}
     for cell in cells:
         groups.setdefault(cell.program, []).append(cell)
     return [
-        group[i : i + (most or len(group))]
+        group[i : i + (limit or len(group))]
         for group in groups.values()
-        for i in range(0, len(group), most or len(group))
+        for i in range(0, len(group), limit or len(group))
     ]
 
 
@@ -308,7 +310,7 @@ def on_cores(
 
 
 def _persistently(
-    missing: list[Cell], pool: Pool, most: int | None
+    missing: list[Cell], pool: Pool, limit: int | None
 ) -> Generator[tuple[Cell, CellResult], None, None]:
     """The results of what is missing, asked for again when workers die.
 
@@ -317,7 +319,7 @@ def _persistently(
     deaths = 0
     while missing:
         try:
-            with closing(pool(bundles(missing, most))) as measured:
+            with closing(pool(bundles(missing, limit))) as measured:
                 for cell, result in measured:
                     yield cell, result
                     deaths = 0

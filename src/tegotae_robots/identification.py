@@ -101,10 +101,10 @@ def log_of(samples: pd.DataFrame) -> Log:
     steps = np.diff(values["time_s"])
     step = float(np.median(steps))
     if not step > 0.0 or np.abs(steps / step - 1.0).max() > _OUT_OF_STEP:
-        at = int(np.argmax(np.abs(steps - step)))
+        sample = int(np.argmax(np.abs(steps - step)))
         raise TegotaeError(
-            f"the time steps are uneven: {steps[at]:.4g} s at sample {at}, and {step:.4g} s in the "
-            "median; record at a fixed rate, or set --resample HZ"
+            f"the time steps are uneven: {steps[sample]:.4g} s at sample {sample}, and {step:.4g} "
+            "s in the median; record at a fixed rate, or set --resample HZ"
         )
     share = values["command_share"]
     if share.min() < -1e-6 or share.max() > 1.0 + 1e-6:
@@ -140,15 +140,15 @@ def hops_of(log: Log) -> tuple[np.ndarray, np.ndarray]:
         )
     in_flight: Any = np.logical_not(stance)
     runs, count = cast("tuple[np.ndarray, int]", label(in_flight))
-    at = np.arange(len(runs))
-    inner = [at[runs == n] for n in range(2, count)]  # the first and the last may be cut
-    middles = np.array([(run[0] + run[-1]) // 2 for run in inner], int)
+    samples = np.arange(len(runs))
+    flights = [samples[runs == n] for n in range(2, count)]  # the first and the last may be cut
+    middles = np.array([(run[0] + run[-1]) // 2 for run in flights], int)
     if len(middles) <= LEAST_HOPS:
         raise TegotaeError(
             f"the recording is too short: it holds {max(len(middles) - 1, 0)} whole hops, and the "
             f"fit needs {LEAST_HOPS}"
         )
-    return middles, np.array([max(len(run) // 2 - 4, 2) for run in inner], int)
+    return middles, np.array([max(len(run) // 2 - 4, 2) for run in flights], int)
 
 
 def check_flight(log: Log, middles: np.ndarray, sides: np.ndarray) -> None:
@@ -213,13 +213,13 @@ def start_of(
             f"{m:.3g} kg, a stiffness of {-slope:.3g} N/m and a force of {alpha:.3g} N"
         )
     energy = m * np.diff(0.5 * v**2 + gravity_m_per_s2 * y)
-    lost = per_hop(np.where(load > 0.1 * np.quantile(load, 0.98), velocity**2, 0.0))
+    dissipated = per_hop(np.where(load > 0.1 * np.quantile(load, 0.98), velocity**2, 0.0))
     tried = []
     for ticks in range(1 + round(_LONGEST_START_S / log.step_s)):
         late = np.concatenate([np.zeros(ticks), log.share])[: len(load)]
-        left = alpha * per_hop(late * velocity) - energy
-        c = max(float(left @ lost / (lost @ lost)), 0.0)
-        tried.append((float(np.square(left - c * lost).sum()), c, ticks * log.step_s))
+        excess = alpha * per_hop(late * velocity) - energy
+        c = max(float(excess @ dissipated / (dissipated @ dissipated)), 0.0)
+        tried.append((float(np.square(excess - c * dissipated).sum()), c, ticks * log.step_s))
     _, c, delay = min(tried)
     return np.array([m, -slope, c, -offset / slope, alpha, delay])
 
@@ -247,7 +247,7 @@ def _predicted(
 ) -> tuple[jax.Array, jax.Array]:
     """Height and load of segments, [2, ticks, segments], and their derivatives by each row of p."""
 
-    def of(p: jax.Array) -> jax.Array:
+    def predict(p: jax.Array) -> jax.Array:
         body: Hopper = Hopper()
         for name, x in zip([*FITTED][:-1], p, strict=False):
             body = changed(body, name, lambda _, x=x: x)
@@ -270,9 +270,9 @@ def _predicted(
         return jnp.stack([y, load])
 
     basis = jnp.broadcast_to(jnp.eye(len(p), dtype=p.dtype)[:, :, None], (len(p), *p.shape))
-    value, derivatives = jax.vmap(lambda along: jax.jvp(of, (p,), (along,)), out_axes=(None, 0))(
-        basis
-    )
+    value, derivatives = jax.vmap(
+        lambda along: jax.jvp(predict, (p,), (along,)), out_axes=(None, 0)
+    )(basis)
     return value, derivatives
 
 
@@ -282,10 +282,10 @@ class _Segments:
     def __init__(self, log: Log, first: np.ndarray, last: np.ndarray, gravity: float) -> None:
         self.log, self.first, self.gravity = log, first, gravity
         self.ticks = int((last - first).max())
-        at = first[:, None] + np.arange(self.ticks)
-        self.within = at < last[:, None]
-        at = np.minimum(at, len(log.height_m) - 1)
-        self.measured = np.stack([log.height_m[at], log.load_n[at]], axis=1)
+        samples = first[:, None] + np.arange(self.ticks)
+        self.within = samples < last[:, None]
+        samples = np.minimum(samples, len(log.height_m) - 1)
+        self.measured = np.stack([log.height_m[samples], log.load_n[samples]], axis=1)
         self.pushed = np.concatenate([[0.0], np.cumsum(log.share) * log.step_s])
 
     def residuals(
@@ -303,10 +303,10 @@ class _Segments:
                 parts=parts,
             )
         mask = (self.within if within is None else within)[:, None, :] / sigma[:, None]
-        wanted = (self.measured - np.asarray(value).transpose(2, 0, 1)) * mask
+        errors = (self.measured - np.asarray(value).transpose(2, 0, 1)) * mask
         slopes = np.asarray(slopes).transpose(3, 1, 2, 0) * mask[..., None]
         n = len(self.first)
-        return wanted.reshape(n, -1), slopes.reshape(n, -1, len(p))
+        return errors.reshape(n, -1), slopes.reshape(n, -1, len(p))
 
 
 def _solved(
@@ -325,27 +325,27 @@ def _solved(
         that the states cannot make up for, [segments, residuals, shared].
     """
     damping = 1e-3
-    wanted, slopes = segments.residuals(p, sigma, parts, within)
+    errors, slopes = segments.residuals(p, sigma, parts, within)
     for _ in range(60):
         q, r = np.linalg.qr(slopes[..., _N:])
         along = np.swapaxes(q, 1, 2)
-        rest = wanted - (q @ (along @ wanted[..., None]))[..., 0]
+        projected = errors - (q @ (along @ errors[..., None]))[..., 0]
         shared = slopes[..., :_N] - q @ (along @ slopes[..., :_N])
         step = np.zeros(_N)
         if not states_only:
             matrix = shared.reshape(-1, _N)
             normal = matrix.T @ matrix
             normal += damping * np.diag(np.diag(normal))
-            step = np.linalg.solve(normal, matrix.T @ rest.ravel())
-        left = along @ (wanted - slopes[..., :_N] @ step)[..., None]
-        states = np.linalg.solve(r, left)[..., 0].T
+            step = np.linalg.solve(normal, matrix.T @ projected.ravel())
+        remainder = along @ (errors - slopes[..., :_N] @ step)[..., None]
+        states = np.linalg.solve(r, remainder)[..., 0].T
         new = p + np.concatenate([np.repeat(step[:, None], p.shape[1], axis=1), states])
         new[[0, 1, 3, 4]] = np.maximum(new[[0, 1, 3, 4]], 0.2 * p[[0, 1, 3, 4]])
-        new_wanted, new_slopes = segments.residuals(new, sigma, parts, within)
-        before, after = np.square(wanted).sum(), np.square(new_wanted).sum()
-        if np.isfinite(new_slopes).all() and after <= before:
-            p, wanted, slopes, damping = new, new_wanted, new_slopes, damping * 0.2
-            if before - after < 1e-8 * before:
+        new_errors, new_slopes = segments.residuals(new, sigma, parts, within)
+        cost, new_cost = np.square(errors).sum(), np.square(new_errors).sum()
+        if np.isfinite(new_slopes).all() and new_cost <= cost:
+            p, errors, slopes, damping = new, new_errors, new_slopes, damping * 0.2
+            if cost - new_cost < 1e-8 * cost:
                 break
         else:
             damping = max(damping * 10.0, 1e-6)
@@ -353,7 +353,7 @@ def _solved(
                 break
     q, _ = np.linalg.qr(slopes[..., _N:])
     shared = slopes[..., :_N] - q @ (np.swapaxes(q, 1, 2) @ slopes[..., :_N])
-    return p, wanted, shared
+    return p, errors, shared
 
 
 def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Identified:
@@ -389,12 +389,12 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
         [max(np.median(np.abs(np.diff(x))) / 0.954, _FLOOR * x.std()) for x in signals]
     )
     for _ in range(2):
-        p, wanted, _ = _solved(segments, p, sigma, parts)
-        squares = np.square(wanted.reshape(fitted, 2, -1)).sum(axis=(0, 2))
+        p, errors, _ = _solved(segments, p, sigma, parts)
+        squares = np.square(errors.reshape(fitted, 2, -1)).sum(axis=(0, 2))
         sigma = sigma * np.sqrt(squares / (segments.within.sum() - fitted))
-    p, wanted, shared = _solved(segments, p, sigma, parts)
+    p, errors, shared = _solved(segments, p, sigma, parts)
     inverse = np.linalg.inv(np.einsum("hri,hrj->ij", shared, shared))
-    scores = np.einsum("hri,hr->hi", shared, wanted)
+    scores = np.einsum("hri,hr->hi", shared, errors)
     spread = inverse @ (scores.T @ scores) @ inverse * fitted / (fitted - _N)
     half = student.ppf(0.975, fitted - _N) * np.sqrt(np.diag(spread))
     value = p[:_N, 0]
@@ -458,17 +458,17 @@ def _checked(
 ) -> pd.DataFrame:
     """Errors of the prediction over the noise, by hops ahead of the one that gives the state."""
     ahead: Sequence[int] = [n for n in AHEAD if n + 1 < len(middles)]
-    most = ahead[-1] + 1
-    first = middles[:-most]
-    segments = _Segments(log, first, middles[most:], gravity)
-    ends = np.stack([middles[n : n + len(first)] for n in range(1, most + 1)])
-    at = first[:, None] + np.arange(segments.ticks)
+    length = ahead[-1] + 1
+    first = middles[:-length]
+    segments = _Segments(log, first, middles[length:], gravity)
+    ends = np.stack([middles[n : n + len(first)] for n in range(1, length + 1)])
+    samples = first[:, None] + np.arange(segments.ticks)
     p = np.concatenate([np.repeat(value[:, None], len(first), axis=1), begun[:, : len(first)]])
-    p, _, _ = _solved(segments, p, sigma, parts, at < ends[0][:, None], states_only=True)
+    p, _, _ = _solved(segments, p, sigma, parts, samples < ends[0][:, None], states_only=True)
     rows = []
     for n in ahead:
-        within = (at >= ends[n - 1][:, None]) & (at < ends[n][:, None])
-        wanted, _ = segments.residuals(p, sigma, parts, within)
-        squares = np.square(wanted.reshape(len(first), 2, -1)).sum(axis=(0, 2)) / within.sum()
+        within = (samples >= ends[n - 1][:, None]) & (samples < ends[n][:, None])
+        errors, _ = segments.residuals(p, sigma, parts, within)
+        squares = np.square(errors.reshape(len(first), 2, -1)).sum(axis=(0, 2)) / within.sum()
         rows.append((n, *np.sqrt(squares).tolist()))
     return pd.DataFrame(rows, columns=["hops ahead", "height error / noise", "load error / noise"])

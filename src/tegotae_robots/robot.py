@@ -73,16 +73,16 @@ class RobotController:
     max_force_n: float | None = None
 
     def __post_init__(self) -> None:
-        known = self.body.max_force_n
+        limit_n = self.body.max_force_n
         if self.max_force_n is None:
-            if known is None and self.commands == FORCE:
+            if limit_n is None and self.commands == FORCE:
                 raise TegotaeError(
                     "the controller's file does not say the largest force; give max_force_n, such "
                     "as that of the wiring that it was trained with"
                 )
             return
         require_finite("max_force_n", self.max_force_n, above=0.0, most=MOST_N)
-        if known is not None:
+        if limit_n is not None:
             raise TegotaeError(
                 f"max_force_n is {self.max_force_n:g}, and the controller's file has its largest "
                 "force already; leave it out"
@@ -188,22 +188,22 @@ class RobotController:
             sensed: what the limbs feel, by signal, [(limbs,) lanes] each.
             ahead_s: time that a force is to be the mean of [s]; by default it is that of now.
         """
-        own, scales = self.controller, scales or self.signal_scales
-        rows = own.spread(tuple(self.weights[:, None]))
-        felt = {name: to_units(own, x) for name, x in sensed.items()}
-        signals = with_oscillator(own, Signals(felt, scales), oscillator)
-        most = 1.0 if self.alpha_n is None else self.alpha_n  # which places of feet do without
-        most = largest_force(self.body) if isinstance(self.body, Body) else most
+        controller, scales = self.controller, scales or self.signal_scales
+        rows = controller.spread(tuple(self.weights[:, None]))
+        felt = {name: to_units(controller, x) for name, x in sensed.items()}
+        signals = with_oscillator(controller, Signals(felt, scales), oscillator)
+        limit = 1.0 if self.alpha_n is None else self.alpha_n  # which places of feet do without
+        limit = largest_force(self.body) if isinstance(self.body, Body) else limit
         drive = decide(
-            own, rows, omega, signals, oscillator, most, rate_scale=scales.get("feedback")
+            controller, rows, omega, signals, oscillator, limit, rate_scale=scales.get("feedback")
         )
-        phase = phase_of(own, oscillator, drive.feedback)
+        phase = phase_of(controller, oscillator, drive.feedback)
         ends = phase
         if ahead_s is not None:
-            ends = phase_of(own, held(oscillator, drive.rate, ahead_s), drive.feedback)
-        driving = own.actuation, own.of_part("actuation", rows)
-        pushed = push(*driving, most, drive.command, phase, ends, omega)
-        command = to_limbs(own, pushed).mean_n
+            ends = phase_of(controller, held(oscillator, drive.rate, ahead_s), drive.feedback)
+        driving = controller.actuation, controller.of_part("actuation", rows)
+        pushed = push(*driving, limit, drive.command, phase, ends, omega)
+        command = to_limbs(controller, pushed).mean_n
         shape = jnp.shape(omega)
         return Decision(
             jnp.reshape(command, (len(self.commands), self.limbs, -1)),
@@ -252,20 +252,20 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
         omega = jnp.broadcast_to(inputs["omega"], shape)
         oscillator = jax.tree.unflatten(structure, state["oscillator"])
         oscillator = settled(controller, held(oscillator, state["rate"], inputs["elapsed_s"]))
-        now = robot.decide(omega, oscillator, inputs["signals"])
+        decision = robot.decide(omega, oscillator, inputs["signals"])
         outputs = {
-            "command": now.command,
-            "phase_rad": now.phase,
-            "feedback_rad_per_s": now.feedback,
+            "command": decision.command,
+            "phase_rad": decision.phase,
+            "feedback_rad_per_s": decision.feedback,
         }
-        after = {
+        results = {
             "oscillator": jax.tree.leaves(oscillator),
             "outputs": outputs,
-            "rate": jax.tree.leaves(now.rate),
+            "rate": jax.tree.leaves(decision.rate),
         }
-        finite = jnp.stack([jnp.isfinite(x).all() for x in jax.tree.leaves(after)]).all()
-        after = jax.tree.map(lambda new, old: jnp.where(finite, new, old), after, state)
-        return after, {**after["outputs"], "finite": finite}
+        finite = jnp.stack([jnp.isfinite(x).all() for x in jax.tree.leaves(results)]).all()
+        results = jax.tree.map(lambda new, old: jnp.where(finite, new, old), results, state)
+        return results, {**results["outputs"], "finite": finite}
 
     of_limbs = np.zeros((robot.limbs, 1), np.float32)
     state = {
@@ -304,13 +304,13 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
 
 def _started(robot: RobotController) -> StateTree:
     """The oscillators at the release, at its phases."""
-    own, system = robot.controller, robot.saved.system
-    if own.oscillator is None:
+    controller, system = robot.controller, robot.saved.system
+    if controller.oscillator is None:
         return ()
     release = system.release.scenario(system.omega)
     phases = np.broadcast_to(
         np.asarray(release.phase_rad, np.float32).reshape(-1, 1), (robot.limbs, 1)
     )
-    start = jnp.asarray(phases.reshape((*own.limb_shape, 1)))
+    start = jnp.asarray(phases.reshape((*controller.limb_shape, 1)))
     state = {name: jnp.full_like(start, x) for name, x in dict(release.oscillator_state).items()}
-    return own.oscillator.start(start, **state)
+    return controller.oscillator.start(start, **state)

@@ -44,11 +44,11 @@ def folder() -> Path | None:
         >>> folder() is None
         True
     """
-    asked = os.environ.get(VARIABLE, "")
-    if asked == "off":
+    setting = os.environ.get(VARIABLE, "")
+    if setting == "off":
         return None
     with contextlib.suppress(OSError, RuntimeError):  # no permission, no space, no home
-        place = Path(asked) if asked else _of_user()
+        place = Path(setting) if setting else _of_user()
         if place is not None and not _made(place):
             return place
     return None
@@ -56,12 +56,12 @@ def folder() -> Path | None:
 
 def check_folder() -> None:
     """Raise `TegotaeError` for a `TEGOTAE_CACHE` that has other files, or others can change."""
-    asked = os.environ.get(VARIABLE, "")
-    if asked in ("", "off"):
+    setting = os.environ.get(VARIABLE, "")
+    if setting in ("", "off"):
         return
     with contextlib.suppress(OSError):  # where nothing can be kept, nothing is
-        if why := _made(Path(asked)):
-            raise TegotaeError(f"{VARIABLE} is {asked!r}, {why}; name a new folder, or off")
+        if problem := _made(Path(setting)):
+            raise TegotaeError(f"{VARIABLE} is {setting!r}, {problem}; name a new folder, or off")
 
 
 def _made(place: Path) -> str:
@@ -72,28 +72,30 @@ def _made(place: Path) -> str:
     if _content(place / _MARKER) == _MARK.encode():
         return ""
     for entry in os.scandir(place):
-        ours = any(known.fullmatch(entry.name) for known in (_KEPT, _OF_JAX, re.compile(_MARKER)))
+        ours = any(
+            pattern.fullmatch(entry.name) for pattern in (_KEPT, _OF_JAX, re.compile(_MARKER))
+        )
         if not ours or not _is_of_user(entry.stat(follow_symlinks=False)):
             return f"which has a file of another program or user, {entry.name!r}"
     (place / _MARKER).write_text(_MARK)
     return ""
 
 
-def _is_of_user(found: os.stat_result) -> bool:
+def _is_of_user(status: os.stat_result) -> bool:
     """Return True if a file or folder is this user's alone: no other can change it or has linked
     it."""
     if not hasattr(os, "getuid"):
         return True
-    linked = stat.S_ISLNK(found.st_mode) or (stat.S_ISREG(found.st_mode) and found.st_nlink > 1)
-    return found.st_uid == os.getuid() and not found.st_mode & _OF_OTHERS and not linked
+    linked = stat.S_ISLNK(status.st_mode) or (stat.S_ISREG(status.st_mode) and status.st_nlink > 1)
+    return status.st_uid == os.getuid() and not status.st_mode & _OF_OTHERS and not linked
 
 
 def _content(path: Path) -> bytes | None:
     """The bytes of a plain file of this user's; None of any other."""
     try:
         with open(path, "rb", opener=_opened) as file:
-            found = os.fstat(file.fileno())
-            return file.read() if stat.S_ISREG(found.st_mode) and _is_of_user(found) else None
+            status = os.fstat(file.fileno())
+            return file.read() if stat.S_ISREG(status.st_mode) and _is_of_user(status) else None
     except OSError:
         return None
 
@@ -106,9 +108,9 @@ def _opened(name: str, flags: int) -> int:
 def _of_user() -> Path | None:
     """The usual folder; None for a user without a home."""
     variable = "LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME"
-    given = Path(os.environ.get(variable, ""))
-    if sys.platform != "darwin" and given.is_absolute():
-        return given / "tegotae"
+    path = Path(os.environ.get(variable, ""))
+    if sys.platform != "darwin" and path.is_absolute():
+        return path / "tegotae"
     home = Path.home()
     if home == Path(home.anchor):  # an empty HOME
         return None
@@ -131,8 +133,8 @@ def kept(key: str) -> bytes | None:
         key: as `key_of` makes it.
     """
     place = folder()
-    whole = b"" if place is None else _content(place / f"{key}.o") or b""
-    checksum, content = whole[:_CHECKSUM_BYTES], whole[_CHECKSUM_BYTES:]
+    sealed_code = b"" if place is None else _content(place / f"{key}.o") or b""
+    checksum, content = sealed_code[:_CHECKSUM_BYTES], sealed_code[_CHECKSUM_BYTES:]
     return content if _checksum(key, content) == checksum else None
 
 

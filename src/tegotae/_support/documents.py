@@ -141,9 +141,9 @@ def checked(value: T, _level: int = 1) -> T:
             f"its text {reprlib.repr(value)} has the character {harm[0]!r}, which no text of such "
             "a file has"
         )
-    inner = [x for pair in value.items() for x in pair] if isinstance(value, dict) else value
-    if isinstance(inner, list):
-        for entry in cast(list[object], inner):
+    parts = [x for pair in value.items() for x in pair] if isinstance(value, dict) else value
+    if isinstance(parts, list):
+        for entry in cast(list[object], parts):
             if isinstance(entry, (str, dict, list)):
                 checked(entry, _level + 1)
     return value
@@ -183,11 +183,11 @@ def later(default: T) -> T:
         >>> described_fields(Spring()), described_fields(Spring(hardening=0.1))
         ({'stiffness': 5.0}, {'stiffness': 5.0, 'hardening': 0.1})
     """
-    usual: Any = default
-    known: Mapping[Any, Any] = {}
-    if isinstance(usual, dataclasses.Field):
-        usual, known = usual.default, usual.metadata
-    return cast(T, dataclasses.field(default=usual, metadata={**known, _LATER: True}))
+    initial: Any = default
+    namespace: Mapping[Any, Any] = {}
+    if isinstance(initial, dataclasses.Field):
+        initial, namespace = initial.default, initial.metadata
+    return cast(T, dataclasses.field(default=initial, metadata={**namespace, _LATER: True}))
 
 
 def described_fields(value: Any) -> dict[str, Any]:
@@ -243,21 +243,21 @@ def fitted(value: object, schema: type[T], name: str = "") -> T:
 
 def _formatted(document: object, error: str, name: str) -> str:
     """The validator's words in ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
-    what, _, place = error.partition(" - at `$")
+    text, _, place = error.partition(" - at `$")
     where = (name + place.rstrip("`")).lstrip(".")
-    if missing := re.fullmatch(r"Object missing required field `(.*)`", what):
+    if missing := re.fullmatch(r"Object missing required field `(.*)`", text):
         return f"it has no entry {'.'.join(filter(None, [where, missing[1]]))!r}"
     subject = f"its {where}" if where and "..." not in where else "an entry" if where else "it"
-    there = None if "..." in where else _value(document, place.rstrip("`"))
-    if what == "Number out of range":
-        return f"{subject} is {there}, which is too large"
-    expected = re.match(r"Expected `(.*?)`(?:, got `(.*)`| (.*))?", what)
+    value = None if "..." in where else _value(document, place.rstrip("`"))
+    if text == "Number out of range":
+        return f"{subject} is {value}, which is too large"
+    expected = re.match(r"Expected `(.*?)`(?:, got `(.*)`| (.*))?", text)
     if expected is None:  # a part's own refusal, such as of a negative mass
-        return f"{where}: {what}" if where else what
-    wanted = " or ".join(_TYPES.get(kind, kind) for kind in expected[1].split(" | "))
-    if there is None or not where:
-        there = _TYPES.get(expected[2] or "", expected[2] or "another")
-    return f"{subject} is {there}; it must be {wanted} {expected[3] or ''}".rstrip()
+        return f"{where}: {text}" if where else text
+    types = " or ".join(_TYPES.get(kind, kind) for kind in expected[1].split(" | "))
+    if value is None or not where:
+        value = _TYPES.get(expected[2] or "", expected[2] or "another")
+    return f"{subject} is {value}; it must be {types} {expected[3] or ''}".rstrip()
 
 
 def _value(document: object, place: str) -> str:
@@ -272,12 +272,12 @@ CODE = "sha256"
 """The entry of a document that has the hash of a user's code."""
 
 
-def differing(found: Json, wanted: Json) -> list[str]:
+def differing(actual: Json, reference: Json) -> list[str]:
     """Names of what differs between two documents, such as `fitness.work` or `code of MyTerm`.
 
     Args:
-        found: a document, JSON values.
-        wanted: another one.
+        actual: a document, JSON values.
+        reference: another one.
 
     Example:
         >>> differing({"seeds": 1, "body": {"mass_kg": 1}}, {"seeds": 1, "body": {"mass_kg": 2}})
@@ -285,8 +285,8 @@ def differing(found: Json, wanted: Json) -> list[str]:
         >>> differing({"kind": "MyTerm", "sha256": "a0"}, {"kind": "MyTerm", "sha256": "b1"})
         ['code of MyTerm']
     """
-    names = _differing(_without_code(found), _without_code(wanted))
-    theirs, ours = dict(_codes(found)), dict(_codes(wanted))
+    names = _differing(_without_code(actual), _without_code(reference))
+    theirs, ours = dict(_codes(actual)), dict(_codes(reference))
     edited = [part for part in {**theirs, **ours} if theirs.get(part) != ours.get(part)]
     # The code of a part that one of them lacks is not worth a word beside that.
     return names + [f"code of {x}" for x in edited if not names or (x in theirs and x in ours)]
@@ -297,7 +297,7 @@ def _codes(document: Json) -> Iterator[tuple[str, str]]:
     if isinstance(document, Mapping):
         code = document.get(CODE)
         if isinstance(code, Mapping):
-            yield from ((str(what), str(one)) for what, one in code.items())
+            yield from ((str(label), str(digest)) for label, digest in code.items())
         elif code is not None:
             names = (document.get(key) for key in ("kind", "name", "algorithm"))
             yield next((str(name) for name in names if name), "a part"), str(code)
@@ -315,25 +315,25 @@ def _without_code(document: Json) -> Json:
     return {name: _without_code(entry) for name, entry in document.items() if name != CODE}
 
 
-def _differing(found: Json, wanted: Json, name: str = "") -> list[str]:
-    if found == wanted:
+def _differing(actual: Json, reference: Json, name: str = "") -> list[str]:
+    if actual == reference:
         return []
-    if isinstance(found, list) and isinstance(wanted, list) and len(found) == len(wanted):
-        pairs = [(a, b, name) for a, b in zip(found, wanted, strict=True)]
+    if isinstance(actual, list) and isinstance(reference, list) and len(actual) == len(reference):
+        pairs = [(a, b, name) for a, b in zip(actual, reference, strict=True)]
     elif (
-        isinstance(found, Mapping)
-        and isinstance(wanted, Mapping)
+        isinstance(actual, Mapping)
+        and isinstance(reference, Mapping)
         and not name.endswith("controller")
-        and found.get("kind") == wanted.get("kind")
+        and actual.get("kind") == reference.get("kind")
     ):
-        keys = {**wanted, **found}
+        keys = {**reference, **actual}
         pairs = [
-            (found.get(key, _NOTHING), wanted.get(key, _NOTHING), f"{name}.{key}".lstrip("."))
+            (actual.get(key, _NOTHING), reference.get(key, _NOTHING), f"{name}.{key}".lstrip("."))
             for key in keys
         ]
     else:
         return [name.removeprefix("experiment.").removeprefix("system.")]
-    return list(dict.fromkeys(each for pair in pairs for each in _differing(*pair)))
+    return list(dict.fromkeys(difference for pair in pairs for difference in _differing(*pair)))
 
 
 _NOTHING: Any = object()

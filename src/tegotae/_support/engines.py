@@ -30,10 +30,10 @@ class EngineWarning(UserWarning):
 
 def check_engine() -> None:
     """Raise `TegotaeError` for a `TEGOTAE_ENGINE` that is no engine, or one that cannot be had."""
-    asked = os.environ.get(VARIABLE, "")
-    if asked not in ("", NATIVE, XLA):
-        raise TegotaeError(f"{VARIABLE} is {asked!r}; it must be {NATIVE} or {XLA}")
-    if asked == NATIVE and (missing := why_not_native()):
+    setting = os.environ.get(VARIABLE, "")
+    if setting not in ("", NATIVE, XLA):
+        raise TegotaeError(f"{VARIABLE} is {setting!r}; it must be {NATIVE} or {XLA}")
+    if setting == NATIVE and (missing := why_not_native()):
         raise TegotaeError(f"{VARIABLE} is {NATIVE}, and {missing}")
 
 
@@ -46,12 +46,12 @@ def selected() -> str:
         TegotaeError: as `check_engine`.
     """
     check_engine()
-    asked = os.environ.get(VARIABLE, "")
-    if asked == NATIVE:
+    setting = os.environ.get(VARIABLE, "")
+    if setting == NATIVE:
         return NATIVE
     if jax.default_backend() != "cpu":
         return ON_GPU
-    if asked == XLA:
+    if setting == XLA:
         return XLA
     missing = why_not_native()
     if missing:
@@ -59,16 +59,16 @@ def selected() -> str:
     return XLA if missing else NATIVE
 
 
-def require_engine(found: str, holder: str, remedy: str, ours: str = "") -> None:
+def require_engine(engine: str, holder: str, remedy: str, ours: str = "") -> None:
     """Raise `TegotaeError` unless what is there was made by the engine that would go on with it.
 
     Args:
-        found: the engine that made it: its name, and after a comma what it left to another one.
+        engine: the engine that made it: its name, and after a comma what it left to another one.
         holder: what is there, such as "FOLDER holds a training".
         remedy: what else would do than the other engine, such as "choose another folder".
         ours: the engine that would continue, named in the same way; this process's by default.
     """
-    theirs, ours = found.partition(",")[0], (ours or selected()).partition(",")[0]
+    theirs, ours = engine.partition(",")[0], (ours or selected()).partition(",")[0]
     if theirs != ours:
         raise TegotaeError(
             f"{holder} of the engine {theirs}, and this is {ours}, whose numbers have other last "
@@ -80,24 +80,26 @@ def require_engine(found: str, holder: str, remedy: str, ours: str = "") -> None
 def why_not_native() -> str:
     """Return the reason why native code is unavailable; empty if it is available."""
     try:
-        found = version("llvmlite")
+        installed = version("llvmlite")
     except PackageNotFoundError:
         return "llvmlite is not installed"
-    if not found.startswith(tuple(f"{tested}." for tested in TESTED_LLVMLITE)):
-        return f"llvmlite is {found}, and native code is tested with {', '.join(TESTED_LLVMLITE)}"
+    if not installed.startswith(tuple(f"{tested}." for tested in TESTED_LLVMLITE)):
+        return (
+            f"llvmlite is {installed}, and native code is tested with {', '.join(TESTED_LLVMLITE)}"
+        )
     return ""
 
 
 @cache
-def _say(what: str) -> None:
+def _say(message: str) -> None:
     """Warn of it, once."""
-    warnings.warn(what, EngineWarning, stacklevel=4)
+    warnings.warn(message, EngineWarning, stacklevel=4)
 
 
 def available_cores() -> int:
     """Cores that this process may use; `TEGOTAE_CORES` asks for fewer or more."""
-    asked = os.environ.get(CORES, "")
-    return int(asked) if _is_core_count(asked) else _own_cores()
+    setting = os.environ.get(CORES, "")
+    return int(setting) if _is_core_count(setting) else _own_cores()
 
 
 def _own_cores() -> int:
@@ -112,10 +114,8 @@ def _most_cores() -> int:
     return max(64, 4 * _own_cores())
 
 
-def _is_core_count(asked: str) -> bool:
-    return (
-        asked.isascii() and asked.isdigit() and len(asked) < 9 and 1 <= int(asked) <= _most_cores()
-    )
+def _is_core_count(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) < 9 and 1 <= int(text) <= _most_cores()
 
 
 def require_workers(count: int) -> None:
@@ -146,10 +146,10 @@ def check_jax() -> None:
         ...
         tegotae.TegotaeError: jax_enable_x64 is on, and ...
     """
-    for name, why in _SETTINGS.items():
+    for name, reason in _SETTINGS.items():
         if getattr(jax.config, name):
             raise TegotaeError(
-                f"{name} is on, and {why}; unset {name.upper()}, or jax.config.update({name!r}, "
+                f"{name} is on, and {reason}; unset {name.upper()}, or jax.config.update({name!r}, "
                 "False)"
             )
 
@@ -162,10 +162,10 @@ def check_environment() -> None:
             that is no folder of its own, a `JAX_PLATFORMS` or `JAX_PLATFORM_NAME` that JAX cannot
             start, other settings of JAX (`check_jax`), or a `TEGOTAE_ENGINE` that cannot be had.
     """
-    asked = os.environ.get(CORES, "")
-    if asked and not _is_core_count(asked):
+    setting = os.environ.get(CORES, "")
+    if setting and not _is_core_count(setting):
         raise TegotaeError(
-            f"{CORES} is {asked!r}; on this machine of {_own_cores()} cores it must be a whole "
+            f"{CORES} is {setting!r}; on this machine of {_own_cores()} cores it must be a whole "
             f"number from 1 to {_most_cores()}"
         )
     compiled.check_folder()
@@ -177,7 +177,7 @@ def check_environment() -> None:
             try:
                 jax.local_devices()
             except (AssertionError, RuntimeError) as error:  # the former where it has no device
-                why = (str(error).splitlines() or ["there is no such device"])[0]
+                reason = (str(error).splitlines() or ["there is no such device"])[0]
                 raise TegotaeError(
-                    f"{variable} is {platforms!r}, which JAX cannot start here: {why}"
+                    f"{variable} is {platforms!r}, which JAX cannot start here: {reason}"
                 ) from None

@@ -146,7 +146,7 @@ def other_code(outcome: str) -> Iterator[None]:
         raise TegotaeError(f"{outcome}: {formatted(error)}") from None
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
+def unknown(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
     """The error for a name that is not known, with the nearest names that are.
 
     A name that differs from a known one in capitals alone is the nearest.
@@ -155,16 +155,16 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> TegotaeError:
         >>> print(unknown("model", "art", ["AR", "ART", "V"]))
         no model is called 'art'; did you mean ART, AR?
     """
-    known = list(dict.fromkeys(known))
+    names = list(dict.fromkeys(names))
     by_letters: dict[str, list[str]] = {}
-    for each in known:
-        by_letters.setdefault(each.lower(), []).append(each)
+    for candidate in names:
+        by_letters.setdefault(candidate.lower(), []).append(candidate)
     near = difflib.get_close_matches(name.lower()[:100], by_letters, n=3, cutoff=0.3)
     # Of two that differ in capitals alone, the one written more like it comes first.
-    alike = (difflib.get_close_matches(name[:100], by_letters[x], n=3, cutoff=0.0) for x in near)
-    close = [each for group in alike for each in group][:3]
-    listed = f"{'some that are' if len(known) > 12 else 'known'}: {', '.join(known[:12])}"
-    hint = f"did you mean {', '.join(close)}?" if close else listed if known else "there is none"
+    matches = (difflib.get_close_matches(name[:100], by_letters[x], n=3, cutoff=0.0) for x in near)
+    close = [candidate for group in matches for candidate in group][:3]
+    listed = f"{'some that are' if len(names) > 12 else 'known'}: {', '.join(names[:12])}"
+    hint = f"did you mean {', '.join(close)}?" if close else listed if names else "there is none"
     return TegotaeError(f"no {kind} is called {reprlib.repr(name)}; {hint}")
 
 
@@ -214,8 +214,8 @@ installed; pip install 'tegotae[gym,mujoco]', or in a clone pip install '.[gym,m
             missing[str(error.name)] = extra
     if missing:
         are = "is" if len(missing) == 1 else "are"
-        how = how_to_install(*dict.fromkeys(missing.values()))
-        raise MissingExtraError(f"{', '.join(missing)} {are} not installed; {how}")
+        command = how_to_install(*dict.fromkeys(missing.values()))
+        raise MissingExtraError(f"{', '.join(missing)} {are} not installed; {command}")
 
 
 def how_to_install(*extras: str) -> str:
@@ -226,7 +226,7 @@ def how_to_install(*extras: str) -> str:
         "pip install 'tegotae[gym,mujoco]', or in a clone pip install '.[gym,mujoco]'"
     """
     names = ",".join(extras)
-    how = f"pip install 'tegotae[{names}]', or in a clone pip install '.[{names}]'"
+    command = f"pip install 'tegotae[{names}]', or in a clone pip install '.[{names}]'"
     if "sb3" in extras:
-        return f"{CPU_TORCH} (by default torch is several GB, for GPUs), then {how}"
-    return how
+        return f"{CPU_TORCH} (by default torch is several GB, for GPUs), then {command}"
+    return command

@@ -150,13 +150,13 @@ def check_folder(path: Path) -> Path:
     Raises:
         TegotaeError: if it cannot be made or written to.
     """
-    missing = [each for each in (path, *path.parents) if not os.path.lexists(each)]
+    missing = [folder for folder in (path, *path.parents) if not os.path.lexists(folder)]
     try:
         return output_folder(path)
     finally:
-        for each in missing:
+        for folder in missing:
             with contextlib.suppress(OSError):  # never made, or used by now
-                each.rmdir()
+                folder.rmdir()
 
 
 def output_file(path: Path) -> Path:

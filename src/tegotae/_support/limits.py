@@ -37,18 +37,18 @@ def require_within(name: str, value: float, most: float) -> None:
     require_finite(name, value, least=-most, most=most)
 
 
-def require_memory(n_bytes: float, what: str) -> None:
+def require_memory(n_bytes: float, subject: str) -> None:
     """Raise `TegotaeError` if this needs more memory than can be had.
 
     Args:
         n_bytes: how much, about.
-        what: what needs it: the first words of the sentence, such as "a map of 60 x 60 points".
+        subject: what needs it: the first words of the sentence, such as "a map of 60 x 60 points".
     """
-    there = available_memory()
-    if there is not None and n_bytes > there:
+    available = available_memory()
+    if available is not None and n_bytes > available:
         raise TegotaeError(
-            f"{what} would need about {_gib(n_bytes)} of memory, and {_gib(there)} are free; ask "
-            "for less"
+            f"{subject} would need about {_gib(n_bytes)} of memory, and {_gib(available)} are "
+            "free; ask for less"
         )
 
 
@@ -58,8 +58,8 @@ def available_memory() -> float | None:
     That is the least of what the machine has left, and of what is left of the limits of a container
     (cgroup v2).
     """
-    left = [_of_machine(), _of_container()]
-    return min((x for x in left if x is not None), default=None)
+    limits = [_of_machine(), _of_container()]
+    return min((x for x in limits if x is not None), default=None)
 
 
 def _of_machine() -> float | None:

@@ -24,7 +24,7 @@ def filled(template: str, pieces: Mapping[str, str]) -> str:
         >>> filled("<!--A--> <!--B-->", {"A": "<!--B-->", "B": "b"})
         '<!--B--> b'
     """
-    return re.sub("<!--([A-Z]+)-->", lambda found: pieces[found[1]], template)
+    return re.sub("<!--([A-Z]+)-->", lambda match: pieces[match[1]], template)
 
 
 def as_script(data: object) -> str:

@@ -57,19 +57,19 @@ def code_of_file(file: Path, module: str = "") -> str:
     root = file.parents[module.count(".") + (file.stem == "__init__") if "." in module else 0]
     while (root / "__init__.py").is_file():
         root = root.parent
-    found: dict[Path, bytes] = {}
+    texts: dict[Path, bytes] = {}
     waiting = [file]
     while waiting:
         path = waiting.pop()
-        if path in found:
+        if path in texts:
             continue
-        found[path] = path.read_bytes()
+        texts[path] = path.read_bytes()
         with contextlib.suppress(SyntaxError, ValueError):  # of an extension module, such as .so
-            tree = ast.parse(found[path])
-            found[path] = _canonical(tree).encode(errors="backslashreplace")
+            tree = ast.parse(texts[path])
+            texts[path] = _canonical(tree).encode(errors="backslashreplace")
             waiting += _beside(tree, path, root)
     digest = hashlib.sha256()
-    for path, text in sorted(found.items()):
+    for path, text in sorted(texts.items()):
         digest.update(f"{path.relative_to(root).as_posix()} {len(text)}\n".encode())
         digest.update(text)
     return digest.hexdigest()
@@ -124,11 +124,11 @@ def _imported(tree: ast.Module, package: tuple[str, ...]) -> Iterator[str]:
     """Names of all that may be a module in the import statements of a module in a package."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (each.name for each in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             above = package[: len(package) - node.level + 1] if node.level else ()
             base = (*above, *filter(None, [node.module]))
-            yield from (".".join((*base, each.name)) for each in node.names)
+            yield from (".".join((*base, alias.name)) for alias in node.names)
 
 
 def _files(name: str, root: Path) -> Iterator[Path]:
@@ -147,8 +147,8 @@ def _files(name: str, root: Path) -> Iterator[Path]:
 def _methods(kind: type) -> Iterator[str]:
     """The text of a class's own methods, so far as it is known."""
     for _, value in sorted(vars(kind).items()):
-        inner = (getattr(value, name, None) for name in ("fget", "func", "__func__"))
-        function = next(filter(None, inner), value)
+        functions = (getattr(value, name, None) for name in ("fget", "func", "__func__"))
+        function = next(filter(None, functions), value)
         with contextlib.suppress(OSError, TypeError):
             if inspect.isfunction(function):
                 yield inspect.getsource(function)

@@ -50,21 +50,21 @@ class Reporter:
         self._first: tuple[int, float] | None = None
         self._last = -math.inf
 
-    def update(self, done: int, note: str = "") -> None:
+    def update(self, count: int, note: str = "") -> None:
         """`done` steps are done; `note` says how it goes."""
         if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, completed=done, note=note)
+            self._bar.update(self._task, completed=count, note=note)
             return
-        now = time.monotonic()
-        if now - self._last < _SECONDS_BETWEEN_LINES and done < self._total:
+        time_s = time.monotonic()
+        if time_s - self._last < _SECONDS_BETWEEN_LINES and count < self._total:
             return
-        self._last = now
+        self._last = time_s
         # The first step often compiles: the pace is that of the steps after it.
-        first, begun = self._first = self._first or (done, now)
-        parts = [self._title, f"{done}/{self._total}", note]
-        if done > first and now > begun:
-            per_s = (done - first) / (now - begun)
-            parts += [_rate(per_s), f"{(self._total - done) / per_s:.0f} s left"]
+        first, begun = self._first = self._first or (count, time_s)
+        parts = [self._title, f"{count}/{self._total}", note]
+        if count > first and time_s > begun:
+            per_s = (count - first) / (time_s - begun)
+            parts += [_rate(per_s), f"{(self._total - count) / per_s:.0f} s left"]
         self._console.print(
             "  ".join(filter(None, parts)), highlight=False, markup=False, emoji=False
         )

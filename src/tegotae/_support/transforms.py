@@ -24,14 +24,16 @@ def jit_with_static(
     return jax.jit(function, static_argnums=static, inline=inline)
 
 
-def compiled_for(function: Callable[P, T], *like: P.args, **more: P.kwargs) -> jax.stages.Compiled:
+def compiled_for(
+    function: Callable[P, T], *like: P.args, **keywords: P.kwargs
+) -> jax.stages.Compiled:
     """The program of a function for arrays of these shapes, compiled at once."""
-    return jax.jit(function).lower(*like, **more).compile()
+    return jax.jit(function).lower(*like, **keywords).compile()
 
 
-def jvp(function: Callable[[T], T], at: T, along: T) -> tuple[T, T]:
+def jvp(function: Callable[[T], T], point: T, along: T) -> tuple[T, T]:
     """`jax.jvp` of one argument: the value there, and its derivative along a direction."""
-    return jax.jvp(function, (at,), (along,))  # type: ignore[return-value]
+    return jax.jvp(function, (point,), (along,))  # type: ignore[return-value]
 
 
 def register_pytree(
@@ -43,9 +45,9 @@ def register_pytree(
     jax.tree_util.register_pytree_node(kind, flatten, unflatten)
 
 
-def cond(holds: jax.Array, then: Callable[[], T], otherwise: Callable[[], T]) -> T:
+def cond(holds: jax.Array, if_true: Callable[[], T], otherwise: Callable[[], T]) -> T:
     """`jax.lax.cond` of functions without arguments."""
-    return jax.lax.cond(holds, then, otherwise)
+    return jax.lax.cond(holds, if_true, otherwise)
 
 
 def shapes_of(function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:

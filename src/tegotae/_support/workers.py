@@ -57,11 +57,11 @@ class Workers:
         )
         self._cores = cores
 
-    def give(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> Future[T]:
+    def give(self, function: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> Future[T]:
         """Let a worker do this, as soon as one is free."""
         # Processes are started with the first work, and inherit both for good.
         with ctrl_c_held_back(), assigned_cores(self._cores):
-            return self._pool.submit(function, *arguments, **named)
+            return self._pool.submit(function, *arguments, **keywords)
 
     def __enter__(self) -> Workers:
         return self
@@ -77,16 +77,16 @@ class Workers:
 @contextmanager
 def assigned_cores(cores: int | None) -> Iterator[None]:
     """The environment of processes that are started in here says on how many cores to compute."""
-    before = os.environ.get(CORES)
+    previous = os.environ.get(CORES)
     if cores is not None:
         os.environ[CORES] = str(cores)
     try:
         yield
     finally:
-        if before is None:
+        if previous is None:
             os.environ.pop(CORES, None)
         else:
-            os.environ[CORES] = before
+            os.environ[CORES] = previous
 
 
 @contextmanager
@@ -103,7 +103,7 @@ def ctrl_c_held_back() -> Iterator[None]:
     handler = signal.getsignal(signal.SIGINT)
     defers = threading.current_thread() is threading.main_thread() and callable(handler)
     held: list[tuple[int, FrameType | None]] = []
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     if defers:
         signal.signal(signal.SIGINT, lambda number, frame: held.append((number, frame)))
     try:
@@ -111,7 +111,7 @@ def ctrl_c_held_back() -> Iterator[None]:
     finally:
         if defers:
             signal.signal(signal.SIGINT, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous)
         if held and callable(handler):
             handler(*held[-1])
 

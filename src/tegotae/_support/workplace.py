@@ -40,8 +40,8 @@ def locked(folder: Path) -> Iterator[None]:
         lock = os.open(place, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
     except OSError as error:
         linked = error.errno == errno.ELOOP
-        why = "it is a link; remove it" if linked else error.strerror
-        raise TegotaeError(f"cannot open {place}: {why}") from None
+        reason = "it is a link; remove it" if linked else error.strerror
+        raise TegotaeError(f"cannot open {place}: {reason}") from None
     try:
         try:
             hold(lock)
@@ -123,18 +123,18 @@ def alone(folder: Path, work: WorkKind, *, anew: bool = False) -> Iterator[None]
 
 def require_free_for(folder: Path, work: WorkKind) -> None:
     """Raise `TegotaeError` if a folder holds another kind of work."""
-    for other in KINDS:
-        if other != work and any(any(folder.glob(mark)) for mark in other.marks):
+    for kind in KINDS:
+        if kind != work and any(any(folder.glob(mark)) for mark in kind.marks):
             raise TegotaeError(
-                f"{folder} holds {other.name}, and is not for {work.name}; choose another folder"
+                f"{folder} holds {kind.name}, and is not for {work.name}; choose another folder"
             )
 
 
 def _set_aside(folder: Path, work: WorkKind) -> None:
-    found = [path for pattern in work.leaves for path in folder.glob(pattern)]
-    if found:
+    paths = [path for pattern in work.leaves for path in folder.glob(pattern)]
+    if paths:
         place = output_folder(earlier(folder.resolve()))
-        for path in dict.fromkeys(found):
+        for path in dict.fromkeys(paths):
             move(path, place / path.name)
         print(f"the earlier content of {folder} is now in {place}")
 

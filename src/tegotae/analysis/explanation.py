@@ -91,10 +91,10 @@ class Evaluated:
     def following(self) -> float:
         """Slope of the rate over ω: 1 follows the command, 0 ignores it; NaN where undefined."""
         omega = np.broadcast_to(self.omega, self.merit.shape)
-        known = self.sound & np.isfinite(self.rate_rad_per_s) & np.isfinite(omega)
-        if len(np.unique(omega[known])) < 2:
+        valid = self.sound & np.isfinite(self.rate_rad_per_s) & np.isfinite(omega)
+        if len(np.unique(omega[valid])) < 2:
             return math.nan
-        return float(np.polyfit(omega[known], self.rate_rad_per_s[known], 1)[0])
+        return float(np.polyfit(omega[valid], self.rate_rad_per_s[valid], 1)[0])
 
 
 @dataclass(frozen=True)
@@ -128,10 +128,10 @@ class ReleasedController(ABC):
     def scenario(self) -> Scenario:
         """A lane for each frequency of each release."""
         releases, n = self.shape
-        given = {"phase_rad": np.repeat(self.release.phase_rad, n, axis=-1)}
+        entries = {"phase_rad": np.repeat(self.release.phase_rad, n, axis=-1)}
         if np.ndim(self.release.height_m):
-            given["height_m"] = np.repeat(self.release.height_m, n)
-        return self.release._replace(omega=np.tile(np.nan_to_num(self.omega), releases), **given)
+            entries["height_m"] = np.repeat(self.release.height_m, n)
+        return self.release._replace(omega=np.tile(np.nan_to_num(self.omega), releases), **entries)
 
     def lanes(self, weights: np.ndarray) -> np.ndarray:
         """Weights of every lane, of those of a controller, [n] or [frequencies, n]."""
@@ -201,10 +201,10 @@ class ReleasedHopper(ReleasedController):
             system.integrator,
         )
         values, _ = episodes.measured(metrics, ())
-        found = {name: np.reshape(x, self.shape) for name, x in values.items()}
-        merit, rate = np.nan_to_num(found["cot_inverse"]), found["hop_rate"]
+        results = {name: np.reshape(x, self.shape) for name, x in values.items()}
+        merit, rate = np.nan_to_num(results["cot_inverse"]), results["hop_rate"]
         return Evaluated(
-            self.omega, merit, rate, found[REGIME] == LIMIT_CYCLE, np.full_like(rate, np.nan)
+            self.omega, merit, rate, results[REGIME] == LIMIT_CYCLE, np.full_like(rate, np.nan)
         )
 
 
@@ -221,9 +221,9 @@ class ReleasedWalker(ReleasedController):
     def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         system = replace(self.saved.system, controller=controller)
         engine = system.engine(self.legged.summary(), self.timing)
-        found = lanes_of(engine.run(self.lanes(weights), self.scenario, system.mechanics))
+        results = lanes_of(engine.run(self.lanes(weights), self.scenario, system.mechanics))
         cost, speed, hz, fall = (
-            np.reshape(getattr(found, name), self.shape)
+            np.reshape(getattr(results, name), self.shape)
             for name in ("cost_of_transport", "speed_m_per_s", "cycle_frequency_hz", "fall_time_s")
         )
         sound = ~np.isfinite(fall)
@@ -288,24 +288,25 @@ class Visits:
 
 
 def visits(
-    released: ReleasedController, whole: Evaluated, recorded: dict[str, np.ndarray]
+    released: ReleasedController, evaluated: Evaluated, recorded: dict[str, np.ndarray]
 ) -> list[Visits]:
     """Return the samples of settled gaits, set of weights by set; those of all releases where none
     settles.
 
     Args:
         released: from which releases.
-        whole: of the controller.
+        evaluated: of the controller.
         recorded: its second halves (`ReleasedController.recorded`).
     """
-    controller, at = released.saved.controller, released.middle
-    sound = whole.sound[:, at]
+    controller, index = released.saved.controller, released.middle
+    sound = evaluated.sound[:, index]
     sound = sound if sound.any() else np.ones_like(sound)
     sharing = np.array(controller.sharing or (0,) * controller.limbs)
 
     def of_set(number: int) -> Visits:
         moments = {
-            name: x[:, sharing == number][:, :, sound, at].ravel() for name, x in recorded.items()
+            name: x[:, sharing == number][:, :, sound, index].ravel()
+            for name, x in recorded.items()
         }
         load, terms = _terms(released.saved, moments, number)
         return Visits(
@@ -341,19 +342,19 @@ def _terms(
             values |= oscillator.signals(oscillator.start(jnp.asarray(moments["phase_rad"])))
         load = np.asarray(Signals(values, scales).dimensionless("spring_force"), float)
         unit = np.asarray(saved.weights, float)[number * controller.unit_weights :]
-        found: dict[str, np.ndarray] = dict.fromkeys(("action", "reaction", "gain"), none)
+        results: dict[str, np.ndarray] = dict.fromkeys(("action", "reaction", "gain"), none)
         for role, term in controller.terms.items():
-            if role in found and {*term.reads} <= {*values}:
-                own = [jnp.full(len(none), x) for x in unit[controller.layout[role]]]
-                found[role] = np.broadcast_to(term(own, Signals(values, scales)), none.shape)
-    return load, found
+            if role in results and {*term.reads} <= {*values}:
+                columns = [jnp.full(len(none), x) for x in unit[controller.layout[role]]]
+                results[role] = np.broadcast_to(term(columns, Signals(values, scales)), none.shape)
+    return load, results
 
 
-def mean_feedback(whole: Evaluated, recorded: dict[str, np.ndarray]) -> np.ndarray:
+def mean_feedback(evaluated: Evaluated, recorded: dict[str, np.ndarray]) -> np.ndarray:
     """f over settled gaits at every frequency [rad/s], [frequencies]; 0 where none settles."""
     feedback = recorded["feedback_rad_per_s"].mean(axis=(0, 1))
-    sound = whole.sound.sum(axis=0)
-    return np.where(whole.sound, feedback, 0.0).sum(axis=0) / np.maximum(sound, 1)
+    sound = evaluated.sound.sum(axis=0)
+    return np.where(evaluated.sound, feedback, 0.0).sum(axis=0) / np.maximum(sound, 1)
 
 
 # Curves as formulas, by least squares: moments are even in time, so each visit counts.
@@ -387,10 +388,10 @@ def signed(x: float, digits: int = 3) -> str:
 def _least_squares(columns: list[np.ndarray], values: np.ndarray) -> tuple[list[float], float]:
     design = np.stack(columns, axis=1)
     numbers, *_ = np.linalg.lstsq(design, values, rcond=None)
-    left, all_of_it = np.mean((values - design @ numbers) ** 2), np.var(values)
+    residual, all_of_it = np.mean((values - design @ numbers) ** 2), np.var(values)
     numbers[np.abs(numbers) < 1e-9 * np.abs(numbers).max(initial=0.0)] = 0.0  # rounding
     constant = np.ptp(values) <= 1e-6 * np.abs(values).max(initial=0.0)
-    return numbers.tolist(), math.nan if constant else float(1.0 - left / all_of_it)
+    return numbers.tolist(), math.nan if constant else float(1.0 - residual / all_of_it)
 
 
 def action_fits(v: Visits) -> list[Fit]:
@@ -401,8 +402,8 @@ def action_fits(v: Visits) -> list[Fit]:
     phase = v.phase_rad
     columns = [np.ones_like(phase), np.cos(phase), np.sin(phase)]
     fits = []
-    for used in (columns, [*columns, np.cos(2.0 * phase), np.sin(2.0 * phase)]):
-        numbers, explained = _least_squares(used, v.action)
+    for basis in (columns, [*columns, np.cos(2.0 * phase), np.sin(2.0 * phase)]):
+        numbers, explained = _least_squares(basis, v.action)
         parts = [f"{numbers[0]:.3g}"] if numbers[0] else []
         parts += [
             f"{math.hypot(a, b):.3g} cos({turns}φ - {math.atan2(b, a) % TWO_PI:.2f})"
@@ -422,12 +423,12 @@ def reaction_fits(v: Visits) -> dict[str, Fit]:
 
     `b N`, `c + b N`, `c e^(-s N)` and `c + b N / (1 + s N)`.
     """
-    values, load, one = v.gain * v.reaction, v.load, np.ones_like(v.load)
+    values, load, ones = v.gain * v.reaction, v.load, np.ones_like(v.load)
     columns: dict[str, Callable[[float], list[np.ndarray]]] = {
         "load": lambda s: [load],
-        "latch": lambda s: [one, load],
+        "latch": lambda s: [ones, load],
         "decay": lambda s: [np.exp(-s * load)],
-        "saturating": lambda s: [one, load / (1.0 + s * load)],
+        "saturating": lambda s: [ones, load / (1.0 + s * load)],
     }
     formulas: dict[str, Callable[..., str]] = {
         "load": lambda b: f"{b:.3g} N",
@@ -437,10 +438,10 @@ def reaction_fits(v: Visits) -> dict[str, Fit]:
     }
     fits = {}
     for name, of_number in columns.items():
-        inner = [float(s) for s in _TRIED] if name in ("decay", "saturating") else [0.0]
-        tried = [(*_least_squares(of_number(s), values), s) for s in inner]
+        scales = [float(s) for s in _TRIED] if name in ("decay", "saturating") else [0.0]
+        tried = [(*_least_squares(of_number(s), values), s) for s in scales]
         numbers, explained, s = max(tried, key=lambda x: np.nan_to_num(x[1], nan=-math.inf))
-        numbers += [s] if len(inner) > 1 else []
+        numbers += [s] if len(scales) > 1 else []
         fits[name] = Fit(formulas[name](*numbers), tuple(numbers), explained)
     return fits
 
@@ -479,22 +480,22 @@ def arcs(phase_rad: np.ndarray, among: np.ndarray, inside: np.ndarray) -> list[A
     part = (phase_rad / TWO_PI * _BINS).astype(int) % _BINS
     all_of_it = np.bincount(part[among], minlength=_BINS)
     of_kind = np.bincount(part[among & inside], minlength=_BINS)
-    seen = np.flatnonzero(all_of_it)
-    most = of_kind[seen] > 0.5 * all_of_it[seen]
-    if not most.any():
+    bins = np.flatnonzero(all_of_it)
+    mask = of_kind[bins] > 0.5 * all_of_it[bins]
+    if not mask.any():
         return []
-    if most.all():
+    if mask.all():
         return [Arc(0.0, TWO_PI, 1.0)]
-    first = int(np.argmin(most))  # begin outside
-    seen, most = np.roll(seen, -first), np.roll(most, -first)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], most, [False]]).astype(int)))
+    first = int(np.argmin(mask))  # begin outside
+    bins, mask = np.roll(bins, -first), np.roll(mask, -first)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     width = TWO_PI / _BINS
-    found = []
+    results = []
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        run = seen[begin:end]
+        run = bins[begin:end]
         turn = (run[-1] - run[0]) % _BINS + 1
-        found.append(Arc(run[0] * width, turn * width, of_kind[run].sum() / of_kind.sum()))
-    return sorted(found, key=lambda arc: -arc.share)
+        results.append(Arc(run[0] * width, turn * width, of_kind[run].sum() / of_kind.sum()))
+    return sorted(results, key=lambda arc: -arc.share)
 
 
 def parking(v: Visits, omega: float) -> dict[str, tuple[float, list[Arc]]]:

@@ -103,10 +103,10 @@ def poincare_section(
         ]
     )
 
-    def after(points: np.ndarray, cycles: int) -> np.ndarray:
+    def iterate(points: np.ndarray, cycles: int) -> np.ndarray:
         return _apexes(saved, orbit, points, cycles, tick_s)
 
-    fixed, matrix, refined = fixed_point(lambda points: after(points, 1)[0], start, step)
+    fixed, matrix, refined = fixed_point(lambda points: iterate(points, 1)[0], start, step)
     if not np.all(np.isfinite(matrix)):
         raise TegotaeError(
             f"a step of {step:g} off the limit cycle leads to no hop; use a smaller step"
@@ -114,7 +114,7 @@ def poincare_section(
     values = np.linalg.eigvals(matrix).astype(complex)
     values = values[np.argsort(-np.abs(values))]
     begin = fixed + nudge * np.eye(len(fixed))[0]
-    nudged = np.concatenate([begin[None], after(begin[None], turns)[:, 0]])
+    nudged = np.concatenate([begin[None], iterate(begin[None], turns)[:, 0]])
     distance = np.linalg.norm(_apart(nudged, fixed), axis=-1)
     return Poincare(
         fixed_point=fixed,

@@ -61,9 +61,9 @@ def forms_of_a_leg() -> dict[str, LawForm]:
     """The library of one leg by name: short laws, with a second harmonic, and with a reflex."""
     forms = {name: LAWS[name] for name in ("clock", "load", "tuned")}
     for name, reaction in _REACTIONS.items():
-        for more, action in (("", OffsetAction()), ("+harmonic", TwoHarmonicsAction())):
-            forms[name + more] = LawForm("", action, reaction)
-            forms[f"{name}{more}+reflex"] = LawForm("", action, reaction, reflex=True)
+        for suffix, action in (("", OffsetAction()), ("+harmonic", TwoHarmonicsAction())):
+            forms[name + suffix] = LawForm("", action, reaction)
+            forms[f"{name}{suffix}+reflex"] = LawForm("", action, reaction, reflex=True)
     return forms
 
 
@@ -100,13 +100,17 @@ class TriedForm:
     @property
     def of_feet(self) -> int:
         """Count the additional numbers of the feet of several legs, and of what couples them."""
-        own = self.saved.controller
-        return own.n_weights - own.sets * own.layout["actuation"].start if own.limbs > 1 else 0
+        controller = self.saved.controller
+        return (
+            controller.n_weights - controller.sets * controller.layout["actuation"].start
+            if controller.limbs > 1
+            else 0
+        )
 
 
 def tried_forms(
     released: ReleasedController,
-    whole: Evaluated,
+    baseline: Evaluated,
     visited: Sequence[Visits],
     *,
     generations: int,
@@ -119,17 +123,17 @@ def tried_forms(
 
     Args:
         released: the controller, and the releases of the evaluation.
-        whole: its score, which must be above 0 over either half of the releases.
+        baseline: its score, which must be above 0 over either half of the releases.
         visited: its curves.
         generations: of the retuning.
         seeds: of the retuning.
     """
-    made = [(name, *form) for name, form in started(released.saved, visited).items()]
+    candidates = [(name, *form) for name, form in started(released.saved, visited).items()]
     tried: list[TriedForm] = []
-    with reporting("forms", len(made)) as reporter:
-        for name, controller, start in sorted(made, key=lambda form: form[1].n_weights):
-            most = max((form.chosen_by for form in tried), default=0.0)
-            if tried and most >= SHARES[-1] and controller.n_weights > len(tried[-1].saved.weights):
+    with reporting("forms", len(candidates)) as reporter:
+        for name, controller, start in sorted(candidates, key=lambda form: form[1].n_weights):
+            best = max((form.chosen_by for form in tried), default=0.0)
+            if tried and best >= SHARES[-1] and controller.n_weights > len(tried[-1].saved.weights):
                 break
             experiment = training_of(released.saved, controller)
             runs, fitness = retuned(experiment, start, generations, seeds)
@@ -139,7 +143,7 @@ def tried_forms(
             system = dataclasses.replace(released.saved.system, controller=controller)
             saved = SavedController(system, weights, name)
             shares = (
-                evaluated.of_releases(half).mean.mean / whole.of_releases(half).mean.mean
+                evaluated.of_releases(half).mean.mean / baseline.of_releases(half).mean.mean
                 for half in (CHOOSING, JUDGING)
             )
             tried.append(TriedForm(name, saved, cloned, evaluated, *shares))
@@ -182,17 +186,17 @@ def retuned(
 
 def training_of(saved: SavedController, controller: Controller) -> Experiment:
     """The controller's own training of a form, from drawn releases."""
-    own = saved.experiment
-    if own is None:
+    experiment = saved.experiment
+    if experiment is None:
         system = dataclasses.replace(saved.system, timing=EPISODE)
-        own = Experiment(name="form", system=system)
-    height_m = own.system.release.height_m
+        experiment = Experiment(name="form", system=system)
+    height_m = experiment.system.release.height_m
     drawn = [Uniform("phase_rad", low=0.0, high=TWO_PI)]
     if controller.limbs == 1:
         drawn += [Uniform("height_m", low=height_m - SPREAD_M, high=height_m + SPREAD_M)]
-    known = {condition.name for condition in own.conditions}
-    conditions = (*own.conditions, *(x for x in drawn if x.name not in known))
-    return own.replaced(name="form", controller=controller, conditions=conditions)
+    names = {condition.name for condition in experiment.conditions}
+    conditions = (*experiment.conditions, *(x for x in drawn if x.name not in names))
+    return experiment.replaced(name="form", controller=controller, conditions=conditions)
 
 
 def started(
@@ -204,21 +208,23 @@ def started(
         saved: the controller.
         visited: its curves, set of weights by set.
     """
-    own = saved.controller
-    if own.limbs == 1:
+    original = saved.controller
+    if original.limbs == 1:
         forms = {name: (form, form.on_a_leg()) for name, form in forms_of_a_leg().items()}
     else:
-        forms = {name: (form, form.on_legs(own, 1.0)) for name, form in forms_of_legs().items()}
-    made = {}
+        forms = {
+            name: (form, form.on_legs(original, 1.0)) for name, form in forms_of_legs().items()
+        }
+    results = {}
     for name, (_, controller) in forms.items():
         units = [_numbers(controller, v) for v in visited[: controller.sets]]
-        if own.limbs > 1:  # their feet and what couples them stay as they are
-            n, first = own.unit_weights, own.layout["actuation"].start
-            feet = [saved.weights[i * n + first : (i + 1) * n] for i in range(own.sets)]
+        if original.limbs > 1:  # their feet and what couples them stay as they are
+            n, first = original.unit_weights, original.layout["actuation"].start
+            feet = [saved.weights[i * n + first : (i + 1) * n] for i in range(original.sets)]
             units = [np.concatenate(pair) for pair in zip(units, feet, strict=True)]
-            units.append(saved.weights[own.sets * n :])
-        made[name] = controller, np.concatenate(units)
-    return made
+            units.append(saved.weights[original.sets * n :])
+        results[name] = controller, np.concatenate(units)
+    return results
 
 
 def _numbers(controller: Controller, v: Visits) -> np.ndarray:
@@ -226,9 +232,9 @@ def _numbers(controller: Controller, v: Visits) -> np.ndarray:
 
     Where its sector is free, phases are counted from the place of the action on.
     """
-    known = bool(np.isfinite(v.action * v.reaction * v.gain).all())
-    one = np.array(action_fits(v)[-1 if _has(controller, TwoHarmonicsAction) else 0].numbers)
-    offset, a, b, *second = one if known else np.array([0.0, -1.0, 0.0, 0.0, 0.0])
+    valid = bool(np.isfinite(v.action * v.reaction * v.gain).all())
+    fit = np.array(action_fits(v)[-1 if _has(controller, TwoHarmonicsAction) else 0].numbers)
+    offset, a, b, *second = fit if valid else np.array([0.0, -1.0, 0.0, 0.0, 0.0])
     size = max(math.hypot(a, b), 0.05 * abs(offset), 1e-6)
     turn = (math.atan2(b, a) + math.pi) % TWO_PI
     numbers: list[float] = []
@@ -247,7 +253,7 @@ def _numbers(controller: Controller, v: Visits) -> np.ndarray:
         else:
             numbers += action[type(terms.action)]
         of_nothing = [*np.ones(terms.reaction.n_weights), 0.0]
-        numbers += _reaction(terms.reaction, v, size) if known else of_nothing
+        numbers += _reaction(terms.reaction, v, size) if valid else of_nothing
     if controller.limbs > 1:
         return np.array(numbers)
     return np.array([*numbers, *_push(controller, v, turn if terms is not None else 0.0)])
@@ -268,8 +274,8 @@ def _reaction(term: Term, v: Visits, size: float) -> list[float]:
         return [inside, size * scale]
     saturates = isinstance(term, SaturatingReaction)
     scale, slope, *inside = fits["saturating" if saturates else "latch"].numbers
-    least = 0.05 * float(np.abs(v.gain * v.reaction).max())  # what is 0 in flight has no k
-    scale = scale if abs(scale) > least else math.copysign(max(least, 1e-6), scale)
+    threshold = 0.05 * float(np.abs(v.gain * v.reaction).max())  # what is 0 in flight has no k
+    scale = scale if abs(scale) > threshold else math.copysign(max(threshold, 1e-6), scale)
     return [-slope / scale, *inside, size * scale]
 
 
@@ -328,14 +334,14 @@ def _spelled(
     """The negative gain, the reaction and the action of the first set of weights."""
     controller, weights = saved.controller, saved.weights
     assert controller.tegotae is not None
-    own = controller.tegotae
+    terms = controller.tegotae
 
     def numbers(role: str, sign: float = 1.0) -> list[str]:
         return [signed(sign * x, digits) for x in weights[controller.layout[role]]]
 
     reaction, action = (
         words[type(term)].format(plus=numbers(role), minus=numbers(role, -1.0))
-        for role, term in (("reaction", own.reaction), ("action", own.action))
+        for role, term in (("reaction", terms.reaction), ("action", terms.action))
     )
     return numbers("gain", -1.0)[0], reaction, action
 

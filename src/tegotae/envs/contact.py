@@ -81,21 +81,21 @@ def flat(space: AnySpace, observation: Observation) -> np.ndarray:
     return np.asarray(observation)
 
 
-def space_of(env: AnyEnv, what: str) -> AnySpace:
+def space_of(env: AnyEnv, role: str) -> AnySpace:
     """A space of the environment, "observation" or "action".
 
     Raises:
         TegotaeError: if it lacks it.
     """
     try:
-        return getattr(env, f"{what}_space")
+        return getattr(env, f"{role}_space")
     except AttributeError:
         raise TegotaeError(
-            f"the environment has no {what}_space; set it, such as to a gymnasium.spaces.Box"
+            f"the environment has no {role}_space; set it, such as to a gymnasium.spaces.Box"
         ) from None
 
 
-def _sizes(what: str, space: AnySpace) -> Sequence[tuple[str, int]]:
+def _sizes(role: str, space: AnySpace) -> Sequence[tuple[str, int]]:
     """Key and number of entries of each part of a space."""
     parts = dict(space.spaces) if isinstance(space, Dict) else {"": space}
     sizes = []
@@ -103,7 +103,7 @@ def _sizes(what: str, space: AnySpace) -> Sequence[tuple[str, int]]:
         if not isinstance(part, Box) or (key == "" and len(part.shape) != 1):
             where = f" under {key!r}" if key else ""
             raise TegotaeError(
-                f"the {what} space{where} is {part}; it must be a one-dimensional Box or a "
+                f"the {role} space{where} is {part}; it must be a one-dimensional Box or a "
                 "dictionary of Boxes (gymnasium.wrappers.FlattenObservation makes one)"
             )
         sizes.append((key, int(np.prod(part.shape))))
@@ -127,8 +127,8 @@ def _mujoco_observation_names(env: AnyEnv) -> tuple[str, ...] | None:
         joint = model.joint(i)
         n_positions, n_velocities = {0: (7, 6), 1: (4, 3)}.get(int(model.jnt_type[i]), (1, 1))
         first, second = model.jnt_qposadr[i], model.jnt_dofadr[i]
-        own = _numbered(joint.name, n_positions, alone=joint.name)
-        positions[first : first + n_positions] = own
+        joint_names = _numbered(joint.name, n_positions, alone=joint.name)
+        positions[first : first + n_positions] = joint_names
         name = f"{joint.name}_velocity"
         velocities[second : second + n_velocities] = _numbered(name, n_velocities, alone=name)
     parts = {"qpos": positions[structure.get("skipped_qpos", 0) :], "qvel": velocities}
@@ -136,8 +136,12 @@ def _mujoco_observation_names(env: AnyEnv) -> tuple[str, ...] | None:
     for part, size in structure.items():
         if part == "skipped_qpos":
             continue
-        own = parts.get(part)
-        names += own if own is not None and len(own) == size else _numbered(part, int(size))
+        joint_names = parts.get(part)
+        names += (
+            joint_names
+            if joint_names is not None and len(joint_names) == size
+            else _numbered(part, int(size))
+        )
     return tuple(names)
 
 
@@ -178,13 +182,13 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
         if not bodies:
             raise TegotaeError("no body is named; name those whose contact forces to observe")
         self._geoms = [frozenset(foot_of(base.model, name).geoms) for name in bodies]
-        named = tuple(f"{name}_force" for name in bodies)
-        self.observation_names = (*observation_names(env), *named)
-        self.contact_names = (*contact_names(env), *named)
-        more = np.zeros(len(bodies), space.dtype)
+        names = tuple(f"{name}_force" for name in bodies)
+        self.observation_names = (*observation_names(env), *names)
+        self.contact_names = (*contact_names(env), *names)
+        lower = np.zeros(len(bodies), space.dtype)
         self.observation_space = Box(
-            np.concatenate([space.low, more]),
-            np.concatenate([space.high, np.full_like(more, np.inf)]),
+            np.concatenate([space.low, lower]),
+            np.concatenate([space.high, np.full_like(lower, np.inf)]),
             dtype=space.dtype,  # type: ignore[arg-type]
         )
 
@@ -216,6 +220,6 @@ def with_contact(env: AnyEnv, bodies: Sequence[str]) -> AnyEnv:
     """
     if not bodies:
         return env
-    known = {*observation_names(env), *contact_names(env)}
-    lacking = [body for body in bodies if not {f"{body}_force", f"{body}_contact_force"} & known]
+    names = {*observation_names(env), *contact_names(env)}
+    lacking = [body for body in bodies if not {f"{body}_force", f"{body}_contact_force"} & names]
     return MujocoContactForce(env, *lacking) if lacking else env

@@ -53,9 +53,9 @@ class Apexes(NamedTuple):
     @classmethod
     def none(cls, like: jax.Array) -> Apexes:
         """Before any, of the shape of an array."""
-        nothing = jnp.zeros((2, *like.shape), like.dtype)
+        zeros = jnp.zeros((2, *like.shape), like.dtype)
         count = jnp.zeros(like.shape, jnp.int32)
-        return cls(count, nothing, nothing, nothing, jnp.full_like(like, -jnp.inf))
+        return cls(count, zeros, zeros, zeros, jnp.full_like(like, -jnp.inf))
 
     def after(
         self, apex: jax.Array, time_s: jax.Array, climb_m: jax.Array, work_j: jax.Array
@@ -68,21 +68,21 @@ class Apexes(NamedTuple):
             climb_m: height climbed in flight since the release [m], [lanes].
             work_j: work since the release [J], [lanes].
         """
-        now = jnp.stack([climb_m, work_j])
+        values = jnp.stack([climb_m, work_j])
         return Apexes(
             jnp.where(apex, self.n_apexes + 1, self.n_apexes),
-            jnp.where(apex & (self.n_apexes == 0), now, self.first),
-            jnp.where(apex & (self.n_apexes == 1), now, self.second),
-            jnp.where(apex, now, self.last),
+            jnp.where(apex & (self.n_apexes == 0), values, self.first),
+            jnp.where(apex & (self.n_apexes == 1), values, self.second),
+            jnp.where(apex, values, self.last),
             jnp.where(apex, time_s, self.last_s),
         )
 
     def cot_inverse(self, now_s: jax.Array) -> jax.Array:
         """CoT⁻¹ over whole hops [m/J], [lanes]: 0 without any, or where hopping has died out."""
-        whole = self.n_apexes - 1
-        begin = jnp.where(left_out(whole) > 0, self.second, self.first)
+        hops = self.n_apexes - 1
+        begin = jnp.where(left_out(hops) > 0, self.second, self.first)
         climb_m, work_j = self.last - begin
-        goes_on = (whole > 0) & ~dies_out(self.last_s, now_s)
+        goes_on = (hops > 0) & ~dies_out(self.last_s, now_s)
         return jnp.where(goes_on, cot_inverse(climb_m, work_j), 0.0)
 
 
@@ -375,8 +375,8 @@ def _restart(
 ) -> tuple[Episodes, jax.Array]:
     """New episodes in the lanes of a mask."""
     fresh, _ = _start(program, numbers, scenario)
-    kept = jax.tree.map(lambda new, old: jnp.where(where, new, old), fresh, episodes)
-    return kept, _report(program, numbers, kept, jnp.zeros_like(kept.lane.force_n))
+    merged = jax.tree.map(lambda new, old: jnp.where(where, new, old), fresh, episodes)
+    return merged, _report(program, numbers, merged, jnp.zeros_like(merged.lane.force_n))
 
 
 @_compiled

@@ -88,23 +88,23 @@ class EnvSpec:
         """
         if not self.is_model:
             return self
-        given, named = dict(self.settings), dict[str, Json]()
+        settings, required = dict(self.settings), dict[str, Json]()
         if wiring.contact_bodies:
-            named["feet"] = feet = list(wiring.contact_bodies)
-            own = given.get("feet", feet)
-            if isinstance(own, list) and not all(foot in own for foot in feet):
+            required["feet"] = feet = list(wiring.contact_bodies)
+            env_feet = settings.get("feet", feet)
+            if isinstance(env_feet, list) and not all(foot in env_feet for foot in feet):
                 raise TegotaeError(
                     f"the wiring's feet are {', '.join(feet)}, and the environment's "
-                    f"{', '.join(map(str, own))}; leave --feet out"
+                    f"{', '.join(map(str, env_feet))}; leave --feet out"
                 )
         if wiring.step_s is not None:
-            named["control_s"] = float(wiring.step_s)
-            if given.get("control_s", named["control_s"]) != named["control_s"]:
+            required["control_s"] = float(wiring.step_s)
+            if settings.get("control_s", required["control_s"]) != required["control_s"]:
                 raise TegotaeError(
-                    f"the control period is {given['control_s']:g} s, and the wiring's step_s "
+                    f"the control period is {settings['control_s']:g} s, and the wiring's step_s "
                     f"{wiring.step_s:g} s; leave one of them out"
                 )
-        return replace(self, settings=tuple({**named, **given}.items()))
+        return replace(self, settings=tuple({**required, **settings}.items()))
 
     def make(self) -> AnyEnv:
         """The environment.
@@ -133,12 +133,12 @@ class EnvSpec:
                 raise unknown("environment", self.env, [*gymnasium.registry, *PACKAGED])
             maker = partial(gymnasium.make, self.env)
         with other_code(f"{self.env} cannot be made"):
-            found = maker(**settings)
-        if not isinstance(found, gymnasium.Env):
+            env = maker(**settings)
+        if not isinstance(env, gymnasium.Env):
             raise TegotaeError(
-                f"{self.env} made a {type(found).__name__}; it must make a Gymnasium environment"
+                f"{self.env} made a {type(env).__name__}; it must make a Gymnasium environment"
             )
-        return found
+        return env
 
 
 def settings_of(texts: Iterable[str]) -> dict[str, Json]:

@@ -45,8 +45,8 @@ def draw(settings: HopperSettings, step: EnvStep | None, lane: int = 0) -> np.nd
     """
     if step is None:
         raise TegotaeError("there is nothing to draw yet; call reset() before render()")
-    now, length = step.info(lane), settings.body.rest_length_m
-    ground, height = now["ground_m"], now["height_m"]
+    info, length = step.info(lane), settings.body.rest_length_m
+    ground, height = info["ground_m"], info["height_m"]
     pixels_per_m = SIZE / (3.0 * length)
 
     def row(height_m: float) -> float:
@@ -58,7 +58,7 @@ def draw(settings: HopperSettings, step: EnvStep | None, lane: int = 0) -> np.nd
     mass = row(height)
     # In flight the leg has its rest length; in stance its foot is on the ground.
     foot = row(max(ground, height - length))
-    share = float(np.clip(now["actuator_force_n"] / settings.body.max_force_n, 0.0, 1.0))
+    share = float(np.clip(info["actuator_force_n"] / settings.body.max_force_n, 0.0, 1.0))
     leg = ((1.0 - share) * _LEG + share * _PUSH).astype(np.uint8)
     frame[(np.abs(_COLUMN - _LEG_COLUMN) < 3.0) & (mass <= _ROW) & (foot > _ROW)] = leg
     frame[_disc((_LEG_COLUMN, mass), _MASS_RADIUS)] = _MASS
@@ -66,8 +66,8 @@ def draw(settings: HopperSettings, step: EnvStep | None, lane: int = 0) -> np.nd
         ring = _disc(_DIAL_CENTRE, _DIAL_RADIUS) & ~_disc(_DIAL_CENTRE, _DIAL_RADIUS - 2.0)
         frame[ring] = _RIM
         hand = (
-            _DIAL_CENTRE[0] + _DIAL_RADIUS * np.cos(now["phase_rad"]),
-            _DIAL_CENTRE[1] - _DIAL_RADIUS * np.sin(now["phase_rad"]),
+            _DIAL_CENTRE[0] + _DIAL_RADIUS * np.cos(info["phase_rad"]),
+            _DIAL_CENTRE[1] - _DIAL_RADIUS * np.sin(info["phase_rad"]),
         )
         frame[_disc(hand, 5.0)] = _PUSH
     return frame
@@ -100,10 +100,10 @@ class _Window:
         self._plt.close(self._figure)
 
 
-def check_render_mode(mode: str | None, known: list[str]) -> None:
+def check_render_mode(mode: str | None, modes: list[str]) -> None:
     """Raise `TegotaeError` for a mode that is neither None nor one of these."""
-    if mode is not None and mode not in known:
-        raise TegotaeError(f"render_mode is {mode!r}; it must be None or {', '.join(known)}")
+    if mode is not None and mode not in modes:
+        raise TegotaeError(f"render_mode is {mode!r}; it must be None or {', '.join(modes)}")
 
 
 class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
@@ -193,10 +193,10 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         """Update the window, at most so many times a simulated second."""
         if self.render_mode != "human":
             return
-        now = step.info(0)["time_s"]
-        if now - self._shown_s < 0.999 / _FRAMES_PER_SECOND:
+        time_s = step.info(0)["time_s"]
+        if time_s - self._shown_s < 0.999 / _FRAMES_PER_SECOND:
             return
-        self._shown_s = now
+        self._shown_s = time_s
         self._window = self._window or _Window(type(self).__name__)
         self._window.show(draw(self.settings, step))
 
@@ -265,8 +265,8 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         try:
             mode = AutoresetMode(autoreset_mode)
         except ValueError:
-            known = [mode.value for mode in AutoresetMode]
-            raise unknown("autoreset_mode", str(autoreset_mode), known) from None
+            modes = [mode.value for mode in AutoresetMode]
+            raise unknown("autoreset_mode", str(autoreset_mode), modes) from None
         self.settings = settings_of(self.SETTINGS, settings)
         self._hoppers = Hoppers(self.settings, num_envs)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, mode

@@ -110,19 +110,19 @@ class Meaning(Part):
     def settings(self) -> HopperSettings:
         """The environment in which the policy acts."""
         kind: type[HopperSettings] = HopperSettings
-        own: dict[str, Any] = {}
+        fields: dict[str, Any] = {}
         if self.acts == "feedback":
-            kind, own = TegotaeHopperSettings, {"omega": self.omega, "actuation": self.actuation}
+            kind, fields = TegotaeHopperSettings, {"omega": self.omega, "actuation": self.actuation}
         elif "phase" in self.observes:
-            kind, own = ClockedHopperSettings, {"omega": self.omega}
+            kind, fields = ClockedHopperSettings, {"omega": self.omega}
         if self.observes:
-            own["observation"] = self.observes
+            fields["observation"] = self.observes
         return kind(
             body=self.body,
             dimensionless=not self.si,
             tick_s=_TICK_S,
             decimation=round(self.step_s / _TICK_S),
-            **own,
+            **fields,
         )
 
     @property
@@ -165,10 +165,10 @@ class Policy:
         """Frequency ω of the oscillator [rad/s]; None without one."""
         return self.meaning.omega if self.meaning.with_phase else None
 
-    def weights(self, seen: Signals) -> list[np.ndarray]:
+    def weights(self, signals: Signals) -> list[np.ndarray]:
         """Its answers to signals, as the one weight of the controller, [points]."""
         settings = self.meaning.settings
-        read = seen.dimensionless if settings.dimensionless else seen.__getitem__
+        read = signals.dimensionless if settings.dimensionless else signals.__getitem__
         observed = np.stack([np.asarray(read(name)) for name in settings.observed], axis=-1)
         return [self.actions(observed) * settings.action_scale]
 
@@ -195,12 +195,12 @@ class Policy:
         if not np.isfinite(answer).all():
             where = observed[int(np.argmin(np.isfinite(answer)))]
             raise TegotaeError(f"{self.name} answers no finite number to {where.tolist()}")
-        most = self.meaning.settings.action_scale
+        limit = self.meaning.settings.action_scale
         scale = self.meaning.answer_scale
-        actions = answer if scale is None else scale / most * answer
+        actions = answer if scale is None else scale / limit * answer
         if self.meaning.acts == "feedback" and (np.abs(actions) > 1.0 + 1e-6).any():
             warnings.warn(
-                f"{self.name} returns a feedback of more than {most:g} rad/s, which is clipped",
+                f"{self.name} returns a feedback of more than {limit:g} rad/s, which is clipped",
                 ClippedFeedbackWarning,
                 stacklevel=2,
             )
@@ -243,17 +243,17 @@ def from_function(
     """
     name = name or getattr(function, "__name__", type(function).__name__)
     try:
-        asked = tuple(inspect.signature(function).parameters)
+        arguments = tuple(inspect.signature(function).parameters)
     except (TypeError, ValueError):
         raise TegotaeError(f"{name} does not say which arguments it has") from None
-    strange = [argument for argument in asked if argument not in ARGUMENTS]
-    if strange or not asked:
+    strange = [argument for argument in arguments if argument not in ARGUMENTS]
+    if strange or not arguments:
         raise TegotaeError(
             f"{name} asks for {', '.join(strange) or 'nothing'}; the arguments of a policy are "
             f"{', '.join(ARGUMENTS)}, any of them"
         )
     meaning = Meaning() if meaning is None else meaning
-    observes = tuple(ARGUMENTS[argument] for argument in asked)
+    observes = tuple(ARGUMENTS[argument] for argument in arguments)
     if meaning.observes and set(meaning.observes) != set(observes):
         raise TegotaeError(
             f"{name} is declared to observe {', '.join(meaning.observes)}, and its arguments say "
@@ -263,16 +263,16 @@ def from_function(
 
     def answer(observed: np.ndarray) -> np.ndarray:
         columns = iter(np.asarray(observed, float).T)
-        given = {
+        values = {
             name: np.arctan2(next(columns), next(columns)) % (2.0 * np.pi)
             if name == "phase_rad"
             else next(columns)
-            for name in asked
+            for name in arguments
         }
         try:
-            answer = np.asarray(function(**given), float)
+            answer = np.asarray(function(**values), float)
         except (TypeError, ValueError):  # of a function of single numbers
-            answer = np.vectorize(function, otypes=[float])(**given)
+            answer = np.vectorize(function, otypes=[float])(**values)
         return np.broadcast_to(answer, (len(observed),)) if answer.ndim == 0 else answer
 
     return Policy(answer, replace(meaning, observes=observes, si=True, answer_scale=scale), name)
@@ -351,7 +351,7 @@ def _onnx(path: Path) -> tuple[Answers, int | None]:
         session = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
     inputs = session.get_inputs()
     if len(inputs) != 1 or len(inputs[0].shape) != 2:
-        shapes = ", ".join(f"{each.name} {each.shape}" for each in inputs)
+        shapes = ", ".join(f"{entry.name} {entry.shape}" for entry in inputs)
         raise TegotaeError(f"{path} takes {shapes}; it must take one input of shape [n, entries]")
     name, (batch, entries) = inputs[0].name, inputs[0].shape
 
@@ -379,8 +379,8 @@ def _stable_baselines(path: Path) -> tuple[Answers, int]:
         # PPO and A2C share a policy, and TD3 and DDPG another.
         algorithm = {"common": "PPO"}.get(part := module.split(".")[1], part.upper())
     except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
-        why = (str(error).splitlines() or [type(error).__name__])[0]
-        raise TegotaeError(f"{path} is no model of Stable-Baselines3: {why}") from None
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise TegotaeError(f"{path} is no model of Stable-Baselines3: {reason}") from None
     if algorithm not in ("SAC", "PPO", "TD3") or not module.startswith("stable_baselines3."):
         raise TegotaeError(f"{path} holds a policy of {module}; known are SAC, PPO, TD3, DDPG, A2C")
     sb3 = require("stable_baselines3", "sb3")
@@ -406,30 +406,30 @@ def _stable_baselines(path: Path) -> tuple[Answers, int]:
     return answer, policy.observation_space.shape[0]
 
 
-def _settings(path: Path, written: dict[str, Any]) -> dict[str, Any]:
+def _settings(path: Path, saved: dict[str, Any]) -> dict[str, Any]:
     """Settings of a policy: plain values, and the activation by its name; not its optimiser."""
     from torch import nn
 
     settings = {
         name: value
-        for name, value in written.items()
+        for name, value in saved.items()
         if name[0] != ":" and not name.startswith("optimizer_")
     }
-    units, most = sum(map(abs, _numbers(settings))), math.isqrt(_MOST_BYTES // 4)
-    if units > most:  # and so more weights than could be in the file
+    units, limit = sum(map(abs, _numbers(settings))), math.isqrt(_MOST_BYTES // 4)
+    if units > limit:  # and so more weights than could be in the file
         raise TegotaeError(
-            f"{path} has a policy of {units} units; its layers must have at most {most}, all "
+            f"{path} has a policy of {units} units; its layers must have at most {limit}, all "
             "together"
         )
     for name, value in settings.items():
         if isinstance(value, str):  # of an object, which is also there as a pickle
-            known = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", value)
-            if known is None:
+            activation = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", value)
+            if activation is None:
                 raise TegotaeError(
                     f"{path} has a policy with {name} {value}, which only code within the file "
                     "can restore; load the model in a function of your own, FILE.py:FUNCTION"
                 )
-            settings[name] = getattr(nn, known[1])
+            settings[name] = getattr(nn, activation[1])
     return settings
 
 
@@ -446,16 +446,16 @@ def _numbers(value: Any) -> list[int]:
     return [value] if isinstance(value, int) else []
 
 
-def _box(does: str, written: dict[str, Any]) -> Any:
+def _box(does: str, saved: dict[str, Any]) -> Any:
     """A space, by the text of its limits."""
     from gymnasium.spaces import Box
 
-    kind = written.get(":type:", "")
-    if not kind.endswith("spaces.box.Box'>") or len(written["_shape"]) != 1:
+    kind = saved.get(":type:", "")
+    if not kind.endswith("spaces.box.Box'>") or len(saved["_shape"]) != 1:
         raise TegotaeError(
-            f"it {does} {kind} of shape {written.get('_shape')}; it must be one row of Box"
+            f"it {does} {kind} of shape {saved.get('_shape')}; it must be one row of Box"
         )
-    low, high = (np.array(written[end].strip("[]").split(), np.float32) for end in ("low", "high"))
+    low, high = (np.array(saved[end].strip("[]").split(), np.float32) for end in ("low", "high"))
     return Box(low, high)
 
 

@@ -102,12 +102,12 @@ class HopperVecEnv(LaneVecEnv):
         step = self._last = self._hoppers.step(self._actions)
         self._returns += step.reward
         self._lengths += 1
-        done = step.terminated | step.truncated
+        ended = step.terminated | step.truncated
         infos: list[Info] = [{} for _ in range(self.num_envs)]
-        if done.any():
+        if ended.any():
             elapsed = round(time.time() - self._begun, 6)
-            self._last = self._hoppers.reset(done)
-            for lane in np.flatnonzero(done).tolist():
+            self._last = self._hoppers.reset(ended)
+            for lane in np.flatnonzero(ended).tolist():
                 infos[lane] = {
                     "terminal_observation": step.observation[lane].copy(),
                     "TimeLimit.truncated": bool(step.truncated[lane]),
@@ -119,9 +119,9 @@ class HopperVecEnv(LaneVecEnv):
                     },
                 }
                 self.reset_infos[lane] = self._last.info(lane)
-            self._returns[done] = 0.0
-            self._lengths[done] = 0
-        return self._last.observation, step.reward, done, infos
+            self._returns[ended] = 0.0
+            self._lengths[ended] = 0
+        return self._last.observation, step.reward, ended, infos
 
     def close(self) -> None:
         """Nothing is held open."""

@@ -97,8 +97,8 @@ def body_scales(body: Body | Interface) -> dict[str, float]:
         return body.known_scales
     still = ground_m = jnp.zeros(1)
     state = body.release(still + body.touching_height_m, still)
-    found = {**body.sense(state, ground_m).scales, "feedback": body.rate_scale}
-    values = {name: np.unique(np.asarray(scale)) for name, scale in found.items()}
+    scales = {**body.sense(state, ground_m).scales, "feedback": body.rate_scale}
+    values = {name: np.unique(np.asarray(scale)) for name, scale in scales.items()}
     return {name: float(scale[0]) for name, scale in values.items() if scale.size == 1}
 
 
@@ -110,9 +110,9 @@ def units_of(body: Body) -> Units:
         >>> round(units_of(Hopper()).force_n, 3)
         0.981
     """
-    own: Any = unwrapped(body)
-    length, gravity = float(own.rest_length_m), float(own.gravity_m_per_s2)
-    weight_n = float(own.mass_kg) * gravity
+    base: Any = unwrapped(body)
+    length, gravity = float(base.rest_length_m), float(base.gravity_m_per_s2)
+    weight_n = float(base.mass_kg) * gravity
     return Units(length_m=length, time_s=math.sqrt(length / gravity), force_n=weight_n)
 
 

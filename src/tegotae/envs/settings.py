@@ -261,12 +261,14 @@ class HopperSettings(Part):
         names = (self.observation,) if isinstance(self.observation, str) else self.observation
         object.__setattr__(self, "observation", tuple(names))
         has_phase = self.controller.oscillator is not None
-        known = (*self.body.SENSES, *(("phase",) if has_phase else ()))
+        options = (*self.body.SENSES, *(("phase",) if has_phase else ()))
         if not self.observation:
-            raise TegotaeError(f"the observation is empty; name at least one of {', '.join(known)}")
+            raise TegotaeError(
+                f"the observation is empty; name at least one of {', '.join(options)}"
+            )
         for name in self.observation:
-            if name not in known:
-                raise unknown("observation of this environment", str(name), known)
+            if name not in options:
+                raise unknown("observation of this environment", str(name), options)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -330,23 +332,23 @@ def _check_number(name: str, value: float) -> None:
     require_finite(name, value, **limits)
 
 
-def _of_kind(kind: type[K], name: str, value: object, usual: type[K]) -> K:
+def _of_kind(kind: type[K], name: str, value: object, default: type[K]) -> K:
     """The value, which may be given as a mapping of the arguments of the usual one."""
     if isinstance(value, Mapping):
-        return _made(usual, f"argument of {name}", value)
+        return _made(default, f"argument of {name}", value)
     if not isinstance(value, kind):
         raise TegotaeError(
             f"{name} is {value!r}; it must be a {kind.__name__}, or the arguments of a "
-            f"{usual.__name__}"
+            f"{default.__name__}"
         )
     return value
 
 
-def _made(kind: type[K], what: str, arguments: Mapping[str, Any]) -> K:
-    known = [field.name for field in dataclasses.fields(cast(Any, kind))]
+def _made(kind: type[K], role: str, arguments: Mapping[str, Any]) -> K:
+    names = [field.name for field in dataclasses.fields(cast(Any, kind))]
     for name in arguments:
-        if name not in known:
-            raise unknown(what, str(name), known)
+        if name not in names:
+            raise unknown(role, str(name), names)
     return kind(**arguments)
 
 

@@ -85,9 +85,9 @@ def weights_of(wiring: Wiring) -> tuple[np.ndarray, list[str]]:
     """The weights as one vector of the controller of all limbs, and what they lack to be used."""
     if wiring.weights is None:
         return np.zeros(0), ["the wiring has no weights; train it, or give weights="]
-    own, limbs = wiring.controller.n_weights, len(wiring.limbs)
+    count, limbs = wiring.controller.n_weights, len(wiring.limbs)
     weights = np.asarray(wiring.weights, np.float32)
-    shapes = [(own,)] if wiring.controller.limbs > 1 else [(own,), (limbs, own)]
+    shapes = [(count,)] if wiring.controller.limbs > 1 else [(count,), (limbs, count)]
     problems = []
     if weights.shape not in shapes:
         problems.append(
@@ -112,10 +112,10 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
         controller = controller_of(wiring)
     except TegotaeError as error:
         return None, [str(error)]
-    wanted = {entry for limb in limbs for entry in limb.entries}
-    if not wanted & {*driven} and all(entry[-2:] in ("_x", "_y", "_z") for entry in wanted):
+    entries = {entry for limb in limbs for entry in limb.entries}
+    if not entries & {*driven} and all(entry[-2:] in ("_x", "_y", "_z") for entry in entries):
         return None, [
-            f"the wiring commands places of feet, such as {min(wanted)}, and the environment's "
+            f"the wiring commands places of feet, such as {min(entries)}, and the environment's "
             "actions are of joints; add --settings legs=true"
         ]
     step_s = getattr(env.unwrapped, "dt", None) if wiring.step_s is None else wiring.step_s
@@ -123,11 +123,11 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     if problems or step_s is None:
         return None, problems
     commands = range(len(controller.actuation.COMMANDS))
-    at = np.array([[driven.index(limb.entries[c]) for limb in limbs] for c in commands])
+    columns = np.array([[driven.index(limb.entries[c]) for limb in limbs] for c in commands])
     rests, pushes = [limb.rest for limb in limbs], [limb.push for limb in limbs]
     space = env.action_space
     assert isinstance(space, Box)
-    low, high = space.low[at[0]].astype(float), space.high[at[0]].astype(float)
+    low, high = space.low[columns[0]].astype(float), space.high[columns[0]].astype(float)
     with np.errstate(invalid="ignore"):  # the middle of an entry without bounds
         middle = 0.5 * (low + high)
     rest = np.array([x if x is not None else middle[i] for i, x in enumerate(rests)], float)
@@ -139,8 +139,8 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     wires = Wires(
         controller=controller,
         sensed={name: _places(limbs, name, observed) for name in read_by(wiring.controller)},
-        driven=at,
-        free=np.array([k for k in range(len(driven)) if k not in at], np.intp),
+        driven=columns,
+        free=np.array([k for k in range(len(driven)) if k not in columns], np.intp),
         still=np.asarray(getattr(env.unwrapped, "still_action", np.zeros(len(driven)))),
         rest=rest,
         push=push,
@@ -152,11 +152,11 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     return wires, []
 
 
-def _unknown_entry(what: str, name: str, known: Sequence[str]) -> str:
+def _unknown_entry(role: str, name: str, names: Sequence[str]) -> str:
     """Return the message about an unknown entry; numbered entries have no nearest names."""
-    if all(entry.startswith(f"{what}[") for entry in known):
-        return f"no {what} entry is called {name!r}; known: {', '.join(known)}"
-    return str(unknown(f"{what} entry", name, known))
+    if all(entry.startswith(f"{role}[") for entry in names):
+        return f"no {role} entry is called {name!r}; known: {', '.join(names)}"
+    return str(unknown(f"{role} entry", name, names))
 
 
 def _places(
@@ -169,15 +169,15 @@ def _places(
     return np.array([observed.index(x) if x != NOTHING else 0 for x in entries]), np.array(sign)
 
 
-def _names(what: str, given: Sequence[str] | None, known: Sequence[str]) -> list[str]:
-    names = list(known if given is None else given)
-    if len(names) != len(known):
+def _names(role: str, overrides: Sequence[str] | None, defaults: Sequence[str]) -> list[str]:
+    names = list(defaults if overrides is None else overrides)
+    if len(names) != len(defaults):
         raise TegotaeError(
-            f"there are {len(names)} {what} names for {len(known)} entries; give one per entry"
+            f"there are {len(names)} {role} names for {len(defaults)} entries; give one per entry"
         )
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise TegotaeError(f"several {what} entries are called {twice[0]!r}; names must differ")
+        raise TegotaeError(f"several {role} entries are called {twice[0]!r}; names must differ")
     return names
 
 
@@ -212,10 +212,10 @@ def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) ->
     for name in sorted(set(entries)):
         if entries.count(name) > 1:
             yield f"several limbs drive {name!r}; an action entry takes one limb"
-    for what in ("height", "work", "work_positive", "work_net"):
-        name = getattr(wiring, what)
+    for role in ("height", "work", "work_positive", "work_net"):
+        name = getattr(wiring, role)
         if name is not None and name not in observed:
-            yield f"{what}: {_unknown_entry('observation', name, observed)}"
+            yield f"{role}: {_unknown_entry('observation', name, observed)}"
     yield from misnamed_scales(wiring.scales, [*reads, "feedback"])
 
 
@@ -304,22 +304,24 @@ def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:
         observation, _, terminated, truncated, _ = env.step(env.action_space.sample())
         if terminated or truncated:
             observation, _ = env.reset()
-    seen = np.array(rows)
+    observations = np.array(rows)
     problems = []
     for i, name in enumerate(contacts):
         # Below zero, what is turned or a spring's counts as zero.
         if name is None or name not in names or name.endswith("_spring"):
             continue
-        force = seen[:, names.index(name)]
-        about = f"limb {i}: {name!r} does not look like a contact force: in {steps} random steps it"
+        force = observations[:, names.index(name)]
+        subject = (
+            f"limb {i}: {name!r} does not look like a contact force: in {steps} random steps it"
+        )
         if not np.isfinite(force).all():
-            problems.append(f"{about} was not finite")
+            problems.append(f"{subject} was not finite")
         elif (force < 0.0).any():
-            problems.append(f"{about} was negative ({force.min():g})")
+            problems.append(f"{subject} was negative ({force.min():g})")
         elif (force == 0.0).all():
-            problems.append(f"{about} never left zero")
+            problems.append(f"{subject} never left zero")
         elif (force > 0.0).all():
-            problems.append(f"{about} was never zero")
+            problems.append(f"{subject} was never zero")
     return problems
 
 
@@ -338,20 +340,20 @@ def remarks(wiring: Wiring, contacts: Collection[str] = ()) -> list[str]:
         'foot_force' stands in for F_k: it is the whole contact force, with damper, actuator and \
 impacts, where the paper's law feels the spring alone
     """
-    found = []
+    sentences = []
     felt = sorted({limb.senses.get("spring_force", "") for limb in wiring.limbs} & {*contacts})
     if felt:
-        named = ", ".join(map(repr, felt[:4]))
-        found.append(
-            f"{named} stand{'s' if len(felt) == 1 else ''} in for F_k: it is the whole contact "
+        names = ", ".join(map(repr, felt[:4]))
+        sentences.append(
+            f"{names} stand{'s' if len(felt) == 1 else ''} in for F_k: it is the whole contact "
             "force, with damper, actuator and impacts, where the paper's law feels the spring alone"
         )
     networks = [t for t in wiring.controller.terms.values() if isinstance(t, Network)]
-    seen = {name for term in networks for name in term.reads} - {"sin_phase", "cos_phase"}
-    if unscaled := sorted(seen - set(wiring.scales)):
-        found.append(
+    signals = {name for term in networks for name in term.reads} - {"sin_phase", "cos_phase"}
+    if unscaled := sorted(signals - set(wiring.scales)):
+        sentences.append(
             f"no scale is given for {', '.join(unscaled)}: networks see "
             f"{'it' if len(unscaled) == 1 else 'them'} over 1, whatever the body's size; "
             "give scales=, or take a MuJoCo model's with with_scales(env)"
         )
-    return found
+    return sentences

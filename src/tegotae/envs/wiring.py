@@ -138,10 +138,10 @@ class Wiring:
                 "sector starts and how wide it is [rad]"
             )
         require_finite("the width in sector_rad", self.sector_rad[1], above=0.0, most=2.0 * math.pi)
-        own = self.controller.actuation
-        if isinstance(own, Sector):
+        actuation = self.controller.actuation
+        if isinstance(actuation, Sector):
             start_rad, width_rad = map(float, self.sector_rad)
-            push = dataclasses.replace(own, start_rad=start_rad, width_rad=width_rad)
+            push = dataclasses.replace(actuation, start_rad=start_rad, width_rad=width_rad)
             controller = dataclasses.replace(self.controller, actuation=push)
             object.__setattr__(self, "controller", controller)
 
@@ -220,7 +220,7 @@ class Wiring:
         limbs = tuple(
             dataclasses.replace(
                 limb,
-                senses={name: at for name, at in limb.senses.items() if name in reads},
+                senses={name: entry for name, entry in limb.senses.items() if name in reads},
                 drives=limb.drives if isinstance(limb.drives, str) else limb.drives[driven],
             )
             for limb in self.limbs
@@ -234,20 +234,20 @@ class Wiring:
             TegotaeError: for an environment without one, or a scale whose name has a slip.
         """
         feet = self.contact_bodies or None
-        known = model_scales(env, feet=feet, limbs=len(self.limbs))
-        if problems := misnamed_scales(self.scales, list(known)):
+        scales = model_scales(env, feet=feet, limbs=len(self.limbs))
+        if problems := misnamed_scales(self.scales, list(scales)):
             raise TegotaeError("; ".join(problems))
-        return dataclasses.replace(self, scales={**known, **self.scales})
+        return dataclasses.replace(self, scales={**scales, **self.scales})
 
 
-def _units_of(saved: SavedController, here: Units) -> tuple[Units, Units]:
+def _units_of(saved: SavedController, local: Units) -> tuple[Units, Units]:
     """The units in which a controller counts where it was trained, and those on a body of these.
 
     One from another simulator counts in the units of its wiring.
     """
     if saved.task is not None:
-        return wiring_of(saved.task.wiring).units or Units(), here
-    return Units(), here.over(units_of(saved.system.mechanics))
+        return wiring_of(saved.task.wiring).units or Units(), local
+    return Units(), local.over(units_of(saved.system.mechanics))
 
 
 def misnamed_scales(scales: Mapping[str, float], signals: Sequence[str]) -> list[str]:
@@ -275,8 +275,8 @@ def read_by(controller: Controller) -> list[str]:
         >>> read_by(build("AR-rFv-reflex-w8"))
         ['spring_force', 'velocity']
     """
-    own = {"feedback", *(controller.oscillator or PhaseOscillator()).SIGNALS}
-    return sorted({name for term in controller.terms.values() for name in term.reads} - own)
+    internal = {"feedback", *(controller.oscillator or PhaseOscillator()).SIGNALS}
+    return sorted({name for term in controller.terms.values() for name in term.reads} - internal)
 
 
 def load_wiring(path: Path | str) -> Wiring:
@@ -428,10 +428,10 @@ def _given(values: Mapping[str, str | float | Sequence[Any] | None]) -> JsonObje
 def _toml(document: dict[str, Any], reasons: Mapping[str, str]) -> str:
     """A document of texts, numbers, lists of texts, tables and one list of tables."""
 
-    def line(name: str, value: Any, at: str = "") -> str:
-        why = reasons.get(at + name)
+    def line(name: str, value: Any, prefix: str = "") -> str:
+        reason = reasons.get(prefix + name)
         key = name if name.isidentifier() else json.dumps(name)
-        return f"{key} = {json.dumps(value)}" + (f"  # {why}" if why else "")
+        return f"{key} = {json.dumps(value)}" + (f"  # {reason}" if reason else "")
 
     plain = {n: x for n, x in document.items() if not isinstance(x, dict) and n != "limbs"}
     lines = [line(name, value) for name, value in plain.items()]
@@ -439,8 +439,8 @@ def _toml(document: dict[str, Any], reasons: Mapping[str, str]) -> str:
         entries = (line(n, x, f"{table}.") for n, x in document[table].items())
         lines += ["", f"[{table}]", *entries]
     for i, limb in enumerate(document["limbs"]):
-        at = f"limbs[{i}]."
-        own = [line(n, x, at) for n, x in limb.items() if n != "senses"]
-        senses = [line(n, x, at) for n, x in limb["senses"].items()]
+        prefix = f"limbs[{i}]."
+        own = [line(n, x, prefix) for n, x in limb.items() if n != "senses"]
+        senses = [line(n, x, prefix) for n, x in limb["senses"].items()]
         lines += ["", "[[limbs]]", *own, "[limbs.senses]", *senses]
     return "\n".join(lines) + "\n"

@@ -79,10 +79,12 @@ class Pilot:
             where: which lanes, [lanes].
             omega: the frequency of every lane from now on [rad/s], [lanes].
         """
-        before, phase = self._oscillator, self.phase
+        previous, phase = self._oscillator, self.phase
         self.reset()
         begun = self._oscillator
-        self._oscillator = jax.tree.map(lambda new, old: jnp.where(where, new, old), begun, before)
+        self._oscillator = jax.tree.map(
+            lambda new, old: jnp.where(where, new, old), begun, previous
+        )
         self.phase = np.where(where, self.phase, phase)
         every = np.broadcast_to(self._units.time_s * np.asarray(omega), phase.shape)
         self._numbers["omega"] = self._of_limbs(np.array(every, np.float32))
@@ -104,16 +106,16 @@ class Pilot:
         """
         wires, units = self._wires, self._units
         sensed = {}
-        for signal, (at, sign) in wires.sensed.items():
-            felt = sign[:, None] * observed[:, at].T
+        for signal, (columns, sign) in wires.sensed.items():
+            felt = sign[:, None] * observed[:, columns].T
             felt = np.maximum(felt, 0.0) if signal == "spring_force" else felt
             felt = felt / units.of(signal)
             sensed[signal] = self._of_limbs(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32)
         if added is not None:
             extra = np.asarray(units.time_s * added, np.float32)
-        given = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
-        self._oscillator, command, feedback, phase = self._sample(*given)
+        arguments = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
+        self._oscillator, command, feedback, phase = self._sample(*arguments)
         shape = wires.limbs, self._lanes
         self.feedback = np.asarray(feedback).reshape(shape) / units.time_s
         self.phase = np.asarray(phase).reshape(shape)
@@ -126,8 +128,8 @@ class Pilot:
             action[:, wires.driven[0]] = wires.rest + (wires.push - wires.rest) * command[0].T
         else:
             for entry, place in zip(wires.driven, command, strict=True):
-                there = units.length_m * place.T
-                action[:, entry] = np.clip(there, wires.low[entry], wires.high[entry])
+                commanded = units.length_m * place.T
+                action[:, entry] = np.clip(commanded, wires.low[entry], wires.high[entry])
         return action
 
     def _of_limbs(self, x: np.ndarray) -> np.ndarray:
@@ -178,13 +180,13 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         self.wiring = wiring
         self._pilot = Pilot(wires, wiring, weights[:, None])
         n = wires.limbs
-        inner = env.action_space
-        assert isinstance(inner, Box)
+        space = env.action_space
+        assert isinstance(space, Box)
         ones = np.ones(n, np.float32)
-        self._inner_dtype = inner.dtype
+        self._inner_dtype = space.dtype
         self.action_space = Box(
-            np.concatenate([-ones, inner.low[wires.free].astype(np.float32)]),
-            np.concatenate([ones, inner.high[wires.free].astype(np.float32)]),
+            np.concatenate([-ones, space.low[wires.free].astype(np.float32)]),
+            np.concatenate([ones, space.high[wires.free].astype(np.float32)]),
             dtype=np.float32,
         )
         self.observation_space = _with_phase_space(env.observation_space, n)
@@ -215,9 +217,9 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         added = np.clip(action[: self._n], -1.0, 1.0)
         added = added * np.float32(self.wiring.max_feedback_rad_per_s)
         free = action[self._n :]
-        inner = self._pilot.act(self._sensed[None], added=added[:, None], free=free[None])[0]
+        command = self._pilot.act(self._sensed[None], added=added[:, None], free=free[None])[0]
         observation, reward, terminated, truncated, info = self.env.step(
-            inner.astype(self._inner_dtype)
+            command.astype(self._inner_dtype)
         )
         self._sensed = flat(self.env.observation_space, observation)
         observation, info = self._outward(observation, info)

@@ -151,26 +151,26 @@ def _columns(text: str, units: Collection[str]) -> dict[str, pd.Series]:
 
 def _names(head: list[_Row], width: int, units: Collection[str]) -> list[str]:
     """The names of the columns, with their units where a row below has them."""
-    names, of = head[-1], [""] * width
-    inner = [cell.strip("[]()") for cell in names.cells]
-    filled = [unit for unit in inner if unit]
+    names, row_units = head[-1], [""] * width
+    cells = [cell.strip("[]()") for cell in names.cells]
+    filled = [unit for unit in cells if unit]
     is_units = 2 * sum(unit.lower() in units for unit in filled) > len(filled)
     if is_units and len(head) > 1 and len(head[-2].cells) == len(names.cells):
-        names, of = head[-2], inner
+        names, row_units = head[-2], cells
     if len(names.cells) != width:
         raise ValueError(
             f"line {names.line}, the names, has {len(names.cells)} cells, and the rows below it "
             f"have {width}; name every column once"
         )
     plain = [name or f"column {i}" for i, name in enumerate(names.cells)]
-    for i, (name, unit) in enumerate(zip(plain, of, strict=True)):
-        own = re.split(r"[_ \[(]", name.rstrip("])"))[-1]
-        if unit and own.lower() not in units:
+    for i, (name, unit) in enumerate(zip(plain, row_units, strict=True)):
+        suffix = re.split(r"[_ \[(]", name.rstrip("])"))[-1]
+        if unit and suffix.lower() not in units:
             plain[i] = f"{name} [{unit}]"
-        elif unit and own.lower() != unit.lower():
+        elif unit and suffix.lower() != unit.lower():
             raise ValueError(
                 f"line {head[-1].line} says that {name!r} is in {unit!r}, and its name ends in "
-                f"{own!r}; correct one of them"
+                f"{suffix!r}; correct one of them"
             )
     return plain
 

@@ -40,8 +40,8 @@ def check_plausible(samples: Mapping[str, np.ndarray]) -> None:
         >>> height_m = 1.0 + 0.1 * np.sin(6.0 * time_s)
         >>> check_plausible({"time_s": time_s, "height_m": height_m})
     """
-    at = np.asarray(samples["time_s"], float)
-    _check_times(at)
+    time_s = np.asarray(samples["time_s"], float)
+    _check_times(time_s)
     if "ground_m" not in samples:
         _check_upwards(np.asarray(samples["height_m"], float))
     for name, column in samples.items():
@@ -49,12 +49,12 @@ def check_plausible(samples: Mapping[str, np.ndarray]) -> None:
         if name == "time_s" or len(rows) < 3 or np.abs(column[rows]).max() > _MOST:
             continue
         column = np.asarray(column, float)
-        _check_holes(name, at[rows], rows)
+        _check_holes(name, time_s[rows], rows)
         if name in ("height_m", "spring_force_n"):
-            _check_held(name, column[rows], at[rows])
+            _check_held(name, column[rows], time_s[rows])
         if name == "height_m":
-            _check_frozen(column[rows], at[rows], rows)
-            _check_leaps(column[rows], at[rows], rows)
+            _check_frozen(column[rows], time_s[rows], rows)
+            _check_leaps(column[rows], time_s[rows], rows)
 
 
 def doubts(samples: Mapping[str, np.ndarray]) -> list[str]:
@@ -128,20 +128,20 @@ def check_forces(
     Raises:
         TegotaeError: for forces that are in another unit.
     """
-    most = float(np.nanmax(np.abs(force_n)))
-    known = [
+    largest_n = float(np.nanmax(np.abs(force_n)))
+    units = [
         (weight_n, _MOST_WEIGHTS, "the weight"),
         (max_force_n, 2.0, "the actuator's largest force"),
     ]
-    for newton, times, what in known:
-        if newton is not None and math.isfinite(newton) and most > times * newton:
+    for newton, times, unit in units:
+        if newton is not None and math.isfinite(newton) and largest_n > times * newton:
             raise TegotaeError(
-                f"force_n reaches {most:.4g} N, {most / newton:.3g} times {what} of {newton:.4g} "
-                "N; look at its unit, such as --columns force=COLUMN[gf]"
+                f"force_n reaches {largest_n:.4g} N, {largest_n / newton:.3g} times {unit} of "
+                f"{newton:.4g} N; look at its unit, such as --columns force=COLUMN[gf]"
             )
     if weight_n is not None or max_force_n is not None:
         return []
-    return [f"the force reaches {most:.3g} N; --mass or --max-force checks its unit"]
+    return [f"the force reaches {largest_n:.3g} N; --mass or --max-force checks its unit"]
 
 
 def _check_upwards(over_ground_m: np.ndarray) -> None:
@@ -166,12 +166,12 @@ def _check_times(time_s: np.ndarray) -> None:
 
 def _check_holes(name: str, time_s: np.ndarray, rows: np.ndarray) -> None:
     steps = np.diff(time_s)
-    usual = float(np.median(steps))
-    at = int(np.argmax(steps))
-    if steps[at] > (MOST_PERIODS + 0.5) * usual:
+    median_s = float(np.median(steps))
+    index = int(np.argmax(steps))
+    if steps[index] > (MOST_PERIODS + 0.5) * median_s:
         raise TegotaeError(
-            f"{name} has no sample for {steps[at]:.4g} s after sample {rows[at]} "
-            f"({time_s[at]:.4g} s), and one every {usual:.4g} s elsewhere; cut the recording "
+            f"{name} has no sample for {steps[index]:.4g} s after sample {rows[index]} "
+            f"({time_s[index]:.4g} s), and one every {median_s:.4g} s elsewhere; cut the recording "
             f"there, since no more than {MOST_PERIODS} periods are bridged"
         )
 
@@ -181,13 +181,13 @@ def _check_leaps(height: np.ndarray, time_s: np.ndarray, rows: np.ndarray) -> No
     noise = 2.0 * SURE * noise_std(height)
     steps, period = np.diff(height), np.diff(time_s)
     over = np.abs(steps) - fastest * period - noise
-    at = int(np.argmax(over > 0.0))
-    if over[at] > 0.0:
+    index = int(np.argmax(over > 0.0))
+    if over[index] > 0.0:
         raise TegotaeError(
-            f"height_m goes from {height[at]:.3g} to {height[at + 1]:.4g} at sample "
-            f"{rows[at + 1]} ({time_s[at + 1]:.4g} s) within {period[at]:.4g} s, and no body that "
-            f"moves by {np.ptp(height):.3g} m is faster than {fastest:.3g} m/s; correct the "
-            "samples, or cut them off"
+            f"height_m goes from {height[index]:.3g} to {height[index + 1]:.4g} at sample "
+            f"{rows[index + 1]} ({time_s[index + 1]:.4g} s) within {period[index]:.4g} s, and no "
+            f"body that moves by {np.ptp(height):.3g} m is faster than {fastest:.3g} m/s; correct "
+            "the samples, or cut them off"
         )
 
 
@@ -201,8 +201,8 @@ def _check_frozen(height: np.ndarray, time_s: np.ndarray, rows: np.ndarray) -> N
     starts, lengths = _runs(height)
     leaps = np.abs(np.diff(height[starts]))
     beside = np.maximum(np.append(leaps, 0.0), np.append(0.0, leaps))
-    least = 0.5 * _STARTS_M_PER_S2 * float(np.median(np.diff(time_s))) ** 2
-    frozen = (lengths >= _FROZEN) & (beside > least)
+    threshold = 0.5 * _STARTS_M_PER_S2 * float(np.median(np.diff(time_s))) ** 2
+    frozen = (lengths >= _FROZEN) & (beside > threshold)
     if frozen.any():
         run = int(np.argmax(frozen))
         start, end = starts[run], starts[run] + lengths[run] - 1

@@ -41,10 +41,10 @@ class Quantity(NamedTuple):
 
         Capitals count only where they distinguish two units, as those of mN and MN do.
         """
-        alike = [known for known in self.units if known.lower() == unit.lower()]
-        if len(alike) > 1:
-            alike = [known for known in alike if known[0] == unit[0]]
-        return self.units[alike[0]] if alike else None
+        matches = [candidate for candidate in self.units if candidate.lower() == unit.lower()]
+        if len(matches) > 1:
+            matches = [candidate for candidate in matches if candidate[0] == unit[0]]
+        return self.units[matches[0]] if matches else None
 
     @property
     def si(self) -> str:
@@ -138,10 +138,10 @@ def _npz(path: Path) -> dict[str, np.ndarray]:
                 f"{path} is no recording: {name} has the shape {column.shape}; it must be one "
                 "number a sample"
             )
-    kept = {name: column for name, column in columns.items() if column.ndim == 1}
-    if not kept:
+    vectors = {name: column for name, column in columns.items() if column.ndim == 1}
+    if not vectors:
         raise TegotaeError(f"{path} is no recording: it holds no array of one dimension")
-    return kept
+    return vectors
 
 
 def _parquet(path: Path) -> dict[str, np.ndarray]:
@@ -155,7 +155,9 @@ def _parquet(path: Path) -> dict[str, np.ndarray]:
 
 
 FORMATS: dict[str, Callable[[Path], Mapping[str, np.ndarray | pd.Series]]] = {
-    ".csv": partial(read_log, units=[unit for what in QUANTITIES.values() for unit in what.units]),
+    ".csv": partial(
+        read_log, units=[unit for entry in QUANTITIES.values() for unit in entry.units]
+    ),
     ".npz": _npz,
     ".parquet": _parquet,
 }
@@ -164,10 +166,10 @@ FORMATS: dict[str, Callable[[Path], Mapping[str, np.ndarray | pd.Series]]] = {
 
 def recording(
     columns: Mapping[str, Collection[object]],
-    named: Sequence[str] = (),
+    assignments: Sequence[str] = (),
     *,
     rate_hz: float | None = None,
-    kept: Collection[str] = OF_A_GAIT,
+    quantities: Collection[str] = OF_A_GAIT,
     needed: Sequence[str] = ("height",),
 ) -> pd.DataFrame:
     """The recorded gait in some columns, in SI units, for `tegotae.measures.hopping.measure`.
@@ -177,10 +179,10 @@ def recording(
 
     Args:
         columns: arrays of one length, by name.
-        named: which column is what, `QUANTITY=COLUMN` or `QUANTITY=COLUMN[UNIT]`, with a minus
-            before the column if it points the other way.
+        assignments: columns of quantities, `QUANTITY=COLUMN` or `QUANTITY=COLUMN[UNIT]`, with a
+            minus before the column if it points the other way.
         rate_hz: samples a second, where there is no column of times.
-        kept: the quantities that are read, of `QUANTITIES`.
+        quantities: the quantities that are read, of `QUANTITIES`.
         needed: those of them that must be there, beside the time.
 
     Returns:
@@ -199,21 +201,23 @@ def recording(
         >>> recording(table, ["height=com[mm]"]).height_m.tolist()
         [0.99, 1.0, 1.01]
     """
-    chosen = {name: found for name, found in _chosen(columns, named).items() if name in kept}
+    sources = {
+        name: source for name, source in _chosen(columns, assignments).items() if name in quantities
+    }
     for quantity in needed:
-        if quantity not in chosen:
+        if quantity not in sources:
             raise _lacking(quantity, columns)
-    if "time" not in chosen and rate_hz is None:
+    if "time" not in sources and rate_hz is None:
         raise _lacking("time", columns, ", or give the rate of the samples: --rate HZ")
-    if "time" in chosen and rate_hz is not None:
+    if "time" in sources and rate_hz is not None:
         raise TegotaeError(
-            f"column {chosen['time'].column!r} holds the times; --rate is for columns without any"
+            f"column {sources['time'].column!r} holds the times; --rate is for columns without any"
         )
     values = {
-        f"{quantity}_{QUANTITIES[quantity].si.lower()}": of.numbers(columns[of.column])
-        for quantity, of in chosen.items()
+        f"{quantity}_{QUANTITIES[quantity].si.lower()}": place.numbers(columns[place.column])
+        for quantity, place in sources.items()
     }
-    lengths = {of.column: len(columns[of.column]) for of in chosen.values()}
+    lengths = {place.column: len(columns[place.column]) for place in sources.values()}
     if len({*lengths.values()}) > 1:
         held = ", ".join(f"{size} in {name!r}" for name, size in lengths.items())
         raise TegotaeError(f"the columns hold {held} samples; all must be of one length")
@@ -236,38 +240,38 @@ _UNIFORM = 0.01
 
 def _without_empty_rows(table: pd.DataFrame) -> pd.DataFrame:
     """The rows without an empty cell, if their times are uniform."""
-    whole = table.dropna()
-    steps = np.diff(whole["time_s"])
-    if len(whole) < _LEAST_SAMPLES or np.ptp(steps) > 2.0 * _UNIFORM * steps.mean():
+    complete = table.dropna()
+    steps = np.diff(complete["time_s"])
+    if len(complete) < _LEAST_SAMPLES or np.ptp(steps) > 2.0 * _UNIFORM * steps.mean():
         return table
-    return whole.reset_index(drop=True)
+    return complete.reset_index(drop=True)
 
 
 def read_recording(
     path: Path | str,
-    named: Sequence[str] = (),
+    assignments: Sequence[str] = (),
     *,
     rate_hz: float | None = None,
     resample_hz: float | None = None,
-    kept: Collection[str] = OF_A_GAIT,
+    quantities: Collection[str] = OF_A_GAIT,
     needed: Sequence[str] = ("height",),
 ) -> pd.DataFrame:
     """Read the recording in a file, and say on standard error what is left alone or odd.
 
     Args:
         path: as of `read_columns`.
-        named: as of `recording`.
+        assignments: as of `recording`.
         rate_hz: as of `recording`.
         resample_hz: rate for `resampled`; None to leave the times as they are.
-        kept: as of `recording`.
+        quantities: as of `recording`.
         needed: as of `recording`.
 
     Raises:
         TegotaeError: for what `read_columns`, `recording` or `resampled` refuse.
     """
     table = read_columns(path)
-    samples = recording(table, named, rate_hz=rate_hz, kept=kept, needed=needed)
-    lines = left_alone(table, named)
+    samples = recording(table, assignments, rate_hz=rate_hz, quantities=quantities, needed=needed)
+    lines = left_alone(table, assignments)
     count = len(next(iter(table.values())))
     if len(samples) < count:
         lines.append(
@@ -293,11 +297,11 @@ def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
             are infinite or all missing.
     """
     require_finite("resample", rate_hz, above=0.0, most=1e6)
-    at = samples["time_s"].to_numpy()
+    times = samples["time_s"].to_numpy()
     check_plausible({str(name): samples[name].to_numpy() for name in samples})
     held = {name: samples[name].notna().to_numpy() for name in samples}
     begin, end = (
-        choose(at[rows][edge] for rows in held.values() if rows.any())
+        choose(times[rows][edge] for rows in held.values() if rows.any())
         for choose, edge in ((max, 0), (min, -1))
     )
     time_s = begin + np.arange(int((end - begin) * rate_hz + 1e-9) + 1) / rate_hz
@@ -308,35 +312,37 @@ def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
         if not len(values) or np.isinf(values).any():
             raise TegotaeError(f"{name} has no finite values; name another column")
         if name == "command_share":
-            return values[np.searchsorted(at[rows], time_s + 1e-9, "right") - 1]
-        return np.interp(time_s, at[rows], np.unwrap(values) if name == "phase_rad" else values)
+            return values[np.searchsorted(times[rows], time_s + 1e-9, "right") - 1]
+        return np.interp(time_s, times[rows], np.unwrap(values) if name == "phase_rad" else values)
 
     return pd.DataFrame({name: at_times(str(name)) for name in samples} | {"time_s": time_s})
 
 
-def left_alone(columns: Mapping[str, Collection[object]], named: Sequence[str] = ()) -> list[str]:
+def left_alone(
+    columns: Mapping[str, Collection[object]], assignments: Sequence[str] = ()
+) -> list[str]:
     """A line on every column that has a quantity's name, and is not read since its unit is unknown.
 
     Args:
         columns: arrays by name, as for `recording`.
-        named: which column is what, as for `recording`.
+        assignments: which column is what, as for `recording`.
 
     Example:
         >>> left_alone({"time_s": [], "height_m": [], "force": []})
         ["column 'force' is without a unit and is left alone; say it: --columns force=force[N]"]
     """
-    chosen = _chosen(columns, named)
+    sources = _chosen(columns, assignments)
     lines = []
     for column in columns:
         name, unit = split(column)
-        whole = f"{name}_{unit}".lower().strip("_")
-        for quantity, known in QUANTITIES.items():
-            if quantity in chosen or not {name, whole} & {*known.names}:
+        full_name = f"{name}_{unit}".lower().strip("_")
+        for quantity, entry in QUANTITIES.items():
+            if quantity in sources or not {name, full_name} & {*entry.names}:
                 continue
-            given = _given("" if whole in known.names else unit)
+            spelling = _given("" if full_name in entry.names else unit)
             lines.append(
-                f"column {column!r} is {given} and is left alone; say it: --columns "
-                f"{quantity}={column}[{known.si}]"
+                f"column {column!r} is {spelling} and is left alone; say it: --columns "
+                f"{quantity}={column}[{entry.si}]"
             )
     return lines
 
@@ -406,38 +412,40 @@ def _scale_of(quantity: str, column: Collection[object], unit: str) -> float | N
     return QUANTITIES[quantity].of(unit)
 
 
-def _chosen(columns: Mapping[str, Collection[object]], named: Sequence[str]) -> dict[str, _Source]:
+def _chosen(
+    columns: Mapping[str, Collection[object]], assignments: Sequence[str]
+) -> dict[str, _Source]:
     """Column and unit of every quantity: as named, or else by the columns' own names."""
-    chosen: dict[str, _Source] = {}
-    for words in named:
+    sources: dict[str, _Source] = {}
+    for words in assignments:
         quantity, source = _named(columns, words)
-        if quantity in chosen:
+        if quantity in sources:
             raise TegotaeError(
-                f"the {quantity} is named twice, {chosen[quantity].column!r} and "
+                f"the {quantity} is named twice, {sources[quantity].column!r} and "
                 f"{source.column!r}; name one"
             )
-        for other, taken in chosen.items():
+        for earlier, taken in sources.items():
             if taken.column == source.column:
                 raise TegotaeError(
-                    f"column {source.column!r} is named for two quantities, {other} and "
+                    f"column {source.column!r} is named for two quantities, {earlier} and "
                     f"{quantity}; it can be one of them"
                 )
-        chosen[quantity] = source
-    taken = {source.column for source in chosen.values()}
-    known: dict[str, _Source] = {}
+        sources[quantity] = source
+    taken = {source.column for source in sources.values()}
+    matches: dict[str, _Source] = {}
     for column in (column for column in columns if column not in taken):
         name, unit = split(column)
-        for quantity, what in QUANTITIES.items():
+        for quantity, entry in QUANTITIES.items():
             scale = _scale_of(quantity, columns[column], unit)
-            if quantity in chosen or name not in what.names or scale is None:
+            if quantity in sources or name not in entry.names or scale is None:
                 continue
-            if quantity in known:
+            if quantity in matches:
                 raise TegotaeError(
-                    f"columns {known[quantity].column!r} and {column!r} may both be the "
+                    f"columns {matches[quantity].column!r} and {column!r} may both be the "
                     f"{quantity}; say which, such as --columns {quantity}={column}"
                 )
-            known[quantity] = _Source(column, scale)
-    return known | chosen
+            matches[quantity] = _Source(column, scale)
+    return matches | sources
 
 
 def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, _Source]:
@@ -452,7 +460,7 @@ def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, 
     # The unit is part of the column's name, said behind it, or in the row below the names.
     column, unit = (column, split(column)[1]) if column in columns else in_brackets(column)
     if column not in columns:
-        below = [known for known in columns if in_brackets(known)[0] == column]
+        below = [candidate for candidate in columns if in_brackets(candidate)[0] == column]
         if len(below) != 1:
             raise unknown("column", column, columns)
         column, unit = below[0], unit or in_brackets(below[0])[1]
@@ -469,9 +477,9 @@ def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, 
 def _lacking(
     quantity: str, columns: Mapping[str, Collection[object]], otherwise: str = ""
 ) -> TegotaeError:
-    what, names = QUANTITIES[quantity], [*columns]
+    entry, names = QUANTITIES[quantity], [*columns]
     listed = ", ".join(map(repr, names[:12])) + (", ..." if len(names) > 12 else "")
     return TegotaeError(
-        f"no column is the {quantity} ({what.names[0]}_{'/'.join(what.units)}) among {listed}; "
+        f"no column is the {quantity} ({entry.names[0]}_{'/'.join(entry.units)}) among {listed}; "
         f"name it: --columns {quantity}=COLUMN[UNIT]{otherwise}"
     )

@@ -61,7 +61,7 @@ class SavedController(OnSystem):
         weights: LaneNumbers,
         omega: float | None = None,
         body: Body | None = None,
-        **more: Any,
+        **fields: Any,
     ) -> SavedController:
         """A controller on a body, released and timed as is usual for the body.
 
@@ -81,7 +81,7 @@ class SavedController(OnSystem):
             8.0
         """
         body = Hopper() if body is None else body
-        return cls(usual_system(controller, body, omega), np.asarray(weights), **more)
+        return cls(usual_system(controller, body, omega), np.asarray(weights), **fields)
 
 
 @dataclass(frozen=True)

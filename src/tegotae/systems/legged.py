@@ -390,10 +390,10 @@ def settling(system: System, weights: LaneNumbers, description: str = "") -> Leg
 
 def settling_s(body: Body) -> float:
     """Time in which the legs of a body settle into a gait, whatever the release [s]."""
-    inner = unwrapped(body)
-    if not isinstance(inner, Walker):
+    base = unwrapped(body)
+    if not isinstance(base, Walker):
         return HOPPING_S
-    return WALKING * math.sqrt(inner.rest_length_m / inner.gravity_m_per_s2)
+    return WALKING * math.sqrt(base.rest_length_m / base.gravity_m_per_s2)
 
 
 _MOST_LATE = 1000

@@ -344,9 +344,11 @@ def _of_file(name: str, path: Path) -> Resolved:
 def _with_weights(name: str, controllers: tuple[tuple[Path, SavedController], ...]) -> Resolved:
     """Controllers, and what they were trained in where they are one training's."""
     trained = [saved.experiment for _, saved in controllers if saved.experiment is not None]
-    alike = len(trained) == len(controllers) and all(training == trained[0] for training in trained)
+    uniform = len(trained) == len(controllers) and all(
+        training == trained[0] for training in trained
+    )
     return Resolved(
-        name=name, controllers=controllers, experiments=tuple(trained[:1]) if alike else ()
+        name=name, controllers=controllers, experiments=tuple(trained[:1]) if uniform else ()
     )
 
 

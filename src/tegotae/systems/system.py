@@ -345,15 +345,15 @@ def usual_system(
     Raises:
         TegotaeError: for what does not go together.
     """
-    inner = body if isinstance(body, Interface) else unwrapped(body)
-    if not isinstance(inner, Walker):
+    base = body if isinstance(body, Interface) else unwrapped(body)
+    if not isinstance(base, Walker):
         return System(controller=controller, body=body, omega=omega)
-    unit_s = math.sqrt(inner.rest_length_m / inner.gravity_m_per_s2)
+    unit_s = math.sqrt(base.rest_length_m / base.gravity_m_per_s2)
     press_m = getattr(controller.actuation, "press_m", 0.0)
     return System(
         controller=controller,
         body=body,
         omega=omega,
-        release=Release(height_m=inner.standing_height_m + press_m),
+        release=Release(height_m=base.standing_height_m + press_m),
         timing=Timing(duration_s=WALKING * unit_s, tick_s=tick * unit_s, frame_s=0.08 * unit_s),
     )

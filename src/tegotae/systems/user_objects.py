@@ -37,7 +37,7 @@ def is_reference(text: str) -> bool:
     return ":" in text
 
 
-def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
+def named(reference: str, kind: type | tuple[type, ...], role: str) -> Any:
     """The object of a reference; its file is imported, and the parts in it are registered.
 
     A class is taken for an instance of it with its defaults.
@@ -45,7 +45,7 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
     Args:
         reference: `FILE.py:OBJECT` or `MODULE:OBJECT`.
         kind: what the object must be an instance of.
-        what: what is asked for, for errors, such as "body".
+        role: what is asked for, for errors, such as "body".
 
     Raises:
         TegotaeError: if there is no such file, module or object, if the file cannot be imported, or
@@ -53,21 +53,21 @@ def named(reference: str, kind: type | tuple[type, ...], what: str) -> Any:
     """
     place, _, name = reference.rpartition(":")
     if not place or not name:
-        raise TegotaeError(f"{reference!r} names no {what}; write FILE.py:OBJECT or MODULE:OBJECT")
+        raise TegotaeError(f"{reference!r} names no {role}; write FILE.py:OBJECT or MODULE:OBJECT")
     module = _imported(place)
     _named.add(_absolute(reference))
     if not hasattr(module, name):
         raise unknown(f"object of {place}", name, [n for n in vars(module) if n[0] != "_"])
-    found = getattr(module, name)
+    value = getattr(module, name)
     kinds = kind if isinstance(kind, tuple) else (kind,)
-    if isinstance(found, type) and issubclass(found, kinds):
+    if isinstance(value, type) and issubclass(value, kinds):
         with other_code(f"{reference} cannot be made"):
-            found = found()
-    if not isinstance(found, kinds):
-        names = " or ".join(each.__name__ for each in kinds)
-        own = found if isinstance(found, type) else type(found)
-        raise TegotaeError(f"{reference} is no {what}: it is a {own.__name__}, no {names}")
-    return found
+            value = value()
+    if not isinstance(value, kinds):
+        names = " or ".join(candidate.__name__ for candidate in kinds)
+        cls = value if isinstance(value, type) else type(value)
+        raise TegotaeError(f"{reference} is no {role}: it is a {cls.__name__}, no {names}")
+    return value
 
 
 def imported(place: str) -> ModuleType:

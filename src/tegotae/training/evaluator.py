@@ -77,20 +77,20 @@ class Evaluator(AbstractContextManager["Evaluator"]):
             generation: the seeds, and their generation.
         """
         per_seed, going = candidates.shape[1], generation.going
-        others = 0 if generation.number is None else per_seed - 1
+        repeats = 0 if generation.number is None else per_seed - 1
         # What meets the evaluation set does so as several candidates.
-        times = np.where(np.arange(per_seed) < others, 1, self.repeats)
+        times = np.where(np.arange(per_seed) < repeats, 1, self.repeats)
         rows = np.repeat(candidates[going], times, axis=1)
 
         def of_candidates(values: np.ndarray) -> np.ndarray:
             """[seeds, candidates], over the rows of each."""
-            again = values[:, others:].reshape(len(values), -1, self.repeats)
+            again = values[:, repeats:].reshape(len(values), -1, self.repeats)
             together = again.any(axis=-1) if values.dtype == bool else self.mean(again)
             padded = np.zeros(candidates.shape[:2], values.dtype)
-            padded[going] = np.concatenate([values[:, :others], together], axis=1)
+            padded[going] = np.concatenate([values[:, :repeats], together], axis=1)
             return padded
 
-        return Scores(*map(of_candidates, self.scored(rows, others, generation)))
+        return Scores(*map(of_candidates, self.scored(rows, repeats, generation)))
 
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Means over the last axis."""

@@ -397,7 +397,7 @@ they ever run."""
 def _begun(
     algorithm: Algorithm, controller: Controller, seeds: AnyArray, first: AnyArray | None
 ) -> Progress:
-    def one(seed: AnyArray) -> Progress:
+    def begin(seed: AnyArray) -> Progress:
         key_weights, key_search = jax.random.split(jax.random.key(seed))
         weights = controller.initial(key_weights) if first is None else jnp.asarray(first)
         return Progress(
@@ -409,7 +409,7 @@ def _begun(
             jnp.asarray(0),
         )
 
-    return jax.vmap(one)(seeds)
+    return jax.vmap(begin)(seeds)
 
 
 def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:

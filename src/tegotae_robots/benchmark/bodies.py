@@ -101,8 +101,8 @@ class SimulatedSubject(Subject):
         limbs = self.BODY.limbs
         sets = None if limbs == 1 else tuple(range(limbs))
         controller = Controller(self.ACTUATION, limbs=limbs, sharing=sets)
-        usual = usual_system(controller, self.BODY, None)
-        system = dataclasses.replace(usual, integrator=Hold(), timing=self.TIMING)
+        default = usual_system(controller, self.BODY, None)
+        system = dataclasses.replace(default, integrator=Hold(), timing=self.TIMING)
         runs = ControllerSet(self.NAME, system, np.zeros((1, controller.n_weights)), ("entry",))
         return ControllersUnderTest(runs, starts=self.starts, looked_at=self.TIMING)
 
@@ -142,20 +142,22 @@ class SimulatedSubject(Subject):
         program = EpisodeProgram(ClosedLoop(tested.controller, Hold()), objective.needs)
         sensed, drive = self.SENSES[track], Driver(self, entry, count)
         alive = np.ones(count, bool)
-        given = LaneInputs(np.zeros((tested.controller.n_weights, count), np.float32), scenario)
+        inputs = LaneInputs(np.zeros((tested.controller.n_weights, count), np.float32), scenario)
         # Feet begin where they are first commanded to be.
-        observed, _ = _felt(sensed, given, shared, _begun(program, given, shared), np.int32(0))
-        given = given._replace(weights=self._weights(drive(np.asarray(observed).T)))
-        state, frames = _begun(program, given, shared), []
+        observed, _ = _felt(sensed, inputs, shared, _begun(program, inputs, shared), np.int32(0))
+        inputs = inputs._replace(weights=self._weights(drive(np.asarray(observed).T)))
+        state, frames = _begun(program, inputs, shared), []
         for index in range(timing.n_frames * timing.ticks_per_frame):
             if index:
-                given = given._replace(weights=self._weights(drive(np.asarray(observed).T, alive)))
-            now: Any = np.int32(index)
-            state = _ticked(program, given, shared, state, now)
-            observed, failed = _felt(sensed, given, shared, state, now + np.int32(1))
+                inputs = inputs._replace(
+                    weights=self._weights(drive(np.asarray(observed).T, alive))
+                )
+            tick: Any = np.int32(index)
+            state = _ticked(program, inputs, shared, state, tick)
+            observed, failed = _felt(sensed, inputs, shared, state, tick + np.int32(1))
             alive = ~np.asarray(failed)
             if (index + 1) % timing.ticks_per_frame == 0:
-                state, frame = _recorded(program, given, shared, state, now)
+                state, frame = _recorded(program, inputs, shared, state, tick)
                 frames.append(jax.tree.map(np.asarray, frame))
         path = jax.tree.map(lambda *x: np.stack(x), *frames)
         outcome = objective.outcome(path, scenario, self.simulated, timing)
@@ -170,10 +172,10 @@ class SimulatedSubject(Subject):
 
 
 def _sense(
-    names: tuple[str, ...], given: LaneInputs, shared: Shared, state: LoopState, index: Any
+    names: tuple[str, ...], inputs: LaneInputs, shared: Shared, state: LoopState, index: Any
 ) -> tuple[jax.Array, jax.Array]:
     """What is felt, [entries, lanes], and which lanes have failed."""
-    scenario, lane = given.scenario, state.lane
+    scenario, lane = inputs.scenario, state.lane
     body, _ = whole_run(shared.body, dict(scenario.changes))
     sensed = body.sense(lane.moment.body, ground_m(scenario, index, shared.tick_s)).values
     felt = jnp.stack([sensed[name] for name in names])

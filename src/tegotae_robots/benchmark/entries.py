@@ -78,12 +78,12 @@ def is_program(place: Any) -> bool:
     return Path(text).suffix.lower() in (".c", *_NETWORKS) or _is_object(text)
 
 
-def _at(names: Sequence[str], known: Sequence[str], what: str) -> np.ndarray:
+def _at(names: Sequence[str], entries: Sequence[str], verb: str) -> np.ndarray:
     """Where names are among those that are known."""
     for name in names:
-        if name not in known:
-            raise TegotaeError(f"the entry {what} {name}; here are {', '.join(known)}")
-    return np.array([known.index(name) for name in names], int)
+        if name not in entries:
+            raise TegotaeError(f"the entry {verb} {name}; here are {', '.join(entries)}")
+    return np.array([entries.index(name) for name in names], int)
 
 
 def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entry:
@@ -121,10 +121,10 @@ def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
     from tegotae.envs.wrapper import Pilot
     from tegotae.training.environments.experiment import EnvExperiment
 
-    robot, own = _go1(subject, saved.name), EnvExperiment.of(saved)
-    legs = own.spec.is_model and own.spec.model_settings.legs
-    wiring = dataclasses.replace(own.wiring, step_s=robot.step_s)
-    trained = dataclasses.replace(own, spec=robot.spec(legs), wiring=wiring)
+    robot, experiment = _go1(subject, saved.name), EnvExperiment.of(saved)
+    legs = experiment.spec.is_model and experiment.spec.model_settings.legs
+    wiring = dataclasses.replace(experiment.wiring, step_s=robot.step_s)
+    trained = dataclasses.replace(experiment, spec=robot.spec(legs), wiring=wiring)
     commanded = sensing(trained.spec.model_settings)
     observed = trained.wires.observed
     felt = {observed[i] for places, _ in trained.wires.sensed.values() for i in places}
@@ -133,11 +133,14 @@ def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
     weights = np.asarray(saved.weights, np.float32)[:, None]
 
     def begin() -> Policy:
-        pilot, whole = Pilot(trained.wires, trained.wiring, weights), np.zeros((1, len(observed)))
+        pilot, observation = (
+            Pilot(trained.wires, trained.wiring, weights),
+            np.zeros((1, len(observed))),
+        )
 
-        def policy(seen: np.ndarray) -> np.ndarray:
-            whole[0, columns] = seen
-            return commanded.controls(pilot.act(whole))[0]
+        def policy(values: np.ndarray) -> np.ndarray:
+            observation[0, columns] = values
+            return commanded.controls(pilot.act(observation))[0]
 
         return policy
 
@@ -149,40 +152,40 @@ def _of_network(path: Path, subject: Subject, track: str) -> Entry:
     from tegotae.envs.policies import network
 
     answer, entries = network(path)
-    known = subject.senses[track]
-    if entries not in (None, len(known)):
+    senses = subject.senses[track]
+    if entries not in (None, len(senses)):
         raise TegotaeError(
-            f"{path} observes {entries} numbers; on the track {track} there are {len(known)}: "
-            f"{', '.join(known)}"
+            f"{path} observes {entries} numbers; on the track {track} there are {len(senses)}: "
+            f"{', '.join(senses)}"
         )
-    return lambda: lambda seen: np.asarray(answer(seen[None]))[0]
+    return lambda: lambda observation: np.asarray(answer(observation[None]))[0]
 
 
 def _of_c(path: Path, subject: Subject, track: str) -> Entry:
     """A program of `tegotae export c`, compiled by cc; oscillators begin at the phases of its
     wiring, or spread over the turn."""
-    about = read_manifest(path)
-    if abs(about.tick_s / subject.step_s - 1.0) > 1e-3:
+    manifest = read_manifest(path)
+    if abs(manifest.tick_s / subject.step_s - 1.0) > 1e-3:
         raise TegotaeError(
-            f"{path} is for a loop of {about.tick_s:g} s; export it for that of the subject, "
+            f"{path} is for a loop of {manifest.tick_s:g} s; export it for that of the subject, "
             f"--tick {subject.step_s:g}"
         )
-    limbs, wired, commanded = about.limbs, about.wired, about.commanded
-    inputs, outputs = ([x.name for x in numbers] for numbers in (about.inputs, about.outputs))
-    known, controls = subject.commands, lambda action: action
-    rest, push, most = 0.0, 1.0, 1.0
+    limbs, wired, commanded = manifest.limbs, manifest.wired, manifest.commanded
+    inputs, outputs = ([x.name for x in numbers] for numbers in (manifest.inputs, manifest.outputs))
+    commands, controls = subject.commands, lambda action: action
+    rest, push, scale = 0.0, 1.0, 1.0
     if wired:
         places = [{member(name): entry for name, entry in x.senses.items()} for x in wired]
         felt = [x[name] for name in inputs for x in places]
         driven = [np.atleast_1d(x.drives)[k] for k in range(len(commanded)) for x in wired]
-        if about.legs:
+        if manifest.legs:
             from tegotae.envs.mujoco.sensing import sensing
 
             legged = sensing(_go1(subject, path.stem).spec(legs=True).model_settings)
-            known, controls = legged.actions, lambda action: legged.controls(action[None])[0]
+            commands, controls = legged.actions, lambda action: legged.controls(action[None])[0]
         else:
             rest, push = (np.array([getattr(x, end) for x in wired]) for end in ("rest", "push"))
-            most = about.constants["max_force_n"]
+            scale = manifest.constants["max_force_n"]
     else:
         of_c = {_in_c(name): name for name in (*subject.senses["all"], *subject.commands)}
         felt = [of_c.get(name, name) for name in of_limbs(inputs, limbs)]
@@ -190,24 +193,29 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
         _at(subject.commands, driven, "does not command")
     sign = np.array([-1.0 if name.startswith("-") else 1.0 for name in felt])
     sensed = _at([name.removeprefix("-") for name in felt], subject.senses[track], "senses")
-    drives = _at(driven, known, "commands")
-    phases = about.phases_rad
+    drives = _at(driven, commands, "commands")
+    phases = manifest.phases_rad
     start = ctypes.c_float(phases[0]) if limbs == 1 else (ctypes.c_float * limbs)(*phases)
-    library, prefix = _compiled(path, about), about.prefix
+    library, prefix = _compiled(path, manifest), manifest.prefix
     initialise, step = library[f"{prefix}_init"], library[f"{prefix}_step"]
     size = ctypes.c_ulong.in_dll(library, "entry_state_bytes").value
 
     def begin() -> Policy:
         state = ctypes.create_string_buffer(size)
-        given, made = (np.zeros((len(x) + 1) * limbs + 1, np.float32) for x in (inputs, outputs))
-        pointers = state, *(x.ctypes.data_as(ctypes.c_void_p) for x in (given, made))
-        action = np.zeros(len(known))
-        initialise(state, *([start] if about.state else []))
+        input_values, output_values = (
+            np.zeros((len(x) + 1) * limbs + 1, np.float32) for x in (inputs, outputs)
+        )
+        pointers = (
+            state,
+            *(x.ctypes.data_as(ctypes.c_void_p) for x in (input_values, output_values)),
+        )
+        action = np.zeros(len(commands))
+        initialise(state, *([start] if manifest.state else []))
 
-        def policy(seen: np.ndarray) -> np.ndarray:
-            given[: len(sensed)] = sign * seen[sensed]
+        def policy(observation: np.ndarray) -> np.ndarray:
+            input_values[: len(sensed)] = sign * observation[sensed]
             step(*pointers)
-            action[drives] = rest + (push - rest) * made[: len(drives)] / most
+            action[drives] = rest + (push - rest) * output_values[: len(drives)] / scale
             return controls(action)
 
         return policy
@@ -230,24 +238,24 @@ _MOST_CC_S = 120
 """What a compiler has for an entry [s]."""
 
 
-def _compiled(path: Path, about: Manifest) -> ctypes.CDLL:
+def _compiled(path: Path, manifest: Manifest) -> ctypes.CDLL:
     """The program in this process, with the size of its state."""
-    text = f'#include "{path.resolve()}"\n{about.checks()}'
-    text += f"const unsigned long entry_state_bytes = sizeof({about.prefix}_state);\n"
+    text = f'#include "{path.resolve()}"\n{manifest.checks()}'
+    text += f"const unsigned long entry_state_bytes = sizeof({manifest.prefix}_state);\n"
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "entry.so"
         words = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "-Werror=incompatible-pointer-types"]
         words += ["-x", "c", "-", "-lm", "-o"]
         try:
-            done = subprocess.run(
+            process = subprocess.run(
                 [*words, target], input=text, capture_output=True, text=True, timeout=_MOST_CC_S
             )
         except FileNotFoundError:
             raise TegotaeError(f"{path} needs a C compiler, and there is no cc") from None
         except subprocess.TimeoutExpired:
             raise TegotaeError(f"cc took more than {_MOST_CC_S} s for {path}") from None
-        if done.returncode:
-            lines = done.stderr.splitlines()
+        if process.returncode:
+            lines = process.stderr.splitlines()
             first = next((line for line in lines if "error" in line), "")
             if first.startswith("<stdin>"):  # the program compiles, the checks of it do not
                 first = f"{path.stem}.json describes another program ({first})"

@@ -43,8 +43,8 @@ class Go1Subject(Subject):
         (runs, *_) = sets_of(resolve(_LAW))
         assert runs.task is not None
         task = msgspec.structs.replace(runs.task, duration_s=8.0)
-        one = dataclasses.replace(runs, weights=runs.weights[:1], labels=("entry",), task=task)
-        return ModelUnderTest(one, starts=self.starts)
+        single = dataclasses.replace(runs, weights=runs.weights[:1], labels=("entry",), task=task)
+        return ModelUnderTest(single, starts=self.starts)
 
     @cached_property
     def sensing(self) -> Sensing:
@@ -82,7 +82,7 @@ class Go1Subject(Subject):
 
         def driven(changes: dict[str, np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
             drive = Driver(self, entry, len(changes["omega"]))
-            return lambda seen: drive(seen[:, columns])
+            return lambda observation: drive(observation[:, columns])
 
         played = tested.played(self.disturbances, driven)
         weight_n = tested.body.mass_kg * tested.body.gravity_m_per_s2 * played["weight"]

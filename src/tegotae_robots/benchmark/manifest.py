@@ -66,15 +66,15 @@ class Manifest(msgspec.Struct):
         """C after which the program compiles only if it has these limbs, numbers and state."""
         prefix, several = self.prefix, self.limbs > 1
         lines = [_check("limbs", f"{prefix.upper()}_LIMBS == {self.limbs}")]
-        for way, numbers in (("inputs", self.inputs), ("outputs", self.outputs)):
+        for direction, numbers in (("inputs", self.inputs), ("outputs", self.outputs)):
             names = [x.name for x in numbers] or ["unused"]
             for k, name in enumerate(names):
-                place = f"offsetof({prefix}_{way}, {name}) == {4 * self.limbs * k}"
-                lines.append(_check(f"{way}_{k}", place))
+                place = f"offsetof({prefix}_{direction}, {name}) == {4 * self.limbs * k}"
+                lines.append(_check(f"{direction}_{k}", place))
             # A flag ends the outputs; without senses there is one number, whatever the limbs.
             size = 4 * self.limbs * len(numbers) or 4
-            size += 4 if way == "outputs" else 0
-            lines.append(_check(way, f"sizeof({prefix}_{way}) == {size}"))
+            size += 4 if direction == "outputs" else 0
+            lines.append(_check(direction, f"sizeof({prefix}_{direction}) == {size}"))
         lines += [
             _check(f"state_{x}", f"offsetof({prefix}_oscillator, {x}) < 64") for x in self.state
         ]
@@ -99,17 +99,17 @@ def read_manifest(path: Path) -> Manifest:
     """
     place = path.with_suffix(".json")
     try:
-        about: Any = documents.read(place)
+        document: Any = documents.read(place)
     except (FileNotFoundError, DamagedDocumentError):
-        about = None
-    if not isinstance(about, dict) or about.get("format") != "tegotae export":
+        document = None
+    if not isinstance(document, dict) or document.get("format") != "tegotae export":
         raise TegotaeError(f"{path} has no {place.name} of tegotae export c beside it")
-    lacking = [x.name for x in msgspec.structs.fields(Manifest) if x.name not in about]
+    lacking = [x.name for x in msgspec.structs.fields(Manifest) if x.name not in document]
     if lacking:
         raise TegotaeError(f"{place.name} lacks {', '.join(lacking)}; export {path} anew")
-    known = {x.name: about[x.name] for x in msgspec.structs.fields(Manifest)}
+    fields = {x.name: document[x.name] for x in msgspec.structs.fields(Manifest)}
     with other_code(f"{place.name} describes no program"):
-        manifest = fitted(known, Manifest)
+        manifest = fitted(fields, Manifest)
     if wrong := _wrong(manifest):
         raise TegotaeError(f"{place.name} {wrong}; export {path} anew")
     return manifest
@@ -121,7 +121,7 @@ def _wrong(manifest: Manifest) -> str:
     limbs, commanded = manifest.wired, manifest.commanded
     if not is_c_name(manifest.prefix):
         return f"has the prefix {manifest.prefix!r}, which is no name in C"
-    if any(len(set(each)) < len(each) for each in names):
+    if any(len(set(group)) < len(group) for group in names):
         return "names an input or an output twice"
     if not commanded or names[1][: len(commanded)] != commanded:
         return "has no commands, or others before them"
@@ -131,11 +131,11 @@ def _wrong(manifest: Manifest) -> str:
         return f"wires {len(limbs)} limbs, and has {manifest.limbs}"
     for i, limb in enumerate(limbs):
         sensed = {member(name) for name in limb.senses}
-        if lost := [name for name in names[0] if name not in sensed]:
-            return f"does not say what {lost[0]} of limb {i} is"
+        if missing := [name for name in names[0] if name not in sensed]:
+            return f"does not say what {missing[0]} of limb {i} is"
         if np.size(limb.drives) != len(commanded):
             return f"drives {limb.drives} by {len(commanded)} commands in limb {i}"
         if not manifest.legs and (limb.rest is None or limb.push is None):
             return f"does not say where limb {i} rests and what it pushes to"
-    most = manifest.constants.get("max_force_n", 0.0)
-    return "" if manifest.legs or most > 0.0 else "has no max_force_n above 0"
+    max_force_n = manifest.constants.get("max_force_n", 0.0)
+    return "" if manifest.legs or max_force_n > 0.0 else "has no max_force_n above 0"

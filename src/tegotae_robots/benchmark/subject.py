@@ -118,19 +118,19 @@ def summary(scores: np.ndarray) -> dict[str, float]:
     return {"score": mean.mean, "low": mean.low, "high": mean.high, **of_stands}
 
 
-def of_walk(cot_inverse: ArrayLike, speed: ArrayLike, wanted: float) -> np.ndarray:
+def of_walk(cot_inverse: ArrayLike, speed: ArrayLike, command: float) -> np.ndarray:
     """The score of walks, `CoT⁻¹ max(0, 1 - |v / v* - 1|)`; none of a walk backwards.
 
     Args:
         cot_inverse: m g v / P of each.
         speed: v of each.
-        wanted: v*.
+        command: v*.
 
     Example:
         >>> of_walk([4.0, 4.0, 4.0], [0.5, 0.25, 1.5], 0.5).tolist()
         [4.0, 2.0, 0.0]
     """
-    follows = np.maximum(0.0, 1.0 - np.abs(np.asarray(speed) / wanted - 1.0))
+    follows = np.maximum(0.0, 1.0 - np.abs(np.asarray(speed) / command - 1.0))
     return np.nan_to_num(np.asarray(cot_inverse) * follows)
 
 

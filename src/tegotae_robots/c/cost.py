@@ -155,17 +155,17 @@ def write_program(export: Export, folder: Path) -> None:
     (folder / f"{prefix}.h").write_text(header(export))
     vectors, limbs = golden(export), export.limbs
     columns = (len(export.state_names) + len(export.senses)) * limbs
-    chosen = vectors.rows[:: max(1, len(vectors.rows) // TICKS)][:TICKS, :columns]
+    rows = vectors.rows[:: max(1, len(vectors.rows) // TICKS)][:TICKS, :columns]
     phases = ", 0.0f" if limbs == 1 else f", (const float[{limbs}]){{0.0f}}"
-    known = {
+    entries = {
         **facts(export),
-        "ticks": len(chosen),
+        "ticks": len(rows),
         "phases": phases if export.state_names else "",
         "columns_count": columns,
-        "rows": initialiser(chosen),
+        "rows": initialiser(rows),
         "put": put(export, "state->", "in->"),
     }
-    (folder / "vectors.h").write_text(filled_c("vectors.h", known))
+    (folder / "vectors.h").write_text(filled_c("vectors.h", entries))
     for name in ("firmware.c", "firmware.ld"):
         (folder / name).write_text(template(name), encoding="utf-8")
 
@@ -192,12 +192,12 @@ def _flash(program: Path) -> int:
 def _run(line: str, folder: Path) -> str:
     command = line.split()
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=_PATIENCE_S
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise TegotaeError(f"{command[0]} did not run: {error}") from None
-    if done.returncode:
-        said = (done.stderr or done.stdout).strip().splitlines() or ["no reason given"]
-        raise TegotaeError(f"{command[0]} failed: {said[0][:300]}")
-    return done.stdout + done.stderr if command[0] == EMULATOR else done.stdout
+    if process.returncode:
+        lines = (process.stderr or process.stdout).strip().splitlines() or ["no reason given"]
+        raise TegotaeError(f"{command[0]} failed: {lines[0][:300]}")
+    return process.stdout + process.stderr if command[0] == EMULATOR else process.stdout

@@ -73,17 +73,17 @@ def golden(export: Export) -> Golden:
     finite = np.isfinite(rows).all(axis=1)
     if not finite.any():
         raise TegotaeError("the controller's own simulation gives no finite numbers at this tick")
-    kept = np.arange(ticks)[finite]
-    kept = kept[:: max(1, len(kept) // _VECTORS)][:_VECTORS]
-    return Golden(_columns(export), rows[kept].astype(np.float32), kept * export.tick_s)
+    valid = np.arange(ticks)[finite]
+    valid = valid[:: max(1, len(valid) // _VECTORS)][:_VECTORS]
+    return Golden(_columns(export), rows[valid].astype(np.float32), valid * export.tick_s)
 
 
 def _columns(export: Export) -> tuple[str, ...]:
     """Return the names of the numbers of a tick: state, inputs, outputs, next state."""
     state = [f"state.{name}" for name in export.state_names]
     outputs = [f"out.{name}" for name in export.outputs]
-    after = [f"next.{name}" for name in export.state_names]
-    names = [*state, *(f"in.{member(name)}" for name in export.senses), *outputs, *after]
+    next_names = [f"next.{name}" for name in export.state_names]
+    names = [*state, *(f"in.{member(name)}" for name in export.senses), *outputs, *next_names]
     if export.limbs == 1:
         return tuple(names)
     return tuple(f"{name}[{i}]" for name in names for i in range(export.limbs))
@@ -98,14 +98,16 @@ def _ticked(
 ) -> tuple[StateTree, jax.Array]:
     """The next state of the oscillators, and a tick's numbers in the order of the columns."""
     controller, tick_s = export.controller, jnp.asarray(export.tick_s, jnp.float32)
-    now = export.decide(omega, state, sensed, scales, ahead_s=tick_s if export.averages else None)
-    after = settled(controller, held(state, now.rate, tick_s))
+    decision = export.decide(
+        omega, state, sensed, scales, ahead_s=tick_s if export.averages else None
+    )
+    next_state = settled(controller, held(state, decision.rate, tick_s))
     parts = [*jax.tree.leaves(state), *(sensed[n] for n in export.senses)]
-    parts += [*now.command, now.feedback, *([now.phase] if export.has_phase else [])]
-    parts += jax.tree.leaves(after)
+    parts += [*decision.command, decision.feedback, *([decision.phase] if export.has_phase else [])]
+    parts += jax.tree.leaves(next_state)
     shape = (export.limbs, 1)
     rows = [jnp.broadcast_to(jnp.reshape(x, (-1, 1)), shape).reshape(-1) for x in parts]
-    return after, jnp.concatenate(rows)
+    return next_state, jnp.concatenate(rows)
 
 
 def _phases(export: Export) -> list[float]:

@@ -41,8 +41,8 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
 
     def chains(geometry: Mapping[str, Sequence[jax.Array]]) -> Chains:
         rows = {name: jnp.stack(texts).reshape(1, -1) for name, texts in geometry.items()}
-        own: Any = rows | {name: rows[name].reshape(1, n, 3) for name in triples}
-        return Chains(**own)
+        fields: Any = rows | {name: rows[name].reshape(1, n, 3) for name in triples}
+        return Chains(**fields)
 
     def of_leg(array: Sequence[jax.Array]) -> list[jax.Array]:
         return [x[:, None] for x in array]
@@ -61,7 +61,7 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
         return [f"{name}[{i}]" for i in range(count)]
 
     moved, torque = indexed("moved", n), indexed("torque", n)
-    about = "Joints one step nearer to where they put the foot: damped least squares."
+    comment = "Joints one step nearer to where they put the foot: damped least squares."
     results = [f"joint_{k}" for k in range(n)]
     wanted = indexed("wanted", 3)
 
@@ -79,7 +79,7 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
     return [
         *([in_closed_form()] if has_closed_form(legs.chains) else []),
         traced(
-            reader, "nearer", step, results, about, geometry=geometry, wanted=wanted, moved=moved
+            reader, "nearer", step, results, comment, geometry=geometry, wanted=wanted, moved=moved
         ),
         traced(
             reader,
@@ -146,15 +146,17 @@ def _wired(export: Export) -> tuple[list[int], list[int]]:
     legs, task = export.legs, export.saved.task
     assert legs is not None
     assert task is not None
-    at = [[divmod(legs.names.index(name), 3) for name in limb.drives] for limb in task.wiring.limbs]
-    for limb, drives in zip(task.wiring.limbs, at, strict=True):
-        alike = [axis for _, axis in drives] == [axis for _, axis in at[0]]
-        if not alike or len({leg for leg, _ in drives}) > 1:
+    indices = [
+        [divmod(legs.names.index(name), 3) for name in limb.drives] for limb in task.wiring.limbs
+    ]
+    for limb, drives in zip(task.wiring.limbs, indices, strict=True):
+        uniform = [axis for _, axis in drives] == [axis for _, axis in indices[0]]
+        if not uniform or len({leg for leg, _ in drives}) > 1:
             raise TegotaeError(
                 f"a limb drives {', '.join(limb.drives)}; for C each must drive one foot, along "
                 "the axes of the first, in their order"
             )
-    return [drives[0][0] for drives in at], [axis for _, axis in at[0]]
+    return [drives[0][0] for drives in indices], [axis for _, axis in indices[0]]
 
 
 def _braced(numbers: Any) -> str:

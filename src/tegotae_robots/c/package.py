@@ -100,31 +100,31 @@ def texts(export: Export, layout: ExportLayout = LAYOUTS["flat"]) -> dict[str, s
     """
     prefix = export.prefix
     code = {f"{prefix}.c": source(export), f"{prefix}.h": header(export)}  # refuses, and is quick
-    vectors, known = golden(export), _for_authors(export, layout)
-    made = {
+    vectors, values = golden(export), _for_authors(export, layout)
+    results = {
         **code,
         f"test_{prefix}.c": check_program(export, vectors),
         f"{prefix}.json": "",  # lists all files, itself too
         "golden.csv": vectors.csv(),
-        "README.md": filled(template("README.md"), known),
+        "README.md": filled(template("README.md"), values),
     }
-    placed = {layout.place(name): text for name, text in made.items()}
-    placed |= {place: filled(template(name), known) for place, name in layout.files.items()}
+    placed = {layout.place(name): text for name, text in results.items()}
+    placed |= {place: filled(template(name), values) for place, name in layout.files.items()}
     manifest = json.dumps(_manifest(export, vectors, layout, list(placed)), indent=1)
     return {**placed, layout.place(f"{prefix}.json"): f"{manifest}\n"}
 
 
 def _for_authors(export: Export, layout: ExportLayout) -> dict[str, object]:
     """Facts for the page, the sketch and the descriptions of a library."""
-    one, oscillates = export.limbs == 1, bool(export.state_names)
-    leg = "" if one else "[leg]"
+    single, oscillates = export.limbs == 1, bool(export.state_names)
+    leg = "" if single else "[leg]"
     legs = f"for (int leg = 0; leg < {export.prefix.upper()}_LIMBS; ++leg) "
     measured = " ".join(f"in.{member(name)}{leg} = 0.0f;" for name in export.senses)
     sent = " ".join(f"(void)out.{member(name)}{leg};" for name in export.commands)
-    if not one:
+    if not single:
         measured, sent = (f"{legs}{{ {line} }}" for line in (measured, sent))
     sentence = plain(f"{export.saved.name or 'A Tegotae controller'} for a robot with legs")
-    phases = "phase_rad" if one else "phases_rad"
+    phases = "phase_rad" if single else "phases_rad"
     return {
         **facts(export),
         "version": __version__,
@@ -133,7 +133,7 @@ def _for_authors(export: Export, layout: ExportLayout) -> dict[str, object]:
         "period_us": round(1e6 * export.tick_s),
         "measured": measured,
         "sent_to": sent,
-        "setup_phases": "" if not oscillates else ", 0.0f" if one else ", phases",
+        "setup_phases": "" if not oscillates else ", 0.0f" if single else ", phases",
         "phases_given": f", {phases}" if oscillates else "",
         "sent": f"{leg} and out.".join(map(member, export.commands)) + leg,
         "library": bool(layout.program),
@@ -148,7 +148,7 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
     """The content of PREFIX.json."""
     saved = export.saved
     pushes = export.controller.actuation.commands_force
-    most = float(np.asarray(export.alpha_n)) if pushes else None
+    limit = float(np.asarray(export.alpha_n)) if pushes else None
     return {
         "format": "tegotae export",
         "version": 1,
@@ -172,7 +172,7 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
             for sense in facts(export)["senses"]
         ],
         "outputs": [
-            {"name": name, "range": [0.0, most]} if name == "force_n" else {"name": name}
+            {"name": name, "range": [0.0, limit]} if name == "force_n" else {"name": name}
             for name in export.outputs
         ],
         "state": list(export.state_names),

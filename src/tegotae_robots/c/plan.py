@@ -147,8 +147,8 @@ class Export(RobotController):
 
 def _control_period_s(task: EnvTask) -> float | None:
     """The control period of a training on an environment [s], if its file says it."""
-    own = task.settings.get("control_s", task.wiring.step_s)
-    return float(own) if isinstance(own, int | float) else None
+    period_s = task.settings.get("control_s", task.wiring.step_s)
+    return float(period_s) if isinstance(period_s, int | float) else None
 
 
 def usual_tick_s(saved: SavedController) -> float:
@@ -156,8 +156,8 @@ def usual_tick_s(saved: SavedController) -> float:
 
     That of the training on an environment, where the file says it, and otherwise a millisecond.
     """
-    own = None if saved.task is None else _control_period_s(saved.task)
-    return 0.001 if own is None else own
+    period_s = None if saved.task is None else _control_period_s(saved.task)
+    return 0.001 if period_s is None else period_s
 
 
 _UNITS = {
@@ -230,8 +230,8 @@ def constants(export: Export) -> dict[str, tuple[Number, str]]:
     if export.saved.omega is not None:
         numbers["OMEGA_RAD_PER_S"] = (export.saved.omega, "frequency omega at start [rad/s]")
     if export.controller.actuation.commands_force:
-        most = cast(Number, export.alpha_n)  # an export without one is refused
-        numbers["MAX_FORCE_N"] = (most, "largest force of an actuator alpha [N]")
+        limit = cast(Number, export.alpha_n)  # an export without one is refused
+        numbers["MAX_FORCE_N"] = (limit, "largest force of an actuator alpha [N]")
     if _has_spring(export):
         body = cast(Hopper | Upright, export.body)
         numbers["STIFFNESS_N_PER_M"] = (body.stiffness_n_per_m, "stiffness of a leg k [N/m]")
@@ -251,10 +251,13 @@ def facts(export: Export) -> dict[str, Any]:
         values = ", ".join(map(floating, numbers))
         return f"{{{values}}}" if several else values
 
-    named = [(name, floating(value), what) for name, (value, what) in constants(export).items()]
+    entries = [
+        (name, floating(value), description)
+        for name, (value, description) in constants(export).items()
+    ]
     if limbs:
         phases = each_limb([limb.phase_rad for limb in limbs])
-        named.append(("PHASE_RAD", phases, "phases at start in training [rad]"))
+        entries.append(("PHASE_RAD", phases, "phases at start in training [rad]"))
     of_limbs = f"[{prefix.upper()}_LIMBS]" if several else ""
     at_phase = f", const float phase_rad{of_limbs}" if several else ", float phase_rad"
     wired = export.controller.wiring is not None
@@ -265,7 +268,9 @@ def facts(export: Export) -> dict[str, Any]:
         "Title": export.saved.name or "A Tegotae controller",
         "tick": f"{export.tick_s:g}",
         "limbs": export.limbs,
-        "constants": [{"name": n, "value": value, "what": what} for n, value, what in named],
+        "constants": [
+            {"name": n, "value": value, "what": description} for n, value, description in entries
+        ],
         "senses": [
             {"name": n, "member": member(n), "unit": unit_of(n), "what": _sensed(export, n)}
             for n in export.senses

@@ -95,13 +95,15 @@ class CReader(Reader):
 
     def _call(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
         jaxpr, constants, source = called(parameters)
-        known = [self._constant(value, origin) for value in constants]
-        own = not is_of_jax(source)
+        values = [self._constant(value, origin) for value in constants]
+        of_author = not is_of_jax(source)
         alone = all(array.size == 1 for array in arguments)
         alone &= all(int(np.prod(out.aval.shape)) == 1 for out in jaxpr.outvars)
-        if not (own and alone and len(jaxpr.eqns) >= _SMALLEST_PROCEDURE and "name" in parameters):
-            return self._run(jaxpr, known, arguments, None if own else origin)
-        procedure = self._procedure(parameters["name"], jaxpr, known)
+        if not (
+            of_author and alone and len(jaxpr.eqns) >= _SMALLEST_PROCEDURE and "name" in parameters
+        ):
+            return self._run(jaxpr, values, arguments, None if of_author else origin)
+        procedure = self._procedure(parameters["name"], jaxpr, values)
         call = Call(procedure, tuple(scalars(arguments)), origin)
         return in_shapes(call.results(), [out.aval.shape for out in jaxpr.outvars])
 
@@ -117,8 +119,8 @@ class CReader(Reader):
     def _procedure(self, name: str, jaxpr: Traced, constants: Sequence[np.ndarray]) -> Procedure:
         text = f"{name}{jaxpr}"
         if text not in self._procedures:
-            about = getattr(jaxpr, "debug_info", None)
-            names = getattr(about, "arg_names", None) or ()
+            debug_info = getattr(jaxpr, "debug_info", None)
+            names = getattr(debug_info, "arg_names", None) or ()
             if len(names) != len(jaxpr.invars):
                 names = [f"x{i}" for i in range(len(jaxpr.invars))]
             taken: set[str] = set()
@@ -128,7 +130,7 @@ class CReader(Reader):
             ]
             arrays = in_shapes(inputs, [atom.aval.shape for atom in jaxpr.invars])
             results = scalars(self._run(jaxpr, constants, arrays, None))
-            source = getattr(about, "func_src_info", None) or ""
+            source = getattr(debug_info, "func_src_info", None) or ""
             self._procedures[text] = Procedure(
                 name, tuple(inputs), tuple(results), _docstring(source)
             )

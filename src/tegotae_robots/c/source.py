@@ -43,11 +43,11 @@ def source(export: Export) -> str:
         pieces = {name: piece for name, piece in export.pieces.items() if name != "rhythm"}
         library, functions = _written(export, pieces)
     read = frozenset().union(*(x.given for x in functions.values()))
-    known = facts(export)
+    entries = facts(export)
     return filled_c(
         "source.c",
         {
-            **known,
+            **entries,
             "own_constants": _constants(export, read),
             "weights": "\n".join(_weights(export)),
             "hears": bool(signals),
@@ -57,7 +57,7 @@ def source(export: Export) -> str:
             ],
             "functions": "\n".join([*library.texts(), *(x.text for x in functions.values())]),
             "checks": bool(export.senses or export.state_names),
-            **_calls(export, functions, known["limb"]),
+            **_calls(export, functions, entries["limb"]),
         },
     )
 
@@ -125,7 +125,7 @@ def _constants(export: Export, read: frozenset[str]) -> list[dict[str, str]]:
         for n, scale in export.scales.items()
         if scale_name(n) in read
     ]
-    return [{"name": name, "value": value, "comment": about} for name, value, about in lines]
+    return [{"name": name, "value": value, "comment": comment} for name, value, comment in lines]
 
 
 def _weights(export: Export) -> list[str]:
@@ -147,9 +147,9 @@ def _weights(export: Export) -> list[str]:
             blocks.append(_numbers("Which of these each unit has.", "SET", controller.sharing))
     coupling = controller.coupling
     if coupling is not None and (names := coupling.weight_names(controller.limbs)):
-        own = initialiser(names, values[controller.sets * n :], "")
+        initial = initialiser(names, values[controller.sets * n :], "")
         blocks.append(struct("coupling_weights", names))
-        blocks.append(f"static const coupling_weights COUPLING_WEIGHTS = {own};\n")
+        blocks.append(f"static const coupling_weights COUPLING_WEIGHTS = {initial};\n")
     if controller.wiring is not None:
         blocks.append(
             _numbers("The limb that each unit feels and drives.", "LIMB", controller.wiring)
@@ -165,10 +165,10 @@ def _written(export: Export, pieces: Mapping[str, Piece]) -> tuple[Library, dict
     return library, {name: _function(export, library, x) for name, x in pieces.items()}
 
 
-def _numbers(about: str, name: str, values: Sequence[int] | None) -> str:
+def _numbers(comment: str, name: str, values: Sequence[int] | None) -> str:
     numbers = tuple(values or ())
     listed = ", ".join(map(str, numbers))
-    return f"/* {about} */\nstatic const int {name}[{len(numbers)}] = {{{listed}}};\n"
+    return f"/* {comment} */\nstatic const int {name}[{len(numbers)}] = {{{listed}}};\n"
 
 
 def _calls(export: Export, functions: dict[str, _Function], limb: str) -> dict[str, object]:
@@ -177,26 +177,26 @@ def _calls(export: Export, functions: dict[str, _Function], limb: str) -> dict[s
     weights = "&WEIGHTS" if controller.sets == 1 else "&WEIGHTS[SET[unit]]"
     unit = "[unit]" if export.limbs > 1 else ""
 
-    def called(name: str) -> str:
+    def call_of(name: str) -> str:
         if name not in functions:
             return ""
-        own = {"w": f"{weights}.{_role(name)}", "s": f"&heard{unit}", "pull": f"pulled{unit}"}
+        arguments = {"w": f"{weights}.{_role(name)}", "s": f"&heard{unit}", "pull": f"pulled{unit}"}
         if len(names) > 1:
-            own |= {f"smooth_{x}": f"smooth.{x}" for x in names}
-        return functions[name].call(o=f"&state->oscillator{unit}", **own)
+            arguments |= {f"smooth_{x}": f"smooth.{x}" for x in names}
+        return functions[name].call(o=f"&state->oscillator{unit}", **arguments)
 
     phase = f"turned(checked(phase_rad{unit}, &sound))"
     felt = []
     if controller.oscillator is not None and "rhythm" in functions:
         signals = controller.oscillator.SIGNALS
         felt = [f"heard{unit}.{name} = felt.{name};" for name in signals]
-        felt.insert(0, f"const rhythm_result felt = {called('rhythm')};")
+        felt.insert(0, f"const rhythm_result felt = {call_of('rhythm')};")
         if len(signals) == 1:
-            felt = [f"heard{unit}.{signals[0]} = {called('rhythm')};"]
-    smooth, command = called("actuation_term"), called("command_law")
+            felt = [f"heard{unit}.{signals[0]} = {call_of('rhythm')};"]
+    smooth, command = call_of("actuation_term"), call_of("command_law")
     if len(names) == 1:
-        used = "smooth" in functions["command_law"].arguments
-        commanding = [f"const float smooth = {smooth};"] if used else []
+        reads_smooth = "smooth" in functions["command_law"].arguments
+        commanding = [f"const float smooth = {smooth};"] if reads_smooth else []
         commanding.append(f"out->{member(names[0])}{limb} = bounded({command});")
     else:
         commanding = [
@@ -207,14 +207,14 @@ def _calls(export: Export, functions: dict[str, _Function], limb: str) -> dict[s
     terms = [role for role in ("action", "reaction", "gain") if f"{role}_term" in functions]
     started, coupling = functions.get("started"), functions.get("coupling")
     return {
-        **{x: called(x) for x in ("phase_of", "feedback_law", "phase_after", "advanced")},
+        **{x: call_of(x) for x in ("phase_of", "feedback_law", "phase_after", "advanced")},
         "started": started.call(phase=phase) if started else "",
         "felt": [{"statement": x} for x in felt],
         "coupled": coupling is not None,
         "coupling": coupling.call(w="&COUPLING_WEIGHTS") if coupling else "",
         "pulls": ", ".join(f"pulls.unit_{i}" for i in range(export.limbs)),
         "reads_omega": any("omega" in x.arguments for x in functions.values()),
-        "terms": [{"role": role, "call": called(f"{role}_term")} for role in terms],
+        "terms": [{"role": role, "call": call_of(f"{role}_term")} for role in terms],
         "averages": export.averages,
         "commanding": [{"statement": x} for x in commanding],
         "next_is_finite": " && ".join(f"is_finite(next.{x})" for x in export.state_names),

@@ -24,8 +24,8 @@ _LONGEST = 220
 def helpers() -> dict[str, str]:
     """Functions that generated code may call, by their names."""
     texts = template("helpers.c").split("\n\n")
-    named = ((re.search(r"^static \w+ (\w+)\(", text, re.MULTILINE), text) for text in texts)
-    return {match[1]: f"{text.rstrip()}\n" for match, text in named if match}
+    matches = ((re.search(r"^static \w+ (\w+)\(", text, re.MULTILINE), text) for text in texts)
+    return {match[1]: f"{text.rstrip()}\n" for match, text in matches if match}
 
 
 @dataclass
@@ -173,9 +173,9 @@ class Statements:
             operands[0] = self._named(node.inputs[0])
         return text.format(*operands), operation.binds
 
-    def _inside(self, node: Node, least: int) -> str:
+    def _inside(self, node: Node, binding: int) -> str:
         text, binds = self._texts[node]
-        return f"({text})" if binds < least else text
+        return f"({text})" if binds < binding else text
 
     def _named(self, node: Node) -> str:
         """A name for a value, even if it is used only once."""
@@ -192,9 +192,9 @@ class Statements:
             name = self._library.name_of(procedure)
             self.taken.add(name)
             inputs = ", ".join(self._texts[x][0] for x in call.inputs)
-            wanted = call.names
+            labels = call.names
             single = len(procedure.results) == 1
-            label = wanted[0] if single else "_".join(wanted)
+            label = labels[0] if single else "_".join(labels)
             variable = c_name(label, self.taken)
             kind = procedure.results[0].kind if single else f"{name}_result"
             self.lines.append(f"const {kind} {variable} = {name}({inputs});")
@@ -204,25 +204,27 @@ class Statements:
         return variable if count == 1 else f"{variable}.{members(count)[index]}"
 
     def _converted(self, node: Node) -> tuple[str, int]:
-        (of,) = node.inputs
-        if of.kind == node.kind:
-            return self._texts[of]
+        (operand,) = node.inputs
+        if operand.kind == node.kind:
+            return self._texts[operand]
         if node.kind == "bool":
-            return f"{self._inside(of, PRODUCT)} != {number(0, of.kind)[0]}", OPERATIONS["ne"].binds
-        if of.kind == "bool":
+            return f"{self._inside(operand, PRODUCT)} != {number(0, operand.kind)[0]}", OPERATIONS[
+                "ne"
+            ].binds
+        if operand.kind == "bool":
             yes, no = number(1, node.kind)[0], number(0, node.kind)[0]
-            return f"{self._inside(of, OPERATIONS['lt'].binds)} ? {yes} : {no}", 1
+            return f"{self._inside(operand, OPERATIONS['lt'].binds)} ? {yes} : {no}", 1
         if node.kind == "int32_t":
             self._library.helpers.add("as_int32")
-            return f"as_int32({self._texts[of][0]})", ATOM
-        return f"(float){self._inside(of, ATOM)}", UNARY
+            return f"as_int32({self._texts[operand][0]})", ATOM
+        return f"(float){self._inside(operand, ATOM)}", UNARY
 
     def _power(self, node: Node) -> tuple[str, int]:
-        (of,), power = node.inputs, node.detail
+        (operand,), power = node.inputs, node.detail
         if power == 0:
             return "1.0f", ATOM
-        text, binds = self._texts[of]
-        base = text if binds == ATOM else self._named(of)
+        text, binds = self._texts[operand]
+        base = text if binds == ATOM else self._named(operand)
         product = " * ".join([base] * abs(power))
         return (product, PRODUCT) if power > 0 else (f"1.0f / ({product})", PRODUCT)
 
@@ -234,8 +236,8 @@ def _called(node: Node) -> str:
 
 
 def _operation(node: Node) -> Operation:
-    of = node.inputs[-1].kind
-    if of == "int32_t":
+    kind = node.inputs[-1].kind
+    if kind == "int32_t":
         operation = WHOLE.get(node.operation)
         if operation is None:
             raise TegotaeError(
@@ -259,8 +261,8 @@ def _member(name: str, entry: Json, indent: str) -> str:
     if isinstance(entry, dict):
         return f"{indent}struct {{\n{_members(entry, indent + '    ')}{indent}}} {name};\n"
     if isinstance(entry, list):
-        whole = _member(name, entry[0], indent)
-        return f"{whole[: whole.rindex(';')]}[{len(entry)}];\n"
+        declaration = _member(name, entry[0], indent)
+        return f"{declaration[: declaration.rindex(';')]}[{len(entry)}];\n"
     return f"{indent}float {name};\n"
 
 
@@ -272,18 +274,18 @@ def initialiser(paths: Sequence[WeightName], values: Sequence[Json], indent: str
 def _values(tree: Json, indent: str) -> str:
     if not isinstance(tree, (dict, list)):
         return floating(cast(float, tree))
-    inner = indent + "    "
+    deeper = indent + "    "
     if isinstance(tree, dict):
-        entries = [f".{name} = {_values(entry, inner)}" for name, entry in tree.items()]
+        entries = [f".{name} = {_values(entry, deeper)}" for name, entry in tree.items()]
     else:
-        entries = [_values(entry, inner) for entry in tree]
+        entries = [_values(entry, deeper) for entry in tree]
     line = ", ".join(entries)
     if "\n" not in line and "{" not in line:
         short = f"{{{line}}}"
         return short if len(short) + len(indent) < 90 else _long(line, indent)
-    return "{\n" + "".join(f"{inner}{entry},\n" for entry in entries) + f"{indent}}}"
+    return "{\n" + "".join(f"{deeper}{entry},\n" for entry in entries) + f"{indent}}}"
 
 
 def _long(line: str, indent: str) -> str:
-    whole = wrapped(line.replace(" = ", "~=~"), indent + "    ").replace("~=~", " = ")
-    return f"{{\n{whole}\n{indent}}}"
+    lines = wrapped(line.replace(" = ", "~=~"), indent + "    ").replace("~=~", " = ")
+    return f"{{\n{lines}\n{indent}}}"

@@ -102,10 +102,10 @@ def number(value: Number, kind: str = "float") -> tuple[str, int]:
     if kind == "bool":
         return ("true" if value else "false"), ATOM
     if kind == "int32_t":
-        whole = int(value)
-        if whole == -(2**31):
+        integer = int(value)
+        if integer == -(2**31):
             return "INT32_MIN", ATOM
-        return str(whole), ATOM if whole >= 0 else UNARY
+        return str(integer), ATOM if integer >= 0 else UNARY
     single = np.float32(value)
     if np.isnan(single):
         return "NAN", ATOM
@@ -205,6 +205,6 @@ def plain(text: str) -> str:
 
 def commented(doc: str) -> str:
     """The first paragraph of a docstring, with the next if it announces one, for a comment."""
-    first, *rest = doc.strip().split("\n\n")
-    whole = f"{first} {rest[0]}" if first.endswith(":") and rest else first
-    return plain(" ".join(whole.split())).replace("*/", "* /").replace("/*", "/ *")
+    first, *paragraphs = doc.strip().split("\n\n")
+    paragraph = f"{first} {paragraphs[0]}" if first.endswith(":") and paragraphs else first
+    return plain(" ".join(paragraph.split())).replace("*/", "* /").replace("/*", "/ *")

@@ -91,23 +91,23 @@ class TracedTick:
                 nothing="nothing",
             )
         if self._averages and oscillator is not None:
-            about = "The phase at the end of the tick [rad], whole turns not taken off."
-            yield self._ahead(oscillator, "phase_after", oscillator.phase, ["reached"], about)
+            comment = "The phase at the end of the tick [rad], whole turns not taken off."
+            yield self._ahead(oscillator, "phase_after", oscillator.phase, ["reached"], comment)
         yield self._command(controller.actuation)
         if oscillator is not None:
-            about = f"The oscillator a tick later, its rate held: {described(oscillator)}"
+            comment = f"The oscillator a tick later, its rate held: {described(oscillator)}"
             names = self.state_names
-            yield self._ahead(oscillator, "advanced", oscillator.settle, names, about)
+            yield self._ahead(oscillator, "advanced", oscillator.settle, names, comment)
 
     def _trace(
         self,
         name: str,
         function: Callable[..., ArrayTree],
         results: Sequence[str],
-        about: str,
+        comment: str,
         **inputs: Texts,
     ) -> Piece:
-        return traced(self._reader, name, function, results, about, **inputs)
+        return traced(self._reader, name, function, results, comment, **inputs)
 
     def _inputs(self, values: _Arrays, scales: _Arrays) -> Signals:
         return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
@@ -126,12 +126,16 @@ class TracedTick:
         def phase_of(state: Sequence[jax.Array]) -> jax.Array:
             return oscillator.phase(self._of_leaves(state))
 
-        about = "The oscillator at a phase [rad]."
+        comment = "The oscillator at a phase [rad]."
         yield self._trace(
-            "started", lambda phase: oscillator.start(phase), self.state_names, about, phase="phase"
+            "started",
+            lambda phase: oscillator.start(phase),
+            self.state_names,
+            comment,
+            phase="phase",
         )
-        about = "What the terms read of the oscillator."
-        yield self._trace("rhythm", rhythm, names, about, state=state)
+        comment = "What the terms read of the oscillator."
+        yield self._trace("rhythm", rhythm, names, comment, state=state)
         if oscillator.has_phase:
             yield self._trace("phase_of", phase_of, ("phase",), "The phase [rad].", state=state)
 
@@ -160,9 +164,9 @@ class TracedTick:
     def _command(self, actuation: Actuation) -> Piece:
         """The command over a tick: `Controller.bounded` and the sector."""
         controller, names = self._controller, actuation.COMMANDS
-        about = "Where the foot shall be [m]."
+        comment = "Where the foot shall be [m]."
         if actuation.commands_force:
-            about = (
+            comment = (
                 "The actuator's force [N]: the term's, clipped to [0, alpha]; full force in the "
                 f"sector, if there is one{'; its mean over the tick' if self._averages else ''}."
             )
@@ -183,7 +187,7 @@ class TracedTick:
             "command_law",
             evaluate,
             names,
-            about,
+            comment,
             weights=_weights(controller.unit_weight_names["actuation"]),
             smooth={n: f"smooth_{n}" if len(names) > 1 else "smooth" for n in names},
             phase="phase",
@@ -198,7 +202,7 @@ class TracedTick:
         name: str,
         read_off: Callable[[StateTree], ArrayTree],
         results: Sequence[str],
-        about: str,
+        comment: str,
     ) -> Piece:
         """Trace what is read off the oscillator's state at the end of a tick, its rate held."""
 
@@ -212,14 +216,20 @@ class TracedTick:
         ) -> ArrayTree:
             for pull in pulls:
                 feedback = feedback + pull
-            at, own = self._of_leaves(state), (weights,) if weights else ()
-            return read_off(held(at, oscillator.rate(at, omega, feedback, *own), tick))
+            oscillator_state, arguments = self._of_leaves(state), (weights,) if weights else ()
+            return read_off(
+                held(
+                    oscillator_state,
+                    oscillator.rate(oscillator_state, omega, feedback, *arguments),
+                    tick,
+                )
+            )
 
         return self._trace(
             name,
             evaluate,
             results,
-            about,
+            comment,
             weights=_weights(self._controller.unit_weight_names.get("oscillator", ())),
             state=self._state,
             omega="omega",
@@ -255,7 +265,7 @@ def traced(
     name: str,
     function: Callable[..., ArrayTree],
     results: Sequence[str],
-    about: str,
+    comment: str,
     **inputs: Texts,
 ) -> Piece:
     """A piece: `inputs` are lists of C texts, one argument of the function each.
@@ -279,7 +289,7 @@ def traced(
         raise TegotaeError(
             f"the {spoken} gives {len(numbers)} numbers for one limb; it must give {len(results)}"
         )
-    return Piece(name, numbers, tuple(results), about)
+    return Piece(name, numbers, tuple(results), comment)
 
 
 def scale_name(signal: str) -> str:

@@ -88,10 +88,10 @@ def read_native(path: Path | str) -> NativeController:
             f"tegotae export native NAME --out {path}"
         )
     try:
-        about = unsealed(content.removeprefix(_FORMAT + _VERSION))
+        document = unsealed(content.removeprefix(_FORMAT + _VERSION))
     except LanewiseError as error:
         raise TegotaeError(f"{path}: {error}") from None
-    return msgspec.msgpack.decode(about, type=NativeController)
+    return msgspec.msgpack.decode(document, type=NativeController)
 
 
 class LiveController:
@@ -153,8 +153,8 @@ class LiveController:
         return cls(read_native(path), clock=clock)
 
     def __getstate__(self) -> dict[str, Any]:
-        own = {name: vars(self)[name] for name in _KEPT}
-        return own | {"memory": self._step.kept()}
+        attributes = {name: vars(self)[name] for name in _KEPT}
+        return attributes | {"memory": self._step.kept()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         LiveController.__init__(self, state["_native"], clock=state["_clock"])
@@ -207,15 +207,15 @@ class LiveController:
                 stands as before.
         """
         if dt_s is None:
-            now = self._clock()
-            dt_s = 0.0 if self._last_s is None else now - self._last_s
+            time_s = self._clock()
+            dt_s = 0.0 if self._last_s is None else time_s - self._last_s
         else:
-            now = self._last_s
+            time_s = self._last_s
         if type(dt_s) is not float or not 0.0 <= dt_s <= MOST_STEP_S:
             require_finite("dt_s", dt_s, least=0.0, most=MOST_STEP_S)
-        for name, given, array in self._signals:
+        for name, key, array in self._signals:
             try:
-                given[:] = measurements[name]
+                key[:] = measurements[name]
             except KeyError:
                 raise TegotaeError(
                     f"the measurements lack {name!r}; the controller reads "
@@ -224,9 +224,9 @@ class LiveController:
                 ) from None
             except (TypeError, ValueError, OverflowError):
                 raise self._no_measurement(name, measurements) from None
-            if not all(abs(x) <= _MOST for x in given.tolist()):  # NaN is not, either
+            if not all(abs(x) <= _MOST for x in key.tolist()):  # NaN is not, either
                 raise self._no_measurement(name, measurements)
-            array[:] = given
+            array[:] = key
         self._elapsed_s[...] = dt_s if self._began else 0.0
         self._step()
         if not self._finite:
@@ -234,20 +234,20 @@ class LiveController:
                 f"step {self.steps} gives numbers that are not finite, {dt_s:g} s after the last "
                 f"one, of {reprlib.repr(measurements)}; the measurements are too large"
             )
-        self._began, self._last_s = True, now
+        self._began, self._last_s = True, time_s
         self.steps += 1
         return self._command
 
-    def _no_measurement(self, name: str, given: Mapping[str, ArrayLike]) -> TegotaeError:
+    def _no_measurement(self, name: str, measurements: Mapping[str, ArrayLike]) -> TegotaeError:
         """Return the error for a value that is no measurement of a signal."""
-        if not is_of(given, Mapping):
+        if not is_of(measurements, Mapping):
             return TegotaeError(
-                f"the measurements are {reprlib.repr(given)}; they must be numbers by name, such "
-                f"as {dict.fromkeys(self.senses, 0.0)}"
+                f"the measurements are {reprlib.repr(measurements)}; they must be numbers by name, "
+                f"such as {dict.fromkeys(self.senses, 0.0)}"
             )
         return TegotaeError(
-            f"{name} is {reprlib.repr(given[name])} at step {self.steps}; it must be a finite "
-            f"number or one for each of {self.limbs} limbs"
+            f"{name} is {reprlib.repr(measurements[name])} at step {self.steps}; it must be a "
+            f"finite number or one for each of {self.limbs} limbs"
         )
 
     def _phases(self, phase_rad: ArrayLike) -> np.ndarray:

@@ -94,8 +94,8 @@ class LoopReport:
 
     def __str__(self) -> str:
         def line(name: str, x: np.ndarray) -> str:
-            at = np.quantile(1e6 * x, (0.5, 0.99, 0.999, 1.0)) if len(x) else [np.nan] * 4
-            return f"{name:6}" + "".join(f"{value:10.1f}" for value in at)
+            quantiles = np.quantile(1e6 * x, (0.5, 0.99, 0.999, 1.0)) if len(x) else [np.nan] * 4
+            return f"{name:6}" + "".join(f"{value:10.1f}" for value in quantiles)
 
         head = f"{self.ticks} steps; [µs]" + "".join(
             f"{name:>10}" for name in ("median", "99 %", "99.9 %", "most")
@@ -242,23 +242,23 @@ class _Loop:
         due = last = begun
         end = begun + self._ticks * self._period_s
         while due < end - 0.5 * self._period_s and not (self._bitten or endings.came):
-            now = _wait_until(due)
+            begun_s = _wait_until(due)
             measured = self._read()
             self._keep(measured)
-            command = live.step(measured, now - last if self.done else 0.0)
+            command = live.step(measured, begun_s - last if self.done else 0.0)
             if self._bitten or endings.came:
                 return
             self._write(command)
-            at, last = self.done, now
-            self._time_s[at], self._late_s[at] = now - begun, now - due
-            self._own[at, 0], self._own[at, 1] = live.phase_rad, live.feedback_rad_per_s
-            self._commands[at] = command
+            index, last = self.done, begun_s
+            self._time_s[index], self._late_s[index] = begun_s - begun, begun_s - due
+            self._own[index, 0], self._own[index, 1] = live.phase_rad, live.feedback_rad_per_s
+            self._commands[index] = command
             self.done += 1
-            self._beat = after = clock()
-            self._busy_s[at] = after - now
+            self._beat = ended_s = clock()
+            self._busy_s[index] = ended_s - begun_s
             due += self._period_s
-            if after > due:  # periods that are over by now
-                due += self._period_s * ((after - due) // self._period_s + 1.0)
+            if ended_s > due:  # periods that are over by now
+                due += self._period_s * ((ended_s - due) // self._period_s + 1.0)
 
     def _keep(self, measured: Mapping[str, ArrayLike]) -> None:
         """Record what was read, before it commands anything."""
@@ -311,13 +311,13 @@ class _Loop:
         """The recording, one column per number."""
         n = self.done
         commands = self._commands[:n].reshape(n, -1, self._live.limbs).swapaxes(0, 1)
-        own = (self._time_s[:n], self._own[:n, 0], self._own[:n, 1], *commands)
-        arrays = dict(zip(self._own_names, own, strict=True))
+        measured = (self._time_s[:n], self._own[:n, 0], self._own[:n, 1], *commands)
+        arrays = dict(zip(self._own_names, measured, strict=True))
         arrays |= {name: x[:n] for name, x in self._read_columns.items()}
         columns: dict[str, np.ndarray] = {}
         for name, array in arrays.items():
-            each = array.reshape(n, -1).T
-            columns |= zip(_column_names(name, len(each)), each, strict=True)
+            column = array.reshape(n, -1).T
+            columns |= zip(_column_names(name, len(column)), column, strict=True)
         return columns
 
 
@@ -353,8 +353,8 @@ def _safe_command(safe: np.ndarray | float, shape: tuple[int, ...]) -> np.ndarra
 def _wait_until(due: float) -> float:
     """The time, once it is due: asleep at first, awake at the end."""
     while True:
-        left = due - time.perf_counter()
-        if left <= 0.0:
+        remaining_s = due - time.perf_counter()
+        if remaining_s <= 0.0:
             return time.perf_counter()
-        if left > _SPIN_S:
-            time.sleep(left - _SPIN_S)
+        if remaining_s > _SPIN_S:
+            time.sleep(remaining_s - _SPIN_S)

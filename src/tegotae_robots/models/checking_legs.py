@@ -40,10 +40,11 @@ def require_stance(legs: LegKinematics) -> None:
                 f"the model's start is no stance: the first joint of {foot} is {height:.2g} m over "
                 f"the foot, of a leg of {legs.length_m:.2g} m; begin elsewhere: {ELSEWHERE}"
             )
-    if (apart := float(np.ptp(feet_m))) > _LEVEL * legs.length_m:
+    if (spread_m := float(np.ptp(feet_m))) > _LEVEL * legs.length_m:
         raise TegotaeError(
-            f"the model's start is no stance: {legs.feet[int(np.argmax(feet_m))]} is {apart:.2g} m "
-            f"higher than {legs.feet[int(np.argmin(feet_m))]}; begin elsewhere: {ELSEWHERE}"
+            f"the model's start is no stance: {legs.feet[int(np.argmax(feet_m))]} is "
+            f"{spread_m:.2g} m higher than {legs.feet[int(np.argmin(feet_m))]}; "
+            f"begin elsewhere: {ELSEWHERE}"
         )
 
 
@@ -79,23 +80,23 @@ def followed(sensed: Sensing, length_m: float) -> list[str]:
     """
     legs, remarks = sensed.legs, list[str]()
     assert legs is not None
-    before = _settled(sensed, np.zeros((len(legs.feet), len(AXES))), length_m)
-    for axis, way in ((2, "up"), (0, "forward")):
+    reference = _settled(sensed, np.zeros((len(legs.feet), len(AXES))), length_m)
+    for axis, direction in ((2, "up"), (0, "forward")):
         places = np.zeros((1, len(legs.feet), len(AXES)))
         places[..., axis] = _ASKED * length_m
-        asked = legs.places_of(legs.joints_at(places))[0]
-        went = _settled(sensed, asked, length_m) - before
-        missed_m = np.linalg.norm(went - asked, axis=1)
+        targets = legs.places_of(legs.joints_at(places))[0]
+        went = _settled(sensed, targets, length_m) - reference
+        missed_m = np.linalg.norm(went - targets, axis=1)
         worst = int(np.argmax(np.nan_to_num(missed_m, nan=np.inf)))
-        said = (
-            f"asked {asked[worst, axis]:.2g} m {way}, {legs.feet[worst]} goes "
-            f"{went[worst, axis]:.2g} m {way} and misses by {missed_m[worst]:.2g} m, "
+        message = (
+            f"asked {targets[worst, axis]:.2g} m {direction}, {legs.feet[worst]} goes "
+            f"{went[worst, axis]:.2g} m {direction} and misses by {missed_m[worst]:.2g} m, "
             "the trunk held in the air; check the stiffness and the limits of its servos, and "
             "what the leg collides with"
         )
         if not missed_m[worst] <= _MOVES * _ASKED * length_m:
-            raise TegotaeError(said)
-        remarks += [said] if missed_m[worst] > _FOLLOWS * _ASKED * length_m else []
+            raise TegotaeError(message)
+        remarks += [message] if missed_m[worst] > _FOLLOWS * _ASKED * length_m else []
     return remarks
 
 
@@ -117,11 +118,11 @@ def _settled(sensed: Sensing, places_m: np.ndarray, length_m: float) -> np.ndarr
     begin, joints, dofs = data.qpos.copy(), int(model.body_jntnum[1]), int(model.body_dofnum[1])
     held = slice(0, int(model.jnt_qposadr[joints]))  # legs have joints after those of the trunk
     steps = round(_SETTLES * math.sqrt(length_m / gravity_m_per_s2(model)) / model.opt.timestep)
-    seen = np.zeros((steps, len(bodies), 3))
-    for step in seen:
+    path = np.zeros((steps, len(bodies), 3))
+    for step in path:
         mujoco.mj_step(model, data)
         data.qpos[held], data.qvel[:dofs] = begin[held], 0.0
         mujoco.mj_kinematics(model, data)
         for k, (body, point) in enumerate(zip(bodies, points, strict=True)):
             step[k] = data.xpos[body] + data.xmat[body].reshape(3, 3) @ point
-    return (seen[steps // 2 :].mean(axis=0) - origin) @ trunk
+    return (path[steps // 2 :].mean(axis=0) - origin) @ trunk

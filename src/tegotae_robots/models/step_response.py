@@ -135,10 +135,10 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
             )
         return np.array(places).T / length_m
 
-    before = soles_m()
+    start_m = soles_m()
     height, _ = pushed(0.0)
     _require_standing(model, data, geoms, float(height[0] - height[-1]))
-    sinks, friction = (before - soles_m()) / length_m, _friction(data, geoms)
+    sinks, friction = (start_m - soles_m()) / length_m, _friction(data, geoms)
     _, ahead = pushed(PUSH)
     return RobotStance(_responses(height, ahead, tick), friction, sinks)
 
@@ -146,8 +146,8 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
 def _responses(height: np.ndarray, ahead: np.ndarray, tick: float) -> Mapping[str, StepResponse]:
     """Return the responses of a height since the legs began to bear, and of a place since it was
     pushed."""
-    named = {"bounce": height, "sway": ahead}
-    return {name: StepResponse.of(tick * np.arange(len(x)), x) for name, x in named.items()}
+    signals = {"bounce": height, "sway": ahead}
+    return {name: StepResponse.of(tick * np.arange(len(x)), x) for name, x in signals.items()}
 
 
 def _hold(model: MjModel, data: MjData, held: np.ndarray) -> None:

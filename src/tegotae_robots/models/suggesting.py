@@ -111,8 +111,8 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
         >>> suggest_wiring(PACKAGED["leg"]).wiring.limbs[1].drives  # doctest: +SKIP
         'knee'
     """
-    named = bool(settings.feet)
-    if not named:
+    explicit = bool(settings.feet)
+    if not explicit:
         settings = replace(settings, feet=lowest_feet(sensing(settings).model))
     sensed = sensing(settings)
     model, data = sensed.model, started(sensed.model)
@@ -141,7 +141,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
         "rest_length_m": "height at touchdown in a drop test without control",
         "step_s": f"{_SAMPLES:g} control periods in √(l / g), in whole time steps of the model",
         "omega": f"{_RATE:g} √(g / l), as the paper's 8 rad/s on a leg of 1 m",
-        "contact_bodies": "as given" if named else "lowest bodies that end a chain",
+        "contact_bodies": "as given" if explicit else "lowest bodies that end a chain",
         "scales.spring_force": "weight over the number of feet",
         "scales.velocity": f"√(g l), centre of mass l = {length:.3g} m over the feet",
         "scales.speed": "√(g l)",
@@ -150,7 +150,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
     }
     limbs = []
     for i, joint in enumerate(joints):
-        rest, push, why = _push(joint, weight, length)
+        rest, push, reason = _push(joint, weight, length)
         felt, because = _felt(sensed, joint)
         limbs.append(
             Limb(
@@ -161,12 +161,14 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
                 phase_rad=phases[joint.foot],
             )
         )
-        at = f"limbs[{i}]"
-        reasons[f"{at}.rest"] = "no torque" if joint.kind == "motor" else "its place at the start"
-        reasons[f"{at}.push"] = why
-        reasons[f"{at}.spring_force"] = because
+        prefix = f"limbs[{i}]"
+        reasons[f"{prefix}.rest"] = (
+            "no torque" if joint.kind == "motor" else "its place at the start"
+        )
+        reasons[f"{prefix}.push"] = reason
+        reasons[f"{prefix}.spring_force"] = because
         if phases[joint.foot]:
-            reasons[f"{at}.phase_rad"] = "half a turn behind: feet on a diagonal begin together"
+            reasons[f"{prefix}.phase_rad"] = "half a turn behind: feet on a diagonal begin together"
     if len(feet) > 1:
         reasons["sector_rad"] = "a leg that walks pushes in stance, for half a turn"
     lift = _lift(joints, [(limb.rest, limb.push) for limb in limbs]) / weight
@@ -190,18 +192,18 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
         rest_length_m=rounded(rest_m, 4),
     )
     stiff = max((10.0 * weight * abs(j.up) for j in joints if j.kind == "motor"), default=0.0)
-    way = f", or servos to its motors: --settings servo_nm_per_rad={stiff:.2g}" if stiff else ""
-    left_out += drop_remarks(standing, f"springs{way}")
+    hint = f", or servos to its motors: --settings servo_nm_per_rad={stiff:.2g}" if stiff else ""
+    left_out += drop_remarks(standing, f"springs{hint}")
     return Suggestion(wiring, reasons, tuple(left_out), on_rail)
 
 
-def drop_remarks(standing: float, way: str, least: float = _GIVES_WAY) -> list[str]:
+def drop_remarks(standing: float, remedy: str, threshold: float = _GIVES_WAY) -> list[str]:
     """List remarks on a drop test after which this share of the height is left."""
-    if standing >= least:
+    if standing >= threshold:
         return []
     return [
         f"without control the trunk sinks to {standing:.0%} of its height at touchdown within "
-        f"{_STANDS_S:g} s; give the joints {way}"
+        f"{_STANDS_S:g} s; give the joints {remedy}"
     ]
 
 
@@ -221,8 +223,8 @@ def _on_rail(model: MjModel, data: MjData) -> bool:
     """Return True if no joint of the trunk moves it along the ground."""
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jacBody(model, data, jacobian, None, 1)
-    own = model.jnt_dofadr[model.jnt_bodyid == 1]
-    return bool((np.abs(jacobian[:2, own]) < 1e-6).all())
+    dofs = model.jnt_dofadr[model.jnt_bodyid == 1]
+    return bool((np.abs(jacobian[:2, dofs]) < 1e-6).all())
 
 
 def lowest_feet(model: MjModel) -> tuple[str, ...]:
@@ -240,11 +242,11 @@ def lowest_feet(model: MjModel) -> tuple[str, ...]:
             "no body at the end of a chain can touch anything (contype and conaffinity are 0); "
             "name the feet: --feet BODY or GEOM"
         )
-    least = min(low for low, _ in reach.values())
-    most = least + _FOOT_SHARE * max(centre_height_m(model, data) - least, 0.0)
+    lowest_m = min(low for low, _ in reach.values())
+    limit_m = lowest_m + _FOOT_SHARE * max(centre_height_m(model, data) - lowest_m, 0.0)
     feet = []
     for body, (low, geom) in reach.items():
-        if low > most:
+        if low > limit_m:
             continue
         name = model.body(body).name or model.geom(geom).name
         if not name:
@@ -288,7 +290,7 @@ def _joint(
     if not up and not along:
         return "it moves its foot sideways"
     limited = bool(model.actuator_ctrllimited[i])
-    low, most = model.actuator_ctrlrange[i] if limited else (-np.inf, np.inf)
+    low, high = model.actuator_ctrlrange[i] if limited else (-np.inf, np.inf)
     gear, motor = float(model.actuator_gear[i, 0]), kind == "motor"
     return _Joint(
         actuator=model.actuator(i).name,
@@ -300,7 +302,7 @@ def _joint(
         up=up,
         along=along,
         low=float(low),
-        high=float(most),
+        high=float(high),
     )
 
 
@@ -322,22 +324,22 @@ def _push(joint: _Joint, weight_n: float, length_m: float) -> tuple[float, float
     lever = joint.up if stretches else joint.along
     if joint.kind == "servo":
         rest = float(np.clip(rounded(joint.start), joint.low, joint.high))
-        wanted = rest + _STROKE * length_m / lever
+        target = rest + _STROKE * length_m / lever
         does = "stretches the leg" if stretches else "sweeps the foot back"
-        why = f"{does} by a tenth of its length"
+        reason = f"{does} by a tenth of its length"
     else:
         rest = 0.0
         share = _LIFT if stretches else _SWEEP
-        wanted = share * weight_n * lever / joint.gain
-        why = (
+        target = share * weight_n * lever / joint.gain
+        reason = (
             f"stretches the leg, {share:g} times what bears the weight"
             if stretches
             else f"sweeps the foot back, {share:g} of the weight"
         )
-    push = float(np.clip(rounded(wanted), joint.low, joint.high))
-    if not joint.low <= wanted <= joint.high:
-        why += f"; that would be {wanted:.3g}, this is the actuator's limit"
-    return rest, push, why
+    push = float(np.clip(rounded(target), joint.low, joint.high))
+    if not joint.low <= target <= joint.high:
+        reason += f"; that would be {target:.3g}, this is the actuator's limit"
+    return rest, push, reason
 
 
 def _felt(sensed: Sensing, joint: _Joint) -> tuple[str, str]:
@@ -373,27 +375,27 @@ def dropped(sensed: Sensing, action: np.ndarray, rise_m: float) -> tuple[float, 
     try:
         height = sensed.names.index("root_height")
         loads = [sensed.names.index(name) for name in sensed.contacts]
-        before = batch.reset(rise_m)[0]
+        previous = batch.reset(rise_m)[0]
         for _ in range(round(_LONGEST_S / timestep)):
-            seen = batch.step(action)[0]
-            if (seen[loads] > 0.0).any():
+            observation = batch.step(action)[0]
+            if (observation[loads] > 0.0).any():
                 break
-            before = seen
+            previous = observation
         else:
             raise TegotaeError(
                 f"the feet ({', '.join(sensed.feet)}) touched nothing in a drop of {_LONGEST_S:g} "
                 "s; a model of a robot alone takes a floor: --settings ground=true"
             )
-        touched = float(before[height])
+        touched = float(previous[height])
         for _ in range(round(_STANDS_S / timestep)):
-            seen = batch.step(action)[0]
-        if not is_sound(seen).all():
+            observation = batch.step(action)[0]
+        if not is_sound(observation).all():
             raise TegotaeError(
                 f"the MuJoCo model is unstable: {_STANDS_S:g} s after touchdown in a drop test its "
                 f"state has no bounds; its time step of {timestep:g} s must be smaller, or its "
                 "springs softer"
             )
-        return touched, float(seen[height]) / touched if touched > 0.0 else np.nan
+        return touched, float(observation[height]) / touched if touched > 0.0 else np.nan
     finally:
         batch.close()
 

@@ -65,8 +65,8 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         >>> suggest_legs(settings).wiring.limbs[0].drives  # doctest: +SKIP
         ('FL_foot_x', 'FL_foot_z', 'FL_foot_y')
     """
-    named = bool(settings.feet)
-    if not named:
+    explicit = bool(settings.feet)
+    if not explicit:
         settings = replace(settings, feet=lowest_feet(sensing(replace(settings, legs=False)).model))
     sensed = sensing(settings)
     model, legs = sensed.model, sensed.legs
@@ -108,7 +108,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     reasons = {
         "omega": f"{walker.omega:g} √(g / l0), as the package's {_WALKER}",
         "step_s": f"{_SAMPLES:g} control periods in √(l0 / g), in whole time steps of the model",
-        "contact_bodies": "as given" if named else "lowest bodies that end a chain",
+        "contact_bodies": "as given" if explicit else "lowest bodies that end a chain",
         "height": "height of the first body",
         "work": "absolute work of the actuators, measured by the environment",
         "rest_length_m": "height at touchdown in a drop test, feet at their places",
@@ -146,16 +146,16 @@ def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
     it."""
     from_middle = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
     ahead, left, _ = legs.length_m * from_middle
-    least = _MIDDLE * legs.height_m
+    limit_m = _MIDDLE * legs.height_m
 
     def signed(entry: str, away: float) -> str:
         """Return the entry with the sign of a distance from the middle."""
-        return NOTHING if abs(away) < least else entry if away > 0.0 else f"-{entry}"
+        return NOTHING if abs(away) < limit_m else entry if away > 0.0 else f"-{entry}"
 
-    whole = ("roll", "pitch", "roll_rate", "pitch_rate", "speed")
+    trunk = ("roll", "pitch", "roll_rate", "pitch_rate", "speed")
     return {
         "spring_force": f"{legs.feet[leg]}_estimated_force",
-        **{name: f"root_{name}" for name in whole},
+        **{name: f"root_{name}" for name in trunk},
         "side_roll": signed("root_roll", left),
         "side_roll_rate": signed("root_roll_rate", left),
         "end_pitch": signed("root_pitch", -ahead),
@@ -171,7 +171,7 @@ def reach(legs: LegKinematics, leg: int) -> np.ndarray:
         Shape [axes, 2], [m]; 0 where it cannot go that way.
     """
     along = np.linspace(-legs.length_m, legs.length_m, 2 * _GRID + 1)
-    found = np.zeros((len(AXES), 2))
+    ranges = np.zeros((len(AXES), 2))
     for axis in range(len(AXES)):
         places = np.zeros((len(along), len(legs.feet), len(AXES)))
         places[:, leg, axis] = along
@@ -179,8 +179,8 @@ def reach(legs: LegKinematics, leg: int) -> np.ndarray:
         middle = _GRID
         low = gaps[gaps < middle].max(initial=-1) + 1
         high = gaps[gaps > middle].min(initial=len(along)) - 1
-        found[axis] = along[low], along[high]
-    return found
+        ranges[axis] = along[low], along[high]
+    return ranges
 
 
 def workspace(legs: LegKinematics, plane: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

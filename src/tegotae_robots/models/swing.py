@@ -40,8 +40,8 @@ def swing_of_walker(body: Walker, foot: EllipticFoot, omega: float) -> float:
     """
     tick_s = 2.0 * math.pi / omega / _SAMPLES
     rates = np.diff(_places_m(foot))[:, None] / tick_s
-    before = np.roll(rates, 1, axis=2)
-    work = swing_work(body, jnp.asarray(before), jnp.asarray(rates), jnp.asarray(tick_s))
+    previous = np.roll(rates, 1, axis=2)
+    work = swing_work(body, jnp.asarray(previous), jnp.asarray(rates), jnp.asarray(tick_s))
     return float(np.abs(work).sum())
 
 
@@ -66,15 +66,15 @@ def swing_of_robot(
     """
     model = copy.copy(model)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    data, own = started(model), model.dof_jntid[joints]
-    entries, limited = model.jnt_qposadr[own], model.jnt_limited[own] == 1
-    at = data.xmat[body].reshape(3, 3).T @ (sole_m - data.xpos[body])
+    data, joint_ids = started(model), model.dof_jntid[joints]
+    entries, limited = model.jnt_qposadr[joint_ids], model.jnt_limited[joint_ids] == 1
+    offset = data.xmat[body].reshape(3, 3).T @ (sole_m - data.xpos[body])
     jacobian, step = np.zeros((3, model.nv)), np.zeros(model.nv)
 
     def missed(place_m: np.ndarray) -> np.ndarray:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        sole = data.xpos[body] + data.xmat[body].reshape(3, 3) @ at
+        sole = data.xpos[body] + data.xmat[body].reshape(3, 3) @ offset
         mujoco.mj_jac(model, data, jacobian, None, sole, body)
         return place_m - sole
 
@@ -85,7 +85,7 @@ def swing_of_robot(
             error = missed(place_m)
             step[joints] = np.linalg.pinv(jacobian[:, joints]) @ error
             mujoco.mj_integratePos(model, data.qpos, step, 1.0)
-        low, high = model.jnt_range[own].T
+        low, high = model.jnt_range[joint_ids].T
         past = (data.qpos[entries] < low) | (data.qpos[entries] > high)
         off = np.linalg.norm(missed(place_m)) > _MISSES * foot.stride_m
         if off or (past & limited).any():
@@ -95,9 +95,9 @@ def swing_of_robot(
     for k in range(_SAMPLES):
         mujoco.mj_differentiatePos(model, speeds[k], tick_s, poses[k], poses[k + 1])
     work = 0.0
-    for pose, before, after in zip(poses, np.roll(speeds, 1, axis=0), speeds, strict=False):
-        data.qpos[:], data.qvel[:] = pose, 0.5 * (before + after)
-        data.qacc[:] = (after - before) / tick_s
+    for pose, previous, current in zip(poses, np.roll(speeds, 1, axis=0), speeds, strict=False):
+        data.qpos[:], data.qvel[:] = pose, 0.5 * (previous + current)
+        data.qacc[:] = (current - previous) / tick_s
         mujoco.mj_inverse(model, data)
         work += tick_s * np.abs(data.qfrc_inverse[joints] * data.qvel[joints]).sum()
     return float(work)

@@ -205,27 +205,27 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         scale, unit = _unit(entry, length, mass, gravity)
         reason = _REASONS[entry.partition("_")[0]]
         numbers[f"body.{entry}"] = TemplateNumber(_rounded(value / scale), scale, unit, reason)
-    about = f"{name}: l0 = {length:.4g} m, m = {mass:.4g} kg, g = {gravity:.4g} m/s²"
+    description = f"{name}: l0 = {length:.4g} m, m = {mass:.4g} kg, g = {gravity:.4g} m/s²"
     try:
-        body = Walker(**_document(about, numbers)["body"])
+        body = Walker(**_document(description, numbers)["body"])
         ticks = body.longest_tick_s / WALKING_TICK
         if ticks < 1.0:
             halved = TemplateNumber(2.0 ** math.floor(math.log2(ticks)), 1.0, "", _FAST)
             numbers = {"ticks": halved, **numbers}
-        walker = walker_of({**_document(about, numbers), "foot": _STILL})
+        walker = walker_of({**_document(description, numbers), "foot": _STILL})
     except TegotaeError as error:
         raise TegotaeError(
             f"{name} over its length, mass and gravity is no walker: {error}"
         ) from None
-    foot, omega = _document(about, numbers)["foot"], _USUAL["omega"][0]
-    there = EllipticFoot(**{name: x * numbers[f"foot.{name}"].scale for name, x in foot.items()})
+    foot, omega = _document(description, numbers)["foot"], _USUAL["omega"][0]
+    ellipse = EllipticFoot(**{name: x * numbers[f"foot.{name}"].scale for name, x in foot.items()})
     its_omega = omega * numbers["omega"].scale
     swings = [
-        swing_of_robot(model, leg.body, leg.sole_m, leg.joints, there, its_omega) for leg in legs
+        swing_of_robot(model, leg.body, leg.sole_m, leg.joints, ellipse, its_omega) for leg in legs
     ]
     ours = swing_of_walker(body, EllipticFoot(**foot), omega)
     return Template(
-        about=about,
+        about=description,
         length_m=length,
         mass_kg=mass,
         gravity_m_per_s2=gravity,
@@ -238,8 +238,8 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
     )
 
 
-def _document(about: str, numbers: Mapping[str, TemplateNumber]) -> Document:
-    document: Document = {"about": about}
+def _document(description: str, numbers: Mapping[str, TemplateNumber]) -> Document:
+    document: Document = {"about": description}
     for name, number in numbers.items():
         table, _, entry = name.rpartition(".")
         (document.setdefault(table, {}) if table else document)[entry] = number.value
@@ -294,7 +294,9 @@ def _legs(model: MjModel, data: MjData, feet: tuple[str, ...]) -> list[_Leg]:
         for chain in chains
     ]
     # What several feet hang on, such as a spine, is taken for rigid.
-    joints = [[k for k in own if sum(k in other for other in hung) == 1] for own in hung]
+    joints = [
+        [k for k in leg_dofs if sum(k in foot_dofs for foot_dofs in hung) == 1] for leg_dofs in hung
+    ]
     counts = dict(zip(feet, map(len, joints), strict=True))
     if len(feet) < 2 or not all(joints):
         raise TegotaeError(
@@ -302,13 +304,16 @@ def _legs(model: MjModel, data: MjData, feet: tuple[str, ...]) -> list[_Leg]:
             f"a foot ({', '.join(feet)}); a walker has two at least: name other feet, --feet"
         )
     if len(set(counts.values())) > 1:
-        each = ", ".join(f"{foot} {count}" for foot, count in counts.items())
+        listing = ", ".join(f"{foot} {count}" for foot, count in counts.items())
         raise TegotaeError(
-            f"the legs have unlike numbers of degrees of freedom ({each}); a walker's are alike: "
-            "name feet of legs that are, --feet"
+            f"the legs have unlike numbers of degrees of freedom ({listing}); a walker's are "
+            "alike: name feet of legs that are, --feet"
         )
     drives = _drives(model, data)
-    return [_leg(model, data, foot, own, drives) for foot, own in zip(feet, joints, strict=True)]
+    return [
+        _leg(model, data, foot, leg_dofs, drives)
+        for foot, leg_dofs in zip(feet, joints, strict=True)
+    ]
 
 
 def _drives(model: MjModel, data: MjData) -> _Drives:
@@ -332,8 +337,8 @@ def _leg(model: MjModel, data: MjData, name: str, joints: list[int], drives: _Dr
     sole = np.array([*data.geom_xpos[geom][:2], low])
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jac(model, data, jacobian, None, sole, foot.body)
-    jacobian, own = jacobian[:, joints], np.ix_(joints, joints)
-    stiffness = drives.stiffness[own]
+    jacobian, block = jacobian[:, joints], np.ix_(joints, joints)
+    stiffness = drives.stiffness[block]
     if np.linalg.matrix_rank(stiffness) < len(joints):
         held = ", ".join(dict.fromkeys(model.joint(int(model.dof_jntid[k])).name for k in joints))
         raise TegotaeError(
@@ -351,7 +356,7 @@ def _leg(model: MjModel, data: MjData, name: str, joints: list[int], drives: _Dr
         )
     # A foot that does not move sideways is as stiff there as it is in its stiffest direction.
     axes = [0, 1 if moves[1] else int(2 * (compliance[2] < compliance[0])), 2]
-    compliance, damped = compliance[axes], np.diag(bend @ drives.damping[own] @ bend.T)[axes]
+    compliance, damped = compliance[axes], np.diag(bend @ drives.damping[block] @ bend.T)[axes]
     hinges = [k for k in joints if model.jnt_type[model.dof_jntid[k]] != _SLIDE]
     hip = data.xanchor[model.dof_jntid[hinges[0]], 2] if hinges else data.xpos[1, 2]
     effort = np.abs(np.linalg.pinv(drives.moment[:, joints].T) @ jacobian[2])
@@ -369,25 +374,25 @@ def _leg(model: MjModel, data: MjData, name: str, joints: list[int], drives: _Dr
 
 def _inertia_of(model: MjModel, data: MjData, joint: int) -> np.ndarray:
     """A row of the matrix of inertia, [nv]."""
-    row, one = np.zeros(model.nv), np.zeros(model.nv)
-    one[joint] = 1.0
-    mujoco.mj_mulM(model, data, row, one)
+    row, unit = np.zeros(model.nv), np.zeros(model.nv)
+    unit[joint] = 1.0
+    mujoco.mj_mulM(model, data, row, unit)
     return row
 
 
 def _remarks(legs: list[_Leg], robot: RobotStance) -> tuple[str, ...]:
     stiffness = np.array([leg.stiffness_n_per_m for leg in legs])
-    said = [
-        f"the legs differ: K_{axis} is {least:.3g} to {most:.3g} N/m, and the template has the mean"
-        for axis, least, most in zip(_AXES, stiffness.min(0), stiffness.max(0), strict=True)
-        if most > _ALIKE * least
+    sentences = [
+        f"the legs differ: K_{axis} is {low:.3g} to {high:.3g} N/m, and the template has the mean"
+        for axis, low, high in zip(_AXES, stiffness.min(0), stiffness.max(0), strict=True)
+        if high > _ALIKE * low
     ]
     if robot.sinks > _SINKS:
-        said.append(
+        sentences.append(
             f"the robot's feet sink {robot.sinks:.2f} l0 into the ground, as soft as the model's "
             "contacts are; the template's ground is hard"
         )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def _rounded(value: np.ndarray | float) -> float | tuple[float, ...]:

@@ -101,7 +101,7 @@ def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
         options.columns,
         rate_hz=options.rate,
         resample_hz=options.resample,
-        kept=("time", *_NEEDED),
+        quantities=("time", *_NEEDED),
         needed=_NEEDED,
     )
     fit = fitted_to(log_of(samples), options.gravity_m_per_s2)

@@ -261,24 +261,24 @@ def over_starts(frame: pd.DataFrame, starts: int, body: Body) -> dict[str, np.nd
         body: what was released, for its weight and size.
     """
 
-    def of(column: str) -> np.ndarray:
+    def values_of(column: str) -> np.ndarray:
         return frame[column].to_numpy().reshape(-1, starts)
 
-    stands, gait = ~np.isfinite(of("fall_time_s")), of("gait")
+    stands, gait = ~np.isfinite(values_of("fall_time_s")), values_of("gait")
     locks = stands & ~np.isin(gait.astype(str), NO_GAIT[1:])
-    speed, power = mean_defined(of("speed_m_per_s")), mean_defined(of("power_w"))
-    inner: Any = unwrapped(body)
-    gravity = float(inner.gravity_m_per_s2)
-    weight = float(total_mass_kg(inner)) * gravity
+    speed, power = mean_defined(values_of("speed_m_per_s")), mean_defined(values_of("power_w"))
+    base: Any = unwrapped(body)
+    gravity = float(base.gravity_m_per_s2)
+    weight = float(total_mass_kg(base)) * gravity
     common = [Counter(row.tolist()).most_common(1)[0] for row in gait]
     with np.errstate(divide="ignore", invalid="ignore"):
-        slips = stands & (of("distance_m") > 0.0)
-        slip = np.where(slips, of("slip_m") / of("distance_m") / body.limbs, np.nan)
+        slips = stands & (values_of("distance_m") > 0.0)
+        slip = np.where(slips, values_of("slip_m") / values_of("distance_m") / body.limbs, np.nan)
         return {
             "upright": stands.mean(axis=-1),
             "locked": locks.mean(axis=-1),
             "lock_time_s": np.ma.median(
-                np.ma.masked_invalid(np.where(locks, of("lock_time_s"), np.nan)), axis=-1
+                np.ma.masked_invalid(np.where(locks, values_of("lock_time_s"), np.nan)), axis=-1
             ).filled(np.nan),
             "speed_m_per_s": speed,
             "cost_of_transport": np.where(speed > 0.0, power / (weight * speed), np.nan),

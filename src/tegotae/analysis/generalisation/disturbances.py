@@ -489,8 +489,8 @@ _BLOWS = (-0.5, -1.0, -2.0, -3.0, 0.5, 1.0, 2.0, 3.0)
 _STEPS = (-0.1, -0.25, -0.5, -1.0, 0.1, 0.2, 0.3)
 
 CATALOGUE: dict[str, Disturbance] = {
-    known.name: known
-    for known in (
+    preset.name: preset
+    for preset in (
         Frequency("omega", "frequency ω / ω_t", _RATIOS),
         Scaled("mass", "mass", _RATIOS, fields=("mass_kg",)),
         Scaled("stiffness", "stiffness", _RATIOS, fields=_STIFFNESS),

@@ -171,9 +171,9 @@ class ControllersUnderTest(Tested):
 
     @property
     def time_scale(self) -> float:
-        inner = self.unwrapped
-        gravity = float(getattr(inner, "gravity_m_per_s2", 9.81))
-        return math.sqrt(float(inner.rest_length_m) / gravity) / _EARTH_S
+        base = self.unwrapped
+        gravity = float(getattr(base, "gravity_m_per_s2", 9.81))
+        return math.sqrt(float(base.rest_length_m) / gravity) / _EARTH_S
 
     @cached_property
     def prepared(self) -> Body:  # type: ignore[override]
@@ -346,14 +346,14 @@ def _column(nominal: Any) -> Any:
 def _lanes(x: Any, count: int) -> Any:
     """An entry of a scenario with a value for each of so many lanes."""
 
-    def each(value: Any) -> np.ndarray:
+    def per_lane(value: Any) -> np.ndarray:
         value = np.asarray(value, "float32")
         value = value[None] if value.ndim == 0 else value
         if value.shape[-1] not in (1, count):  # releases, which repeat level by level
             value = np.tile(value, count // value.shape[-1])
         return np.broadcast_to(value, (*value.shape[:-1], count))
 
-    return jax.tree.map(each, x)
+    return jax.tree.map(per_lane, x)
 
 
 def _concatenated(*parts: np.ndarray) -> np.ndarray:

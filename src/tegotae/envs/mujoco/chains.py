@@ -181,13 +181,13 @@ def has_closed_form(chains: Chains) -> bool:
         return False
     first, second, third = chains.axis[:, 0], chains.axis[:, -2], chains.axis[:, -1]
     hip, knee = chains.anchor[:, -2], chains.anchor[:, -1]
-    apart = np.linalg.norm(np.cross(second, third), axis=1) + (np.abs(third).sum(axis=1) == 0.0)
+    deviation = np.linalg.norm(np.cross(second, third), axis=1) + (np.abs(third).sum(axis=1) == 0.0)
     bent = np.abs((np.cross(knee - hip, chains.foot - knee) * second).sum(axis=1))
     if joints == 3:
-        apart += np.abs((first * second).sum(axis=1))
+        deviation += np.abs((first * second).sum(axis=1))
         arm = chains.foot - chains.anchor[:, 0]
         bent = np.minimum(bent, np.abs((np.cross(first, second) * arm).sum(axis=1)))
-    return bool((apart < _ALIGNED).all() and (bent > _BENT).all())
+    return bool((deviation < _ALIGNED).all() and (bent > _BENT).all())
 
 
 def direct(chains: Chains, wanted: Sequence[AnyArray]) -> tuple[list[Any], Any]:

@@ -138,22 +138,22 @@ class ModelBatch:
 
     def _advance(self, where: np.ndarray) -> None:
         """Some lanes one control period on, from their last states."""
-        at = np.flatnonzero(where)
-        if len(at) == 0:
+        lanes = np.flatnonzero(where)
+        if len(lanes) == 0:
             return
-        states, sensed = self._states[at], self._sensed[at]
+        states, sensed = self._states[lanes], self._sensed[lanes]
         self._rollout.rollout(
-            [self._models[lane] for lane in at],
+            [self._models[lane] for lane in lanes],
             self._data,
             states[:, -1].copy(),
-            self._given[at],
+            self._given[lanes],
             control_spec=int(self._control),
             nstep=self.ticks,
             skip_checks=True,
             state=states,
             sensordata=sensed,
         )
-        self._states[at], self._sensed[at] = states, sensed
+        self._states[lanes], self._sensed[lanes] = states, sensed
 
     def close(self) -> None:
         """End the threads."""
@@ -217,31 +217,33 @@ class Fate:
         self._done = np.zeros(lanes, int)
         self._seen = np.zeros((2, lanes))
 
-    def begin(self, seen: np.ndarray, where: np.ndarray | None = None) -> None:
+    def begin(self, observation: np.ndarray, where: np.ndarray | None = None) -> None:
         """A new episode, from what is observed at its start [lanes, entries].
 
         Args:
-            seen: what is observed.
+            observation: what is observed.
             where: of which lanes, [lanes]; of all by default.
         """
         if where is None:
-            where = np.ones(len(seen), bool)
-        height = seen[where, self._at["height"]] - self._settings.release_m
+            where = np.ones(len(observation), bool)
+        height = observation[where, self._at["height"]] - self._settings.release_m
         self._length_m[where] = np.maximum(height, 1e-6)
         self._done[where] = 0
-        self._seen[0, where], self._seen[1, where] = seen[where, self._at["forward"]], 0.0
+        self._seen[0, where], self._seen[1, where] = observation[where, self._at["forward"]], 0.0
 
     def after(
-        self, seen: np.ndarray, work_j: np.ndarray
+        self, observation: np.ndarray, work_j: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Reward, whether it has fallen and whether the time is up, [lanes] each."""
         self._done += 1
-        forward, before = seen[:, self._at["forward"]], self._seen
-        went = (forward - before[0]) / self._length_m
-        spent = (work_j - before[1]) / (self._weight_n * self._length_m)
+        forward, previous = observation[:, self._at["forward"]], self._seen
+        went = (forward - previous[0]) / self._length_m
+        spent = (work_j - previous[1]) / (self._weight_n * self._length_m)
         self._seen = np.stack([forward, work_j])
-        low = seen[:, self._at["height"]] < self._settings.fallen_share * self._length_m
-        fallen = low | (seen[:, self._at["upright"]] < 0.0) | ~is_sound(seen).all(axis=1)
+        low = observation[:, self._at["height"]] < self._settings.fallen_share * self._length_m
+        fallen = (
+            low | (observation[:, self._at["upright"]] < 0.0) | ~is_sound(observation).all(axis=1)
+        )
         return went - self._settings.effort * spent, fallen, self._done >= self.steps
 
 
@@ -271,18 +273,17 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def __init__(self, settings: ModelSettings | None = None, **fields: object) -> None:
         self.settings = settings_of(settings, fields)
-        own = self.settings
-        self.sensing = sensing(own)
-        self.batch = ModelBatch(self.sensing, 1, own.control_s, threads=1)
+        self.sensing = sensing(self.settings)
+        self.batch = ModelBatch(self.sensing, 1, self.settings.control_s, threads=1)
         self.model = self.sensing.model
         self.dt = self.batch.step_s
         self.observation_names = (*self.sensing.names, "work")
         self.contact_names = self.sensing.contacts
         self.action_names = self.sensing.actions
         self.still_action = self.sensing.still
-        self.fate = Fate(own, self.sensing, self.dt)
-        least = np.append(self.sensing.least, 0.0)
-        self.observation_space = Box(least, np.full_like(least, np.inf), dtype=np.float64)
+        self.fate = Fate(self.settings, self.sensing, self.dt)
+        lower = np.append(self.sensing.least, 0.0)
+        self.observation_space = Box(lower, np.full_like(lower, np.inf), dtype=np.float64)
         self.action_space = action_space(self.sensing)
         self._seen: np.ndarray | None = None
 
@@ -291,9 +292,9 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, Info]:
         """The model at its release."""
         super().reset(seed=seed)
-        own = self.settings
-        noise = own.noise * self.np_random.standard_normal((1, self.model.nv))
-        self._seen = self.batch.reset(own.release_m, noise if own.noise else None)
+        settings = self.settings
+        noise = settings.noise * self.np_random.standard_normal((1, self.model.nv))
+        self._seen = self.batch.reset(settings.release_m, noise if settings.noise else None)
         self.fate.begin(self._seen)
         return self._observation(self._seen), {}
 
@@ -312,11 +313,11 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             raise TegotaeError(f"the action has shape {action.shape}; it must be {space.shape}")
         self._seen = self.batch.step(np.clip(action, space.low, space.high)[None])
         reward, fallen, over = self.fate.after(self._seen, self.batch.work_j)
-        seen = self._observation(self._seen)
-        return seen, float(reward[0]), bool(fallen[0]), bool(over[0]), {}
+        observation = self._observation(self._seen)
+        return observation, float(reward[0]), bool(fallen[0]), bool(over[0]), {}
 
-    def _observation(self, seen: np.ndarray) -> np.ndarray:
-        return np.append(seen[0], self.batch.work_j[0])
+    def _observation(self, values: np.ndarray) -> np.ndarray:
+        return np.append(values[0], self.batch.work_j[0])
 
     def close(self) -> None:
         """End its threads."""
@@ -329,16 +330,16 @@ def settings_of(settings: ModelSettings | None, fields: Mapping[str, object]) ->
     Raises:
         TegotaeError: for a field that there is not, or without a model.
     """
-    known = list(ModelSettings.__dataclass_fields__)
+    names = list(ModelSettings.__dataclass_fields__)
     for name in fields:
-        if name not in known:
-            raise unknown("setting of a MuJoCo model", name, known)
+        if name not in names:
+            raise unknown("setting of a MuJoCo model", name, names)
     if settings is None and "model" not in fields:
         raise TegotaeError(
             f"no model is given; give model= a file, or one of {', '.join(PACKAGED)}"
         )
     base = PACKAGED.get(str(fields.get("model"))) if settings is None else settings
-    values = {} if base is None else {name: getattr(base, name) for name in known}
+    values = {} if base is None else {name: getattr(base, name) for name in names}
     return ModelSettings(**{**values, **fields})
 
 

@@ -129,9 +129,9 @@ class LegKinematics:
     def _moved(self, joints: np.ndarray) -> np.ndarray:
         return (joints - self.start) / self._unit
 
-    def _computed(self, function: _OfLegs, **given: np.ndarray) -> np.ndarray:
+    def _computed(self, function: _OfLegs, **arrays: np.ndarray) -> np.ndarray:
         """A function of arrays [lanes, legs, numbers], as which its result is returned."""
-        inputs = {name: np.asarray(x.T, np.float32) for name, x in given.items()}
+        inputs = {name: np.asarray(x.T, np.float32) for name, x in arrays.items()}
         if function not in self._programs:
             self._programs[function] = _program(function, self.chains, inputs)
         return np.array(self._programs[function](inputs), float).T
@@ -157,25 +157,25 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
         raise TegotaeError("legs=true commands feet to places; name the feet, --feet")
     require_open_chains(model, feet)
     owners = _joints(model, feet)
-    servos = [[_servo(model, joint) for joint in own] for own in owners]
+    servos = [[_servo(model, joint) for joint in row] for row in owners]
     data = started(model)
     trunk, origin = data.xmat[1].reshape(3, 3), data.xpos[1]
     foot = (np.array([place_of(model, data, name) for name in feet]) - origin) @ trunk
     joints = _padded(owners)
-    there = joints >= 0
-    axis = np.where(there[..., None], data.xaxis[joints] @ trunk, 0.0)
-    anchor = np.where(there[..., None], (data.xanchor[joints] - origin) @ trunk, 0.0)
+    valid = joints >= 0
+    axis = np.where(valid[..., None], data.xaxis[joints] @ trunk, 0.0)
+    anchor = np.where(valid[..., None], (data.xanchor[joints] - origin) @ trunk, 0.0)
     slide = int(require("mujoco", "mujoco").mjtJoint.mjJNT_SLIDE)
-    slides = there & (model.jnt_type[joints] == slide)
-    start = np.where(there, data.qpos[model.jnt_qposadr[joints]], 0.0)
-    limited = there & model.jnt_limited[joints].astype(bool)
+    slides = valid & (model.jnt_type[joints] == slide)
+    start = np.where(valid, data.qpos[model.jnt_qposadr[joints]], 0.0)
+    limited = valid & model.jnt_limited[joints].astype(bool)
     drives = _padded(servos)
-    gears = np.where(there, model.actuator_gear[drives, 0], 1.0)
+    gears = np.where(valid, model.actuator_gear[drives, 0], 1.0)
     commanded = np.sort(model.actuator_ctrlrange[drives] / gears[..., None])
-    held = there & model.actuator_ctrllimited[drives].astype(bool)
+    held = valid & model.actuator_ctrllimited[drives].astype(bool)
     ends = ((limited, model.jnt_range[joints]), (held, commanded))
-    low = np.max([np.where(are, at[..., 0] - start, -np.inf) for are, at in ends], axis=0)
-    high = np.min([np.where(are, at[..., 1] - start, np.inf) for are, at in ends], axis=0)
+    low = np.max([np.where(are, bounds[..., 0] - start, -np.inf) for are, bounds in ends], axis=0)
+    high = np.min([np.where(are, bounds[..., 1] - start, np.inf) for are, bounds in ends], axis=0)
     lengths = list(map(_length, anchor, foot, owners))
     length = max(lengths)
     for name, own_m in zip(feet, lengths, strict=True):
@@ -196,11 +196,11 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
     numbers = axis, anchor / length, slides, foot / length, low / unit, high / unit
     chains = Chains(*(np.asarray(x, np.float32) for x in numbers))
     _, columns = kinematics(chains, list(np.zeros((joints.shape[1], len(feet), 1), np.float32)))
-    for name, most in zip(feet, np.abs(columns).max((0, 1, 3)), strict=True):
-        if most < _MOVES:
+    for name, largest in zip(feet, np.abs(columns).max((0, 1, 3)), strict=True):
+        if largest < _MOVES:
             raise TegotaeError(f"the joints of the leg of {name} do not move it; name another foot")
-    named = tuple(tuple(model.joint(joint).name for joint in own) for own in owners)
-    return LegKinematics(tuple(feet), named, chains, length, start, joints, drives, gears)
+    names = tuple(tuple(model.joint(joint).name for joint in row) for row in owners)
+    return LegKinematics(tuple(feet), names, chains, length, start, joints, drives, gears)
 
 
 def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
@@ -211,13 +211,13 @@ def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
         joint for joint in _driven(model) if sum(body[joint] in chain for chain in chains) == 1
     ]
     joints = [[joint for joint in alone if body[joint] in chain] for chain in chains]
-    for foot, own in zip(feet, joints, strict=True):
+    for foot, leg_joints in zip(feet, joints, strict=True):
         if model.body_rootid[foot_of(model, foot).body] != 1:
             raise TegotaeError(
                 f"{foot} does not hang on {model.body(1).name}, the first body, which is to be the "
                 f"trunk; leave that out, --settings without={model.body(1).name}"
             )
-        if not own:
+        if not leg_joints:
             raise TegotaeError(
                 f"no actuator moves a joint between the trunk and {foot} alone, so that it cannot "
                 "be commanded to a place; name other feet, or leave legs=true out"
@@ -268,10 +268,10 @@ def resting(model: MjModel) -> np.ndarray:
 
 def _servo(model: MjModel, joint: int) -> int:
     """The position servo of a joint."""
-    own = [i for i in _on_joints(model) if model.actuator_trnid[i, 0] == joint]
-    drives = [drive_of(model, i) for i in own]
+    actuators = [i for i in _on_joints(model) if model.actuator_trnid[i, 0] == joint]
+    drives = [drive_of(model, i) for i in actuators]
     if drives == ["servo"]:
-        return own[0]
+        return actuators[0]
     right = "give it one <position> actuator"
     if drives == ["motor"]:
         right = "make servos of the motors: --settings servo_nm_per_rad=K"
@@ -299,7 +299,7 @@ def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) 
     shapes = tuple((name, x.shape[:-1]) for name, x in like.items())
     native = _compiled(function, pickle.dumps(chains), shapes).step(compiled)
 
-    def called(inputs: Mapping[str, np.ndarray]) -> np.ndarray:
+    def run(inputs: Mapping[str, np.ndarray]) -> np.ndarray:
         lanes, results = next(iter(inputs.values())).shape[-1], []
         for first in range(0, max(lanes, 1), _BLOCK):
             block = slice(0, min(_BLOCK, lanes - first))
@@ -309,7 +309,7 @@ def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) 
             results.append(native.outputs["result"][..., block].copy())
         return np.concatenate(results, axis=-1)
 
-    return called
+    return run
 
 
 @lru_cache(maxsize=32)
@@ -322,22 +322,22 @@ def _compiled(
     def step(state: Any, inputs: Any) -> Any:
         return state, {"result": function(pickle.loads(chains), inputs)}
 
-    one = {name: jax.ShapeDtypeStruct((*shape, 1), "float32") for name, shape in shapes}
-    return compile_function(step, {"none": np.zeros(1, np.float32)}, one, lanes=_BLOCK)
+    single = {name: jax.ShapeDtypeStruct((*shape, 1), "float32") for name, shape in shapes}
+    return compile_function(step, {"none": np.zeros(1, np.float32)}, single, lanes=_BLOCK)
 
 
-def _solved(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
-    return solved(chains, [given["place"][i] for i in range(3)])
+def _solved(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
+    return solved(chains, [arrays["place"][i] for i in range(3)])
 
 
-def _reached(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
+def _reached(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
     """The feet, [3, legs, lanes], of joints, [joints, legs, lanes]."""
-    return jnp.stack(kinematics(chains, _rows(chains, given["moved"]))[0])
+    return jnp.stack(kinematics(chains, _rows(chains, arrays["moved"]))[0])
 
 
-def _borne(chains: Chains, given: Mapping[str, jax.Array]) -> jax.Array:
+def _borne(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
     """The forces on feet, [3, legs, lanes], of joints and what pulls at them, [joints, ...]."""
-    return jnp.stack(borne(chains, _rows(chains, given["moved"]), _rows(chains, given["pull"])))
+    return jnp.stack(borne(chains, _rows(chains, arrays["moved"]), _rows(chains, arrays["pull"])))
 
 
 def _rows(chains: Chains, array: jax.Array) -> list[jax.Array]:

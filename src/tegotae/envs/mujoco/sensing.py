@@ -71,8 +71,8 @@ class Sensing:
     @property
     def least(self) -> np.ndarray:
         """Least values of what is observed, [entries]."""
-        least = [entry.least for entry in self.entries]
-        return np.array([*least, *[0.0] * (len(self.names) - len(least))])
+        lower = [entry.least for entry in self.entries]
+        return np.array([*lower, *[0.0] * (len(self.names) - len(lower))])
 
     @property
     def actions(self) -> tuple[str, ...]:
@@ -129,22 +129,22 @@ class Sensing:
     @property
     def contacts(self) -> tuple[str, ...]:
         """Names of the feet's contact forces; an actuator's force may have the plain one."""
-        named = [(f"{foot}_contact_force", f"{foot}_force") for foot in self.feet]
-        return tuple(longer if longer in self.names else plain for longer, plain in named)
+        names = [(f"{foot}_contact_force", f"{foot}_force") for foot in self.feet]
+        return tuple(longer if longer in self.names else plain for longer, plain in names)
 
     def observed(self, data: np.ndarray) -> np.ndarray:
         """The observations from sensor data [..., columns], shape [..., entries]."""
         columns = [entry.column for entry in self.entries]
         gain = np.array([entry.gain for entry in self.entries])
         offset = np.array([entry.offset for entry in self.entries])
-        least = np.array([entry.least for entry in self.entries])
-        seen = np.maximum(gain * (data[..., columns] - offset), least)
+        lower = np.array([entry.least for entry in self.entries])
+        values = np.maximum(gain * (data[..., columns] - offset), lower)
         if self.legs is None:
-            return seen
+            return values
         torques = np.zeros((*data.shape[:-1], *self.angles.shape))
         torques[..., self.legs.servos >= 0] = data[..., self.forces[self._servos]]
         force = self.legs.forces_n(data[..., self.angles], self.legs.gears * torques)
-        return np.concatenate([seen, np.maximum(force[..., 2], 0.0)], axis=-1)
+        return np.concatenate([values, np.maximum(force[..., 2], 0.0)], axis=-1)
 
     def power(self, data: np.ndarray) -> np.ndarray:
         """The actuators' powers of sensor data [..., columns], [W], shape [..., actuators]."""
@@ -195,7 +195,7 @@ def sensing(settings: ModelSettings) -> Sensing:
         for i, part in enumerate(parts):
             if not part.name:
                 part.name = f"{kind}{i}"
-    own = [sensor.name for sensor in spec.sensors]
+    sensors = [sensor.name for sensor in spec.sensors]
     scalar = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
     joints = [joint.name for joint in spec.joints if joint.type in scalar]
     kinds, objects = mujoco.mjtSensor, mujoco.mjtObj
@@ -224,7 +224,7 @@ def sensing(settings: ModelSettings) -> Sensing:
     sticks = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_BODY)
     actuators = [model.actuator(int(i)).name for i in np.flatnonzero(~sticks)]
     legs = legs_of(model, feet) if settings.legs else None
-    entries = _entries(model, joints, actuators, feet, own)
+    entries = _entries(model, joints, actuators, feet, sensors)
     names = [entry.name for entry in entries]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise TegotaeError(f"several of the model's entries are called {twice[0]!r}; rename one")
@@ -244,21 +244,21 @@ def sensing(settings: ModelSettings) -> Sensing:
 
 
 def _add(
-    spec: MjSpec, name: str, kind: object, of: object, owner: str, **options: list[int]
+    spec: MjSpec, name: str, kind: object, target: object, owner: str, **options: list[int]
 ) -> None:
     """A sensor of a part of a model."""
-    spec.add_sensor(name=_OWN + name, type=kind, objtype=of, objname=owner, **options)
+    spec.add_sensor(name=_OWN + name, type=kind, objtype=target, objname=owner, **options)
 
 
 def _angles(model: MjModel, legs: LegKinematics | None) -> np.ndarray:
     """Columns of the legs' joints; the first one stands for those that there are not."""
     joints = np.zeros((0, 0), int) if legs is None else legs.joints
     names = [model.joint(max(int(joint), 0)).name for joint in joints.ravel()]
-    known = [
+    rows = [
         _column(model, name) if joint >= 0 else 0
         for name, joint in zip(names, joints.ravel(), strict=True)
     ]
-    return np.reshape(np.array(known, int), joints.shape)
+    return np.reshape(np.array(rows, int), joints.shape)
 
 
 def _column(model: MjModel, sensor: str) -> int:
@@ -338,7 +338,7 @@ def _entries(
     joints: list[str],
     actuators: list[str],
     feet: tuple[str, ...],
-    own: list[str],
+    sensors: list[str],
 ) -> list[ObservedEntry]:
     """Return the observed entries; `own` are the model's own sensors."""
     entries = []
@@ -375,7 +375,7 @@ def _entries(
             ("speed", "run", 0, 1.0),
         )
     ]
-    for name in own:
+    for name in sensors:
         sensor = model.sensor(name)
         first, size = int(sensor.adr[0]), int(sensor.dim[0])
         numbered = [name] if size == 1 else [f"{name}[{i}]" for i in range(size)]

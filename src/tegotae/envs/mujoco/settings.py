@@ -86,10 +86,10 @@ class ModelSettings(Part):
         super().__post_init__()
         for name in ("ground", "legs"):
             require_kind(name, getattr(self, name), bool, "true or false")
-        for name, what in (("feet", "bodies or geoms"), ("without", "bodies and geoms")):
+        for name, kinds in (("feet", "bodies or geoms"), ("without", "bodies and geoms")):
             names = getattr(self, name)
             if not isinstance(names, (list, tuple)) or not all(isinstance(n, str) for n in names):
-                raise TegotaeError(f"{name} is {names!r}; it must be a list of names of {what}")
+                raise TegotaeError(f"{name} is {names!r}; it must be a list of names of {kinds}")
             if twice := [x for i, x in enumerate(names) if x in names[:i]]:
                 raise TegotaeError(f"{twice[0]} is named twice in {name}; name it once")
         places = self.start.items() if isinstance(self.start, Mapping) else ()
@@ -116,8 +116,8 @@ class ModelSettings(Part):
         for name in self.without:
             part = spec.body(name) or spec.geom(name)
             if part is None or name == "world":
-                known = {part.name for part in (*spec.bodies, *spec.geoms)} - {"", "world"}
-                raise unknown("body or geom of this model", name, sorted(known))
+                names = {part.name for part in (*spec.bodies, *spec.geoms)} - {"", "world"}
+                raise unknown("body or geom of this model", name, sorted(names))
             spec.delete(part)
         if self.ground:
             plane = require("mujoco", "mujoco").mjtGeom.mjGEOM_PLANE
@@ -185,12 +185,12 @@ def located(text: str) -> Path:
     package, colon, inside = text.partition(":")
     # A single letter is a drive.
     if colon and len(package) > 1 and package.isidentifier() and not path.exists():
-        found = find_spec(package)
-        if found is None or not found.submodule_search_locations:
+        spec = find_spec(package)
+        if spec is None or not spec.submodule_search_locations:
             raise TegotaeError(
                 f"{inside} is to be read from {package}, and no such package is installed"
             )
-        path = Path(found.submodule_search_locations[0]) / inside
+        path = Path(spec.submodule_search_locations[0]) / inside
     if not path.is_file():
         raise TegotaeError(f"there is no file {path}")
     return path
@@ -266,19 +266,19 @@ def _make_servos(spec: MjSpec, stiffness: float, damping: float) -> None:
         )
     for motor in motors:
         # What the motor could do stays what the servo can do.
-        most = abs(float(motor.gear[0])) * _most_force(motor)
+        limit = abs(float(motor.gear[0])) * _most_force(motor)
         low, high = spec.joint(motor.target).range
         motor.ctrlrange = [0.0, 0.0]  # else it is not the joint's range that becomes it
         motor.set_to_position(stiffness, damping, inheritrange=low < high)
         motor.gear = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
         motor.ctrllimited = low < high
-        motor.forcelimited = np.isfinite(most)
-        motor.forcerange = [-most, most] if np.isfinite(most) else [0.0, 0.0]
+        motor.forcelimited = np.isfinite(limit)
+        motor.forcerange = [-limit, limit] if np.isfinite(limit) else [0.0, 0.0]
 
 
 def _most_force(motor: MjsActuator) -> float:
     """The largest force of a motor, before its gear; infinite if nothing limits it."""
     gain = abs(float(motor.gainprm[0]))
-    most = [scale * np.abs(each).max() for scale, each in
-            ((gain, motor.ctrlrange), (1.0, motor.forcerange)) if np.any(each)]  # fmt: skip
-    return float(min(most, default=np.inf))
+    limits = [scale * np.abs(ends).max() for scale, ends in
+            ((gain, motor.ctrlrange), (1.0, motor.forcerange)) if np.any(ends)]  # fmt: skip
+    return float(min(limits, default=np.inf))

@@ -109,8 +109,8 @@ def _(body: Walker, trajectory: Trajectory) -> LegPositions:
         np.asarray(body.hips_y_m)[None] - body.com_y_m,
         np.full((1, body.limbs), -body.com_z_m),
     )
-    at = np.stack([t.x_m, t.y_m, t.height_m], axis=-1)[:, None]
-    hips = at + np.stack([np.asarray(x) for x in turn.to_world(of_body)], axis=-1)  # type: ignore[arg-type]
+    positions = np.stack([t.x_m, t.y_m, t.height_m], axis=-1)[:, None]
+    hips = positions + np.stack([np.asarray(x) for x in turn.to_world(of_body)], axis=-1)  # type: ignore[arg-type]
     feet = np.stack([t.foot_x_m, t.foot_y_m, t.foot_z_m], axis=-1)
     return LegPositions(hips, feet, np.asarray(t.stands, bool), t.channels["yaw_rad"])
 

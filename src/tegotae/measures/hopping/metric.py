@@ -238,12 +238,12 @@ class Metric:
             'height of the first apex'
         """
 
-        def made(compute: Callable[..., Any]) -> Self:
-            about = (inspect.getdoc(compute) or "").partition("\n")[0]
-            entries = {"name": compute.__name__, "about": about, "compute": compute}
+        def wrap(compute: Callable[..., Any]) -> Self:
+            text = (inspect.getdoc(compute) or "").partition("\n")[0]
+            entries = {"name": compute.__name__, "about": text, "compute": compute}
             return cls(**entries, **fields)
 
-        return made
+        return wrap
 
     @property
     def heading(self) -> str:

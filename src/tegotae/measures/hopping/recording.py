@@ -35,7 +35,7 @@ def from_samples(
     *,
     rest_length_m: float,
     frame_s: float = 0.02,
-    **more: ArrayLike | None,
+    **signals: ArrayLike | None,
 ) -> Trajectory:
     """A recording of one gait as frames, in the form in which `Engine` records its own.
 
@@ -73,7 +73,7 @@ def from_samples(
         >>> f"{np.nanmax(frames.apex_height_m):.4f} m"
         '1.1000 m'
     """
-    columns = {"time_s": time_s, "height_m": height_m, **more}
+    columns = {"time_s": time_s, "height_m": height_m, **signals}
     return frames_of(checked(columns, rest_length_m), rest_length_m, frame_s)
 
 

@@ -93,12 +93,12 @@ class Objective(Part, ABC):
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode of this timing cannot be evaluated."""
 
-    def check_frequencies(self, least: float, most: float) -> None:
+    def check_frequencies(self, lower: float, upper: float) -> None:
         """Raise `TegotaeError` if an episode at one of these frequencies cannot be evaluated.
 
         Args:
-            least: the lowest ω of the episodes [rad/s].
-            most: the highest.
+            lower: the lowest ω of the episodes [rad/s].
+            upper: the highest.
         """
 
     def without_frequency(self) -> Objective:

@@ -193,10 +193,10 @@ class CommandedWalking(_SettledWalk):
         if any(b <= a for a, b in pairwise(speeds)):
             raise TegotaeError(f"the speeds of the front are {speeds}; they must rise")
 
-    def check_frequencies(self, least: float, most: float) -> None:
+    def check_frequencies(self, lower: float, upper: float) -> None:
         """Raise `TegotaeError` if no walker of the front is as slow or as fast as is commanded."""
         slowest, fastest = self.front[0][0], self.front[-1][0]
-        for omega in (least, most):
+        for omega in (lower, upper):
             speed = omega * self.advance_m_per_rad
             if not slowest <= speed <= fastest:
                 raise TegotaeError(

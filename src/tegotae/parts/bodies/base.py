@@ -214,12 +214,12 @@ def require_present(present: tuple[float, ...] | None, limbs: int) -> None:
         )
 
 
-def require_one_limb(body: Body, what: str) -> None:
+def require_one_limb(body: Body, subject: str) -> None:
     """Raise `TegotaeError` if a body has several limbs, for which something is not made.
 
     Args:
         body: the body.
-        what: what is not, such as "an evaluation".
+        subject: what is not, such as "an evaluation".
 
     Example:
         >>> from tegotae.parts.bodies import Bar
@@ -229,7 +229,7 @@ def require_one_limb(body: Body, what: str) -> None:
     """
     if body.limbs > 1:
         raise TegotaeError(
-            f"{what} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
+            f"{subject} is made for bodies of one limb; a {type(body).__name__} has {body.limbs}"
         )
 
 

@@ -201,14 +201,14 @@ class Hopper(Body):
         between_n = 0.5 * (force_n[1:] + force_n[:-1])
         step_m, square = float(depth_m[1]), speed_m_per_s**2
         for begin_m, spring_n in zip(depth_m[:-1].tolist(), between_n.tolist(), strict=True):
-            before, after = square, square
+            previous, current = square, square
             for _ in range(2):  # Heun's method
-                mean = 0.5 * (math.sqrt(before) + math.sqrt(max(after, 0.0)))
+                mean = 0.5 * (math.sqrt(previous) + math.sqrt(max(current, 0.0)))
                 leg_n = self.max_force_n + spring_n + self.damping_ns_per_m * mean
-                after = before + 2.0 * step_m * (self.gravity_m_per_s2 - leg_n / self.mass_kg)
-            if after <= 0.0:
-                return begin_m + step_m * before / (before - after)
-            square = after
+                current = previous + 2.0 * step_m * (self.gravity_m_per_s2 - leg_n / self.mass_kg)
+            if current <= 0.0:
+                return begin_m + step_m * previous / (previous - current)
+            square = current
         return self.rest_length_m
 
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> HopperState:

@@ -66,9 +66,9 @@ def check_body(body: Body) -> None:
             _check_sense(tried)
             _check_predict(tried)
             _check_advance(tried)
-            for method, of in (("failed", "bool"), ("energy", dtype)):
-                given = tried.body, tried.state, tried.ground
-                tried.value(f".{method}", _method(method), *given, dtype=of)
+            for method, kind in (("failed", "bool"), ("energy", dtype)):
+                arguments = tried.body, tried.state, tried.ground
+                tried.value(f".{method}", _method(method), *arguments, dtype=kind)
     with jax.enable_x64(True):
         tried = _BodyTrial(trial.name, "float64", numbers_of(body, "float64"))
         _check_small_ticks(tried)
@@ -133,12 +133,12 @@ def _check_release(trial: _BodyTrial) -> None:
     returns = f".release returns {state!r:.60}; it must return a tuple of arrays"
     trial.require(is_of(state, tuple) and state, returns)
     trial.arrays(".release", state, leading=None)
-    for method, given in zip(_MOTION, (height, velocity), strict=True):
+    for method, values in zip(_MOTION, (height, velocity), strict=True):
         measured = trial.call(method, state)
         trial.arrays(f".{method}", measured)
         trial.require(
-            np.allclose(measured, given, atol=1e-5),
-            f".{method} of the release is {listed(measured)}; it must be {listed(given)}",
+            np.allclose(measured, values, atol=1e-5),
+            f".{method} of the release is {listed(measured)}; it must be {listed(values)}",
         )
 
 
@@ -147,8 +147,8 @@ def _sensed(body: Body, state: StateTree, ground: PerLane) -> dict[str, jax.Arra
 
 
 def _check_sense(trial: _BodyTrial) -> None:
-    body, given = trial.body, (trial.state, trial.ground)
-    felt = trial.call("sense", *given)
+    body, arguments = trial.body, (trial.state, trial.ground)
+    felt = trial.call("sense", *arguments)
     returns = f".sense returns a {type(felt).__name__}; it must return a Sensation"
     trial.require(isinstance(felt, Sensation), returns)
     trial.same_names(".sense", felt.values, "SENSES", body.SENSES)
@@ -158,12 +158,12 @@ def _check_sense(trial: _BodyTrial) -> None:
         trial.require(quantity in felt.scales, f".sense gives no scale for {quantity}; {right}")
         scale = float(felt.scales[quantity])
         require_finite(f"{trial.name}.sense's scale of {quantity}", scale, above=0.0)
-    trial.independent(".sense", _sensed, body, *given)
+    trial.independent(".sense", _sensed, body, *arguments)
 
 
 def _check_predict(trial: _BodyTrial) -> None:
-    given = trial.state, trial.force, trial.ground, trial.tick
-    result = trial.call("predict", *given)
+    arguments = trial.state, trial.force, trial.ground, trial.tick
+    result = trial.call("predict", *arguments)
     three = is_of(result, tuple) and len(result) == 3
     trial.require(three, ".predict must return (state, stance from, stance to)")
     guess, begins, ends = result
@@ -175,7 +175,7 @@ def _check_predict(trial: _BodyTrial) -> None:
         f".predict returns stance from {listed(begins)} to {listed(ends)}; it must be "
         "0 <= from <= to <= 1 (shares of the tick)",
     )
-    trial.independent(".predict", _method("predict"), trial.body, *given)
+    trial.independent(".predict", _method("predict"), trial.body, *arguments)
 
 
 def _advance(
@@ -185,8 +185,8 @@ def _advance(
 
 
 def _check_advance(trial: _BodyTrial) -> None:
-    given = trial.body, trial.state, trial.force, trial.ground, trial.tick
-    result = trial.attempt(".advance", _advance, *given)
+    arguments = trial.body, trial.state, trial.force, trial.ground, trial.tick
+    result = trial.attempt(".advance", _advance, *arguments)
     pair = is_of(result, tuple) and len(result) == 2 and is_of(result[1], Contact)
     trial.require(pair, ".advance must return (state, tegotae.parts.bodies.Contact)")
     end, contact = result
@@ -194,22 +194,22 @@ def _check_advance(trial: _BodyTrial) -> None:
     trial.arrays(".advance", end, leading=None)
     values: dict[str, jax.Array] = contact._asdict()
     for name, value in values.items():
-        what, events = f".advance's {name}", name.startswith(("apex", "touchdown"))
-        before = trial.body.limb_shape if name in _OF_LIMBS else ()
-        trial.arrays(what, value, events=events, leading=before)
+        entry, events = f".advance's {name}", name.startswith(("apex", "touchdown"))
+        shape = trial.body.limb_shape if name in _OF_LIMBS else ()
+        trial.arrays(entry, value, events=events, leading=shape)
         array, share = np.asarray(value, float), name.endswith("_share")
         inside = np.isnan(array) | (array >= 0.0) & (array <= (1.0 if share else np.inf))
         right = "a share, 0 ... 1" if share else "at least 0"
         signed = not share and not name.startswith("climb")
-        must = f"{what} is {listed(array)}; it must be {right}"
+        must = f"{entry} is {listed(array)}; it must be {right}"
         trial.require(signed or np.all(inside), must)
     within = values["climb_flight_m"] <= values["climb_m"] + 1e-6
     exceeds = ".advance's climb_flight_m exceeds climb_m, which includes it"
     trial.require(within.all(), exceeds)
     apexes = np.isnan(values["apex_share"]) == np.isnan(values["apex_height_m"])
-    same = ".advance's apex_share and apex_height_m must be NaN on the same lanes"
-    trial.require(apexes.all(), same)
-    trial.independent(".advance", _advance, *given)
+    message = ".advance's apex_share and apex_height_m must be NaN on the same lanes"
+    trial.require(apexes.all(), message)
+    trial.independent(".advance", _advance, *arguments)
 
 
 def _check_small_ticks(trial: _BodyTrial) -> None:
@@ -217,7 +217,7 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
     body, ground, force = trial.body, trial.ground, trial.force
     released = trial.call("commanded", trial.state, force)
 
-    def seen(state: StateTree) -> list[np.ndarray]:
+    def observed(state: StateTree) -> list[np.ndarray]:
         """Return the sensed part of a state: the guess must be right for it alone."""
         sensed = trial.attempt(".sense", _sensed, body, state, ground)
         moves = [trial.call(method, state) for method in _MOTION]
@@ -232,15 +232,15 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
         guess, _, _ = trial.call("predict", begun, force, ground, tick)
         share = np.asarray(contact.stance_share).reshape(-1, LANES)
         steady = np.all((share == 0.0) | (share == 1.0), axis=0)
-        before, after, guessed = seen(begun), seen(end), seen(guess)
-        apart = sum(
+        start, finish, guessed = observed(begun), observed(end), observed(guess)
+        distances = sum(
             np.abs(a - b).reshape(-1, LANES).max(axis=0)
-            for a, b in zip(after, guessed, strict=True)
+            for a, b in zip(finish, guessed, strict=True)
         )
-        height, velocity = before[-2:]
-        slope = (after[-2] - height) / tick_s
+        height, velocity = start[-2:]
+        slope = (finish[-2] - height) / tick_s
         return (
-            np.where(steady, apart / tick_s, 0.0),
+            np.where(steady, distances / tick_s, 0.0),
             np.where(steady, np.abs(slope - velocity), 0.0),
         )
 
@@ -249,8 +249,8 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
         "predict does not approach advance as the tick shrinks; check its signs, units and forces",
         "velocity is not the rate of change of height; check signs and units",
     )
-    for before, after, meaning in zip(long, short, meanings, strict=True):
-        trial.require((after <= 0.5 * before + 1e-6).all(), f".{meaning}")
+    for large, small, meaning in zip(long, short, meanings, strict=True):
+        trial.require((small <= 0.5 * large + 1e-6).all(), f".{meaning}")
 
 
 def _check_energy(trial: _BodyTrial) -> None:
@@ -275,9 +275,9 @@ def _check_energy(trial: _BodyTrial) -> None:
         return jnp.max(jnp.where(alive, (balance - first[None]) / scale[None], 0.0))
 
     for share, when in ((0.0, "without the actuator"), (0.5, "beyond the actuator's work_j")):
-        made = float(excess(jnp.asarray(share)))
+        gained = float(excess(jnp.asarray(share)))
         trial.require(
-            made <= _ENERGY_TOLERANCE,
-            f" makes energy from nothing, {when}: {made:.2%} of its energy within "
+            gained <= _ENERGY_TOLERANCE,
+            f" makes energy from nothing, {when}: {gained:.2%} of its energy within "
             f"{_TICKS * _TICK_S:g} s; check the signs of its forces, of `energy` and of work_j",
         )

@@ -54,14 +54,14 @@ def energy_of_drop(body: Body, height_m: float, duration_s: float, tick_s: float
         push = Push(jnp.zeros(1))
         start = body.release(jnp.full(1, height_m), ground)
         standing = body.release(jnp.full(1, body.touching_height_m), ground)
-        least = body.energy(standing, ground)
-        most = body.energy(start, ground)
+        lower = body.energy(standing, ground)
+        upper = body.energy(start, ground)
 
         def step(carry: tuple[StateTree, Any], _: None) -> tuple[Any, jax.Array]:
             state, failed = carry
             state, _contact = body.advance(state, push, ground, jnp.asarray(tick_s, ground.dtype))
             failed = failed | body.failed(state, ground)
-            share = (body.energy(state, ground) - least) / (most - least)
+            share = (body.energy(state, ground) - lower) / (upper - lower)
             return (state, failed), jnp.where(failed, jnp.nan, share)
 
         begun = start, jnp.zeros(1, bool)

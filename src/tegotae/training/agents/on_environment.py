@@ -87,19 +87,19 @@ class LimbVecEnv(LaneVecEnv):
     def __init__(
         self, experiment: EnvExperiment, settings: AgentSettings, observed: Observed, hold: int
     ) -> None:
-        own, wires, controller = experiment, experiment.wires, experiment.controller
+        spec, wires, controller = experiment, experiment.wires, experiment.controller
         assert controller.oscillator is not None
         bare = feedback_controller(controller.actuation, controller.oscillator)
         bare = dataclasses.replace(bare, limbs=controller.limbs)
-        self._own, self._hold, self._wires = own, hold, wires
+        self._own, self._hold, self._wires = spec, hold, wires
         self._limit = settings.max_feedback_rad_per_s
         lanes = settings.n_envs
-        self._lanes = lanes_of(own, lanes)
+        self._lanes = lanes_of(spec, lanes)
         self._pilot = Pilot(
-            dataclasses.replace(wires, controller=bare), own.wiring, np.zeros((1, lanes))
+            dataclasses.replace(wires, controller=bare), spec.wiring, np.zeros((1, lanes))
         )
-        self._reward = step_reward(own, settings, self._lanes.steps, self._pilot)
-        self._scales = {name: float(own.wiring.scales.get(name, 1.0)) for name in observed.names}
+        self._reward = step_reward(spec, settings, self._lanes.steps, self._pilot)
+        self._scales = {name: float(spec.wiring.scales.get(name, 1.0)) for name in observed.names}
         for name in settings.critic_senses:
             if name not in wires.observed:
                 raise unknown("entry of the observation", name, wires.observed)
