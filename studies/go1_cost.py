@@ -30,19 +30,19 @@ from tegotae_robots.c.plan import Export
 
 CORE = next(core for core in CORES if core.name == "Cortex-M4F")
 TICK_S = 0.01
-CARRIER = "load, clock and balance, tuned under disturbances"
+CARRIER = "balance reflexes and load feedback, trained under disturbances"
 """The law in whose place the network is: it reads the same."""
-FEELS_NOTHING = "clock alone, tuned"
+FEELS_NOTHING = "trained open-loop trot"
 FILES = {
     FEELS_NOTHING: "clock-alone-speed-0",
     CALM: "clock-p-speed-8",
     WARY: "wary-speed-8",
     HIGH: "wary-high-8",
     CARRIER: "load-tuned-0",
-    "AR and balance, tuned under disturbances": "AR-b-tuned-0",
-    "σN cos φ of the walker": "zoo:cos+range@quadruped-c",
-    "AR of the walker": "zoo:AR-rF+range@quadruped-c",
-    "ART of the walker": "zoo:ART-rF-t+phif+range@quadruped-c",
+    "AR with balance reflexes, trained under disturbances": "AR-b-tuned-0",
+    "σN cos φ of the walker model": "zoo:cos+range@quadruped-c",
+    "AR of the walker model": "zoo:AR-rF+range@quadruped-c",
+    "ART of the walker model": "zoo:ART-rF-t+phif+range@quadruped-c",
 }
 NETWORK, ACTOR = "PPO on loads and an IMU", "ppo-imu-0"
 STEP, LEGS = "tegotae_step(state, in, out);", "tegotae_joints(out, joints);"
@@ -98,7 +98,7 @@ def main() -> None:
     ):
         rows.append(row(name, counted(baseline, within_reach=within_reach), less=counted(baseline)))
     write_rows(FOLDER / "cost.csv", rows, digits=6)
-    head = ["law", "numbers", "instructions", "µs", "flash [kB]"]
+    head = ["law", "parameters", "instructions", "µs", "flash [kB]"]
     lines = [
         [
             x["law"],

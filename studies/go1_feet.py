@@ -84,7 +84,7 @@ class Condition:
 
 
 CONDITIONS = {
-    "as it is": Condition(),
+    "undisturbed": Condition(),
     "friction 0.5": Condition(friction=0.5),
     "mass + 20 %": Condition(mass=1.2),
     "mass - 20 %": Condition(mass=0.8),
@@ -96,7 +96,7 @@ CONDITIONS = {
     "blocks 4 cm": Condition(blocks_m=0.04),
     "delay 20 ms": Condition(delay_s=0.02),
     "noise 10 %": Condition(noise=0.1),
-    "any phases": Condition(random_phases=True),
+    "random phases": Condition(random_phases=True),
 }
 
 

@@ -56,23 +56,30 @@ CALIBRATION = (3001, 3002)
 """Seeds of the starts from which speeds are calibrated."""
 OTHERS = "8 other starts"
 """The check of `go1_checks.py` by which a run is chosen."""
-CALM, WARY = "clock and balance, tuned", "the same, wary of a tilt"
-FURTHER, CALM_FURTHER = "the same, tuned further", "clock and balance, tuned further"
-"""The same runs without an alarm, by which one is chosen; with it; and tuned further with it and
-without."""
-LATE = "tuned further, then wary of a tilt"
-"""Those without, and the alarm added to them."""
-HIGH = "wary of a tilt, and lifting its feet higher then"
-"""The same, whose feet are lifted less until a tilt alarms it."""
-LOW, LIFT = "the run chosen, lifting its feet less at all times", 0.75
-"""The least that costs as little; and the share of the lift, taken after trials with one run."""
-STEERED, YAW = "the run chosen, steered straight", 0.25
-"""The run that lifts its feet higher when alarmed, with a gain on yaw of those that hold it."""
+CALM = "trot with balance reflexes, first training"
+"""Law without step adaptation, by whose checks one run is selected."""
+CALM_FURTHER = "trot with balance reflexes"
+"""The same law after further training."""
+WARY = "balance reflexes and step shortening, first training"
+"""`CALM` with shorter steps after a tilt, without new training."""
+FURTHER = "balance reflexes and step shortening, trained together"
+"""`WARY` after further training."""
+LATE = "balance reflexes and step shortening"
+"""`CALM_FURTHER` with shorter steps after a tilt, without new training."""
+SLOWER, SHARE = "balance reflexes and step shortening, 30% slower steps", 0.7
+"""`LATE` with this share of the frequency at which it steps on the spot."""
+HIGH = "tilt-triggered step adaptation"
+"""`LATE` with lower feet until a tilt raises them."""
+LOW, LIFT = "selected run with a constant low lift", 0.75
+"""`LATE` with this share of its lift at all times."""
+STEERED, YAW = "selected run with its yaw gain corrected", 0.25
+"""The selected run of `HIGH`, with the gain on yaw of runs that hold their heading."""
+LOADED = "balance reflexes and load feedback"
 PPO = "PPO on loads and an IMU"
-SLOWER, SHARE = "the same, stepping 30% slower", 0.7
-"""The same with this share of the frequency on the spot."""
+EARLIER = (CALM, WARY, FURTHER, SLOWER)
+"""Laws whose episodes are in the files of rows alone."""
 SLOW = 0.5
-"""A law that goes at less than this share of the commanded speed stays behind."""
+"""A law lags below this share of the commanded speed."""
 ASTRAY_RAD = math.pi / 2
 """A heading that is farther than this from that of the start is lost."""
 
@@ -205,21 +212,31 @@ LAWS = {
     "open-loop trot, stride 0.2": Law("none", 0, saved(lambda: open_loop(0.2))),
     "open-loop trot, stride 0.35": Law("none", 1, saved(lambda: open_loop(0.35))),
     "open-loop trot, stride 0.65": Law("none", 1, saved(lambda: open_loop(0.65))),
-    "clock and balance": Law("IMU", 8, files("clock-b")),
-    "load, clock and balance": Law("load, IMU", 11, files("load-b")),
-    "vanilla of the walker": Law("load", 1, zoo("quadruped-c")),
-    "σN cos φ of the walker": Law("load", 2, zoo("zoo:cos+range@quadruped-c")),
-    "AR of the walker": Law("load", 96, zoo("zoo:AR-rF+range@quadruped-c")),
-    "ART of the walker": Law("load", 96, zoo("zoo:ART-rF-t+phif+range@quadruped-c")),
-    "clock and balance, tuned under disturbances": Law("IMU", 8, files("clock-tuned")),
-    "the same without its balance": Law("none", 4, unbalanced("clock-tuned")),
-    "clock alone, tuned under disturbances": Law("none", 4, files("clock-t-tuned")),
-    "load, clock and balance, tuned under disturbances": Law("load, IMU", 11, files("load-tuned")),
-    "AR and balance, tuned under disturbances": Law("load, IMU", 104, files("AR-b-tuned")),
-    "clock, balance and steps aside, tuned": Law("IMU", 10, files("clock-s-walk")),
-    "load, clock, balance and steps aside, tuned": Law("load, IMU", 13, files("load-s-walk")),
-    "clock, balance and steps aside, for twice the speed": Law("IMU", 10, files("clock-s-run")),
-    "AR, tuned on Go1": Law("load", 96, files("AR-tuned")),
+    "trot with balance reflexes, trained for speed": Law("IMU", 8, files("clock-b")),
+    "balance reflexes and load feedback, trained for speed": Law("load, IMU", 11, files("load-b")),
+    "vanilla feedback of the walker model": Law("load", 1, zoo("quadruped-c")),
+    "σN cos φ of the walker model": Law("load", 2, zoo("zoo:cos+range@quadruped-c")),
+    "AR of the walker model": Law("load", 96, zoo("zoo:AR-rF+range@quadruped-c")),
+    "ART of the walker model": Law("load", 96, zoo("zoo:ART-rF-t+phif+range@quadruped-c")),
+    "trot with balance reflexes, trained under disturbances": Law("IMU", 8, files("clock-tuned")),
+    "the trained trot with its reflexes removed": Law("none", 4, unbalanced("clock-tuned")),
+    "open-loop trot, trained under disturbances": Law("none", 4, files("clock-t-tuned")),
+    "balance reflexes and load feedback, trained under disturbances": Law(
+        "load, IMU", 11, files("load-tuned")
+    ),
+    "AR with balance reflexes, trained under disturbances": Law(
+        "load, IMU", 104, files("AR-b-tuned")
+    ),
+    "balance reflexes and side steps, trained under disturbances": Law(
+        "IMU", 10, files("clock-s-walk")
+    ),
+    "balance reflexes, load feedback and side steps, trained under disturbances": Law(
+        "load, IMU", 13, files("load-s-walk")
+    ),
+    "balance reflexes and side steps, trained for twice the speed": Law(
+        "IMU", 10, files("clock-s-run")
+    ),
+    "AR, trained on Go1": Law("load", 96, files("AR-tuned")),
     "PPO on contacts": Law("contacts", 5452, actors("contacts")),
     "PPO on loads": Law("load", 5452, actors("loads")),
     PPO: Law("load, IMU", 5836, actors("imu")),
@@ -229,7 +246,7 @@ LAWS = {
 
 PACED_LAWS = {
     "open-loop trot": Law("none", 0, saved(paced)),
-    "clock alone, tuned": Law("none", 5, files("clock-alone-speed")),
+    "trained open-loop trot": Law("none", 5, files("clock-alone-speed")),
     CALM: Law("IMU", 9, files("clock-p-speed")),
     WARY: Law("IMU", 10, files("wary-speed")),
     FURTHER: Law("IMU", 10, files("wary-further")),
@@ -239,7 +256,7 @@ PACED_LAWS = {
     HIGH: Law("IMU", 11, files("wary-high")),
     LOW: Law("IMU", 10, lambda: low(best_run(CALM))),
     STEERED: Law("IMU", 11, lambda: steered(best_run(CALM))),
-    "load, clock and balance, tuned further": Law("load, IMU", 12, files("load-p-further")),
+    LOADED: Law("load, IMU", 12, files("load-p-further")),
     PPO: Law("load, IMU", 5836, actors("imu", "-further", PACED)),
 }
 
@@ -264,6 +281,11 @@ class Table:
     unit: str
     titles: tuple[str, str]
 
+    @property
+    def shown(self) -> dict[str, Law]:
+        """The laws of the page's tables and figure."""
+        return {name: law for name, law in self.laws.items() if name not in EARLIER}
+
     def ready(self, run: Run) -> Run:
         """A run; where speeds are the commands, with its own calibration."""
         return run if self.column == "omega" else calibrated(run)
@@ -281,7 +303,7 @@ TABLES = {
         SPEEDS,
         "wanted_m_per_s",
         "commanded [m/s]",
-        ("behind", "CoT, at PPO's speeds"),
+        ("lags", "CoT, at PPO's speeds"),
     ),
 }
 
@@ -414,7 +436,7 @@ def pace_of(wiring: Wiring) -> Pace:
 
 def reached(rows: pd.DataFrame) -> np.ndarray:
     """The mean speeds [m/s] of a law as it is, by command."""
-    undisturbed = rows[rows.condition == "as it is"]
+    undisturbed = rows[rows.condition == "undisturbed"]
     return undisturbed.groupby("wanted_m_per_s").speed_m_per_s.mean().to_numpy()
 
 
@@ -424,7 +446,7 @@ def cost_at(speeds: np.ndarray, rows: pd.DataFrame) -> pd.Series:
     It is linear between the speeds of two commands; what is slower than the fastest of these speeds
     has the cost of its own fastest there.
     """
-    upright = rows[(rows.condition == "as it is") & (rows.fell == 0)]
+    upright = rows[(rows.condition == "undisturbed") & (rows.fell == 0)]
     means = upright.groupby(["law", "run", "wanted_m_per_s"])[
         ["speed_m_per_s", "cost_of_transport"]
     ]
@@ -434,16 +456,16 @@ def cost_at(speeds: np.ndarray, rows: pd.DataFrame) -> pd.Series:
 
 def laws_table(table: Table, records: pd.DataFrame) -> str:
     """A row a law: all conditions but random phases, of which falls are apart."""
-    head = ["law", "senses", "numbers", "falls [95 % interval]", "any phases", "speed [m/s]"]
+    head = ["law", "sensors", "parameters", "falls [95 % interval]", "random phases", "speed [m/s]"]
     lines, speeds = [[*head, *table.titles]], reached(records[records.law == PPO])
-    of_chosen = (CALM, WARY, FURTHER, CALM_FURTHER, LATE, SLOWER, HIGH)
-    for name, law in table.laws.items():
+    of_chosen = (CALM_FURTHER, LATE, HIGH)
+    for name, law in table.shown.items():
         rows = records[records.law == name]
         if len(rows):
             lines.append([f"{name} ({rows.run.nunique()})", *line_of(table, law, rows, speeds)])
         best = best_run(CALM) if name in of_chosen else None
         if len(rows) and best is not None:
-            lines.append(["· the run chosen", *line_of(table, law, rows[rows.run == best], speeds)])
+            lines.append(["· selected run", *line_of(table, law, rows[rows.run == best], speeds)])
     return markdown(lines)
 
 
@@ -455,9 +477,9 @@ def astray(rows: pd.DataFrame) -> pd.Series:
 def headings(table: Table, records: pd.DataFrame) -> str:
     """A row a law: where its episodes head at their end, under all conditions but random phases."""
     share, runs = "more than 90° off [95 % interval]", "episodes of each run"
-    lines = [["law", share, runs, "median error [rad]", "as it is"]]
-    from_trot = records[records.condition != "any phases"]
-    for name in table.laws:
+    lines = [["law", share, runs, "median error [rad]", "undisturbed"]]
+    from_trot = records[records.condition != "random phases"]
+    for name in table.shown:
         rows = from_trot[from_trot.law == name]
         if len(rows):
             off_course, error = astray(rows), rows.heading_rad.abs()
@@ -468,7 +490,7 @@ def headings(table: Table, records: pd.DataFrame) -> str:
                     f"{off_course.mean():.1%} [{low:.1%}, {high:.1%}]",
                     " ".join(map(str, off_course.groupby(rows.run).sum())),
                     f"{error.median():.2f}",
-                    f"{error[rows.condition == 'as it is'].median():.2f}",
+                    f"{error[rows.condition == 'undisturbed'].median():.2f}",
                 ]
             )
     return markdown(lines)
@@ -477,8 +499,11 @@ def headings(table: Table, records: pd.DataFrame) -> str:
 def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> list[str]:
     """Return the table's line for rows of a law, with its cost at these speeds if they are
     given."""
-    from_trot, free = rows[rows.condition != "any phases"], rows[rows.condition == "any phases"]
-    undisturbed = rows[rows.condition == "as it is"]
+    from_trot, free = (
+        rows[rows.condition != "random phases"],
+        rows[rows.condition == "random phases"],
+    )
+    undisturbed = rows[rows.condition == "undisturbed"]
     fell = wilson(int(from_trot.fell.sum()), len(from_trot))
     by_command = undisturbed.groupby(table.column).speed_m_per_s.mean()
     ratio = (undisturbed.speed_m_per_s / undisturbed.wanted_m_per_s).mean()
@@ -501,7 +526,7 @@ def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> l
 @styled()
 def figure(table: Table, rows: pd.DataFrame) -> Figure:
     """A row a law: falls under every condition; speed and cost on the robot as it is."""
-    names = [name for name in table.laws if name in set(rows.law)]
+    names = [name for name in table.shown if name in set(rows.law)]
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN + 0.17 * len(names))
     falls, *gait = drawn.subplots(1, 3, sharey=True, width_ratios=(2.0, 1.0, 1.0))
     shares = rows.groupby(["law", "condition"]).fell.mean().unstack()
@@ -510,7 +535,9 @@ def figure(table: Table, rows: pd.DataFrame) -> Figure:
     falls.set_xticks(range(len(CONDITIONS)), list(CONDITIONS), rotation=90)
     falls.set_yticks(range(len(names)), names)
     titles = {"speed_m_per_s": "speed [m/s]", "cost_of_transport": "cost of transport"}
-    means = rows[rows.condition == "as it is"].groupby(["law", table.column])[list(titles)].mean()
+    means = (
+        rows[rows.condition == "undisturbed"].groupby(["law", table.column])[list(titles)].mean()
+    )
     shades = colormaps["viridis"](np.linspace(0.9, 0.1, len(table.commands)))
     for axes, (column, title) in zip(gait, titles.items(), strict=True):
         pivot = means[column].unstack().reindex(names)
@@ -535,16 +562,15 @@ def frontier(rows: pd.DataFrame) -> Figure:
     """Falls over cost at the same speeds, a dot a run."""
     drawn = new_figure(0.7 * PAGE_IN, 0.45 * PAGE_IN)
     axes = drawn.subplots()
-    from_trot = rows[rows.condition != "any phases"]
+    from_trot = rows[rows.condition != "random phases"]
     runs = from_trot.groupby(["law", "run"]).fell.mean().to_frame()
     runs["cost"] = cost_at(reached(rows[rows.law == PPO]), rows)
     titles = {
         PPO: "PPO",
-        "clock alone, tuned": "clock alone",
-        CALM_FURTHER: "clock and balance",
-        LATE: "the same, wary",
-        SLOWER: "and slower",
-        HIGH: "wary, lifting higher then",
+        "trained open-loop trot": "trained open-loop trot",
+        CALM_FURTHER: "balance reflexes",
+        LATE: "with step shortening",
+        HIGH: "with step shortening and lift",
     }
     for law, title in titles.items():
         axes.plot(runs.loc[law].cost, runs.loc[law].fell, "o", ms=4, label=title)

@@ -49,13 +49,13 @@ STARTS = (1001, 1002, 1003, 1004)
 SECONDS, WALKS_M_PER_S = 15.0, 0.1
 OTHERS = (
     "open-loop trot, stride 0.2",
-    "AR of the walker",
-    "clock and balance, tuned under disturbances",
-    "the same without its balance",
-    "load, clock and balance, tuned under disturbances",
-    "AR and balance, tuned under disturbances",
-    "clock, balance and steps aside, tuned",
-    "load, clock, balance and steps aside, tuned",
+    "AR of the walker model",
+    "trot with balance reflexes, trained under disturbances",
+    "the trained trot with its reflexes removed",
+    "balance reflexes and load feedback, trained under disturbances",
+    "AR with balance reflexes, trained under disturbances",
+    "balance reflexes and side steps, trained under disturbances",
+    "balance reflexes, load feedback and side steps, trained under disturbances",
     "PPO on loads and an IMU",
 )
 """Laws that were trained without the loss of a leg."""
@@ -95,9 +95,9 @@ class Form:
 
 
 FORMS = {
-    "balance": Form("clock and balance, of the template", 3.5),
-    "shift": Form("feet shifted by the pitch, of the template", 10.2, PLANS[0]),
-    "tilt": Form("feet that feel load and tilt, of the template", 4.0, PLANS[-1]),
+    "balance": Form("trot with balance reflexes, of the template", 3.5),
+    "shift": Form("pitch feedback on the feet, of the template", 10.2, PLANS[0]),
+    "tilt": Form("load and tilt feedback on the feet, of the template", 4.0, PLANS[-1]),
 }
 
 

@@ -43,18 +43,18 @@ from tegotae.systems.resolve import resolve
 
 FOLDER = ROOT / "docs" / "_static" / "go1_template"
 RUNS = ROOT / "runs" / "go1_template"
-BEGUN = ("as it is", "any phases")
+BEGUN = ("undisturbed", "random phases")
 """Conditions of the start: from a trot, or from any phases."""
 LAWS: Mapping[str, Callable[[], Mapping[int, SavedController]]] = {
     "open-loop trot, stride 0.2": lambda: {0: open_loop(0.2)},
-    "vanilla of the walker": lambda: controllers_of("quadruped-c"),
-    "σN cos φ of the walker": lambda: controllers_of("zoo:cos+range@quadruped-c"),
-    "AR of the walker": lambda: controllers_of("zoo:AR-rF+range@quadruped-c"),
-    "clock and balance, tuned under disturbances": lambda: tuned("clock-tuned"),
-    "load, clock and balance, tuned under disturbances": lambda: tuned("load-tuned"),
-    "AR and balance, tuned under disturbances": lambda: tuned("AR-b-tuned"),
+    "vanilla feedback of the walker model": lambda: controllers_of("quadruped-c"),
+    "σN cos φ of the walker model": lambda: controllers_of("zoo:cos+range@quadruped-c"),
+    "AR of the walker model": lambda: controllers_of("zoo:AR-rF+range@quadruped-c"),
+    "trot with balance reflexes, trained under disturbances": lambda: tuned("clock-tuned"),
+    "balance reflexes and load feedback, trained under disturbances": lambda: tuned("load-tuned"),
+    "AR with balance reflexes, trained under disturbances": lambda: tuned("AR-b-tuned"),
     "AR of the template": lambda: trained("go1"),
-    "AR of the template, legs for nothing": lambda: trained("free"),
+    "AR of the template, trained without the cost of moving legs": lambda: trained("free"),
 }
 DRAWN = (*tuple(LAWS)[:3], "AR of the template")
 """Laws of the figure."""
@@ -137,7 +137,7 @@ def on_template(law: SavedController, seed: int, condition: str) -> list[dict[st
     starts = [np.random.default_rng([37, start]) for start in STARTS]
     trot = np.array([limb.phase_rad or 0.0 for limb in wiring.limbs])
     phases = [trot + STRAYS_RAD * start.standard_normal(len(trot)) for start in starts]
-    if condition == "any phases":
+    if condition == "random phases":
         phases = [start.uniform(0.0, 2.0 * np.pi, len(trot)) for start in starts]
     rows = []
     for omega in OMEGAS:
@@ -186,7 +186,15 @@ def under(wiring: Wiring, omega: float) -> Legged:
 
 def table_of(records: pd.DataFrame) -> str:
     """Two rows a law: on the template, and on the robot."""
-    head = ["law", "on the", "falls", "any phases", "speed [m/s]", "CoT (bearing alone)", "locks"]
+    head = [
+        "law",
+        "on the",
+        "falls",
+        "random phases",
+        "speed [m/s]",
+        "CoT (bearing alone)",
+        "locks",
+    ]
     lines = [head]
     for name in LAWS:
         for body in (WALKER, ROBOT):

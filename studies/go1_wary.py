@@ -6,7 +6,7 @@ one.
 Five gains, and steps that are always shorter: the ten runs of the clock with balance at commanded
 speeds, over blocks, from starts that judge nothing else, at the commands that each has without an
 alarm. `docs/_static/go1_feet` keeps `wary.csv`, a row an episode, `wary.png`, and the runs with the
-gain that falls or stays behind least, `wary-speed-RUN.json`; with that gain also those that were
+gain with the fewest falls and lags, `wary-speed-RUN.json`; with that gain also those that were
 tuned further, `wary-late-RUN.json`.
 
 These then lift their feet to a share of what they were tuned for while nothing alarms them, under
@@ -175,33 +175,33 @@ def lift_rows(
 
 @styled()
 def lift_figure(records: pd.DataFrame) -> Figure:
-    """Over the share of the lift: what falls or stays behind, and the cost of what does not."""
+    """Over the share of the lift: falls and lags, and the cost of episodes without."""
     drawn = new_figure(0.7 * PAGE_IN, 0.3 * PAGE_IN)
     records = records.assign(fails=(records.fell == 1) | behind(records))
     sound = records[~records.fails]
     for axes, (rows, column, title) in zip(
         drawn.subplots(1, 2),
-        ((records, "fails", "share that falls or stays behind"),
+        ((records, "fails", "share that falls or lags"),
          (sound, "cost_of_transport", "cost of transport")),
         strict=True,
     ):  # fmt: skip
         for condition in LIFTED:
             means = rows[rows.condition == condition].groupby("lift")[column].mean()
             axes.plot(means.index, means, "o-", ms=3.5, label=condition)
-        axes.set(xlabel="lift while calm, share", ylabel=title, ylim=(0.0, None))
+        axes.set(xlabel="share of the lift before a tilt", ylabel=title, ylim=(0.0, None))
     drawn.axes[0].legend()
     return drawn
 
 
 @styled()
 def figure(records: pd.DataFrame) -> Figure:
-    """Over the gain: falls, what stays behind, and speed over command, a line a ground."""
+    """Over the gain: falls, lags, and speed over command, a line a ground."""
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN)
     records = records.assign(
         behind=behind(records), speed=records.speed_m_per_s / records.wanted_m_per_s
     )
     axes = drawn.subplots(1, 3)
-    titles = {"fell": "share that falls", "behind": "share that stays behind", "speed": "v / v*"}
+    titles = {"fell": "share that falls", "behind": "share that lags", "speed": "v / v*"}
     for panel, (column, title) in zip(axes, titles.items(), strict=True):
         for ground in GROUNDS:
             means = records[records.condition == ground].groupby("alarm")[column].mean()

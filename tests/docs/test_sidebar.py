@@ -55,7 +55,7 @@ STUDIES = sorted(set((DOCS / "studies").glob("*.md")) - {DOCS / "studies" / "ind
 @pytest.mark.parametrize("page", STUDIES, ids=lambda page: page.stem)
 def test_a_study_begins_with_its_readers_and_its_result(page):
     opening = page.read_text(encoding="utf-8").partition("\n\n")[2].partition("\n\n")[0]
-    assert opening.startswith("For readers")
+    assert opening.startswith("This page is for readers who ")
     assert "**Result:**" in opening
 
 
