@@ -56,15 +56,15 @@ class Bench:
             lanes = getattr(self, name)
             require_count(name, lanes)
             require_memory(4.0 * 8 * lanes * BUDGET, f"{lanes} lanes")
-        own, names = selected(), tuple(legs.BODIES) if self.legs else ("walker",)
-        speeds = {own: engine.engine_speed(self.lanes)}
-        bodies = {own: legs.measure_bodies(self.lanes, names)}
-        for other in _alternatives(own):
+        current, names = selected(), tuple(legs.BODIES) if self.legs else ("walker",)
+        speeds = {current: engine.engine_speed(self.lanes)}
+        bodies = {current: legs.measure_bodies(self.lanes, names)}
+        for alternative in _alternatives(current):
             run = f"{_BENCHMARKS}.engine", "speed", str(self.lanes)
-            speeds[other] = engine.Speed(*json.loads(_program(*run, engine=other)))
+            speeds[alternative] = engine.Speed(*json.loads(_program(*run, engine=alternative)))
             run = f"{_BENCHMARKS}.legs", str(self.lanes), *names
-            rows = json.loads(_program(*run, engine=other))
-            bodies[other] = [legs.BodySpeed(*row) for row in rows]
+            rows = json.loads(_program(*run, engine=alternative))
+            bodies[alternative] = [legs.BodySpeed(*row) for row in rows]
         textbook = float(_program(f"{_BENCHMARKS}.textbook", str(self.lanes)))
         sizes = [10**n for n in range(3, 10) if 10**n <= self.most_lanes]
         costs = [
@@ -76,15 +76,15 @@ class Bench:
             "cores": available_cores(),
             "parameters": engine.benchmark_controller().n_weights,
             "tick_s": Timing().tick_s,
-            "engine": own,
-            "engines": {name: each._asdict() for name, each in speeds.items()},
+            "engine": current,
+            "engines": {name: result._asdict() for name, result in speeds.items()},
             "textbook_ticks_per_s": textbook,
             "loop_ticks_per_s": loop.loop_ticks_per_second(),
             "kernel": None
             if (by_hand := kernel.kernel_speed(self.lanes)) is None
             else by_hand._asdict(),
             "bodies": {name: [row._asdict() for row in rows] for name, rows in bodies.items()},
-            "costs": [each._asdict() for each in costs],
+            "costs": [result._asdict() for result in costs],
         }
         if self.legs:
             figures["mujoco_walker"] = [row._asdict() for row in legs.mujoco()]
@@ -99,7 +99,7 @@ class Bench:
         console.print(_table_of_ways(figures))
         console.print(
             f"{figures['parameters']} parameters, {self.lanes} lanes, control period "
-            f"{figures['tick_s'] * 1e3:g} ms, {figures['cores']} cores; this is {own}"
+            f"{figures['tick_s'] * 1e3:g} ms, {figures['cores']} cores; this is {current}"
         )
         console.print(_table_of_bodies(figures))
         console.print(_table_of_costs(figures["costs"]))
@@ -110,9 +110,9 @@ class Bench:
 _BENCHMARKS = "benchmarks"
 
 
-def _alternatives(own: str) -> tuple[str, ...]:
+def _alternatives(current: str) -> tuple[str, ...]:
     """The other engine, if it can be had here."""
-    if own == NATIVE:
+    if current == NATIVE:
         return (XLA,)
     return () if why_not_native() else (NATIVE,)
 
@@ -120,14 +120,14 @@ def _alternatives(own: str) -> tuple[str, ...]:
 def _table_of_ways(figures: dict[str, Any]) -> Table:
     """Both engines, and what people would write themselves."""
     table = Table("way", "ticks/s", "ticks/core-s", "compiled in core-s", "this engine / that")
-    own = figures["engines"][figures["engine"]]["ticks_per_s"]
-    for name, each in figures["engines"].items():
+    reference = figures["engines"][figures["engine"]]["ticks_per_s"]
+    for name, speed in figures["engines"].items():
         table.add_row(
             f"tegotae, {name}",
-            f"{each['ticks_per_s']:.3g}",
-            f"{each['ticks_per_core_s']:.3g}",
-            f"{each['compile_core_s']:.2g}",
-            f"{own / each['ticks_per_s']:.3g}",
+            f"{speed['ticks_per_s']:.3g}",
+            f"{speed['ticks_per_core_s']:.3g}",
+            f"{speed['compile_core_s']:.2g}",
+            f"{reference / speed['ticks_per_s']:.3g}",
         )
     if limit := figures["kernel"]:
         table.add_row(
@@ -140,7 +140,7 @@ def _table_of_ways(figures: dict[str, Any]) -> Table:
     plain = {"textbook vmap(scan)": "textbook", "Python loop": "loop"}
     for name, key in plain.items():
         ticks = figures[f"{key}_ticks_per_s"]
-        table.add_row(name, f"{ticks:.3g}", "", "", f"{own / ticks:.3g}")
+        table.add_row(name, f"{ticks:.3g}", "", "", f"{reference / ticks:.3g}")
     return table
 
 
@@ -191,12 +191,14 @@ def _table_of_mujoco(rows: list[dict[str, Any]]) -> Table:
 
 def _program(module: str, *arguments: str, engine: str | None = None) -> str:
     """Return the output of a module of this package run as a program."""
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-m", module, *arguments],
         env=os.environ | ({VARIABLE: engine} if engine else {}),
         capture_output=True,
         text=True,
     )
-    if done.returncode:
-        raise TegotaeError(f"{module} failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
-    return done.stdout.strip().splitlines()[-1]
+    if completed.returncode:
+        raise TegotaeError(
+            f"{module} failed: {(completed.stderr.strip().splitlines() or ['?'])[-1]}"
+        )
+    return completed.stdout.strip().splitlines()[-1]

@@ -62,8 +62,8 @@ def timed(
         times.append(time.perf_counter() - begun)
         work.append(time.process_time() - begun_work)
     ticks = len(weights) * engine.timing.n_frames * engine.timing.ticks_per_frame
-    least = min(work[1:])
-    return Speed(ticks / min(times[1:]), ticks / least, work[0] - least)
+    shortest = min(work[1:])
+    return Speed(ticks / min(times[1:]), ticks / shortest, work[0] - shortest)
 
 
 class LaneCost(NamedTuple):
@@ -81,9 +81,9 @@ def cost(lanes: int, duration_s: float = 1.0) -> LaneCost:
     engine = Engine(
         controller=benchmark_controller(), timing=Timing(duration_s=duration_s), summary=totals
     )
-    given = np.asarray(weights(lanes), "float32")
+    gains = np.asarray(weights(lanes), "float32")
     begun = time.process_time()
-    engine.run(given, Scenario(omega=5.0))
+    engine.run(gains, Scenario(omega=5.0))
     work = time.process_time() - begun
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     ticks = lanes * engine.timing.n_frames * engine.timing.ticks_per_frame
@@ -91,5 +91,5 @@ def cost(lanes: int, duration_s: float = 1.0) -> LaneCost:
 
 
 if __name__ == "__main__":
-    what, lanes = sys.argv[1], int(sys.argv[2])
-    print(json.dumps({"speed": engine_speed, "cost": cost}[what](lanes)))
+    quantity, lanes = sys.argv[1], int(sys.argv[2])
+    print(json.dumps({"speed": engine_speed, "cost": cost}[quantity](lanes)))

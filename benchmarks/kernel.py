@@ -66,31 +66,33 @@ class CompiledKernel:
             passed; and core-seconds.
         """
         words = (len(weights), ticks, available_cores())
-        done = subprocess.run(
+        completed = subprocess.run(
             [self._program, *map(str, words)],
             input=np.ascontiguousarray(weights.T, "float32").tobytes(),
             capture_output=True,
             check=True,
         )
-        passed, worked = map(float, done.stderr.split())
-        return np.frombuffer(done.stdout, "float32").reshape(3, -1), passed, worked
+        passed, worked = map(float, completed.stderr.split())
+        return np.frombuffer(completed.stdout, "float32").reshape(3, -1), passed, worked
 
 
 def kernel_speed(lanes: int = 1024, duration_s: float = 10.0) -> KernelSpeed | None:
     """The kernel's speed and the engine's beside it; None without a C++ compiler."""
-    found = compiler()
-    if found is None:
+    executable = compiler()
+    if executable is None:
         return None
     timing = Timing(duration_s=duration_s)
-    own = Engine(controller=engine.benchmark_controller(), timing=timing, summary=engine.totals)
+    reference = Engine(
+        controller=engine.benchmark_controller(), timing=timing, summary=engine.totals
+    )
     weights = engine.weights(-(-lanes // 32) * 32)
     ticks = len(weights) * timing.n_frames * timing.ticks_per_frame
-    own.run(weights, Scenario(omega=5.0))
+    reference.run(weights, Scenario(omega=5.0))
     rounds = []
-    with CompiledKernel(found) as kernel:
+    with CompiledKernel(executable) as kernel:
         for _ in range(_ROUNDS):
             begun = time.process_time()
-            own.run(weights, Scenario(omega=5.0))
+            reference.run(weights, Scenario(omega=5.0))
             spent = time.process_time() - begun
             rounds.append((spent, *kernel.run(weights, ticks // len(weights))[1:]))
     of_engine, passed, worked = np.min(rounds, axis=0).tolist()

@@ -71,8 +71,8 @@ def measure_body(name: str, body: Body, lanes: int, tick_s: float = WALKER_TICK_
     phases = np.random.default_rng(0).uniform(0.0, 2 * np.pi, shape)
     run = Engine(controller=controller, timing=timing, summary=LastFrame())
     gains = np.full((lanes, 1), 1.25 if walks else 1.0)
-    found = engine.timed(run, gains, scenario._replace(phase_rad=phases), body)
-    return BodySpeed(name, body.limbs, timing.tick_s, *found)
+    speed = engine.timed(run, gains, scenario._replace(phase_rad=phases), body)
+    return BodySpeed(name, body.limbs, timing.tick_s, *speed)
 
 
 BODIES: dict[str, type[Body]] = {"hopper": Hopper, "bar": Bar, "plate": Plate, "walker": Walker}

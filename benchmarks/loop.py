@@ -19,12 +19,12 @@ class LoopHopper:
         self.hopper, self.tick_s, self.omega = Hopper(), tick_s, omega
         self.networks, self.gain, start = {}, 1.0, 0
         for role, term in build("ART").terms.items():
-            own = weights[start : start + term.n_weights]
+            parameters = weights[start : start + term.n_weights]
             start += term.n_weights
             if isinstance(term, Network):
-                self.networks[role] = own.reshape(term.hidden, -1)
+                self.networks[role] = parameters.reshape(term.hidden, -1)
             else:
-                self.gain = own[0]
+                self.gain = parameters[0]
         self.y, self.v, self.phase = 1.2, 0.0, 0.0
 
     def network(self, name: str, *x: float) -> float:

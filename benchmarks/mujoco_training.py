@@ -47,17 +47,17 @@ def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
         MissingExtraError: without MuJoCo or Stable-Baselines3.
     """
     spec = EnvSpec(env="hopper")
-    own = EnvExperiment.of_model(find("ART"), spec, load_wiring("hopper"))
-    step_s = own.wires.step_s
+    experiment = EnvExperiment.of_model(find("ART"), spec, load_wiring("hopper"))
+    step_s = experiment.wires.step_s
 
     def driven(lanes: Lanes, n: int) -> tuple[float, float]:
-        weights = np.random.default_rng(0).normal(size=(own.controller.n_weights, n))
-        pilot = Pilot(own.wires, own.wiring, weights)
+        weights = np.random.default_rng(0).normal(size=(experiment.controller.n_weights, n))
+        pilot = Pilot(experiment.wires, experiment.wiring, weights)
         alive = np.ones(n, bool)
-        seen = [lanes.reset(0, alive)]
+        observed = [lanes.reset(0, alive)]
 
         def step() -> None:
-            seen[0] = lanes.step(pilot.act(seen[0]), alive)[0]
+            observed[0] = lanes.step(pilot.act(observed[0]), alive)[0]
 
         rates = _rates(step, steps, n)
         lanes.close()
@@ -81,11 +81,11 @@ def _plain(steps: int) -> tuple[float, float]:
     dummy = require("stable_baselines3.common.vec_env", "sb3").DummyVecEnv
     env = dummy([lambda: ModelEnv(model="hopper")] * ENVS)
     agent = ppo("MlpPolicy", env, device="cpu")
-    seen = [env.reset()]
+    observed = [env.reset()]
 
     def step() -> None:
-        action, _ = agent.predict(seen[0])
-        seen[0], *_ = env.step(action)
+        action, _ = agent.predict(observed[0])
+        observed[0], *_ = env.step(action)
 
     return _rates(step, steps, ENVS)
 

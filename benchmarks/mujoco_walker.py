@@ -142,14 +142,14 @@ def mujoco_ticks_per_second(
     state = np.empty((1, mujoco.mj_stateSize(model, kind)))
     mujoco.mj_getState(model, data, state[0], kind)
     pushes = drive(body, *commanded(foot, phase, omega)).reshape(1, ticks, model.nu)
-    given = np.repeat(state, lanes, axis=0), np.repeat(pushes, lanes, axis=0)
+    inputs = np.repeat(state, lanes, axis=0), np.repeat(pushes, lanes, axis=0)
     threads = cores()
     workers = [mujoco.MjData(model) for _ in range(threads)]
     times, work = [], []
     with batched.Rollout(nthread=threads) as rollout:
         for _ in range(4):
             begun, begun_work = time.perf_counter(), time.process_time()
-            rollout.rollout([model] * lanes, workers, *given, nstep=ticks, skip_checks=True)
+            rollout.rollout([model] * lanes, workers, *inputs, nstep=ticks, skip_checks=True)
             times.append(time.perf_counter() - begun)
             work.append(time.process_time() - begun_work)
     return lanes * ticks / min(times[1:]), lanes * ticks / min(work[1:])

@@ -70,32 +70,32 @@ def measure_scaling() -> pd.DataFrame:
             if axis == "cores" and size > available_cores():
                 continue
             Console().print(f"{axis} {size}")
-            more = {CORES: str(size)} if axis == "cores" else {}
-            done = subprocess.run(
+            variables = {CORES: str(size)} if axis == "cores" else {}
+            completed = subprocess.run(
                 [sys.executable, "-m", "benchmarks.scale", axis, str(size)],
-                env=os.environ | {KEPT: "off"} | more,
+                env=os.environ | {KEPT: "off"} | variables,
                 capture_output=True,
                 text=True,
             )
-            if done.returncode:
-                why = (done.stderr.strip().splitlines() or ["?"])[-1]
-                raise TegotaeError(f"{axis} {size} failed: {why}")
-            found = json.loads(done.stdout.strip().splitlines()[-1])
-            rows.append({"axis": axis, "size": size, **found})
+            if completed.returncode:
+                reason = (completed.stderr.strip().splitlines() or ["?"])[-1]
+                raise TegotaeError(f"{axis} {size} failed: {reason}")
+            rates = json.loads(completed.stdout.strip().splitlines()[-1])
+            rows.append({"axis": axis, "size": size, **rates})
     return pd.DataFrame(rows)
 
 
 def draw_scaling(table: pd.DataFrame, file: Path) -> Path:
     """Rates over each axis, with the memory and the core-seconds of compiling."""
-    shown = {
+    labels = {
         "ticks_per_core_s": "ticks per core-second",
         "compile_core_s": "compiling [core-s]",
         "peak_gib": "peak memory [GiB]",
     }
     figure = new_figure(7.0, 5.0)
-    axes = figure.subplots(len(shown), len(AXES), sharex="col", sharey="row", squeeze=False)
+    axes = figure.subplots(len(labels), len(AXES), sharex="col", sharey="row", squeeze=False)
     for column, (axis, rows) in zip(axes.T, table.groupby("axis", sort=False), strict=False):
-        for panel, (name, label) in zip(column, shown.items(), strict=True):
+        for panel, (name, label) in zip(column, labels.items(), strict=True):
             panel.plot(rows["size"], rows[name], "o-", color="black", markersize=3)
             if name == "ticks_per_core_s":
                 panel.set_yscale("log")

@@ -70,7 +70,7 @@ def textbook_rollouts(
     """Final heights, of one rollout per row of weights."""
     body, loop = Hopper(), ClosedLoop(static, PredictorCorrector())
 
-    def one(row: jax.Array) -> jax.Array:
+    def rollout(row: jax.Array) -> jax.Array:
         scenario = jax.tree.map(jnp.float32, Scenario(omega=5.0))
         rows, scenario = loop.spread(tuple(row), scenario)
 
@@ -84,7 +84,7 @@ def textbook_rollouts(
         (lane, work, climb), _ = jax.lax.scan(step, begun, jnp.arange(ticks))
         return lane.moment.body.height + work + climb
 
-    return jax.vmap(one)(weights)
+    return jax.vmap(rollout)(weights)
 
 
 def textbook_ticks_per_second(lanes: int = 1024, ticks: int = 500) -> float:

@@ -108,23 +108,23 @@ def small_robot(length_m: float = 0.2, mass_kg: float = 1.5) -> Walker:
         >>> robot.gravity_m_per_s2, round(robot.stiffness_z_n_per_m)
         (9.81, 1030)
     """
-    usual, gravity = Walker(), 9.81
+    standard, gravity = Walker(), 9.81
     second = math.sqrt(length_m / gravity)
     per_m, per_speed = mass_kg / second**2, mass_kg / second
     turn = mass_kg * length_m**2
     return Walker(
-        hips_x_m=tuple(length_m * x for x in usual.hips_x_m),
-        hips_y_m=tuple(length_m * y for y in usual.hips_y_m),
-        com_z_m=length_m * usual.com_z_m,
+        hips_x_m=tuple(length_m * x for x in standard.hips_x_m),
+        hips_y_m=tuple(length_m * y for y in standard.hips_y_m),
+        com_z_m=length_m * standard.com_z_m,
         mass_kg=mass_kg,
-        inertia_x_kg_m2=turn * usual.inertia_x_kg_m2,
-        inertia_y_kg_m2=turn * usual.inertia_y_kg_m2,
-        inertia_z_kg_m2=turn * usual.inertia_z_kg_m2,
-        stiffness_x_n_per_m=per_m * usual.stiffness_x_n_per_m,
-        stiffness_y_n_per_m=per_m * usual.stiffness_y_n_per_m,
-        stiffness_z_n_per_m=per_m * usual.stiffness_z_n_per_m,
-        damping_xy_ns_per_m=per_speed * usual.damping_xy_ns_per_m,
-        damping_z_ns_per_m=per_speed * usual.damping_z_ns_per_m,
+        inertia_x_kg_m2=turn * standard.inertia_x_kg_m2,
+        inertia_y_kg_m2=turn * standard.inertia_y_kg_m2,
+        inertia_z_kg_m2=turn * standard.inertia_z_kg_m2,
+        stiffness_x_n_per_m=per_m * standard.stiffness_x_n_per_m,
+        stiffness_y_n_per_m=per_m * standard.stiffness_y_n_per_m,
+        stiffness_z_n_per_m=per_m * standard.stiffness_z_n_per_m,
+        damping_xy_ns_per_m=per_speed * standard.damping_xy_ns_per_m,
+        damping_z_ns_per_m=per_speed * standard.damping_z_ns_per_m,
         rest_length_m=length_m,
         gravity_m_per_s2=gravity,
     )

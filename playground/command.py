@@ -35,12 +35,15 @@ class Playground:
         if self.out.suffix.lower() not in (".html", ".htm"):
             raise TegotaeError(f"cannot write a page as {str(self.out)!r}; its name ends in .html")
         path = output_file(self.out)
-        stems = [stem(each) for each in self.controllers]
-        own = [
-            ControllerChoice(name if stems.count(name) == 1 else each, controller_of(resolve(each)))
-            for name, each in zip(stems, self.controllers, strict=True)
+        stems = [stem(specification) for specification in self.controllers]
+        choices = [
+            ControllerChoice(
+                name if stems.count(name) == 1 else specification,
+                controller_of(resolve(specification)),
+            )
+            for name, specification in zip(stems, self.controllers, strict=True)
         ]
-        page = Page([*own, *standard()[:1]] if own else standard(), note)
+        page = Page([*choices, *standard()[:1]] if choices else standard(), note)
         html = page.html()
         write_atomically(path, html)
         print(f"{path}: {len(html.encode()) / 1024:.0f} KB; open it in a browser")

@@ -41,10 +41,12 @@ def compile_webassembly(text: str) -> bytes:
         folder = Path(temporary)
         (folder / "lane.c").write_text(text, encoding="utf-8")
         command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, "-o", "lane.wasm", "lane.c"]
-        done = subprocess.run(
+        completed = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=_PATIENCE_S, check=False
         )
-        if done.returncode:
-            said = [line for line in done.stderr.splitlines() if "error" in line] or ["no reason"]
-            raise TegotaeError(f"ziglang could not compile the engine: {said[0]}")
+        if completed.returncode:
+            errors = [line for line in completed.stderr.splitlines() if "error" in line] or [
+                "no reason"
+            ]
+            raise TegotaeError(f"ziglang could not compile the engine: {errors[0]}")
         return (folder / "lane.wasm").read_bytes()

@@ -47,8 +47,8 @@ def engine_name(controller: Controller, body: Body) -> str:
         >>> heavy == engine_name(build("V-sector-w4"), Hopper())
         True
     """
-    about = {"controller": describe(controller), "body": form(body)}
-    text = json.dumps(about, sort_keys=True)
+    structure = {"controller": describe(controller), "body": form(body)}
+    text = json.dumps(structure, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -61,9 +61,9 @@ def cached_engine(controller: Controller, body: Body) -> CompiledEngine:
     """
     if not has(controller, body):
         return compile_engine(controller, body)
-    about = json.loads(_cache_file(controller, body).read_text(encoding="utf-8"))
-    wasm = (_engines() / about["wasm"]).read_bytes()
-    return CompiledEngine(wasm, about["layout"], about["made_by"])
+    description = json.loads(_cache_file(controller, body).read_text(encoding="utf-8"))
+    wasm = (_engines() / description["wasm"]).read_bytes()
+    return CompiledEngine(wasm, description["layout"], description["made_by"])
 
 
 def has(controller: Controller, body: Body) -> bool:
@@ -98,6 +98,6 @@ def makers() -> dict[str, str]:
     return {"jax": jax.__version__, "ziglang": version("ziglang") if has_compiler() else "none"}
 
 
-def engine_document(engine: CompiledEngine, about: str, wasm: str) -> JsonObject:
+def engine_document(engine: CompiledEngine, title: str, wasm: str) -> JsonObject:
     """The document beside an engine's WebAssembly."""
-    return {"about": about, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}
+    return {"about": title, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}

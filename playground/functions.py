@@ -23,7 +23,7 @@ class EngineFunction(NamedTuple):
     """A traced function: what it is called, takes beside the lane, and writes into it."""
 
     name: str
-    about: str
+    description: str
     writes: tuple[tuple[LayoutEntry, tuple[Node, ...]], ...] = ()
     takes: tuple[str, ...] = ()
     returns: Node | None = None
@@ -35,20 +35,20 @@ def functions(program: Program) -> tuple[EngineFunction, ...]:
     Raises:
         TegotaeError: for an operation that has no C, by its name.
     """
-    trace = _Trace({e.name: _nodes(e, program.shape_of(e)) for e in program.given})
+    trace = _Trace({e.name: _nodes(e, program.shape_of(e)) for e in program.inputs})
     state = program.state
-    now = _arrays(state, program.shapes[0])
+    lane = _arrays(state, program.shapes[0])
     ticks = np.array(given("l->ticks[0]", "int32_t"), object)
     events = [entry for entry in state if entry.name.startswith("state.events.")]
-    nothing = [_no_number(entry) for entry in events]
+    no_event = [_no_number(entry) for entry in events]
     point = [np.array([given(name)], object) for name in ASKED]
     released = trace(program.released)
-    ticked = trace(program.ticked, ticks, now)
-    recorded = trace(program.recorded, ticks, now)
+    ticked = trace(program.ticked, ticks, lane)
+    recorded = trace(program.recorded, ticks, lane)
     force = trace(program.answer, *point)[0].item()
     return (
         EngineFunction("released", "The lane at its release.", _paired(state, released)),
-        EngineFunction("quiet", "A frame begins: no event yet.", _paired(events, nothing)),
+        EngineFunction("quiet", "A frame begins: no event yet.", _paired(events, no_event)),
         EngineFunction("ticked", "One control tick.", _paired(state, ticked)),
         EngineFunction("recorded", "What is recorded of it.", _paired(program.channels, recorded)),
         EngineFunction("answer", "The force [N] of the first leg at this point.", (), ASKED, force),
@@ -58,12 +58,12 @@ def functions(program: Program) -> tuple[EngineFunction, ...]:
 class _Trace:
     """Traces functions of what a page gives, and of more."""
 
-    def __init__(self, given: dict[str, np.ndarray]) -> None:
-        self._reader, self._given = LoopReader(), given
+    def __init__(self, inputs: dict[str, np.ndarray]) -> None:
+        self._reader, self._inputs = LoopReader(), inputs
 
-    def __call__(self, function: Callable[..., ArrayTree], *more: ArrayTree) -> list[np.ndarray]:
+    def __call__(self, function: Callable[..., ArrayTree], *states: ArrayTree) -> list[np.ndarray]:
         """The results' scalars, leaf by leaf."""
-        arguments = (self._given, *more)
+        arguments = (self._inputs, *states)
         leaves, structure = jax.tree.flatten(arguments, is_leaf=lambda x: isinstance(x, np.ndarray))
         shapes = [jax.ShapeDtypeStruct(leaf.shape, _dtype(leaf)) for leaf in leaves]
 
@@ -82,7 +82,7 @@ def _paired(
 
 def _dtype(array: np.ndarray) -> str:
     kind = array.reshape(-1)[0].kind
-    return next(dtype for dtype, each in _KINDS.items() if each == kind)
+    return next(dtype for dtype, name in _KINDS.items() if name == kind)
 
 
 def _nodes(entry: LayoutEntry, shape: tuple[int, ...]) -> np.ndarray:

@@ -45,11 +45,11 @@ class Layout:
 
     def offsets(self) -> dict[str, int]:
         """Offset of each entry, in words."""
-        found, at = {}, 0
+        offsets, position = {}, 0
         for entry in self.entries:
-            found[entry.name] = at
-            at += entry.words
-        return found
+            offsets[entry.name] = position
+            position += entry.words
+        return offsets
 
     def document(self) -> dict[str, list[int]]:
         """Return the offset and the number of words of each entry, by name, for a page."""

@@ -23,15 +23,15 @@ def main() -> None:
         for body_name, body in STANDARD.items():
             controller = dataclasses.replace(choice.saved.controller, limbs=body.limbs)
             key = engine_cache.engine_name(controller, body)
-            about = f"{choice.saved.name} on a {body_name}"
-            wasm = re.sub(r"\W+", "-", about) + ".wasm.gz"
+            title = f"{choice.saved.name} on a {body_name}"
+            wasm = re.sub(r"\W+", "-", title) + ".wasm.gz"
             engine = engine_cache.compile_engine(controller, body)
             write_atomically(FOLDER / wasm, engine.wasm)
             text = json.dumps(
-                engine_cache.engine_document(engine, about, wasm), separators=(",", ":")
+                engine_cache.engine_document(engine, title, wasm), separators=(",", ":")
             )
             write_atomically(FOLDER / f"{key}.json", text + "\n")
-            print(f"{about}: {len(engine.wasm)} bytes gzipped")
+            print(f"{title}: {len(engine.wasm)} bytes gzipped")
 
 
 if __name__ == "__main__":

@@ -109,8 +109,8 @@ class Page:
             "bodies": [self._body(name, body) for name, body in self._bodies.items()],
             "controllers": controllers,
             "engines": {
-                name: {"wasm": base64.b64encode(each.wasm).decode(), "layout": each.layout}
-                for name, each in self._engines.items()
+                name: {"wasm": base64.b64encode(engine.wasm).decode(), "layout": engine.layout}
+                for name, engine in self._engines.items()
             },
             "definitions": DEFINITIONS,
             "learning": _learning(),
@@ -119,9 +119,9 @@ class Page:
     def _know(self, choice: ControllerChoice) -> None:
         """The body of a controller, as the page begins with it."""
         body = losing_legs(choice.saved.body)
-        for name, known in self._bodies.items():
-            if of_same_form(known, body):
-                if known is STANDARD.get(name) and body != STANDARD[name]:
+        for name, standard in self._bodies.items():
+            if of_same_form(standard, body):
+                if standard is STANDARD.get(name) and body != STANDARD[name]:
                     self._bodies[name] = body
                 return
         Shown(choice.label, body)  # refuses what cannot be drawn
@@ -133,7 +133,7 @@ class Page:
 
     def _controller(self, choice: ControllerChoice) -> JsonObject:
         saved = choice.saved
-        own = saved.controller
+        controller = saved.controller
         engines = {}
         for name, body in self._bodies.items():
             fitted = _fitted(saved, body)
@@ -152,10 +152,12 @@ class Page:
             "label": choice.label,
             "omega": saved.omega,
             "weights": _numbers(weights),
-            "sigma": _sigma(own),
+            "sigma": _sigma(controller),
             "engines": engines,
-            "rhythm": own.oscillator is not None,
-            "starts": _starts(own) if own.limbs == 1 and own.n_weights > 1 else [],
+            "rhythm": controller.oscillator is not None,
+            "starts": _starts(controller)
+            if controller.limbs == 1 and controller.n_weights > 1
+            else [],
         }
 
     def _engine(self, controller: Controller, body: Body) -> str:
@@ -184,23 +186,23 @@ def _learning() -> JsonObject:
     timing = {**dataclasses.asdict(EPISODE), "settle_s": SETTLE_S}
     best = curve()
     rows = np.isfinite(best["cot_inverse"])
-    known = {name: _numbers(best[name][rows]) for name in ("omega", "cot_inverse")}
+    optimum = {name: _numbers(best[name][rows]) for name in ("omega", "cot_inverse")}
     return {
         "settings": settings,
         "timing": timing,
         "generations": GENERATIONS,
-        "optimum": known,
+        "optimum": optimum,
         "of_body": dataclasses.asdict(Hopper()),
     }
 
 
 def _fitted(saved: SavedController, body: Body) -> Controller | None:
     """The controller for a body: its own, or the one leg's under every leg of a frame."""
-    own = saved.controller
+    controller = saved.controller
     if of_same_form(body, losing_legs(saved.body)):
-        return own
-    if own.limbs == 1 and isinstance(saved.body, Hopper):
-        return dataclasses.replace(own, limbs=body.limbs)
+        return controller
+    if controller.limbs == 1 and isinstance(saved.body, Hopper):
+        return dataclasses.replace(controller, limbs=body.limbs)
     return None
 
 

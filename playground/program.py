@@ -95,7 +95,7 @@ class Program:
         return tuple(name for name in self.body.pose_names if takes[name].default is not None)
 
     @cached_property
-    def given(self) -> tuple[LayoutEntry, ...]:
+    def inputs(self) -> tuple[LayoutEntry, ...]:
         """Inputs from the page: weights, the body's numbers, frequency, world, release."""
         limbs = self.limbs
         return (
@@ -117,11 +117,11 @@ class Program:
     def shapes(self) -> tuple[Now, dict[str, jax.Array]]:
         """A `Now`, and the channels recorded of it, as shapes."""
 
-        def all_of(given: dict[str, jax.Array]) -> tuple[Now, dict[str, jax.Array]]:
-            now = self.released(given)
-            return now, self.recorded(given, jnp.asarray(0), now)
+        def all_of(inputs: dict[str, jax.Array]) -> tuple[Now, dict[str, jax.Array]]:
+            lane = self.released(inputs)
+            return lane, self.recorded(inputs, jnp.asarray(0), lane)
 
-        arrays = {e.name: jax.ShapeDtypeStruct(self.shape_of(e), jnp.float32) for e in self.given}
+        arrays = {e.name: jax.ShapeDtypeStruct(self.shape_of(e), jnp.float32) for e in self.inputs}
         with jax.enable_x64(False):
             return jax.eval_shape(all_of, arrays)
 
@@ -150,72 +150,74 @@ class Program:
     def layout(self) -> Layout:
         """The block of a lane."""
         return merge_layouts(
-            (self.given, (LayoutEntry("ticks", 1, "int32"),), self.state, self.channels)
+            (self.inputs, (LayoutEntry("ticks", 1, "int32"),), self.state, self.channels)
         )
 
     def _setting(
-        self, given: dict[str, jax.Array]
+        self, inputs: dict[str, jax.Array]
     ) -> tuple[tuple[ClosedLoop, Weights], Body, Scenario, Controller]:
         """Loop, body and scenario as the page says they are."""
-        own = self.controller
-        if own.oscillator is not None:
-            moving = given["moving"] > 0.5
-            own = dataclasses.replace(own, oscillator=Stoppable(own.oscillator, moving))
+        controller = self.controller
+        if controller.oscillator is not None:
+            moving = inputs["moving"] > 0.5
+            controller = dataclasses.replace(
+                controller, oscillator=Stoppable(controller.oscillator, moving)
+            )
         body = self.body
         for name in self.numbers:
-            body = changed(body, name, lambda _, value=given[f"body.{name}"]: value)
-        initial_pose = {name: given[f"release.{name}"] for name in self.pose_names}
+            body = changed(body, name, lambda _, value=inputs[f"body.{name}"]: value)
+        initial_pose = {name: inputs[f"release.{name}"] for name in self.pose_names}
         scenario = Scenario(
-            omega=given["omega"],
-            height_m=given["release.height_m"],
-            velocity_m_per_s=given["release.velocity_m_per_s"],
-            phase_rad=given["release.phase_rad"],
-            drop_m=-given["ground_m"],
+            omega=inputs["omega"],
+            height_m=inputs["release.height_m"],
+            velocity_m_per_s=inputs["release.velocity_m_per_s"],
+            phase_rad=inputs["release.phase_rad"],
+            drop_m=-inputs["ground_m"],
             drop_time_s=jnp.zeros((1,), jnp.float32),
             initial_pose=initial_pose,
         )
-        loop = ClosedLoop(own, PredictorCorrector())
-        weights, scenario = loop.spread(list(given["weights"]), scenario)
-        return (loop, weights), body, scenario, own
+        loop = ClosedLoop(controller, PredictorCorrector())
+        weights, scenario = loop.spread(list(inputs["weights"]), scenario)
+        return (loop, weights), body, scenario, controller
 
-    def released(self, given: dict[str, jax.Array]) -> Now:
+    def released(self, inputs: dict[str, jax.Array]) -> Now:
         """The lane at its release, and totals of nothing."""
-        (loop, weights), body, scenario, _ = self._setting(given)
-        lane = loop.start(weights, body, scenario, given["tick_s"])
+        (loop, weights), body, scenario, _ = self._setting(inputs)
+        lane = loop.start(weights, body, scenario, inputs["tick_s"])
 
         def tick() -> Tick:
             index = jnp.asarray(0)
-            return loop.tick(weights, body, scenario, lane, index, given["tick_s"])[1]
+            return loop.tick(weights, body, scenario, lane, index, inputs["tick_s"])[1]
 
         return Now(lane, *self._recorder.nothing(tick))
 
-    def ticked(self, given: dict[str, jax.Array], index: jax.Array, now: Now) -> Now:
+    def ticked(self, inputs: dict[str, jax.Array], index: jax.Array, state: Now) -> Now:
         """The same a control tick later."""
-        (loop, weights), body, scenario, _ = self._setting(given)
-        lane, output = loop.tick(weights, body, scenario, now.lane, index, given["tick_s"])
+        (loop, weights), body, scenario, _ = self._setting(inputs)
+        lane, output = loop.tick(weights, body, scenario, state.lane, index, inputs["tick_s"])
         record = self._recorder
-        return Now(lane, record.add(now.totals, output), record.update(now.events, output))
+        return Now(lane, record.add(state.totals, output), record.update(state.events, output))
 
     def recorded(
-        self, given: dict[str, jax.Array], ticks: jax.Array, now: Now
+        self, inputs: dict[str, jax.Array], ticks: jax.Array, state: Now
     ) -> dict[str, jax.Array]:
         """The channels of a lane."""
-        _, body, _, controller = self._setting(given)
-        time = ticks.astype(jnp.float32) * given["tick_s"]
-        frame = RecordedFrame(time, now.lane, given["ground_m"], controller, body)
-        return dict(self._recorder.frame(frame, now.totals, now.events).channels)
+        _, body, _, controller = self._setting(inputs)
+        time = ticks.astype(jnp.float32) * inputs["tick_s"]
+        frame = RecordedFrame(time, state.lane, inputs["ground_m"], controller, body)
+        return dict(self._recorder.frame(frame, state.totals, state.events).channels)
 
     def answer(
-        self, given: dict[str, jax.Array], phase: jax.Array, spring: jax.Array, velocity: jax.Array
+        self, inputs: dict[str, jax.Array], phase: jax.Array, spring: jax.Array, velocity: jax.Array
     ) -> jax.Array:
         """`analysis.actuation_surface` at one point, all legs alike and the frame level."""
-        (_, weights), body, scenario, controller = self._setting(given)
-        height = body.rest_length_m - spring / given["body.stiffness_n_per_m"]
+        (_, weights), body, scenario, controller = self._setting(inputs)
+        height = body.rest_length_m - spring / inputs["body.stiffness_n_per_m"]
         state = body.release(height, velocity)
         angle = jnp.broadcast_to(phase, (*controller.limb_shape, 1))
         rhythm = () if controller.oscillator is None else controller.oscillator.start(angle)
         ground = jnp.zeros((1,), jnp.float32)
-        setting = TickSetting(controller, body, weights, scenario.omega, ground, given["tick_s"])
+        setting = TickSetting(controller, body, weights, scenario.omega, ground, inputs["tick_s"])
         mean = setting.push(setting.drive(state, rhythm).command, angle, angle).mean_n
         return mean if self.limbs == 1 else mean[0]
 

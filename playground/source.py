@@ -93,17 +93,17 @@ def program_source(program: Program) -> str:
     """
     library = LoopLibrary()
     library.taken |= {*_OWN, *MATHS, *MATHS_OF_TWO}
-    written = [_function(library, each) for each in functions(program)]
-    whole = [*library.texts(), *written, _EXPORTS]
-    called = [_lent(name, "float") for name in MATHS if _calls(whole, name)]
-    called += [_lent(name, "float, float") for name in MATHS_OF_TWO if _calls(whole, name)]
+    texts = [_function(library, function) for function in functions(program)]
+    code = [*library.texts(), *texts, _EXPORTS]
+    imports = [_lent(name, "float") for name in MATHS if _calls(code, name)]
+    imports += [_lent(name, "float, float") for name in MATHS_OF_TWO if _calls(code, name)]
     head = comment_of(
         plain(
             f"{type(program.controller.actuation).__name__} on a {type(program.body).__name__}, "
             f"{program.limbs} legs. Written by tegotae from the code that its simulator runs."
         )
     )
-    blocks = [head + _HEAD, *called, program.layout.struct(), *whole]
+    blocks = [head + _HEAD, *imports, program.layout.struct(), *code]
     return "\n".join(blocks)
 
 
@@ -116,24 +116,25 @@ def _calls(texts: list[str], name: str) -> bool:
     return any(f"{name}(" in text for text in texts)
 
 
-def _function(library: Library, of: EngineFunction) -> str:
-    statements = Statements(library, (*_OWN, *of.takes))
-    back = [] if of.returns is None else [of.returns]
-    wanted = [node for _, nodes in of.writes for node in nodes]
-    results = statements.all([*wanted, *back])
+def _function(library: Library, function: EngineFunction) -> str:
+    statements = Statements(library, (*_OWN, *function.takes))
+    back = [] if function.returns is None else [function.returns]
+    outputs = [node for _, nodes in function.writes for node in nodes]
+    results = statements.all([*outputs, *back])
     lines = [wrapped(line) for line in statements.lines]
     # All is computed before anything is put in place: it may be read until then.
-    for number, (node, text) in enumerate(zip(wanted, results, strict=False)):
+    for number, (node, text) in enumerate(zip(outputs, results, strict=False)):
         lines.append(wrapped(f"const {node.kind} to_{number} = {text};"))
-    words = [(entry, i) for entry, nodes in of.writes for i in range(len(nodes))]
+    words = [(entry, i) for entry, nodes in function.writes for i in range(len(nodes))]
     lines += [
         f"    {_place(entry, i)} = {_state_text(entry, n)};" for n, (entry, i) in enumerate(words)
     ]
-    lines += [wrapped(f"return {text};") for text in results[len(wanted) :]]
-    parameters = ", ".join(["lane_block *l", *(f"float {name}" for name in of.takes)])
-    kind = "void" if of.returns is None else "float"
+    lines += [wrapped(f"return {text};") for text in results[len(outputs) :]]
+    parameters = ", ".join(["lane_block *l", *(f"float {name}" for name in function.takes)])
+    kind = "void" if function.returns is None else "float"
     body = "\n".join(lines)
-    return f"{comment_of(of.about)}static {kind} {of.name}({parameters})\n{{\n{body}\n}}\n"
+    comment = comment_of(function.description)
+    return f"{comment}static {kind} {function.name}({parameters})\n{{\n{body}\n}}\n"
 
 
 def _place(entry: LayoutEntry, word: int) -> str:

@@ -24,8 +24,8 @@ def standard() -> list[ControllerChoice]:
         'V-sector-w8'
     """
     folder = resources.files("playground") / "controllers"
-    chosen = []
+    choices = []
     for name, label in LABELS.items():
         with resources.as_file(folder / f"{name}.json") as path:
-            chosen.append(ControllerChoice(label, controller_file.load(path)))
-    return chosen
+            choices.append(ControllerChoice(label, controller_file.load(path)))
+    return choices

@@ -28,9 +28,9 @@ import tyro
 from matplotlib.figure import Figure
 
 from kept import write_rows, write_text
-from reproduction import runner
 from reproduction.folder import Folder
 from reproduction.plan import Plan
+from reproduction.runner import run_study
 from reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
@@ -40,6 +40,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.hopping.statistics import interval, stratified_difference
 from tegotae.parts.oscillators import OSCILLATORS, PHASE
+from tegotae.study import on_cores
 from tegotae.systems.models import find
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -89,7 +90,7 @@ class Matter:
         """Do it all."""
         output_folder(self.out)
         if not self.tables_only:
-            runner.run_study(self.plan, self.dir, partial(runner.on_cores, workers=self.workers))
+            run_study(self.plan, self.dir, partial(on_cores, workers=self.workers))
         columns = self._columns()
         results = [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

@@ -17,9 +17,9 @@ class Rebound:
 
     def __call__(self, observed: np.ndarray) -> np.ndarray:
         """The force [N]."""
-        load, before = observed[0], self.before
+        load, previous = observed[0], self.before
         self.before = load
-        return np.array([4.0 if 0.0 < load < before else 0.0])
+        return np.array([4.0 if 0.0 < load < previous else 0.0])
 
 
 class Trot:

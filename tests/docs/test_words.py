@@ -9,10 +9,10 @@ from places import ROOT
 
 LIMITS = {
     "src": (3.2, 3.6),
-    "reproduction": (2.0, 9.2),
+    "reproduction": (0.5, 0.5),
     "studies": (22.8, 10.0),
-    "benchmarks": (2.0, 5.0),
-    "playground": (2.0, 8.6),
+    "benchmarks": (0.5, 0.5),
+    "playground": (0.5, 0.5),
     "tests": (12.2, 8.9),
 }
 """Largest shares by tree [%]: of docstrings that open with a question, and of vague names. A change
