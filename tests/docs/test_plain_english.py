@@ -33,7 +33,8 @@ TERMS = (
     *("gain", "actuation", "vanilla", "architecture", "model", "design", "coupling", "limb"),
     *("system", "experiment", "controller file", "preset", "release", "hop", "limit cycle"),
     *("CoT⁻¹", "ΔΩ", "Δw", "T0", "T1", "CPGu", "fitness", "PGPE", "plateau", "lane", "tick"),
-    *("channel", "wiring", "gait", "lag", "hysteresis", "CPG", "ω_t", "σ"),
+    *("channel", "wiring", "gait", "lag", "CPG", "ω_t", "σ", "short law", "latch", "wary"),
+    *("merit", "template", "zoo"),
 )
 
 
@@ -107,6 +108,11 @@ def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
 def test_help_is_in_plain_english():
     texts = [text for program in PROGRAMS.values() for text in helps(*program)]
     assert [unplain(text) for text in texts if unplain(text)] == []
+
+
+def test_the_glossary_has_at_most_forty_entries():
+    entries = re.findall(r"^\*\*", (DOCS / "glossary.md").read_text(encoding="utf-8"), re.M)
+    assert len(entries) <= 40
 
 
 @pytest.mark.parametrize("term", TERMS)
