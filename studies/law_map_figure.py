@@ -45,6 +45,10 @@ MARKS = {"load": "o", "offset": "s", "latch": "D", "decay": "^"}
 """Markers of laws that PGPE trained."""
 HARDLY = 0.03
 """Smallest share of moving laws for which a contour of their rate is drawn."""
+WIDE_IN = 8.4
+"""Width of the figure of all maps."""
+LECTURE = "study 4 "
+"""Maps of the figure for a lecture."""
 
 
 def draw_all(folder: Path) -> None:
@@ -54,10 +58,16 @@ def draw_all(folder: Path) -> None:
         write_text(folder / f"{name}.md", text(pd.read_csv(folder / f"{name}.csv")))
     arrays = read_arrays(folder / "map.npz", MOST_BYTES)
     maps = {name: values.astype(float) for name, values in arrays.items()}
-    with styled():
-        file = save_figure(draw(maps, pd.read_csv(folder / "named.csv")), folder / "law_map.png")
-    with Image.open(file) as picture:  # a fifth of the bytes, and none to see
-        picture.convert("RGB").quantize(255, dither=Image.Dither.NONE).save(file, optimize=True)
+    laws = pd.read_csv(folder / "named.csv")
+    one_row = {name: values for name, values in maps.items() if name.startswith(LECTURE)}
+    figures = {"law_map": (maps, WIDE_IN), "lecture": (one_row, 5.8)}
+    for name, (drawn, width_in) in figures.items():
+        if drawn:
+            with styled():
+                file = save_figure(draw(drawn, laws, width_in), folder / f"{name}.png")
+            with Image.open(file) as picture:  # a fifth of the bytes, and none to see
+                small = picture.convert("RGB").quantize(255, dither=Image.Dither.NONE)
+            small.save(file, optimize=True)
 
 
 def summary_text(summary: pd.DataFrame) -> str:
@@ -111,17 +121,19 @@ def convergence_text(convergence: pd.DataFrame) -> str:
     return "\n".join(lines) + "\n"
 
 
-def draw(maps: Arrays, laws: pd.DataFrame) -> Figure:
-    """The figure of the maps that are there."""
+def draw(maps: Arrays, laws: pd.DataFrame, width_in: float = WIDE_IN) -> Figure:
+    """The figure of the maps that are there; the narrower, the larger is its text beside them."""
     drawn_rows = [row for row in ROWS if f"{row[0]} {row[1]:g} load merit" in maps]
-    figure = new_figure(8.4, 1.45 + 2.3 * len(drawn_rows))
+    narrow, row_in = width_in < WIDE_IN, 2.3 * width_in / WIDE_IN
+    figure = new_figure(width_in, 1.45 + row_in * len(drawn_rows) + 0.25 * narrow)
     figure.set_layout_engine("none")
     figure.set_facecolor(PAPER)
     tall = figure.get_figheight()
     grid = figure.subplots(
         len(drawn_rows), 4, squeeze=False, width_ratios=(1.0, 1.0, 1.0, 0.045),
-        gridspec_kw={"left": 0.095, "right": 0.92, "bottom": 0.7 / tall, "top": 1.0 - 0.75 / tall,
-                     "wspace": 0.27, "hspace": 0.1},
+        gridspec_kw={"left": 0.095, "right": 0.92, "top": 1.0 - 0.75 / tall,
+                     "bottom": (0.95 if narrow else 0.7) / tall,
+                     "wspace": 0.42 if narrow else 0.27, "hspace": 0.1},
     )  # fmt: skip
     for panels, (subject, omega) in zip(grid, drawn_rows, strict=True):
         title, measure, upper = ROWS[subject, omega]
@@ -148,7 +160,7 @@ def draw(maps: Arrays, laws: pd.DataFrame) -> Figure:
     for axes in grid[-1, :3]:
         axes.set_xlabel("place p of the cosine [rad]", color=INK)
     figure.text(0.5, 1.0 - 0.2 / tall, TITLE, color=INK, fontsize=12, ha="center", va="center")
-    _legend(figure)
+    _legend(figure, ncols=4 if narrow else 7)
     return figure
 
 
@@ -212,13 +224,13 @@ _ZERO = {"color": MARK, "ls": (0, (4, 3)), "lw": 0.9}
 _STYLE = {"ms": 3.5, "mfc": MARK, "mec": "black", "mew": 0.5, "ls": ""}
 
 
-def _legend(figure: Figure) -> None:
+def _legend(figure: Figure, ncols: int) -> None:
     star = Line2D([], [], marker="*", ms=9, mfc=MARK, mec="black", mew=0.6, ls="")
     trained = [Line2D([], [], marker=mark, **_STYLE) for mark in MARKS.values()]
     lines = [Line2D([], [], **_ZERO), Line2D([], [], color="white", lw=1.0)]
     laws = [f"{law}, trained" for law in MARKS]
     names = ["Tegotae's cosine", *laws, "o = sin p", "rate / ω"]
     figure.legend(
-        [star, *trained, *lines], names, loc="lower center", ncols=7, labelcolor=INK,
+        [star, *trained, *lines], names, loc="lower center", ncols=ncols, labelcolor=INK,
         handletextpad=0.3, columnspacing=1.2,
     )  # fmt: skip

@@ -30,6 +30,7 @@ from tegotae.analysis.generalisation.run import (
     tried,
 )
 from tegotae.cli import main
+from tegotae.figures.generalisation import groups_figure
 from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
 from tegotae.questions.generalising import Generalisation
@@ -260,6 +261,13 @@ def test_releases_of_one_run_do_not_make_the_interval_narrower():
     one, four = curve(once), curve(often)
     assert (four["lanes"] == 4 * one["lanes"]).all()
     assert (four.filter(like="keeps") == one.filter(like="keeps")).all(axis=None)
+
+
+def test_a_line_has_a_band_where_it_has_more_than_one_run():
+    runs = {count: outcome_of([[True] * 3] * count) for count in (1, 3, 9)}
+    figure = groups_figure({f"{n} runs": [(hopper(), runs[n])] for n in runs}, (LAG,))
+    assert len(figure.axes[0].collections) == 2
+    assert figure.legends[0].get_title().get_text() == "bands: 95 % intervals"
 
 
 # The folder and the command.

@@ -12,10 +12,12 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
+from places import ROOT
 from programs import main
 from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
 from reproduction.ridge import find_ridge, one_to_one_ridge
 from tegotae import Engine, Scenario, TegotaeError, Timing, build
+from tegotae.analysis.gaits.sweep import GaitSweep
 from tegotae.analysis.maps import GainSweep, HopperBasin, Outcome
 from tegotae.analysis.orbit import Orbit
 from tegotae.analysis.poincare import Poincare
@@ -29,6 +31,7 @@ from tegotae.figures.cycles import (
     surface_figure,
     surface_tables,
 )
+from tegotae.figures.gaits.lags import sweep_figure
 from tegotae.figures.maps import (
     basin_figure,
     phase_locking_figure,
@@ -45,6 +48,7 @@ from tegotae.figures.style import (
 from tegotae.measures.hopping.metric import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.resolve import legged_system
 
 
 def outcome() -> Outcome:
@@ -452,6 +456,17 @@ def test_a_file_that_cannot_be_written_is_known_before_the_work(tmp_path, capsys
     for name in QUICK:
         assert main([*name.split(), "--out", str(tmp_path / "f.xyz")]) == 2
         assert "use an ending such as .png" in capsys.readouterr().err
+
+
+def test_a_sweep_has_its_hatches_in_the_key_and_a_cost_that_is_read_to_a_factor_of_two():
+    frame = pd.read_csv(ROOT / "docs" / "_static" / "gaits" / "findings-sweep-g.csv")
+    names, *_, cost = sweep_figure(GaitSweep(legged_system("quadruped-g"), frame)).axes
+    drawn = {(patch.get_facecolor(), patch.get_hatch()) for patch in names.patches}
+    key = names.get_legend().get_patches()
+    assert drawn == {(patch.get_facecolor(), patch.get_hatch()) for patch in key}
+    assert all(patch.get_edgecolor() != patch.get_facecolor() for patch in key)
+    low, high = cost.get_ylim()
+    assert sum(low <= tick <= high for tick in cost.get_yticks()) >= 4
 
 
 def test_of_a_portrait_black_is_what_the_releases_settle_to_alone():

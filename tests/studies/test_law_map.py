@@ -21,6 +21,7 @@ def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, mon
     assert found["summary"].laws.tolist() == [8, 8, 16, 16, 8, 8]
     assert len(found["laws"]) == 2 * 32  # all of so few
     assert (small.out / "law_map.png").exists()
+    assert (small.out / "lecture.png").exists()
 
     # Tegotae's law in the terms of the map is the package's.
     vanilla = found["named"].iloc[0]

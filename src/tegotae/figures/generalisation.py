@@ -17,8 +17,8 @@ from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
 
 MOST_LINES = len(COLOURS)
 """Lines that a panel can distinguish."""
-FEW = 8
-"""Number of runs below which no interval is drawn: it would cover the panel."""
+FEW = 2
+"""Number of runs below which no interval is drawn: of one run it would cover the panel."""
 _COLUMNS = 4
 _DASHES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -60,7 +60,10 @@ def groups_figure(
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
     for ax, disturbance in zip(axes.ravel(), selected, strict=False):
         _panel(ax, disturbance, lines)
-        unit = f" [{disturbance.unit}]" if disturbance.unit else ""
+        unit = disturbance.unit or "× usual" * (
+            disturbance.neutral == 1.0 and "/" not in disturbance.label
+        )
+        unit = f" [{unit}]" if unit else ""
         counts = ", still moving" if disturbance.measure == "moves" and not moving else ""
         ax.set_xlabel(literal(disturbance.label + unit + counts))
     for ax in axes.ravel()[len(selected) :]:
@@ -69,7 +72,8 @@ def groups_figure(
         ax.set_ylabel("share that\nstill moves" if moving else "share that keeps\nits gait")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     labels, ncols = list(map(literal, labels)), min(len(labels), 5)
-    figure.legend(handles, labels, loc="outside lower center", ncols=ncols)
+    title = "bands: 95 % intervals" if any(ax.collections for ax in axes.ravel()) else None
+    figure.legend(handles, labels, loc="outside lower center", ncols=ncols, title=title)
     return figure
 
 

@@ -47,6 +47,7 @@ STYLE: Any = {
     "axes.linewidth": 0.6,
     "lines.linewidth": 1.0,
     "legend.frameon": False,
+    "hatch.linewidth": 0.4,
     "savefig.dpi": 300,
     "pdf.fonttype": 42,
     "svg.fonttype": "none",

@@ -9,11 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 
 from tegotae.analysis.gaits.releases import GaitRun
 from tegotae.analysis.gaits.sweep import DOWN, UP, GaitSweep
 from tegotae.figures.cycles import broken
-from tegotae.figures.gaits.style import HATCHES, MARKERS, THIN, by_side, gait_colour
+from tegotae.figures.gaits.style import HATCHED, HATCHES, MARKERS, by_side, gait_colour
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, styled
 from tegotae.measures.gaits.names import FALLEN
 
@@ -121,6 +122,7 @@ def sweep_figure(sweep: GaitSweep, note: str = "") -> Figure:
         axes.set_ylabel(label)
         if quantity == "cost_of_transport":
             axes.set_yscale("log")
+            axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axes.yaxis.set_major_formatter("{x:g}")
             axes.yaxis.set_minor_formatter("")
     quantity_axes[-1].set_xlabel(f"frequency ω [rad/{time}]")
@@ -135,7 +137,7 @@ def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
     shares = sweep.frame.groupby(["direction", _OMEGA])["gait"].value_counts(normalize=True)
     shares = shares.unstack(fill_value=0.0)
     looks: dict[str, Any] = {
-        name: {"color": gait_colour(name), "hatch": HATCHES.get(name), "lw": 0, **THIN}
+        name: {"facecolor": gait_colour(name), "hatch": HATCHES.get(name), **HATCHED}
         for name in map(str, shares.columns)
     }
     for row, direction in enumerate(_WAYS):

@@ -17,9 +17,9 @@ from tegotae.analysis.gaits.map import NO_BODY, GaitMap
 from tegotae.analysis.gaits.releases import Releases
 from tegotae.analysis.gaits.stability import GaitStability
 from tegotae.figures.gaits.style import (
+    HATCHED,
     HATCHES,
     MARKERS,
-    THIN,
     by_side,
     gait_colour,
     gait_marker,
@@ -89,14 +89,11 @@ def _gaits(figure: Figure, axes: Axes, grid: Grid, cells: Cells) -> None:
         inside = (gait == name).astype(float)
         if inside.sum() > 1 and min(gait.shape) > 1:
             area = axes.contourf(*grid, inside, (0.5, 1.5), hatches=[hatch], colors="none")
-            area.set(**THIN)
+            area.set(**HATCHED)
     names, counts = np.unique(gait.astype(str), return_counts=True)
     order = np.lexsort((-counts, np.isin(names, (*NO_GAIT, NO_BODY))))
     listed = [str(names[i]) for i in order if counts[i] >= _COMMON * gait.size]
-    handles = [
-        Patch(facecolor=_rgb(n), edgecolor="0.4", lw=0.4, label=n, hatch=HATCHES.get(n), **THIN)
-        for n in listed
-    ]
+    handles = [Patch(facecolor=_rgb(n), label=n, hatch=HATCHES.get(n), **HATCHED) for n in listed]
     if split.any():
         handles.append(Patch(fill=False, lw=0, label="(pale where starts disagree)"))
     figure.legend(handles=handles, loc="outside lower center", ncols=4, handlelength=1.2)

@@ -40,8 +40,8 @@ HATCHES = {
 }
 """Hatches of gaits whose colours are as light as that of a trot: printed in grey they differ by
 this."""
-THIN: Any = {"hatch_linewidth": 0.4, "hatchcolor": "0.3"}
-"""Style of hatches."""
+HATCHED: Any = {"edgecolor": "0.3", "lw": 0}
+"""Style of hatched areas."""
 
 
 def gait_colour(name: str) -> str:
