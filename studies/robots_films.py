@@ -82,9 +82,9 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
     with tempfile.TemporaryDirectory() as folder:
         wiring, law = f"{folder}/legs.toml", f"{folder}/law.json"
         where = ["--feet", *feet, "--settings", "legs=true", "noise=0.02", "release_m=0.01"]
-        options = ["--env", model, "--wiring", wiring, *where, "--omega", str(omega)]
         assert not main(["wiring", "suggest", model, *where, "--out", wiring])
-        assert not main(["wiring", "transfer", LAW, *options, "--out", law])
+        options = ["--omega", str(omega), "--out", law]
+        assert not main(["wiring", "transfer", f"{LAW}@{wiring}", *options])
         saved = resolve(law).controller()
         task = dataclasses.replace(EnvExperiment.of(saved), duration_s=2.0 + SECONDS)
         (episode,) = replay(task, np.asarray(saved.weights)[None], seed=START)

@@ -427,9 +427,7 @@ def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_pa
     Path("robot.xml").write_text(SPRUNG)
     where = ["--feet", *FEET, "--settings", "legs=true"]
     assert not main(["wiring", "suggest", "robot.xml", *where, "--out", "q.toml"])
-    where = ["--env", "robot.xml", "--wiring", "q.toml", *where]
-    assert not main(["wiring", "transfer", "quadruped-c", *where, "--out", "there.json"])
-    walk = tg.simulate("there.json", duration=8.0).numbers
+    walk = tg.simulate("quadruped-c@q.toml", duration=8.0).numbers
     own = tg.simulate("quadruped-c").numbers
     assert walk["lasted"] == 1.0
     assert walk["speed_m_per_s"] / np.sqrt(9.81) == pytest.approx(own["speed_m_per_s"], rel=0.15)
@@ -469,9 +467,8 @@ def test_a_leg_on_a_boom_hops_under_a_walkers_law(tmp_path, monkeypatch):
     model = str(ROOT / "examples" / "robots" / "boom_leg.xml")
     where = ["--feet", "foot", "--settings", "legs=true"]
     assert not main(["wiring", "suggest", model, *where, "--out", "boom.toml"])
-    where = ["--env", model, "--wiring", "boom.toml", *where, "--omega", "40"]
-    law = "zoo:AR-rF+range@quadruped-c"
-    assert not main(["wiring", "transfer", law, *where, "--out", "boom.json"])
+    law = "zoo:AR-rF+range@boom.toml"
+    assert not main(["wiring", "transfer", law, "--omega", "40", "--out", "boom.json"])
     hops = tg.simulate("boom.json", duration=4.0).numbers
     assert hops["speed_m_per_s"] > 0.7
     assert hops["duty"] < 0.9

@@ -127,7 +127,7 @@ def test_a_law_on_legs_commands_joints_alike_as_a_file_and_as_c(tmp_path, monkey
     weights = np.array([0.25, 0.2, 0.03, 0.4, 0.1, 0.2, -0.3, -0.1])
     save(SavedController(law, weights, "law"), "walker.json")
     wiring = str(ROOT / "examples" / "wirings" / "go1-legs.toml")
-    where = ["--env", model, "--wiring", wiring, "--feet", *feet]
+    where = ["--env", model, "--wiring", wiring]
     legs = ["--settings", "legs=true", "--out", "law.json"]
     assert not main(["wiring", "transfer", "walker.json", *where, *legs])
     assert not main(["export", "c", "law.json", "--tick", "0.02", "--prefix", "law", "--out", "c"])

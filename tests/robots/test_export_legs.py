@@ -52,9 +52,8 @@ def exported(request, tmp_path_factory):
         model.write_text(sprung_robot())
     where = ["--feet", *feet, "--settings", "legs=true"]
     wiring, law = str(folder / "legs.toml"), str(folder / "law.json")
-    robot = ["--env", str(model), "--wiring", wiring, *where]
     assert not main(["wiring", "suggest", str(model), *where, "--out", wiring])
-    assert not main(["wiring", "transfer", "quadruped-c", *robot, "--out", law])
+    assert not main(["wiring", "transfer", f"quadruped-c@{wiring}", "--out", law])
     assert not main(["export", "c", law, "--out", str(folder / "c")])
     command = ["gcc", *FLAGS, "-O2", "-shared", "-fPIC", "tegotae.c", "-lm", "-o", "tegotae.so"]
     subprocess.run(command, check=True, cwd=folder / "c")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ import pytest
 pytest.importorskip("mujoco")
 pytest.importorskip("gymnasium")
 
-import tegotae as tg
 from places import ROOT
 from tegotae import TegotaeError
 from tegotae.envs.mujoco.env import ModelEnv
@@ -210,13 +208,6 @@ def test_a_keyframe_or_joints_can_be_chosen_as_the_start():
 def test_no_template_is_fitted_to_a_robot_that_does_not_stand(stiffness, message):
     with pytest.raises(TegotaeError, match=message):
         fit_template(settings(ROBOT.replace('kp="20"', f'kp="{stiffness}"'), legs=False), "mine")
-
-
-def test_the_next_commands_name_the_feet_that_were_named(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("robot.xml").write_text(ROBOT, encoding="utf-8")
-    said = tg.wiring_suggest("robot.xml", feet=FEET, settings=("legs=true",)).remarks
-    assert all(f"--feet {' '.join(FEET)} --settings legs=true" in line for line in said[-2:])
 
 
 @pytest.mark.parametrize(

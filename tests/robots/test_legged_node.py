@@ -38,8 +38,7 @@ def law(tmp_path_factory):
     wiring, file, robot = (str(folder / name) for name in ("legs.toml", "law.json", "robot"))
     where = ["--feet", *FEET, "--settings", "legs=true"]
     assert not cli.main(["wiring", "suggest", str(ROBOT), *where, "--out", wiring])
-    env = ["--env", str(ROBOT), "--wiring", wiring]
-    assert not cli.main(["wiring", "transfer", "quadruped-c", *env, *where, "--out", file])
+    assert not cli.main(["wiring", "transfer", f"quadruped-c@{wiring}", "--out", file])
     assert not cli.main(["export", "c", file, "--out", robot])
     return file, robot
 

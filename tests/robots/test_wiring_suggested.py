@@ -164,7 +164,7 @@ def test_a_leg_that_gives_way_is_pointed_at_springs_and_servos():
 def test_the_command_writes_a_file_with_reasons_that_reads_back(model_file, leg, capsys):
     assert main(["wiring", "suggest", str(model_file)]) == 0
     printed = capsys.readouterr().out
-    assert "train ART --env my_leg.xml --wiring my_leg.toml --fitness return\n" in printed
+    assert "train ART@my_leg.toml --fitness return\n" in printed
     assert "# height at touchdown in a drop test" in Path("my_leg.toml").read_text()
     read = load_wiring("my_leg.toml")
     assert dataclasses.replace(read, controller=leg.wiring.controller).limbs == leg.wiring.limbs
@@ -230,9 +230,8 @@ def test_a_leg_whose_pushes_lift_less_than_its_weight_is_told_so_before_and_afte
     model_file.write_text(SLIDER)
     assert main(["wiring", "suggest", str(model_file)]) == 0
     assert "let the pushes lift 0.46 of the weight" in " ".join(capsys.readouterr().out.split())
-    where = ["--env", "my_leg.xml", "--wiring", "my_leg.toml", "--duration", "4"]
     short = ["--population", "2", "--generations", "1", "--seeds", "1", "--out", "runs"]
-    assert main(["train", "VG", *where, *short]) == 0
+    assert main(["train", "VG@my_leg.toml", "--duration", "4", *short]) == 0
     assert "The best run never leaves the ground; " in capsys.readouterr().out
     (file,) = Path("runs").glob("*-seed0.json")
     assert main(["simulate", str(file)]) == 0

@@ -90,7 +90,7 @@ def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
         ("sigma = 1.25", "", "it has no entry 'sigma'"),
         ("sigma = 1.25", "sigma = nan", "sigma is nan; it must be finite"),
         ("omega = 2.0", "omega = 0", "omega is 0; it must be greater than 0"),
-        ("omega = 2.0", "omega = 2.0\nspeed = 1.0", "unknown field `speed`"),
+        ("omega = 2.0", "omega = 2.0\nspeed = 1.0", "no entry is called 'speed'; did you mean"),
         ("lift_m = 0.12", "lift_m = -0.12", "lift_m is -0.12; it must be at least 0"),
         ("lift_m", "rise_m", "has no 'rise_m'"),
         ("[body]", "[body]\nfriction = 'low'", "its friction is 'low'; it must be a number"),

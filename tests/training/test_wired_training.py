@@ -466,14 +466,9 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
         (["hopper", "--fitness", "speed"], "no fitness is called 'speed'"),
         (["hopper", "--settings", "mass"], "is no NAME=VALUE"),
         (["hopper", "--settings", "mass=3"], "no setting of a MuJoCo model is called 'mass'"),
-        ([ENV, "--wiring", "hopper", "--control", "0.01"], "--control belongs to MuJoCo models"),
         (["hopper", "--workers", "-1"], "workers is -1"),
         (["hoper"], "no environment is called 'hoper'; did you mean hopper"),
         (["my_robot.py"], "my_robot.py:FUNCTION"),
-        (
-            ["hopper", "--control", "0.02", "--settings", "control_s=0.01"],
-            "control_s is given twice",
-        ),
         (["hopper", "--episodes-per-candidate", "4"], "the 4 episodes on hopper would be alike"),
         (["hopper", "--evaluation-episodes", "4"], "the 4 episodes on hopper would be alike"),
         (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
@@ -489,9 +484,7 @@ def test_what_the_command_cannot_do_it_says_in_one_line(one_line_error, words, s
     assert said in one_line_error("train", "ART", "--env", *words, "--out", str(tmp_path))
 
 
-@pytest.mark.parametrize(
-    "words", [("--wiring", "leg.toml"), ("--omega", "8"), ("--feet", "foot"), ("--workers", "0")]
-)
+@pytest.mark.parametrize("words", [("--wiring", "leg.toml"), ("--omega", "8"), ("--workers", "0")])
 def test_options_of_environments_are_refused_on_the_engine(one_line_error, words):
     assert "belongs to environments; give --env, too" in one_line_error("train", "ART", *words)
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 import msgspec
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, unknown
 
 T = TypeVar("T")
 
@@ -238,15 +238,18 @@ def fitted(value: object, schema: type[T], name: str = "") -> T:
     try:
         return msgspec.convert(value, schema)
     except msgspec.ValidationError as error:
-        raise DamagedDocumentError(_formatted(value, str(error), name)) from None
+        raise DamagedDocumentError(_formatted(value, str(error), name, schema)) from None
 
 
-def _formatted(document: object, error: str, name: str) -> str:
+def _formatted(document: object, error: str, name: str, schema: Any) -> str:
     """The validator's words in ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
     text, _, place = error.partition(" - at `$")
     where = (name + place.rstrip("`")).lstrip(".")
     if missing := re.fullmatch(r"Object missing required field `(.*)`", text):
         return f"it has no entry {'.'.join(filter(None, [where, missing[1]]))!r}"
+    if extra := re.fullmatch(r"Object contains unknown field `(.*)`", text):
+        entries = _entries_of(msgspec.inspect.type_info(schema), place.rstrip("`"))
+        return str(unknown(f"entry of {where}" if where else "entry", extra[1], entries))
     subject = f"its {where}" if where and "..." not in where else "an entry" if where else "it"
     value = None if "..." in where else _value(document, place.rstrip("`"))
     if text == "Number out of range":
@@ -258,6 +261,19 @@ def _formatted(document: object, error: str, name: str) -> str:
     if value is None or not where:
         value = _TYPES.get(expected[2] or "", expected[2] or "another")
     return f"{subject} is {value}; it must be {types} {expected[3] or ''}".rstrip()
+
+
+def _entries_of(kind: Any, place: str) -> list[str]:
+    """Return the names of the entries that a schema has at a place such as `.a.b[0]`."""
+    step = re.match(r"[.\[]([^.\[\]]+|\.\.\.)\]?", place)
+    fields = {field.encode_name: field.type for field in getattr(kind, "fields", ())}
+    if step is None:
+        inner, names = getattr(kind, "types", ()), [*fields]
+    else:
+        names, place = [], place[step.end() :]
+        parts = (getattr(kind, part, None) for part in ("item_type", "value_type"))
+        inner = (fields.get(step[1]), *parts, *getattr(kind, "types", ()))
+    return names + [name for part in inner if part for name in _entries_of(part, place)]
 
 
 def _value(document: object, place: str) -> str:

@@ -4,7 +4,7 @@ model."""
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -50,10 +50,24 @@ class EnvSpec:
         Raises:
             TegotaeError: for code that the user did not name.
         """
-        spec = cls(env=task.env, settings=tuple(task.settings.items()))
+        return cls.of_document(task.env, task.settings, f"the task of {name}")
+
+    @classmethod
+    def of_document(cls, env: str, settings: Mapping[str, Json], document: str) -> EnvSpec:
+        """The environment that a document names, which is no code, or code that the user named.
+
+        Args:
+            env: its name.
+            settings: its settings.
+            document: the document, for errors.
+
+        Raises:
+            TegotaeError: for code that the user did not name (`require_named`).
+        """
+        spec = cls(env=env, settings=tuple(settings.items()))
         if not spec.is_model:
-            for text in texts([task.env, task.settings]):
-                require_named(text, f"the task of {name}")
+            for text in texts([env, settings]):
+                require_named(text, document)
         return spec
 
     @property

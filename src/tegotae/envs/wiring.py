@@ -30,6 +30,7 @@ from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
 from tegotae.systems.models import build
 from tegotae.systems.resolve import resolve
+from tegotae.systems.robot_file import ROBOT_FORMAT, RobotDocument
 from tegotae.systems.tuned import is_front_name
 from tegotae.systems.user_objects import is_reference, require_named
 from tegotae.systems.zoo import is_zoo_name
@@ -283,7 +284,8 @@ def load_wiring(path: Path | str) -> Wiring:
     """The wiring in a TOML or JSON file, or one that comes with the package, by its name.
 
     Args:
-        path: a file that ends in `.toml` or `.json`; or `hopper`, `leg` or `quadruped`.
+        path: a file that ends in `.toml` or `.json`, a wiring's or a robot's; or `hopper`, `leg` or
+            `quadruped`.
 
     Raises:
         TegotaeError: if there is none, or it is no wiring: which entry, what is there and what
@@ -327,7 +329,7 @@ def save_wiring(
     if path.suffix == ".json":
         write_atomically(path, json.dumps(document, indent=1) + "\n")
     elif path.suffix == ".toml":
-        write_atomically(path, _toml(document, reasons or {}))
+        write_atomically(path, toml_of(document, reasons or {}))
     else:
         raise TegotaeError(f"{path} is no wiring; its name must end in .toml or .json")
 
@@ -370,8 +372,10 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
             (`require_named`).
     """
     if not isinstance(document, WiringDocument):
-        document = documents.fitted(documents.checked(document), WiringDocument)
-    if document.format != WIRING_FORMAT:
+        document = documents.checked(document)
+        is_robot = isinstance(document, dict) and document.get("format") == ROBOT_FORMAT
+        document = documents.fitted(document, RobotDocument if is_robot else WiringDocument)
+    if document.format not in (WIRING_FORMAT, ROBOT_FORMAT):
         raise DamagedDocumentError(
             f"its format is {document.format!r}; it must be {WIRING_FORMAT!r}"
         )
@@ -380,7 +384,7 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
     fields: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value
         for name, value in msgspec.structs.asdict(document).items()
-        if name not in ("format", "controller", "limbs")
+        if name not in ("format", "controller", "limbs", "model")
     }
     limbs: list[Limb] = []
     for limb in document.limbs:
@@ -425,13 +429,22 @@ def _given(values: Mapping[str, str | float | Sequence[Any] | None]) -> JsonObje
     }
 
 
-def _toml(document: dict[str, Any], reasons: Mapping[str, str]) -> str:
-    """A document of texts, numbers, lists of texts, tables and one list of tables."""
+def toml_of(document: Mapping[str, Any], reasons: Mapping[str, str]) -> str:
+    """Return a wiring's or a robot's document as TOML.
+
+    Args:
+        document: texts, numbers, lists of texts, tables and one list of tables.
+        reasons: comments behind entries, as of `save_wiring`.
+    """
 
     def line(name: str, value: Any, prefix: str = "") -> str:
         reason = reasons.get(prefix + name)
         key = name if name.isidentifier() else json.dumps(name)
-        return f"{key} = {json.dumps(value)}" + (f"  # {reason}" if reason else "")
+        if isinstance(value, Mapping):
+            text = f"{{{', '.join(line(*pair) for pair in value.items())}}}"
+        else:
+            text = json.dumps(value)
+        return f"{key} = {text}" + (f"  # {reason}" if reason else "")
 
     plain = {n: x for n, x in document.items() if not isinstance(x, dict) and n != "limbs"}
     lines = [line(name, value) for name, value in plain.items()]

@@ -29,6 +29,7 @@ from tegotae.systems.env_task import extras_of
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import name_of
 from tegotae.systems.resolve import resolve
+from tegotae.systems.robot_file import law_on_robot
 from tegotae.systems.user_objects import is_reference
 from tegotae.training.agents import AgentSettings
 from tegotae.training.agents.learner import AgentLearner
@@ -84,7 +85,8 @@ class Trainees(OnEnvironment, Experiments):
     env: str | None = None
     """The environment, in place of this package's engine: a Gymnasium id such as Hopper-v5;
     FILE.py:FUNCTION or MODULE:FUNCTION that makes one; a MuJoCo model, FILE.xml or, in an installed
-    package, PACKAGE:FILE.xml; or hopper, leg or quadruped, which come with tegotae."""
+    package, PACKAGE:FILE.xml; or hopper, leg or quadruped, which come with tegotae. A robot's file
+    needs no option: MODEL@FILE.toml."""
     algorithm: str = "pgpe"
     """Learning algorithm: pgpe, cma-es or openai-es (populations), sac or ppo (agents), or your
     own, FILE.py:OBJECT or MODULE:OBJECT."""
@@ -99,6 +101,9 @@ class Trainees(OnEnvironment, Experiments):
         """
         if names and all(isinstance(name, Trainee) for name in names):
             return names
+        if len(names) == 1 and (on_robot := law_on_robot(str(names[0]))) is not None:
+            law, robot = on_robot
+            return replace(self, env=robot).named(law)
         algorithm = self.algorithm if is_reference(self.algorithm) else self.algorithm.lower()
         settings = settings_named(algorithm, (Algorithm, AgentSettings))
         extras = {} if self.env is None else extras_of(self.env)

@@ -4,6 +4,7 @@ baseline."""
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from tegotae.systems.designs import Design, design, is_design
 from tegotae.systems.env_task import extras_of, is_mujoco_model
 from tegotae.systems.laws import ShortLaw, short_law
 from tegotae.systems.models import Model, find
+from tegotae.systems.robot_file import is_robot_file
 from tegotae.systems.user_objects import is_reference
 
 if TYPE_CHECKING:  # which needs Gymnasium
@@ -37,7 +39,8 @@ class Environments(Names):
     NAMED = (
         "A name is a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or MODULE:FUNCTION that "
         "makes an environment; a MuJoCo model, FILE.xml or, in an installed package, "
-        "PACKAGE:FILE.xml; or hopper, leg or quadruped, which come with tegotae."
+        "PACKAGE:FILE.xml; hopper, leg or quadruped, which come with tegotae; or a robot's file, "
+        "FILE.toml (tegotae wiring suggest)."
     )
 
     def named(self, *names: Any) -> Sequence[str]:
@@ -53,32 +56,30 @@ class Environments(Names):
 
 @dataclass(frozen=True, kw_only=True)
 class ModelOptions:
-    """What an environment is made with."""
+    """Settings of an environment."""
 
-    feet: tuple[str, ...] = ()
-    """Bodies or geoms of a MuJoCo model that touch the ground; by default those of the wiring, or
-    else the lowest ones at the end of a chain."""
     settings: tuple[str, ...] = ()
-    """Further settings of the environment: NAME=VALUE, values as in JSON, such as ground=true."""
+    """Further settings of the environment: NAME=VALUE, values as in JSON, such as ground=true; of a
+    robot's file those that differ."""
 
-    def spec(self, env: str, control_s: float | None = None) -> EnvSpec:
-        """The environment of a name.
+    def spec(self, env: str, feet: Sequence[str] = ()) -> EnvSpec:
+        """Return the environment of a name.
+
+        Args:
+            env: the name.
+            feet: bodies or geoms of a MuJoCo model that touch the ground, if they are named.
 
         Raises:
-            TegotaeError: for a setting that is no NAME=VALUE, or an option of MuJoCo models for
-                something else.
+            TegotaeError: for a setting that is no NAME=VALUE, or a robot's file that is none.
         """
         from tegotae.envs.env_spec import EnvSpec, settings_of
+        from tegotae.envs.robot_file import load_robot
 
-        own: dict[str, Any] = {"feet": list(self.feet) or None, "control_s": control_s}
-        own = {name: value for name, value in own.items() if value is not None}
-        if own and not is_mujoco_model(env):
-            option = next(iter(own)).removesuffix("_s")
-            raise TegotaeError(f"--{option} belongs to MuJoCo models, FILE.xml")
-        settings = settings_of(self.settings)
-        for name in own.keys() & settings.keys():
-            raise TegotaeError(f"{name} is given twice; leave --settings {name} out")
-        return EnvSpec(env=env, settings=tuple((own | settings).items()))
+        feet_text = [f"feet={json.dumps(feet)}"] if feet else []
+        settings = settings_of([*feet_text, *self.settings])
+        if is_robot_file(env):
+            return load_robot(env, settings)[0]
+        return EnvSpec(env=env, settings=tuple(settings.items()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,9 +95,6 @@ class OnEnvironment(ModelOptions):
     evaluation_episodes: int = 0
     """Number of episodes of a fixed evaluation set, which selects the best controller. With it,
     every generation draws new starts."""
-    control_s: float | None = None
-    """Control period of a MuJoCo model [s]: an action is held for that time; the environment's by
-    default."""
     scales: bool = False
     """Take scales that the wiring lacks from weight and length of the MuJoCo model."""
     workers: int | None = None
@@ -158,10 +156,12 @@ class OnEnvironment(ModelOptions):
         """
         from tegotae.envs.wiring import load_wiring, packaged
 
-        spec = self.spec(env, self.control_s)
-        if self.wiring is None and env not in packaged():
+        spec, robot = self.spec(env), is_robot_file(env)
+        if robot and self.wiring is not None:
+            raise TegotaeError(f"{env} has a wiring; leave --wiring out, or name its model")
+        if self.wiring is None and not robot and env not in packaged():
             spec.make().close()  # a name with a slip lacks more than a wiring
-            first = f"; tegotae wiring suggest {env} writes a first one" if spec.is_model else ""
+            first = f"; tegotae wiring suggest {env} writes a robot's file" if spec.is_model else ""
             raise TegotaeError(
                 f"no wiring is given for {env}; write --wiring FILE.toml, which says what its "
                 f"limbs sense and drive{first}"

@@ -30,7 +30,7 @@ def extras_of(env: str) -> dict[str, str]:
         TegotaeError: for URDF, which is to be converted.
 
     Example:
-        >>> extras_of("Hopper-v5"), extras_of("my_leg.xml")
+        >>> extras_of("Hopper-v5"), extras_of("my_leg.toml")
         ({'gymnasium': 'gym'}, {'gymnasium': 'mujoco', 'mujoco': 'mujoco'})
     """
     if env.lower().endswith(".urdf"):
@@ -39,7 +39,7 @@ def extras_of(env: str) -> dict[str, str]:
             "(mujoco.MjSpec.from_file, to_xml; mj_saveLastXML), as in "
             "docs/guides/walking-robot.md#a-robot-in-urdf, and name the FILE.xml"
         )
-    if is_mujoco_model(env):
+    if is_mujoco_model(env) or env.endswith(".toml"):  # a robot's file
         return {"gymnasium": "mujoco", "mujoco": "mujoco"}
     return {"gymnasium": "gym"}
 

@@ -6,6 +6,7 @@ A name is one of
   `ART+hopf`;
 - a design for a body with legs: `AR@quadruped-c`;
 - a legged system: `quadruped-c`, or a walker's own file (.toml), such as a template of a robot;
+- a law on a robot's file: `zoo:AR-rF+range@go1.toml`;
 - a preset of a hopper with a vanilla controller, whose actuation and oscillator may be others:
   `paper`, `paper-reflex`, `pyTegotaeCPG-both+matsuoka`, `paper+FILE.py:OBJECT`;
 - a trained controller of the zoo, or all runs of one: `zoo:ART-rF-tphif-w8/3`;
@@ -21,6 +22,7 @@ A folder that is called as a model or a design is, and holds controllers, has th
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -51,6 +53,7 @@ from tegotae.systems.legged import (
     system as legged_by_name,
 )
 from tegotae.systems.models import PRESETS, all_models, at_another_omega, find, preset
+from tegotae.systems.robot_file import law_on_robot
 from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import Release, System
 from tegotae.systems.tuned import front_walker, is_front_name
@@ -188,6 +191,8 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
     if not isinstance(name, (str, Path)):
         return _of_object(getattr(name, "name", None) or "mine", name)
     name = str(name)
+    if (on_robot := law_on_robot(name)) is not None:
+        return _of_robot(name, *on_robot)
     law = short_law(name)
     if law is not None or is_design(name) or _is_model(name):
         recipe = law or (design(name) if is_design(name) else find(name))
@@ -308,6 +313,13 @@ def _of_object(name: str, value: object) -> Resolved:
             raise TegotaeError(f"{name} holds a {type(item).__name__}, which is no experiment")
         experiments.append(item)
     return Resolved(name=name, experiments=tuple(experiments))
+
+
+def _of_robot(name: str, law: str, robot: str) -> Resolved:
+    """A controller from elsewhere on a robot; its file is read by a room above this one."""
+    saved = dataclasses.replace(resolve(law), name=name).controller()
+    transfer = importlib.import_module("tegotae.training.environments.transfer")
+    return _of_object(name, transfer.on_robot(saved, robot))
 
 
 def _of_zoo(name: str) -> Resolved:

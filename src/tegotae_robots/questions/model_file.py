@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 from tegotae._support.errors import TegotaeError
 from tegotae.questions.answer import TableAnswer
@@ -15,8 +14,10 @@ from tegotae.questions.wiring import ModelOptions, stem_of
 class ModelFileOptions(ModelOptions):
     """What is known of the model, and where what follows from it is written."""
 
+    feet: tuple[str, ...] = ()
+    """Bodies or geoms that touch the ground; the lowest ones at the end of a chain by default."""
     out: Path
-    """The file (.toml; a wiring's may be .json), which must not be there yet."""
+    """The file (.toml), which must not be there yet."""
 
     @classmethod
     def options_of(cls, env: str) -> ModelFileOptions:
@@ -29,7 +30,6 @@ class ModelFile(TableAnswer):
     """What follows from a model, every entry with its reason; in memory until it is saved."""
 
     ENDING = ".toml"
-    OTHER_ENDINGS: ClassVar[tuple[str, ...]] = ()
 
     def save(self, folder: Path | str, format: str = "toml") -> list[Path]:
         """Write the file of that name; none that is there is written over.
@@ -52,11 +52,10 @@ class ModelFile(TableAnswer):
     @classmethod
     def check_name(cls, file: Path | str) -> None:
         """Raises TegotaeError for an ending that the file cannot have."""
-        endings = (cls.ENDING, *cls.OTHER_ENDINGS)
         if not isinstance(file, str | Path):
             raise TegotaeError(f"out is {file!r}; it must be the name of a file")
-        if Path(file).suffix not in endings:
-            raise TegotaeError(f"{file} must end in {' or '.join(endings)}")
+        if Path(file).suffix != cls.ENDING:
+            raise TegotaeError(f"{file} must end in {cls.ENDING}")
 
     def _write(self, file: Path) -> None:
         raise NotImplementedError

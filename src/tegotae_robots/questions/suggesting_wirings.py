@@ -18,15 +18,16 @@ from tegotae_robots.questions.model_file import ModelFile, ModelFileOptions
 if TYPE_CHECKING:  # which needs Gymnasium
     from matplotlib.figure import Figure
 
+    from tegotae.envs.env_spec import EnvSpec
     from tegotae_robots.models.suggesting import Suggestion
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class SuggestedWiring(ModelFile):
-    """A first wiring, .toml or .json. `raw` is a `tegotae_robots.models.suggesting.Suggestion`, and
-    the document that of the wiring."""
+    """A robot's file, .toml, with a first wiring. `raw` is a
+    `tegotae_robots.models.suggesting.Suggestion`, and the document that of the wiring."""
 
-    OTHER_ENDINGS = (".json",)
+    spec: EnvSpec
 
     def figures(self) -> dict[str, Figure]:
         """The workspace of feet that are commanded to places; none of joints."""
@@ -35,9 +36,9 @@ class SuggestedWiring(ModelFile):
         return {} if self.raw.legs is None else {"workspace": workspace_figure(self.raw)}
 
     def _write(self, file: Path) -> None:
-        from tegotae.envs.wiring import save_wiring
+        from tegotae.envs.robot_file import save_robot
 
-        save_wiring(self.raw.wiring, file, reasons=self.raw.reasons)
+        save_robot(self.spec, self.raw.wiring, file, reasons=self.raw.reasons)
 
 
 def _entries(suggestion: Suggestion) -> pd.DataFrame:
@@ -70,8 +71,9 @@ def _said(value: Any) -> str:
 def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
     """Suggest a wiring for a MuJoCo model of your own: feet, limbs, pushes, scales, rest length.
 
-    Every entry has its reason beside it, in the terminal and as a comment in the file. The wiring
-    is a first guess: correct every entry that you know better.
+    The file is a robot's: it has the model with its settings, too, and `LAW@FILE.toml` is a law on
+    it for every command. Every entry has its reason beside it, in the terminal and as a comment in
+    the file. The wiring is a first guess: correct every entry that you know better.
 
     Example:
         >>> wiring_suggest("my_leg.xml").save("my_leg.toml")  # doctest: +SKIP
@@ -86,31 +88,28 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
             "hand, and check it with tegotae.envs.check_wiring"
         )
     SuggestedWiring.check_name(options.out)
-    settings = options.spec(env).model_settings
+    spec = options.spec(env, options.feet)
+    settings = spec.model_settings
     suggestion = suggest_legs(settings) if settings.legs else suggest_wiring(settings)
-    where = [env, "--wiring", str(options.out)]
-    if options.feet:
-        where += ["--feet", *options.feet]
-    if options.settings:
-        where += ["--settings", *options.settings]
+    robot = shlex.quote(str(options.out))
     if settings.legs:
-        ways = ["wiring transfer zoo:AR-rF+range@quadruped-c --env", "train AR@quadruped-c --env"]
+        ways = [f"simulate zoo:AR-rF+range@{robot}", f"train AR@{robot}"]
     else:
-        ways = ["wiring baseline", "train ART --env"]
-    if suggestion.on_rail:
-        where += ["--fitness", "hopping"]
-    elif len(suggestion.wiring.limbs) > 1 and not settings.legs:
         # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
-        where += ["--fitness", "return"]
+        walks = len(suggestion.wiring.limbs) > 1
+        fitness = "hopping" if suggestion.on_rail else "return" if walks else ""
+        paid = f" --fitness {fitness}" if fitness else ""
+        ways = [f"wiring baseline {robot}{paid}", f"train ART@{robot}{paid}"]
     table = _entries(suggestion)
     return SuggestedWiring(
         raw=suggestion,
+        spec=spec,
         table=table,
         shown=[table.set_index("entry")],
         remarks=[
             *suggestion.remarks,
             "Next:",
-            *(f"tegotae {way} {shlex.join(where)}" for way in ways),
+            *(f"tegotae {way}" for way in ways),
         ],
         data=wiring_document(suggestion.wiring),
     )

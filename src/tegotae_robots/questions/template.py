@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from tegotae.questions.answer import UNDEFINED
 from tegotae.questions.question import question
 from tegotae.questions.wiring import Environments, stem_of
 from tegotae.systems.env_task import is_mujoco_model
+from tegotae.systems.robot_file import is_robot_file
 from tegotae_robots.questions.model_file import ModelFile, ModelFileOptions
 
 if TYPE_CHECKING:  # which needs MuJoCo
@@ -89,10 +90,11 @@ def template(env: str, options: ModelFileOptions) -> FittedTemplate:
     """
     from tegotae_robots.models.template import fit_template
 
-    if not is_mujoco_model(env):
-        raise TegotaeError(f"{env} is no MuJoCo model, FILE.xml, which a template is of")
+    if not is_mujoco_model(env) and not is_robot_file(env):
+        raise TegotaeError(f"{env} is no MuJoCo model, FILE.xml, and no robot's file, FILE.toml")
     FittedTemplate.check_name(options.out)
-    found = fit_template(options.spec(env).model_settings, stem_of(env))
+    settings = options.spec(env, options.feet).model_settings
+    found = fit_template(replace(settings, legs=False), stem_of(env))
     numbers, check = _numbers(found), _check(found)
     shown = numbers.assign(template=numbers.template.map(_said), robot=numbers.robot.map(_said))
     checked = check.assign(

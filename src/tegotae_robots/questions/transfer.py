@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
+from tegotae.parts.units import Units
 from tegotae.questions.question import Names, question
 from tegotae.questions.wiring import OnEnvironment, stem_of
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.resolve import resolve
+from tegotae.systems.robot_file import law_on_robot
 from tegotae_robots.questions.model_file import ModelFile
-
-if TYPE_CHECKING:  # which needs Gymnasium
-    from tegotae.envs.wiring import Wiring
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +25,7 @@ class Transferable(Names):
     NAMED = (
         "A name is one of a controller with weights: a file, a trained controller such as "
         "zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml."
+        " NAME@FILE.toml puts it on the robot of a file."
     )
 
 
@@ -37,7 +34,7 @@ class TransferOptions(OnEnvironment):
     """Where the controller goes, and its file there."""
 
     env: str
-    """The environment: a MuJoCo model, FILE.xml or PACKAGE:FILE.xml, or a Gymnasium id."""
+    """The environment, unless the name says the robot: a Gymnasium id, with a --wiring."""
     duration_s: float = 8.0
     """Duration of an episode [s]."""
     out: Path
@@ -60,15 +57,13 @@ class TransferredController(ModelFile):
         save(self.raw, file)
 
 
-def _conversions(saved: SavedController, wiring: Wiring) -> pd.DataFrame:
-    """A row a number that changes its units."""
-    assert wiring.units is not None
-    units = wiring.units
+def _conversions(saved: SavedController, omega: float | None, units: Units) -> pd.DataFrame:
+    """Return a row for each number that changes its units."""
     rows = [
         ("length", 1.0, units.length_m, "m"),
         ("time", 1.0, units.time_s, "s"),
         ("force", 1.0, units.force_n, "N"),
-        ("omega", saved.omega, round(wiring.omega or 0.0, 3), "rad/s"),
+        ("omega", saved.omega, round(omega or 0.0, 3), "rad/s"),
     ]
     return pd.DataFrame(rows, columns=["number", "its own", "there", "unit"])
 
@@ -85,47 +80,29 @@ def wiring_transfer(law: str, options: TransferOptions) -> TransferredController
     is then a name for every command, such as simulate, evaluate or train --start.
 
     Example:
-        >>> wiring_transfer(
-        ...     "quadruped-c", env="robot.xml", wiring="robot.toml"
-        ... ).save("walks.json")  # doctest: +SKIP
+        >>> wiring_transfer("quadruped-c@robot.toml").save("walks.json")  # doctest: +SKIP
     """
-    from tegotae.training.environments.experiment import EnvExperiment
-    from tegotae.training.environments.objectives import Return
+    from tegotae.training.environments.transfer import transferred
 
-    if not options.env:
-        raise TegotaeError("no environment is given; name one, --env MODEL.xml")
+    env = options.env
+    if (on_robot := law_on_robot(law)) is not None:
+        law, env = on_robot
+    if not env:
+        raise TegotaeError("no robot is given; name its file, LAW@FILE.toml, or an --env")
     TransferredController.check_name(options.out)
-    require_all(extras_of(options.env))
+    require_all(extras_of(env))
     saved = resolve(law).controller()
-    spec, wiring = options.wired(options.env)
-    wiring = wiring.holding(saved)
-    if len(options.omega) == 1:
-        wiring = dataclasses.replace(wiring, omega=options.omega[0])
-    name = f"{saved.name or Path(law).stem}-on-{stem_of(options.env)}"
-    experiment = EnvExperiment(
-        name=name,
-        spec=spec,
-        wiring=dataclasses.replace(wiring, weights=None),
-        objective=Return(),
-        duration_s=options.duration_s,
-        omegas=options.omega if len(options.omega) > 1 else (),
-        episodes=max(1, len(options.omega)),
+    spec, wiring = options.wired(env)
+    name = f"{saved.name or Path(law).stem}-on-{stem_of(env)}"
+    put = transferred(
+        saved, spec, wiring, name=name, omega=options.omega, duration_s=options.duration_s
     )
-    experiment.check()
-    put = SavedController(
-        experiment.system,
-        np.ravel(np.asarray(wiring.weights, float)),
-        name=name,
-        task=experiment.task,
-        training={"transferred_from": saved.name or law},
-        software=saved.software,
-    )
-    table = pd.DataFrame() if wiring.units is None else _conversions(saved, wiring)
+    table = pd.DataFrame() if wiring.units is None else _conversions(saved, put.omega, wiring.units)
     return TransferredController(
         raw=put,
         outcome=f"{saved.name or law}, {put.controller.n_weights} weights, on {spec.env}",
         table=table,
         shown=[] if table.empty else [table.set_index("number")],
         remarks=["Next:", f"tegotae simulate {options.out}", f"tegotae evaluate {options.out}"],
-        data={"name": name, "omega_rad_per_s": wiring.omega},
+        data={"name": name, "omega_rad_per_s": put.omega},
     )

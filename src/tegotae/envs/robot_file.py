@@ -1,0 +1,79 @@
+"""A robot's file: written from a model and a first wiring of it, read as environment and wiring."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from tegotae._support.documents import Json
+from tegotae._support.errors import TegotaeError
+from tegotae._support.files import write_atomically
+from tegotae._support.part_code import code_of_file
+from tegotae.envs.env_spec import EnvSpec
+from tegotae.envs.wiring import Wiring, toml_of, wiring_document, wiring_of
+from tegotae.systems.robot_file import ROBOT_FORMAT, robot_document
+
+
+def load_robot(
+    path: Path | str, settings: Mapping[str, Json] | None = None
+) -> tuple[EnvSpec, Wiring]:
+    """Read a robot's file.
+
+    Args:
+        path: what `tegotae wiring suggest` wrote, FILE.toml.
+        settings: settings of the environment in place of the file's.
+
+    Returns:
+        the environment, and the wiring of its limbs.
+
+    Raises:
+        TegotaeError: for a file that is no robot's, a model that is not there or has changed since,
+            a setting that it does not have, or code that the user did not name (`require_named`).
+
+    Example:
+        >>> spec, wiring = load_robot("my_leg.toml")  # doctest: +SKIP
+    """
+    path = Path(path)
+    document = robot_document(path)
+    model, beside = document.model, path.parent / document.model.env
+    env = os.path.normpath(beside) if beside.is_file() else model.env
+    spec = EnvSpec.of_document(env, {**model.settings, **(settings or {})}, str(path))
+    try:
+        if spec.is_model:
+            _ = spec.model_settings
+        if model.sha256 and spec.file is not None:
+            digest = code_of_file(spec.file)
+            if digest != model.sha256:
+                raise TegotaeError(
+                    f"{model.env} has changed since this file was written; see whether the "
+                    f'wiring fits, and accept the model by sha256 = "{digest}"'
+                )
+        wiring = wiring_of(document, path.parent)
+        return spec.for_wiring(wiring), wiring
+    except TegotaeError as error:
+        raise TegotaeError(f"{path}: {error}") from None
+
+
+def save_robot(
+    spec: EnvSpec, wiring: Wiring, path: Path | str, *, reasons: Mapping[str, str] | None = None
+) -> None:
+    """Write a robot's file, TOML.
+
+    Args:
+        spec: the environment, mostly a MuJoCo model.
+        wiring: the wiring of its limbs, without controller and weights.
+        path: its file.
+        reasons: comments behind entries, as of `tegotae.envs.save_wiring`.
+
+    Raises:
+        TegotaeError: if it cannot be written.
+    """
+    path, file, env = Path(path), spec.file, spec.env
+    if Path(env).is_file() and not os.path.isabs(env):
+        env = Path(os.path.relpath(env, path.parent)).as_posix()
+    model = {"env": env} if file is None else {"env": env, "sha256": code_of_file(file)}
+    settings = {name: x for name, x in spec.settings if name != "feet"}  # contact_bodies are they
+    document = {"model": model, "model.settings": settings, **wiring_document(wiring)}
+    comments = {"model.sha256": "of the model's file", **(reasons or {})}
+    write_atomically(path, toml_of({**document, "format": ROBOT_FORMAT}, comments))
