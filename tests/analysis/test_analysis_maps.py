@@ -1,4 +1,4 @@
-"""What becomes of many rollouts: sweeps over gain and frequency, ridges, lockings and basins."""
+"""Summaries of many rollouts: sweeps over gain and frequency, ridges, lockings and basins."""
 
 from __future__ import annotations
 
@@ -65,35 +65,35 @@ def _summarise(frames):
 @pytest.mark.parametrize("turns", [1.0, 2.0, 3.0])
 def test_rates_of_a_recorded_gait_whose_oscillator_turns_so_often_per_hop(turns):
     hopping = Hopping(np.full(40, 1.2))
-    found = outcome_of(hopping, turns)
+    outcome = outcome_of(hopping, turns)
     hop_s = np.diff(hopping.apex_s)[0]
-    assert found.regime == LIMIT_CYCLE
-    assert found.hop_rate == pytest.approx(2.0 * np.pi / hop_s, rel=1e-3)
-    assert found.phase_rate == pytest.approx(turns * 2.0 * np.pi / hop_s, rel=1e-3)
-    assert found.winding_ratio == pytest.approx(turns, rel=1e-4)
-    assert found.apex_height_m == pytest.approx(1.2, abs=1e-3)
+    assert outcome.regime == LIMIT_CYCLE
+    assert outcome.hop_rate == pytest.approx(2.0 * np.pi / hop_s, rel=1e-3)
+    assert outcome.phase_rate == pytest.approx(turns * 2.0 * np.pi / hop_s, rel=1e-3)
+    assert outcome.winding_ratio == pytest.approx(turns, rel=1e-4)
+    assert outcome.apex_height_m == pytest.approx(1.2, abs=1e-3)
 
 
 def test_an_oscillator_that_slips_past_the_hops_is_on_no_limit_cycle_but_has_its_rates():
-    found = outcome_of(Hopping(np.full(40, 1.2)), 1.0 + 0.5 * (5.0**0.5 - 2.0))
-    assert found.regime == UNSETTLED
-    assert found.winding_ratio == pytest.approx(1.0 + 0.5 * (5.0**0.5 - 2.0), rel=1e-3)
+    outcome = outcome_of(Hopping(np.full(40, 1.2)), 1.0 + 0.5 * (5.0**0.5 - 2.0))
+    assert outcome.regime == UNSETTLED
+    assert outcome.winding_ratio == pytest.approx(1.0 + 0.5 * (5.0**0.5 - 2.0), rel=1e-3)
 
 
 def test_the_mean_apex_of_a_cycle_of_two_hops_is_taken_over_both():
-    found = outcome_of(Hopping(np.tile([1.1, 1.3], 20)), 1.5)
-    assert found.limit_cycle_period == 2
-    assert found.apex_height_m == pytest.approx(1.2, abs=1e-3)
-    assert found.winding_ratio == pytest.approx(1.5, rel=1e-3)
+    outcome = outcome_of(Hopping(np.tile([1.1, 1.3], 20)), 1.5)
+    assert outcome.limit_cycle_period == 2
+    assert outcome.apex_height_m == pytest.approx(1.2, abs=1e-3)
+    assert outcome.winding_ratio == pytest.approx(1.5, rel=1e-3)
 
 
 def test_a_body_at_rest_has_a_phase_rate_but_no_hopping_frequency():
-    found = outcome_of(Hopping(np.array([1.2])), 1.0)
-    assert found.regime == AT_REST
-    assert np.isnan(found.hop_rate)
-    assert np.isnan(found.apex_height_m)
-    assert np.isnan(found.winding_ratio)
-    assert found.phase_rate == 0.0  # the recorded phase stands still
+    outcome = outcome_of(Hopping(np.array([1.2])), 1.0)
+    assert outcome.regime == AT_REST
+    assert np.isnan(outcome.hop_rate)
+    assert np.isnan(outcome.apex_height_m)
+    assert np.isnan(outcome.winding_ratio)
+    assert outcome.phase_rate == 0.0  # the recorded phase stands still
 
 
 # Sweeps.
@@ -124,11 +124,13 @@ def test_on_a_limit_cycle_the_oscillator_makes_a_whole_number_of_turns(model):
 
 
 def test_the_batch_equals_its_rollouts_one_by_one():
-    whole = sweep("V-sector-w4")
+    batch = sweep("V-sector-w4")
     for row, column in ((1, 1), (2, 0)):
-        one = sweep_gain(build("V-sector-w4"), SIGMA[[row]], OMEGA[[column]], timing=TIMING).outcome
-        for name, value in one._asdict().items():
-            expected = getattr(whole.outcome, name)[row, column]
+        single = sweep_gain(
+            build("V-sector-w4"), SIGMA[[row]], OMEGA[[column]], timing=TIMING
+        ).outcome
+        for name, value in single._asdict().items():
+            expected = getattr(batch.outcome, name)[row, column]
             np.testing.assert_allclose(value[0, 0], expected, rtol=1e-4, atol=1e-4, err_msg=name)
 
 
@@ -162,62 +164,62 @@ def test_an_axis_that_is_none_is_refused_in_one_line(low, high, points, message)
 def test_a_straight_ridge_is_found_to_half_a_cell(slope, intercept):
     omega, sigma = np.linspace(0.0, 4.0, 21), np.linspace(0.0, 10.0, 401)
     hill = np.exp(-((sigma[:, None] - intercept - slope * omega) ** 2))
-    found = find_ridge(sigma, omega, hill)
-    np.testing.assert_allclose(found.sigma, intercept + slope * omega, atol=0.0126)
-    assert found.slope == pytest.approx(slope, abs=0.01)
-    assert found.intercept == pytest.approx(intercept, abs=0.02)
-    np.testing.assert_allclose(found.line(omega), intercept + slope * omega, atol=0.03)
+    ridge = find_ridge(sigma, omega, hill)
+    np.testing.assert_allclose(ridge.sigma, intercept + slope * omega, atol=0.0126)
+    assert ridge.slope == pytest.approx(slope, abs=0.01)
+    assert ridge.intercept == pytest.approx(intercept, abs=0.02)
+    np.testing.assert_allclose(ridge.line(omega), intercept + slope * omega, atol=0.03)
 
 
 def test_r_squared_and_slope_error_of_known_numbers():
     """The textbook line through (1, 2), (2, 1), (3, 4), (4, 3): slope 0.6, intercept 1, R² 0.36."""
     sigma, omega = np.arange(6.0), np.array([1.0, 2.0, 3.0, 4.0])
     hill = (sigma[:, None] == np.array([2.0, 1.0, 4.0, 3.0])) * 1.0
-    found = find_ridge(sigma, omega, hill)
-    assert found.slope == pytest.approx(0.6)
-    assert found.intercept == pytest.approx(1.0)
-    assert found.r_squared == pytest.approx(0.36)
-    assert found.slope_error == pytest.approx((3.2 / 2 / 5) ** 0.5)
-    low, high = found.r_squared_interval
+    ridge = find_ridge(sigma, omega, hill)
+    assert ridge.slope == pytest.approx(0.6)
+    assert ridge.intercept == pytest.approx(1.0)
+    assert ridge.r_squared == pytest.approx(0.36)
+    assert ridge.slope_error == pytest.approx((3.2 / 2 / 5) ** 0.5)
+    low, high = ridge.r_squared_interval
     assert 0.0 <= low < 0.36 < high <= 1.0
 
 
 def test_frequencies_without_a_gait_have_no_best_gain():
     hill = np.array([[0.0, np.nan, 1.0], [0.0, 2.0, 0.5]])
-    found = find_ridge(np.array([1.0, 2.0]), np.array([4.0, 5.0, 6.0]), hill)
-    assert found.omega.tolist() == [5.0, 6.0]
-    assert found.sigma.tolist() == [2.0, 1.0]
-    assert np.isnan(found.slope)
-    assert np.isnan(found.r_squared)
+    ridge = find_ridge(np.array([1.0, 2.0]), np.array([4.0, 5.0, 6.0]), hill)
+    assert ridge.omega.tolist() == [5.0, 6.0]
+    assert ridge.sigma.tolist() == [2.0, 1.0]
+    assert np.isnan(ridge.slope)
+    assert np.isnan(ridge.r_squared)
 
 
 def test_a_level_ridge_has_no_variance_to_explain():
     hill = np.array([[1.0] * 4, [2.0] * 4, [1.0] * 4])
-    found = find_ridge(np.array([1.0, 2.0, 3.0]), np.arange(4.0), hill)
-    assert found.slope == 0.0
-    assert np.isnan(found.r_squared)
+    ridge = find_ridge(np.array([1.0, 2.0, 3.0]), np.arange(4.0), hill)
+    assert ridge.slope == 0.0
+    assert np.isnan(ridge.r_squared)
 
 
 def test_a_best_gain_at_the_edge_of_the_map_is_marked_and_not_fitted():
     """A straight ridge that leaves the map at both ends, where it would be bent."""
     sigma, omega = np.linspace(0.0, 4.0, 41), np.linspace(-2.0, 8.0, 21)
     hill = np.exp(-((sigma[:, None] - 0.5 * omega - 0.2) ** 2))
-    found = find_ridge(sigma, omega, hill)
+    ridge = find_ridge(sigma, omega, hill)
     beyond = (0.5 * omega + 0.2 <= 0.0) | (0.5 * omega + 0.2 >= 4.0)
-    assert found.censored.tolist() == beyond.tolist()
-    assert len(found.sigma) == len(omega)
-    assert found.slope == pytest.approx(0.5, abs=0.01)
-    assert found.r_squared == pytest.approx(1.0, abs=1e-3)
-    assert np.polyfit(found.omega, found.sigma, 1)[0] < 0.46
+    assert ridge.censored.tolist() == beyond.tolist()
+    assert len(ridge.sigma) == len(omega)
+    assert ridge.slope == pytest.approx(0.5, abs=0.01)
+    assert ridge.r_squared == pytest.approx(1.0, abs=1e-3)
+    assert np.polyfit(ridge.omega, ridge.sigma, 1)[0] < 0.46
 
 
 def test_a_ridge_along_the_edge_has_no_line():
     hill = np.array([[1.0] * 4, [1.5] * 4, [2.0] * 4])
-    found = find_ridge(np.array([1.0, 2.0, 3.0]), np.arange(4.0), hill)
-    assert found.censored.all()
-    assert found.sigma.tolist() == [3.0] * 4
-    assert np.isnan(found.slope)
-    assert np.isnan(found.r_squared_interval).all()
+    ridge = find_ridge(np.array([1.0, 2.0, 3.0]), np.arange(4.0), hill)
+    assert ridge.censored.all()
+    assert ridge.sigma.tolist() == [3.0] * 4
+    assert np.isnan(ridge.slope)
+    assert np.isnan(ridge.r_squared_interval).all()
 
 
 def test_a_frequency_is_best_for_a_gain_and_what_lies_beside_it_is_lost():
@@ -227,10 +229,10 @@ def test_a_frequency_is_best_for_a_gain_and_what_lies_beside_it_is_lost():
     best = find_resonance(sigma, omega, value)
     assert best.sigma.tolist() == [1.0, 2.0], "the third gain never hops"
     assert best.omega.tolist() == [5.0, 5.0]
-    lost = find_losses(sigma, omega, value)
-    assert lost.omega.tolist() == [3.0, 4.0, 5.0, 6.0, 7.0]
-    assert lost.sigma.tolist() == [2.0] * 5
-    assert lost.loss == pytest.approx([0.0, 0.0, 1 / 3, 0.0, 0.0])
+    losses = find_losses(sigma, omega, value)
+    assert losses.omega.tolist() == [3.0, 4.0, 5.0, 6.0, 7.0]
+    assert losses.sigma.tolist() == [2.0] * 5
+    assert losses.loss == pytest.approx([0.0, 0.0, 1 / 3, 0.0, 0.0])
 
 
 def test_the_one_to_one_ridge_leaves_other_lockings_out():
@@ -244,8 +246,8 @@ def test_the_one_to_one_ridge_leaves_other_lockings_out():
         hop_rate=np.ones(shape),
         phase_rate=np.array([[1.0] * 4, [2.0] * 4]),
     )
-    found = one_to_one_ridge(GainSweep(np.array([3.0, 6.0]), np.arange(4.0), outcome))
-    assert found.sigma.tolist() == [3.0] * 4
+    ridge = one_to_one_ridge(GainSweep(np.array([3.0, 6.0]), np.arange(4.0), outcome))
+    assert ridge.sigma.tolist() == [3.0] * 4
 
 
 # Lockings.
@@ -290,11 +292,11 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
     """Reflex, σ 3, ω 5: high releases end in one turn per high hop, others in two per low hop."""
     saved = SavedController.of(build("V-reflex-w4"), np.array([3.0]), 5.0)
     timing = Timing(duration_s=30.0, tick_s=0.002)
-    found = map_basin(saved, np.array([1.05, 2.2]), np.array([0.0, 0.5]), timing=timing)
-    number = found.grid("limit_cycle")
+    basin = map_basin(saved, np.array([1.05, 2.2]), np.array([0.0, 0.5]), timing=timing)
+    number = basin.grid("limit_cycle")
     assert number.shape == (2, 2)
-    assert found.cycles["hops"].tolist() == [1, 1]
-    low, high = (found.cycles.loc[number[row, 0]] for row in range(2))
+    assert basin.cycles["hops"].tolist() == [1, 1]
+    low, high = (basin.cycles.loc[number[row, 0]] for row in range(2))
     assert (high["turns"], low["turns"]) == (1, 2)
     assert high["apex_height_m"] > 2.0 > 1.2 > low["apex_height_m"]
 
@@ -303,10 +305,10 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
 def test_without_an_oscillator_velocities_take_the_place_of_phases():
     controller = build("T")
     saved = SavedController.of(controller, np.zeros(controller.n_weights), None)
-    found = map_basin(saved, np.array([1.1, 1.2]), np.array([-1.0, 0.0, 1.0]), timing=TIMING)
-    assert found.frame["velocity_m_per_s"].tolist() == [-1.0, 0.0, 1.0] * 2
-    assert set(found.frame["regime"]) == {"at rest"}
-    assert found.cycles.empty
+    basin = map_basin(saved, np.array([1.1, 1.2]), np.array([-1.0, 0.0, 1.0]), timing=TIMING)
+    assert basin.frame["velocity_m_per_s"].tolist() == [-1.0, 0.0, 1.0] * 2
+    assert set(basin.frame["regime"]) == {"at rest"}
+    assert basin.cycles.empty
 
 
 def _outcomes(regime, period, winding, apex=None) -> Outcome:

@@ -20,20 +20,22 @@ SHORT = WALKER.replaced(timing=dataclasses.replace(WALKER.timing, duration_s=100
 
 
 def test_points_of_the_front_do_again_from_new_releases_what_the_table_says():
-    own = front("quadruped-c")
-    some = [int(np.abs(own["speed"] - v).argmin()) for v in (0.2, 0.4)]
-    numbers = {name: own[name][some] for name in NUMBERS}
-    found = evaluated(SHORT, family(WALKER, "vanilla"), numbers, starts=4, seed=7)
-    np.testing.assert_array_equal(found["upright"], 1.0)
-    np.testing.assert_allclose(found["speed"], own["speed"][some], rtol=0.05)
-    np.testing.assert_allclose(found["cost_of_transport"], own["cost_of_transport"][some], rtol=0.1)
+    curve = front("quadruped-c")
+    some = [int(np.abs(curve["speed"] - v).argmin()) for v in (0.2, 0.4)]
+    numbers = {name: curve[name][some] for name in NUMBERS}
+    results = evaluated(SHORT, family(WALKER, "vanilla"), numbers, starts=4, seed=7)
+    np.testing.assert_array_equal(results["upright"], 1.0)
+    np.testing.assert_allclose(results["speed"], curve["speed"][some], rtol=0.05)
+    np.testing.assert_allclose(
+        results["cost_of_transport"], curve["cost_of_transport"][some], rtol=0.1
+    )
 
 
 def test_a_walker_of_the_front_has_a_name():
-    own = front("quadruped-c").nearest(0.4)
-    found = resolve("front:quadruped-c/0.4").legs()
-    assert found.omega == pytest.approx(own["omega"])
-    assert found.weights[0] == pytest.approx(own["sigma"])
+    point = front("quadruped-c").nearest(0.4)
+    walker = resolve("front:quadruped-c/0.4").legs()
+    assert walker.omega == pytest.approx(point["omega"])
+    assert walker.weights[0] == pytest.approx(point["sigma"])
 
 
 @pytest.mark.parametrize(
@@ -52,10 +54,10 @@ def test_a_walker_that_no_front_has_is_refused_in_a_line(name, says):
 
 
 def test_between_points_the_cost_is_linear_and_beyond_them_unknown():
-    own = front("quadruped-c")
-    speed, cost = own["speed"][:2], own["cost_of_transport"][:2]
-    assert own.cost_at(speed.mean()) == pytest.approx(cost.mean())
-    assert np.isnan(own.cost_at([0.0, 9.0])).all()
+    curve = front("quadruped-c")
+    speed, cost = curve["speed"][:2], curve["cost_of_transport"][:2]
+    assert curve.cost_at(speed.mean()) == pytest.approx(cost.mean())
+    assert np.isnan(curve.cost_at([0.0, 9.0])).all()
 
 
 def test_a_body_without_units_of_its_own_has_no_front():
@@ -70,10 +72,10 @@ def test_every_bin_of_speed_keeps_its_cheapest():
 
 def test_a_search_finds_a_forced_trot_and_only_what_holds():
     search = Search(coarse=24, rounds=1, varied=8, starts=1, unseen=1, duration_s=40.0)
-    found = search_front(SHORT, family(SHORT, "forced trot"), search)
-    assert len(found["speed"]) > 3
-    assert (found["upright"] == 1.0).all()
-    assert (found["sigma"] == 0.0).all()
+    results = search_front(SHORT, family(SHORT, "forced trot"), search)
+    assert len(results["speed"]) > 3
+    assert (results["upright"] == 1.0).all()
+    assert (results["sigma"] == 0.0).all()
 
 
 def test_a_body_of_which_no_walker_stays_up_has_no_front(tmp_path, capsys):
@@ -83,20 +85,20 @@ def test_a_body_of_which_no_walker_stays_up_has_no_front(tmp_path, capsys):
 
 
 def test_an_interrupted_search_continues_from_what_its_parts_gave(tmp_path, monkeypatch):
-    own = family(SHORT, "forced trot")
+    vanilla = family(SHORT, "forced trot")
     search = Search(coarse=6, rounds=2, varied=4, starts=1, unseen=1, duration_s=20.0)
-    whole = search_front(SHORT, own, search)
-    measure, done = FrontPart.measure, []
+    complete = search_front(SHORT, vanilla, search)
+    measure, measured = FrontPart.measure, []
 
     def interrupted(part):
-        if len(done) == 2:
-            done.append("stop")
+        if len(measured) == 2:
+            measured.append("stop")
             raise KeyboardInterrupt
-        done.append(part.number)
+        measured.append(part.number)
         return measure(part)
 
     monkeypatch.setattr(FrontPart, "measure", interrupted)
     with pytest.raises(KeyboardInterrupt, match="keeps 2 of 3 parts"):
-        search_front(SHORT, own, search, tmp_path)
-    pd.testing.assert_frame_equal(search_front(SHORT, own, search, tmp_path), whole)
-    assert done == [0, 1, "stop", 2]
+        search_front(SHORT, vanilla, search, tmp_path)
+    pd.testing.assert_frame_equal(search_front(SHORT, vanilla, search, tmp_path), complete)
+    assert measured == [0, 1, "stop", 2]

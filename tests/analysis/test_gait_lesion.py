@@ -21,7 +21,7 @@ FOUR = (
 
 
 @pytest.fixture(scope="module")
-def lost():
+def lesion():
     return aftermath(FOUR, GaitLesion(at_s=40.0, lost=("LH",)), 6)
 
 
@@ -44,33 +44,33 @@ def test_nothing_before_the_lesion_knows_of_it_to_the_bit():
 
 @pytest.mark.thorough
 def test_a_bar_that_grows_heavy_goes_from_antiphase_to_in_phase():
-    found = aftermath(BAR, GaitLesion(at_s=30.0, fields=(("inertia_ratio", 1.6),)), 4)
-    assert set(found.frame.gait_before) == {"antiphase"}
-    assert set(found.frame.gait_after) == {"in phase"}
-    assert found.share == (1.0, pytest.approx(0.51, abs=0.01), 1.0)
-    np.testing.assert_allclose(np.abs(found.frame.lag_change_cycles_F), 0.49, atol=0.03)
-    assert (found.frame.after_lock_time_s > 1.0).all()  # counted from the lesion on
-    assert (found.frame.after_lock_time_s < 30.0).all()
+    result = aftermath(BAR, GaitLesion(at_s=30.0, fields=(("inertia_ratio", 1.6),)), 4)
+    assert set(result.frame.gait_before) == {"antiphase"}
+    assert set(result.frame.gait_after) == {"in phase"}
+    assert result.share == (1.0, pytest.approx(0.51, abs=0.01), 1.0)
+    np.testing.assert_allclose(np.abs(result.frame.lag_change_cycles_F), 0.49, atol=0.03)
+    assert (result.frame.after_lock_time_s > 1.0).all()  # counted from the lesion on
+    assert (result.frame.after_lock_time_s < 30.0).all()
 
 
-def test_a_quadruped_that_loses_a_leg_falls(lost):
-    assert lost.frame.stood_before.all()
-    assert not lost.frame.stays_up.any()
-    share, low, high = lost.share
+def test_a_quadruped_that_loses_a_leg_falls(lesion):
+    assert lesion.frame.stood_before.all()
+    assert not lesion.frame.stays_up.any()
+    share, low, high = lesion.share
     assert share == low == 0.0
     assert 0.3 < high < 0.5
-    assert set(lost.frame.gait_before) == {"diagonal-sequence walk"}
-    assert set(lost.frame.gait_after) == {"fallen"}
-    assert lost.margin_m == pytest.approx(0.0)  # its mass is on the edge of any three feet
-    assert (lost.frame.after_fall_time_s > 0.0).all()
-    assert (lost.frame.after_fall_time_s < 20.0).all()
+    assert set(lesion.frame.gait_before) == {"diagonal-sequence walk"}
+    assert set(lesion.frame.gait_after) == {"fallen"}
+    assert lesion.margin_m == pytest.approx(0.0)  # its mass is on the edge of any three feet
+    assert (lesion.frame.after_fall_time_s > 0.0).all()
+    assert (lesion.frame.after_fall_time_s < 20.0).all()
 
 
 @pytest.mark.thorough
 def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
     deaf = BAR.with_numbers(sigma=0.0).replaced(timing=Timing(duration_s=20.0))
-    found = aftermath(deaf, GaitLesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
-    assert set(found.frame.gait_before) == set(found.frame.gait_after) == {"as released"}
+    result = aftermath(deaf, GaitLesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
+    assert set(result.frame.gait_before) == set(result.frame.gait_after) == {"as released"}
 
 
 @pytest.mark.thorough
@@ -84,12 +84,14 @@ def test_the_cost_of_transport_after_a_load_is_that_of_the_loaded_body():
         np.testing.assert_allclose(weight, mass_kg, rtol=1e-5)
 
 
-def test_lags_are_then_measured_from_a_leg_that_is_left(lost):
-    assert lost.left == (0, 1, 3)
-    assert lost.reference == 0
-    assert len(lost.frame) == 6
-    assert [x for x in lost.frame if x.startswith("after_lag_cycles")][-1] == "after_lag_cycles_RH"
-    np.testing.assert_array_equal(lost.frame.before_lag_cycles_LF % 1.0, 0.0)
+def test_lags_are_then_measured_from_a_leg_that_is_left(lesion):
+    assert lesion.left == (0, 1, 3)
+    assert lesion.reference == 0
+    assert len(lesion.frame) == 6
+    assert [x for x in lesion.frame if x.startswith("after_lag_cycles")][
+        -1
+    ] == "after_lag_cycles_RH"
+    np.testing.assert_array_equal(lesion.frame.before_lag_cycles_LF % 1.0, 0.0)
 
 
 # Misuse
@@ -119,11 +121,11 @@ def test_a_lesion_that_cannot_be_is_told_before_anything_moves(lesion, line, bod
 # The question
 
 
-def test_the_answer_tells_who_stays_up_and_has_a_picture(lost):
+def test_the_answer_tells_who_stays_up_and_has_a_picture(lesion):
     answer = gait_lesion("quadruped-c", lose=("LH",), omega=2.2, at=40.0, duration=60.0, starts=6)
     assert "LH lost at 40 √(l0/g): 0 of 6 that stood stay up" in answer.title
     assert answer.document()["stays_up"]["of"] == 6
-    assert set(answer.frame().gait_after) == set(lost.frame.gait_after)
+    assert set(answer.frame().gait_after) == set(lesion.frame.gait_after)
     answer.plot().draw_without_rendering()
 
 

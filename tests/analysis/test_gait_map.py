@@ -98,8 +98,8 @@ def test_a_field_with_a_number_a_leg_is_multiplied():
 
 
 def test_a_body_is_released_as_high_over_its_touchdown_as_the_systems_own():
-    low, usual = settings(WALKER, [{"com_z_m": -0.5}, {"com_z_m": -0.39}])
-    _, scenario = lanes_at(WALKER, [low, usual], np.zeros((4, 2)))
+    low, standard = settings(WALKER, [{"com_z_m": -0.5}, {"com_z_m": -0.39}])
+    _, scenario = lanes_at(WALKER, [low, standard], np.zeros((4, 2)))
     own_m = WALKER.system.release.height_m
     np.testing.assert_allclose(scenario.height_m, [own_m - 0.11, own_m])
 
@@ -119,23 +119,23 @@ def test_an_interrupted_map_goes_on_where_it_was_and_another_begins_anew(tmp_pat
     monkeypatch.setattr("tegotae.analysis.gaits.map.LANES", 4)
     short = BAR.replaced(timing=Timing(duration_s=2.0))
     axes = Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 0.5, 1.0))
-    measure, done = MapPart.measure, []
+    measure, measured = MapPart.measure, []
 
     def interrupted(part):
-        done.append(len(part.where))
-        if len(done) == 3:
+        measured.append(len(part.where))
+        if len(measured) == 3:
             raise KeyboardInterrupt
         return measure(part)
 
     monkeypatch.setattr(MapPart, "measure", interrupted)
     with pytest.raises(KeyboardInterrupt, match="keeps 2 of 3 parts"):
         map_gaits(short, *axes, starts=2, folder=tmp_path)
-    found = map_gaits(short, *axes, starts=2, folder=tmp_path)
-    assert done == [2, 2, 2, 2]
-    whole = map_gaits(short, *axes, starts=2)
-    pd.testing.assert_frame_equal(found.frame, whole.frame)
+    result = map_gaits(short, *axes, starts=2, folder=tmp_path)
+    assert measured == [2, 2, 2, 2]
+    complete = map_gaits(short, *axes, starts=2)
+    pd.testing.assert_frame_equal(result.frame, complete.frame)
     map_gaits(short, *axes, starts=2, seed=1, folder=tmp_path)
-    assert len(done) == 10
+    assert len(measured) == 10
 
 
 def test_values_of_an_axis_rise():
@@ -155,8 +155,8 @@ def test_the_command_writes_a_picture_and_the_same_rows_twice_and_keeps_its_part
     document = json.loads((tmp_path / "numbers.json").read_text())
     assert [row["gait"] for row in document["rows"]] == table["gait"].tolist()
     lags = [row["lag_cycles_F"] for row in document["rows"]]
-    known = numbers(table["lag_cycles_F"])
-    np.testing.assert_allclose([np.nan if x is None else x for x in lags], known, rtol=1e-8)
+    expected = numbers(table["lag_cycles_F"])
+    np.testing.assert_allclose([np.nan if x is None else x for x in lags], expected, rtol=1e-8)
     assert table["gait"].tolist().count(NO_BODY) == 2
     assert imread(tmp_path / "figure.png").std() > 0.01
     assert len(list((tmp_path / "records").glob("*.map.npz"))) == 1

@@ -24,10 +24,10 @@ def bars():
 
 def path(jacobian, kicks, cycles=6, shift=0.0):
     """Deviations that a linear map makes of kicks, [cycles, legs, kicks]."""
-    found = [np.asarray(kicks, float)]
+    deviations = [np.asarray(kicks, float)]
     for _ in range(cycles):
-        found.append(np.asarray(jacobian) @ found[-1])
-    return np.array(found) + shift
+        deviations.append(np.asarray(jacobian) @ deviations[-1])
+    return np.array(deviations) + shift
 
 
 # Made-up maps
@@ -43,12 +43,12 @@ def path(jacobian, kicks, cycles=6, shift=0.0):
     ],
 )
 def test_the_multipliers_of_a_known_map_are_found(jacobian, multipliers):
-    found = fit_return_map(path(jacobian, 0.01 * np.eye(2)))
-    np.testing.assert_allclose(found.jacobian, jacobian, atol=1e-10)
-    assert found.largest == pytest.approx(abs(multipliers[0]))
-    for each in multipliers:
-        assert np.abs(found.multipliers - each).min() < 1e-9
-    assert found.residual < 1e-9
+    fit = fit_return_map(path(jacobian, 0.01 * np.eye(2)))
+    np.testing.assert_allclose(fit.jacobian, jacobian, atol=1e-10)
+    assert fit.largest == pytest.approx(abs(multipliers[0]))
+    for value in multipliers:
+        assert np.abs(fit.multipliers - value).min() < 1e-9
+    assert fit.residual < 1e-9
 
 
 def test_what_a_linear_map_does_not_explain_is_told():
@@ -61,15 +61,15 @@ def test_what_a_linear_map_does_not_explain_is_told():
 
 
 def test_deviations_that_have_left_the_neighbourhood_do_not_count_even_if_they_return():
-    known = path(1.5 * np.eye(1), [[0.01]], cycles=12)
-    known[8:] = 0.001
-    assert fit_return_map(known).largest == pytest.approx(1.5)
+    deviations = path(1.5 * np.eye(1), [[0.01]], cycles=12)
+    deviations[8:] = 0.001
+    assert fit_return_map(deviations).largest == pytest.approx(1.5)
 
 
 def test_a_multiplier_crosses_one_between_its_neighbours_and_not_over_a_gap():
-    ((at, loses), (then, gains)) = crossings([1, 2, 3, 4, 5], [1.2, 0.8, 0.9, 1.3, np.nan])
-    assert (at, loses) == (pytest.approx(1.5), False)
-    assert (then, gains) == (pytest.approx(3.25), True)
+    ((loss_at, loses), (gain_at, gains)) = crossings([1, 2, 3, 4, 5], [1.2, 0.8, 0.9, 1.3, np.nan])
+    assert (loss_at, loses) == (pytest.approx(1.5), False)
+    assert (gain_at, gains) == (pytest.approx(3.25), True)
     assert crossings([1, 2, 3], [0.9, np.nan, 1.1]) == []
 
 
@@ -86,9 +86,9 @@ def test_lags_at_sections_are_exact_for_even_paces_and_undefined_beyond_the_end(
 
 def test_between_frames_a_sway_is_followed():
     frame = np.arange(400) * 0.01
-    own = frame + 0.05 * np.sin(2 * np.pi * frame)
-    other = frame - 0.3 + 0.05 * np.cos(2 * np.pi * frame)
-    phase = 2 * np.pi * np.stack([own, other], axis=1)[..., None] % (2 * np.pi)
+    first = frame + 0.05 * np.sin(2 * np.pi * frame)
+    second = frame - 0.3 + 0.05 * np.cos(2 * np.pi * frame)
+    phase = 2 * np.pi * np.stack([first, second], axis=1)[..., None] % (2 * np.pi)
     lag = np.asarray(lags_at_sections(jnp.asarray(phase), 3))[:, 1, 0]
     np.testing.assert_allclose(lag, 0.25, atol=2e-6)  # where the sine is 0, the cosine is 1
 
@@ -97,9 +97,9 @@ def test_between_frames_a_sway_is_followed():
 
 
 def test_the_bar_exchanges_its_gaits_where_its_legs_do_not_feel_each_other(bars):
-    found = bars.crossings.set_index(["gait", "loses"])["at"]
-    assert 0.95 < found["in phase", False] < 1.05
-    assert 0.95 < found["antiphase", True] < 1.05
+    crossing = bars.crossings.set_index(["gait", "loses"])["at"]
+    assert 0.95 < crossing["in phase", False] < 1.05
+    assert 0.95 < crossing["antiphase", True] < 1.05
 
 
 def test_multipliers_say_which_gait_is_left_to_itself_and_which_is_not(bars):
@@ -118,9 +118,9 @@ def test_a_body_that_cannot_be_has_no_return_map(bars):
 
 
 def test_without_feedback_every_multiplier_is_one():
-    found = stability(BAR, Axis("sigma", (0.0, 0.01)), ["antiphase"]).frame.iloc[0]
-    assert found.multiplier_1_real == pytest.approx(1.0, abs=1e-6)
-    assert found.unexplained < 1e-6
+    row = stability(BAR, Axis("sigma", (0.0, 0.01)), ["antiphase"]).frame.iloc[0]
+    assert row.multiplier_1_real == pytest.approx(1.0, abs=1e-6)
+    assert row.unexplained < 1e-6
 
 
 # Misuse

@@ -1,4 +1,4 @@
-"""Where gaits are looked at: on which ground, felt how late and how noisily, pushed or not."""
+"""Conditions of the gait analyses: ground, delay and noise of the senses, pushes."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ from tegotae.questions.options import changed
 from tegotae.systems.resolve import legged_system as system
 
 
-def asked(name="quadruped-c", **given):
+def world(name="quadruped-c", **options):
     """The system that a question with these options is about."""
     (task,) = SeveralLegs().named(name)
-    return changed(GaitOptions.options_of(task), given, name).legged(task)
+    return changed(GaitOptions.options_of(task), options, name).legged(task)
 
 
 def test_a_terrain_is_named_with_its_numbers():
-    found = asked(terrain=("rough", "rms_m=0.05", "place=2"))
-    assert found.body.terrain == Rough(rms_m=0.05, place=2.0)
-    assert asked(terrain=("Slope", "along=0.1")).body.terrain == Slope(along=0.1)
+    walker = world(terrain=("rough", "rms_m=0.05", "place=2"))
+    assert walker.body.terrain == Rough(rms_m=0.05, place=2.0)
+    assert world(terrain=("Slope", "along=0.1")).body.terrain == Slope(along=0.1)
 
 
 def test_what_the_legs_feel_is_late_and_noisy():
-    found = asked("bar-light", delay=0.02, noise=0.05)
-    assert isinstance(found.body, Sensors)
-    assert (found.body.delay_s, found.body.noise) == (0.02, 0.05)
-    assert found.body.body == system("bar-light").body
-    found.body.check_tick(found.timing.tick_s)
+    walker = world("bar-light", delay=0.02, noise=0.05)
+    assert isinstance(walker.body, Sensors)
+    assert (walker.body.delay_s, walker.body.noise) == (0.02, 0.05)
+    assert walker.body.body == system("bar-light").body
+    walker.body.check_tick(walker.timing.tick_s)
 
 
 def test_fields_are_set_on_the_body_behind_its_sensors():
-    found = asked("bar-light", delay=0.02, inertia_ratio=0.35)
-    assert found.body.body.inertia_ratio == 0.35
+    walker = world("bar-light", delay=0.02, inertia_ratio=0.35)
+    assert walker.body.body.inertia_ratio == 0.35
 
 
 @pytest.fixture
@@ -61,13 +61,13 @@ def late():
 def test_an_axis_reaches_the_body_behind_its_sensors(late):
     for axis in (Axis("inertia_ratio", (0.5, 1.5)), Axis("delay_s", (0.0, 0.01))):
         check_axis(late, axis)
-        made = settings(late, [{axis.name: value} for value in axis.values])
-        assert not any(each.refused for each in made)
-        _, scenario = lanes_at(late, made, np.zeros((2, 2)))
+        variants = settings(late, [{axis.name: value} for value in axis.values])
+        assert not any(variant.refused for variant in variants)
+        _, scenario = lanes_at(late, variants, np.zeros((2, 2)))
         (name,) = scenario.changes
         assert name == ("body.inertia_ratio" if axis.name == "inertia_ratio" else "delay_s")
         np.testing.assert_array_equal(scenario.changes[name], axis.values)
-    assert made[1].body.body == late.body.body
+    assert variants[1].body.body == late.body.body
 
 
 def test_a_field_of_a_body_behind_sensors_is_changed_by_a_lesion(late):
@@ -85,8 +85,8 @@ def test_a_push_passes():
 
 
 def test_a_document_tells_the_world_that_a_gait_was_seen_in():
-    found = asked(terrain=("rough", "rms_m=0.02"), delay=0.02, noise=0.05)
-    body = system_document(found)["system"]["body"]
+    walker = world(terrain=("rough", "rms_m=0.02"), delay=0.02, noise=0.05)
+    body = system_document(walker)["system"]["body"]
     assert body["kind"] == "Sensors"
     assert body["delay_s"] == 0.02
     assert body["body"]["terrain"]["rms_m"] == 0.02
@@ -105,7 +105,7 @@ def test_releases_that_would_all_be_the_same_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("options", "says"),
     [
         ({"terrain": ("sand",)}, "no terrain is called 'sand'"),
         ({"terrain": ("slope", "up=1")}, "no number of the terrain slope is called 'up'"),
@@ -118,7 +118,7 @@ def test_releases_that_would_all_be_the_same_are_refused():
         ({"weight": 3.0, "delay": 0.1}, "no option of quadruped-c is called 'weight'"),
     ],
 )
-def test_a_world_that_cannot_be_is_refused_in_one_line(given, says):
+def test_a_world_that_cannot_be_is_refused_in_one_line(options, says):
     with pytest.raises(TegotaeError, match=says) as refusal:
-        asked(**given)
+        world(**options)
     assert "\n" not in str(refusal.value)

@@ -54,10 +54,10 @@ def test_a_light_bar_comes_to_antiphase_from_every_start(light):
 def test_a_heavy_bar_comes_to_be_in_phase_and_legs_that_do_not_feel_each_other_to_nothing():
     ratios = np.repeat([1.6, 1.0], 24)  # one run of both
     scenario = SHORT.scenario(np.tile(random_phases(2, 24), 2), changes={"inertia_ratio": ratios})
-    found = SHORT.run(SHORT.summary(), scenario)
-    gait = gait_of(found, SHORT.names)
+    results = SHORT.run(SHORT.summary(), scenario)
+    gait = gait_of(results, SHORT.names)
     assert set(gait[:24]) == {"in phase"}
-    lag = np.sort(np.asarray(found.lag)[1, 24:])
+    lag = np.sort(np.asarray(results.lag)[1, 24:])
     assert np.diff(lag).max() < 0.3  # all round the circle
     assert lag[-1] - lag[0] > 0.7
 
@@ -76,10 +76,10 @@ def test_lanes_do_not_know_of_each_other(light):
 @pytest.mark.thorough
 def test_a_body_whose_leg_collapses_has_fallen_and_no_lag():
     weak = SHORT.replaced(body=Bar(inertia_ratio=0.6), height_m=12.0)
-    found = release_all(weak, starts=3).frame
-    assert set(found["gait"]) == {"fallen"}
-    assert np.isfinite(found["fall_time_s"]).all()
-    assert found["lag_cycles_F"].isna().all()
+    frame = release_all(weak, starts=3).frame
+    assert set(frame["gait"]) == {"fallen"}
+    assert np.isfinite(frame["fall_time_s"]).all()
+    assert frame["lag_cycles_F"].isna().all()
 
 
 # Shares
@@ -96,9 +96,9 @@ def test_an_interval_of_a_share_holds_it_and_stays_within_zero_and_one():
 
 def test_the_shares_of_what_starts_lead_to_add_up(light):
     frame = light.frame.assign(gait=["not locked"] * 5 + ["antiphase"] * 19)
-    found = dataclasses.replace(light, frame=frame).outcomes
-    assert found["count"].tolist() == [19, 5]
-    assert found["share"].sum() == pytest.approx(1.0)
+    shares = dataclasses.replace(light, frame=frame).outcomes
+    assert shares["count"].tolist() == [19, 5]
+    assert shares["share"].sum() == pytest.approx(1.0)
 
 
 # Sweeps
@@ -107,13 +107,13 @@ def test_the_shares_of_what_starts_lead_to_add_up(light):
 LEVELS = np.array([1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0])
 
 
-def ways(up, down, levels=LEVELS):
+def made_up_sweep(up, down, levels=LEVELS):
     """A made-up sweep: names of starts at rising levels, one text a start, on either way."""
     short = {"w": "walk", "t": "trot", "-": "in between", "x": "fallen"}
     frames = [
-        pd.DataFrame({"omega_rad_per_s": levels, "start": start, "direction": way})
+        pd.DataFrame({"omega_rad_per_s": levels, "start": start, "direction": direction})
         .assign(gait=[short[letter] for letter in names])
-        for way, starts in (("up", up), ("down", down))
+        for direction, starts in (("up", up), ("down", down))
         for start, names in enumerate(starts)
     ]  # fmt: skip
     return pd.concat(frames, ignore_index=True)
@@ -134,24 +134,24 @@ def ways(up, down, levels=LEVELS):
     ],
 )
 def test_changes_of_gait_lie_between_the_levels_at_which_both_were_seen(up, down, between):
-    (found,) = hysteresis(ways(up, down)).to_dict("records")
-    assert (found["slow"], found["fast"]) == ("walk", "trot")
+    (row,) = hysteresis(made_up_sweep(up, down)).to_dict("records")
+    assert (row["slow"], row["fast"]) == ("walk", "trot")
     for name, ends in zip(("up", "down", "width"), between[:3], strict=True):
-        assert (found[f"{name}_low"], found[f"{name}_high"]) == ends
-    assert (found["up_starts"], found["down_starts"]) == between[3]
-    assert hysteresis(ways(up, ["wwwwwww"] * len(up))).empty  # what does not come back
+        assert (row[f"{name}_low"], row[f"{name}_high"]) == ends
+    assert (row["up_starts"], row["down_starts"]) == between[3]
+    assert hysteresis(made_up_sweep(up, ["wwwwwww"] * len(up))).empty  # what does not come back
 
 
 def test_two_ways_differ_where_their_lags_do_whatever_these_are_called():
-    def found(up, down):
-        frame = ways(["wwww"] * 5, ["wwww"] * 5, np.arange(1.0, 5.0))
+    def bistable_levels(up, down):
+        frame = made_up_sweep(["wwww"] * 5, ["wwww"] * 5, np.arange(1.0, 5.0))
         frame = frame.sort_values(["direction", "omega_rad_per_s"], ascending=[False, True])
         lag = np.repeat(np.concatenate([up, down]), 5)
         return GaitSweep(LIGHT, frame.assign(lag_cycles_H=0.0, lag_cycles_F=lag)).bistable
 
     up = np.full(4, 0.98)
-    assert found(up, [0.02, 0.1, 0.6, np.nan]).tolist() == [2.0, 3.0]
-    shifted = GaitSweep(LIGHT, ways(["w"], ["w"], [1.0]).assign(
+    assert bistable_levels(up, [0.02, 0.1, 0.6, np.nan]).tolist() == [2.0, 3.0]
+    shifted = GaitSweep(LIGHT, made_up_sweep(["w"], ["w"], [1.0]).assign(
         lag_cycles_H=[0.0, 0.3], lag_cycles_F=[0.98, 0.28]))  # fmt: skip
     assert shifted.bistable.size == 0  # a common shift is none
 
@@ -167,8 +167,8 @@ def test_a_sweep_goes_up_in_some_lanes_and_down_in_others(swept):
     hz = of_levels.cycle_frequency_hz.median().unstack()
     np.testing.assert_allclose(2.0 * np.pi * hz, [[7.0, 8.0]] * 2, rtol=0.05)
     assert (hz[7.0] < hz[8.0]).all()
-    for way, end in (("up", 8.0), ("down", 7.0)):
-        assert set(of_levels.get_group((way, end)).gait) == {"antiphase"}
+    for direction, end in (("up", 8.0), ("down", 7.0)):
+        assert set(of_levels.get_group((direction, end)).gait) == {"antiphase"}
     times = of_levels.get_group(("up", 8.0)).lock_time_s  # from the begin of the level
     assert (times.dropna() <= 15.0).all()
     deaf = sweep(LIGHT.with_numbers(sigma=0.0), [7.0, 8.0], dwell_s=30.0, starts=3)
@@ -219,14 +219,14 @@ def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground()
 
 
 def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tmp_path):
-    own = system("quadruped-a")
-    weights = np.array(own.weights)
-    saved = SavedController.of(own.controller, weights, own.omega, Sensors(body=own.body))
+    walker = system("quadruped-a")
+    weights = np.array(walker.weights)
+    saved = SavedController.of(walker.controller, weights, walker.omega, Sensors(body=walker.body))
     save(saved, tmp_path / "walker.json")
-    found = system(str(tmp_path / "walker.json"))
-    assert found.system.release == own.system.release
+    loaded = system(str(tmp_path / "walker.json"))
+    assert loaded.system.release == walker.system.release
     for name in ("timing", "reference", "dimensionless", "names"):
-        assert getattr(found, name) == getattr(own, name)
+        assert getattr(loaded, name) == getattr(walker, name)
 
 
 @pytest.mark.thorough

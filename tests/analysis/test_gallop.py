@@ -22,11 +22,11 @@ def test_it_walks_trots_and_gallops_from_random_starts():
     phase = np.tile(random_phases(4, 4), 3)
     scenario = legged.scenario(phase)._replace(omega=np.repeat([3.4, 4.6, 7.2], 4))
     timing = dataclasses.replace(legged.timing, duration_s=150.0)
-    found = lanes_of(legged.run(legged.summary(), scenario, timing))
+    results = lanes_of(legged.run(legged.summary(), scenario, timing))
     names = ["diagonal-sequence walk"] * 4 + ["trot"] * 4 + ["rotary gallop"] * 4
-    assert gait_of(found, legged.names).tolist() == names
-    assert (found.flight_share[8:] > 0.15).all()
-    assert (found.flight_share[:8] < 0.01).all()
+    assert gait_of(results, legged.names).tolist() == names
+    assert (results.flight_share[8:] > 0.15).all()
+    assert (results.flight_share[:8] < 0.01).all()
 
 
 def test_the_kept_account_has_trots_where_heave_and_pitch_push_legs_apart():

@@ -46,11 +46,11 @@ CHOSEN = disturbances_named(
 TIMING = Timing(duration_s=24.0, tick_s=0.002)
 
 
-def hopper(weights=((2.0,), (0.0,)), **more) -> ControllersUnderTest:
+def hopper(weights=((2.0,), (0.0,)), **options) -> ControllersUnderTest:
     labels = tuple(map(str, range(len(weights))))
-    given = {"looked_at": TIMING, **more}
+    settings = {"looked_at": TIMING, **options}
     system = System(controller=REFLEX, omega=8.0)
-    return ControllersUnderTest(ControllerSet("V", system, np.array(weights), labels), **given)
+    return ControllersUnderTest(ControllerSet("V", system, np.array(weights), labels), **settings)
 
 
 def replaced(tested, **changes) -> ControllersUnderTest:
@@ -63,7 +63,7 @@ def outcome() -> Retention:
     return tried(hopper(), CHOSEN)
 
 
-def of(outcome, condition, level, run=0):
+def row_of(outcome, condition, level, run=0):
     table = outcome.table
     rows = (table["condition"] == condition) & np.isclose(table["level"], level)
     return table[rows & (table["run"] == run)].iloc[0]
@@ -77,17 +77,17 @@ def test_every_run_meets_every_level_once(outcome):
 
 
 def test_a_gait_is_kept_under_little_and_lost_where_the_actuator_cannot_lift_the_weight(outcome):
-    little, much = of(outcome, "mass", 0.9), of(outcome, "mass", 3.5)
+    little, much = row_of(outcome, "mass", 0.9), row_of(outcome, "mass", 3.5)
     assert [little["had"], little["keeps"], little["moves"]] == [True, True, True]
     assert [much["had"], much["keeps"], much["moves"]] == [True, False, False]
     assert np.isnan(much["efficiency"])
-    still = of(outcome, "mass", 0.9, run=1)  # had no gait, and so lost none
+    still = row_of(outcome, "mass", 0.9, run=1)  # had no gait, and so lost none
     assert [still["had"], still["moved"], still["keeps"]] == [False, False, False]
     assert outcome.left_out == {"lost-leg": "a Hopper cannot lose a leg"}
 
 
 def test_where_it_is_released_from_does_not_change_what_a_limit_cycle_costs(outcome):
-    lower = of(outcome, "release", 0.1)
+    lower = row_of(outcome, "release", 0.1)
     assert lower["keeps"]
     assert lower["efficiency"] == pytest.approx(1.0, abs=0.02)
 
@@ -95,30 +95,30 @@ def test_where_it_is_released_from_does_not_change_what_a_limit_cycle_costs(outc
 def test_the_same_is_found_again_whatever_else_is_tried(outcome):
     alone = tried(hopper(weights=((2.0,),)), CHOSEN)
     for condition, level in (("mass", 0.9), ("delay", 0.004)):
-        before, now = of(outcome, condition, level), of(alone, condition, level)
-        assert before["efficiency"] == pytest.approx(now["efficiency"], rel=1e-4)
-        assert before["keeps"] == now["keeps"]
+        first, second = row_of(outcome, condition, level), row_of(alone, condition, level)
+        assert first["efficiency"] == pytest.approx(second["efficiency"], rel=1e-4)
+        assert first["keeps"] == second["keeps"]
 
 
 @pytest.mark.thorough
 def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_speed():
-    found = system("quadruped-c")
-    timing = dataclasses.replace(found.timing, duration_s=60.0)
-    weights = np.array([found.weights])
+    walker = system("quadruped-c")
+    timing = dataclasses.replace(walker.timing, duration_s=60.0)
+    weights = np.array([walker.weights])
     tested = ControllersUnderTest(
-        ControllerSet("C", found.system, weights, ("0",)), 2, looked_at=timing
+        ControllerSet("C", walker.system, weights, ("0",)), 2, looked_at=timing
     )
-    chosen = disturbances_named(
+    disturbances = disturbances_named(
         ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
     )
-    got = tried(tested, chosen)
+    got = tried(tested, disturbances)
     assert got.left_out == {"strength": "its actuators take places, not forces"}
     columns = got.table
     pushed = columns["condition"] == "push-aside"
-    at = {level: pushed & (columns["level"] == level) for level in (0.001, 9.0)}
-    np.testing.assert_allclose(columns["speed"][at[0.001]], 1.0, atol=0.02)
-    assert columns["moves"][at[0.001]].all()
-    assert not columns["moves"][at[9.0]].any()
+    masks = {level: pushed & (columns["level"] == level) for level in (0.001, 9.0)}
+    np.testing.assert_allclose(columns["speed"][masks[0.001]], 1.0, atol=0.02)
+    assert columns["moves"][masks[0.001]].all()
+    assert not columns["moves"][masks[9.0]].any()
     by = {name: columns["moves"][columns["condition"] == name] for name in ("slope", "rough")}
     assert not by["slope"].any()
     assert by["rough"].all()
@@ -138,18 +138,18 @@ STAYS = {
 }
 
 
-def walks(**found) -> dict[str, np.ndarray]:
-    kept = GaitRetention(Walked(looks=True), 1.0).kept(STAYS, STAYS | found, np.ones(1))
-    return {name: x.item() for name, x in kept.items()}
+def walks(**values) -> dict[str, np.ndarray]:
+    retention = GaitRetention(Walked(looks=True), 1.0).kept(STAYS, STAYS | values, np.ones(1))
+    return {name: x.item() for name, x in retention.items()}
 
 
 def test_who_loses_the_reference_leg_walks_on_if_another_leg_steps():
-    lost = np.array([np.nan, 0.9]).reshape(2, 1, 1)
+    frequency = np.array([np.nan, 0.9]).reshape(2, 1, 1)
     unknown_lags = {"lag": np.full((2, 1, 1), np.nan), "lock_time_s": np.full((1, 1), np.nan)}
-    found = walks(step_frequency_hz=lost, **unknown_lags)
-    assert found["moves"]
-    assert not found["keeps"]
-    assert not walks(step_frequency_hz=lost * np.nan)["moves"]
+    result = walks(step_frequency_hz=frequency, **unknown_lags)
+    assert result["moves"]
+    assert not result["keeps"]
+    assert not walks(step_frequency_hz=frequency * np.nan)["moves"]
 
 
 def test_who_walks_slowly_or_backwards_does_not_walk_on():
@@ -158,19 +158,21 @@ def test_who_walks_slowly_or_backwards_does_not_walk_on():
         assert not walks(ahead_m_per_s=np.full((1, 1), speed))["moves"]
 
 
-def quadruped(starts=4, **more) -> ControllersUnderTest:
-    found = system("quadruped-c")
-    one = np.array([found.weights])
-    given = {"looked_at": dataclasses.replace(found.timing, duration_s=60.0), **more}
+def quadruped(starts=4, **options) -> ControllersUnderTest:
+    walker = system("quadruped-c")
+    weights = np.array([walker.weights])
+    settings = {"looked_at": dataclasses.replace(walker.timing, duration_s=60.0), **options}
     labels = ("0",)
-    return ControllersUnderTest(ControllerSet("C", found.system, one, labels), starts, **given)
+    return ControllersUnderTest(
+        ControllerSet("C", walker.system, weights, labels), starts, **settings
+    )
 
 
 def test_what_a_release_meets_is_the_same_for_every_run_and_level():
     for text, entry in (("noise", "seed"), ("rough", "place"), ("lost-leg", "present")):
-        (each,) = disturbances_named([text])
-        lanes = np.repeat(np.array(each.levels[:2]), 3 * 4)  # levels, runs, releases
-        changes = each.changes(quadruped(), lanes, np.zeros(len(lanes)))
+        (disturbance,) = disturbances_named([text])
+        lanes = np.repeat(np.array(disturbance.levels[:2]), 3 * 4)  # levels, runs, releases
+        changes = disturbance.changes(quadruped(), lanes, np.zeros(len(lanes)))
         (drawn,) = [x for name, x in changes.items() if name.endswith(entry)]
         drawn = np.asarray(drawn.value if entry == "present" else drawn)
         by_run = drawn.reshape(-1, 2, 3, 4)[:, 0]
@@ -221,11 +223,11 @@ def outcome_of(keeps: list[list[bool]], had=True) -> Retention:
 
 def test_a_margin_is_the_last_tested_level_that_is_survived_and_the_next():
     keeps = [[True, False, True], [True, True, False], [False, False, False]]
-    (found,) = margins(outcome_of(keeps), (LAG,))
+    (limits,) = margins(outcome_of(keeps), (LAG,))
     # One, two and no level: what comes back after a failure does not count.
-    assert (found.side, found.runs) == ("above", 3)
-    assert (found.survived, found.failed) == (0.005, 0.01)
-    assert (found.low, found.high) == (0.0, 0.02)
+    assert (limits.side, limits.runs) == ("above", 3)
+    assert (limits.survived, limits.failed) == (0.005, 0.01)
+    assert (limits.low, limits.high) == (0.0, 0.02)
     (alone,) = margins(outcome_of([[True, False, False]]), (LAG,))
     (half,) = margins(outcome_of([[True, False, False], [True] * 3]), (LAG,))
     assert alone[3:5] == half[3:5] == (0.005, 0.01)
@@ -258,9 +260,9 @@ def test_a_curve_has_the_share_of_those_that_had_a_gait():
 def test_releases_of_one_run_do_not_make_the_interval_narrower():
     once = outcome_of([[True] * 3, [False] * 3])
     often = Retention(pd.concat([once.table] * 4), {})
-    one, four = curve(once), curve(often)
-    assert (four["lanes"] == 4 * one["lanes"]).all()
-    assert (four.filter(like="keeps") == one.filter(like="keeps")).all(axis=None)
+    single, four = curve(once), curve(often)
+    assert (four["lanes"] == 4 * single["lanes"]).all()
+    assert (four.filter(like="keeps") == single.filter(like="keeps")).all(axis=None)
 
 
 def test_a_line_has_a_band_where_it_has_more_than_one_run():
@@ -296,9 +298,9 @@ def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, 
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
     words = ["generalise", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
     assert main(words) == 0
-    said = capsys.readouterr().out
-    assert "survived" in said
-    assert "a Hopper cannot lose a leg" in said
+    output = capsys.readouterr().out
+    assert "survived" in output
+    assert "a Hopper cannot lose a leg" in output
     with (tmp_path / "out" / "margins.csv").open() as stream:
         rows = [row for row in csv.DictReader(stream) if row["measure"] == "keeps"]
     assert {(row["condition"], row["side"]) for row in rows} >= {
@@ -355,14 +357,16 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     two = disturbances_named(["omega=1.01"])
     single = System(controller=build("T-F", 10))
     weights = np.zeros((1, single.controller.n_weights))
-    other = dataclasses.replace(hopper(), controllers=ControllerSet("N", single, weights, ("0",)))
-    assert tried(other, two).left_out == reason
+    neighbour = dataclasses.replace(
+        hopper(), controllers=ControllerSet("N", single, weights, ("0",))
+    )
+    assert tried(neighbour, two).left_out == reason
     (tmp_path / "left_out.csv").write_text("of another run")
-    empty = tried(other, two)
+    empty = tried(neighbour, two)
     assert curve(empty).empty
     held = (hopper(), outcome_of([[True] * 3]))
-    written = Generalisation([(other, empty), held], (LAG,)).save(tmp_path)
-    assert [path.name for path in written][:3] == ["margins.csv", "curves.csv", "left_out.csv"]
+    files = Generalisation([(neighbour, empty), held], (LAG,)).save(tmp_path)
+    assert [path.name for path in files][:3] == ["margins.csv", "curves.csv", "left_out.csv"]
     Generalisation([held], (LAG,)).save(tmp_path)
     assert not (tmp_path / "left_out.csv").exists()
 
@@ -393,5 +397,8 @@ def test_who_is_held_over_the_control_period_is_tried_so():
     )
     assert held.timing.tick_s == 0.004
     assert held.phase_rad.tolist() == [1.0]
-    usual, own = (Trial(each, ()).document for each in (hopper(), held))
-    assert {name for name in own if own[name] != usual[name]} >= {"integrator", "release"}
+    baseline, held_document = (Trial(controllers, ()).document for controllers in (hopper(), held))
+    assert {name for name in held_document if held_document[name] != baseline[name]} >= {
+        "integrator",
+        "release",
+    }

@@ -73,8 +73,8 @@ def test_unknown_oscillators_and_networks_without_one_are_refused():
 
 
 def test_commands_take_an_oscillator_by_name():
-    chosen = vanilla("paper+van-der-pol")
-    assert chosen.controller.oscillator == VanDerPol()
+    controller = vanilla("paper+van-der-pol")
+    assert controller.controller.oscillator == VanDerPol()
     np.testing.assert_array_equal(vanilla("paper+learned-hopf").weights[1:], 0.0)
     (experiment,) = Experiments(oscillator="learned-matsuoka").named("ART")
     assert experiment == find("ART+learned-matsuoka").experiment()
@@ -158,15 +158,15 @@ def test_half_centres_walk_a_torso_and_shift_their_lags():
 def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator():
     # At r = 1 a radius returns as exp(-2 γ t), whatever the hopper does.
     gamma = 1.0
-    found = []
+    sections = []
     for controller in (build("V-reflex-w8"), driven(Hopf(recovery_per_s=gamma), "V-reflex-w8")):
         saved = SavedController.of(controller, np.array([2.0]), 8.0)
         orbit = find_orbit(saved, settle_s=40.0)
-        found.append(poincare_section(saved, orbit, turns=3))
-    plain, hopf = (np.sort(np.abs(each.multipliers)) for each in found)
-    own = np.exp(-2.0 * gamma * found[1].period_s)
-    np.testing.assert_allclose(hopf, np.sort([*plain, own]), atol=2e-3)
-    np.testing.assert_allclose(found[1].fixed_point, [*found[0].fixed_point, 1.0], atol=1e-6)
+        sections.append(poincare_section(saved, orbit, turns=3))
+    plain, hopf = (np.sort(np.abs(section.multipliers)) for section in sections)
+    multiplier = np.exp(-2.0 * gamma * sections[1].period_s)
+    np.testing.assert_allclose(hopf, np.sort([*plain, multiplier]), atol=2e-3)
+    np.testing.assert_allclose(sections[1].fixed_point, [*sections[0].fixed_point, 1.0], atol=1e-6)
 
 
 @pytest.mark.thorough
@@ -174,8 +174,8 @@ def test_a_phase_response_starts_with_all_of_the_oscillators_state():
     saved = SavedController.of(driven(VanDerPol(mu=0.5), "V-reflex-w8"), np.array([2.0]), 8.0)
     orbit = find_orbit(saved)
     assert np.ptp(orbit.oscillator_state["radius"]) > 0.05
-    found = measure_phase_response(saved, orbit, np.array([0.0, 0.02]), points=5, cycles=20)
-    assert np.isfinite(found.shift_rad).all()
-    none, pushed = found.shift_rad.to_numpy().reshape(2, -1)
+    response = measure_phase_response(saved, orbit, np.array([0.0, 0.02]), points=5, cycles=20)
+    assert np.isfinite(response.shift_rad).all()
+    none, pushed = response.shift_rad.to_numpy().reshape(2, -1)
     np.testing.assert_allclose(none, 0.0, atol=1e-9)
     assert np.abs(pushed).max() > 1e-3

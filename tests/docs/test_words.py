@@ -10,7 +10,7 @@ from places import ROOT
 LIMITS = {
     "src": (3.2, 3.6),
     "reproduction": (0.5, 0.5),
-    "studies": (22.8, 10.0),
+    "studies": (0.5, 0.5),
     "benchmarks": (0.5, 0.5),
     "playground": (0.5, 0.5),
     "tests": (12.2, 8.9),

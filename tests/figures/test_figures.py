@@ -104,10 +104,10 @@ def test_tables_are_written_beside_the_figure_with_undefined_values_empty(tmp_pa
         "": {"x": np.array([1.0, np.nan]), "name": np.array(["p", "q"])},
         "more": {"z": [1 / 3]},
     }
-    written = write_tables(tmp_path / "map.pdf", tables)
-    assert [path.name for path in written] == ["map.csv", "map.more.csv"]
-    assert rows(written[0]) == [{"x": "1", "name": "p"}, {"x": "", "name": "q"}]
-    assert float(rows(written[1])[0]["z"]) == pytest.approx(1 / 3, rel=1e-8)
+    files = write_tables(tmp_path / "map.pdf", tables)
+    assert [path.name for path in files] == ["map.csv", "map.more.csv"]
+    assert rows(files[0]) == [{"x": "1", "name": "p"}, {"x": "", "name": "q"}]
+    assert float(rows(files[1])[0]["z"]) == pytest.approx(1 / 3, rel=1e-8)
 
 
 # What is drawn.
@@ -118,12 +118,12 @@ def test_the_gain_map_draws_a_number_only_where_there_is_a_limit_cycle():
     figure = gain_map_figure({"sector": SWEEP}, ridges)
     assert figure.get_figwidth() == COLUMN_IN
     for panel, value in ((0, SWEEP.outcome.cot_inverse), (1, SWEEP.outcome.cot_inverse_total)):
-        *others, shown = meshes(figure, panel)
+        *layers, numbers = meshes(figure, panel)
         settled = SWEEP.outcome.regime == LIMIT_CYCLE
-        assert (~np.ma.getmaskarray(shown) == settled).all()
-        assert shown.compressed().tolist() == value[settled].tolist()
+        assert (~np.ma.getmaskarray(numbers) == settled).all()
+        assert numbers.compressed().tolist() == value[settled].tolist()
         # Each cell without has a colour of its own, and exactly one.
-        covers = sum((~np.ma.getmaskarray(other)).astype(int) for other in others)
+        covers = sum((~np.ma.getmaskarray(layer)).astype(int) for layer in layers)
         assert (covers == ~settled).all()
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert {"at rest", "no limit cycle", "failed"} <= set(labels)
@@ -212,9 +212,9 @@ def test_colours_span_the_forces_that_there_are_and_name_alpha(force_n, top_n, w
 
 def test_a_feedback_that_is_next_to_nothing_looks_like_it():
     orbit = dataclasses.replace(ORBIT, feedback_rad_per_s=np.linspace(-1e-4, 1e-4, 50))
-    other = surface_figure(surface_of(True), orbit, max_force_n=11.0).axes[-1]
-    assert other.get_ylabel() == "feedback f [rad/s]"
-    low, high = other.get_ylim()
+    axes = surface_figure(surface_of(True), orbit, max_force_n=11.0).axes[-1]
+    assert axes.get_ylabel() == "feedback f [rad/s]"
+    low, high = axes.get_ylim()
     assert low <= -0.1 < 0.1 <= high
 
 
@@ -284,7 +284,7 @@ def test_a_response_that_is_negligible_looks_flat_and_is_called_so(largest, word
 def test_the_section_shows_the_decay_beside_that_of_the_linear_map(dimension):
     matrix = np.diag([0.5, 0.2][:dimension])
     star = np.array([1.2, 2.0])[:dimension]
-    found = Poincare(
+    section = Poincare(
         fixed_point=star,
         refined=True,
         jacobian=matrix,
@@ -295,15 +295,15 @@ def test_the_section_shows_the_decay_beside_that_of_the_linear_map(dimension):
         distance=0.01 * 0.5 ** np.arange(6),
         observed=0.5,
     )
-    np.testing.assert_allclose(predicted(found), found.distance)
+    np.testing.assert_allclose(predicted(section), section.distance)
     apexes = np.tile(star, (4, 1)) + np.array([0.1, 0.05, 0.01, 0.0])[:, None]
-    figure = poincare_figure(found, apexes)
+    figure = poincare_figure(section, apexes)
     assert figure.get_figwidth() == PAGE_IN
     _, decay, plane = figure.axes
     simulated = {line.get_label(): line for line in decay.lines}["simulated"]
-    np.testing.assert_allclose(simulated.get_ydata(), found.distance)
+    np.testing.assert_allclose(simulated.get_ydata(), section.distance)
     assert plane.lines[-1].get_xdata().tolist() == np.diag(matrix).tolist()
-    tables = poincare_tables(found, apexes)
+    tables = poincare_tables(section, apexes)
     assert tables["multipliers"]["modulus"].tolist() == np.diag(matrix).tolist()
     assert ("apex_phase_rad" in tables["transient"]) is (dimension == 2)
 
@@ -323,8 +323,8 @@ def basin_of(number: int) -> HopperBasin:
 
 def test_the_basin_colours_each_limit_cycle_and_tells_how_common_it_is():
     figure = basin_figure(basin_of(2))
-    shown = meshes(figure, 0)[-1]
-    np.testing.assert_array_equal(shown.compressed(), np.arange(9) % 2)
+    numbers = meshes(figure, 0)[-1]
+    np.testing.assert_array_equal(numbers.compressed(), np.arange(9) % 2)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[0] == "1 hop, 1 turn, apex 1.10 m (8.3%)"
 
@@ -351,7 +351,7 @@ def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
     path.write_bytes(b"the figure before")
 
     class Halfway(Figure):
-        def savefig(self, fname, **how):
+        def savefig(self, fname, **options):
             fname.write(b"half a figure")
             raise OSError(28, "No space left on device")
 
@@ -398,9 +398,9 @@ def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, cap
     assert main([*name.split(), *QUICK[name].split(), "--out", str(out)]) == 0
     document = {"f.json"} if name.startswith("figure") else set()
     assert {path.name for path in tmp_path.iterdir()} == {"f.svg", *FILES[name], *document}
-    said, wrong = capsys.readouterr()
+    output, wrong = capsys.readouterr()
     assert wrong == ""
-    assert said.splitlines()[-1].startswith(f"wrote {out}")
+    assert output.splitlines()[-1].startswith(f"wrote {out}")
     for path in tmp_path.glob("*.csv"):
         table = rows(path)
         assert table
@@ -411,11 +411,19 @@ def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, cap
 def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
     saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
     controller_file.save(saved, tmp_path / "c.json")
-    for out, what in (
+    for out, source in (
         ("a.svg", [str(tmp_path / "c.json")]),
         ("b.svg", REFLEX.split()),
     ):
-        arguments = ["figure", "surface", *what, "--resolution", "5", "--out", str(tmp_path / out)]
+        arguments = [
+            "figure",
+            "surface",
+            *source,
+            "--resolution",
+            "5",
+            "--out",
+            str(tmp_path / out),
+        ]
         assert main(arguments) == 0
     assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text()
     assert (tmp_path / "a.cycle.csv").read_text() == (tmp_path / "b.cycle.csv").read_text()
@@ -443,9 +451,9 @@ def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
 )
 def test_bad_input_is_one_line(arguments, message, tmp_path, capsys):
     assert main([*arguments, "--out", str(tmp_path / "f.png")]) == 2
-    said = capsys.readouterr().err
-    assert message in said
-    assert len(said.splitlines()) == 1
+    output = capsys.readouterr().err
+    assert message in output
+    assert len(output.splitlines()) == 1
     assert not (tmp_path / "f.png").exists()
 
 

@@ -1,4 +1,4 @@
-"""What figures promise to somebody who looks closely: units, legends, frames and colours."""
+"""Details of figures: units, legends, frames and colours."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def optimum():
 
 
 def test_gaits_of_several_hops_are_open_points_beside_the_filled_ones_of_one_hop():
-    named = {str(line.get_label()): line for line in optimum().axes[0].lines}
-    assert named["learned"].get_markerfacecolor() != "none"
-    assert named["learned, cycle of several hops"].get_markerfacecolor() == "none"
+    lines = {str(line.get_label()): line for line in optimum().axes[0].lines}
+    assert lines["learned"].get_markerfacecolor() != "none"
+    assert lines["learned, cycle of several hops"].get_markerfacecolor() == "none"
     table = optimum_tables(curve(), {"learned": RUN}, {}, {"learned": RUN})["points"]
     assert table["gaits"].tolist() == ["learned", "learned, cycle of several hops"]
 
@@ -42,11 +42,11 @@ def test_a_walker_that_turns_is_seen_from_its_own_side():
     hips = np.stack([middle - 0.3 * ahead, middle + 0.3 * ahead], axis=1)
     feet = np.stack([middle, middle + 0.1 * aside], axis=1)
     stands = np.ones((201, 2), bool)
-    seen = LegPositions(hips, feet, stands, heading).along_torso()
-    long = seen.hips_m[:, 1] - seen.hips_m[:, 0]
+    turned = LegPositions(hips, feet, stands, heading).along_torso()
+    long = turned.hips_m[:, 1] - turned.hips_m[:, 0]
     np.testing.assert_allclose(long, np.broadcast_to([0.6, 0.0, 0.0], long.shape), atol=1e-9)
-    np.testing.assert_allclose((seen.feet_m[:, 1] - seen.feet_m[:, 0])[:, 1], 0.1, atol=1e-9)
-    way = seen.hips_m[-1, :, 0].mean() - seen.hips_m[0, :, 0].mean()
-    assert way == pytest.approx(2.0 * np.pi, rel=1e-3)  # all that it walked is forward
-    np.testing.assert_array_equal(seen.hips_m[..., 2], hips[..., 2])
+    np.testing.assert_allclose((turned.feet_m[:, 1] - turned.feet_m[:, 0])[:, 1], 0.1, atol=1e-9)
+    distance = turned.hips_m[-1, :, 0].mean() - turned.hips_m[0, :, 0].mean()
+    assert distance == pytest.approx(2.0 * np.pi, rel=1e-3)  # all that it walked is forward
+    np.testing.assert_array_equal(turned.hips_m[..., 2], hips[..., 2])
     assert LegPositions(hips, feet, stands).along_torso().hips_m is hips

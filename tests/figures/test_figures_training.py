@@ -27,13 +27,13 @@ def trainings(**changes) -> Trainings:
             [1.0, np.nan, -22.0],
         ]
     )
-    given = {
+    columns = {
         "episodes": EPISODES,
         "fitness": fitness,
         "stop_episode": np.array([512.0, 128.0, 512.0]),
         "reason": ("cap", "plateau", "cap"),
     }
-    return Trainings(**(given | changes))
+    return Trainings(**(columns | changes))
 
 
 def texts(panel) -> str:
@@ -83,8 +83,8 @@ def test_why_and_where_runs_stopped_is_marked_and_those_that_never_hop_are_count
 def test_any_other_reason_is_named_and_every_kind_has_its_panel():
     odd = trainings(reason=("never hops", "plateau", "plateau"))
     figure = convergence_figure({"V": trainings(), "VG": odd, "T": trainings(), "AR": trainings()})
-    shown = [panel for panel in figure.axes if panel.get_visible()]
-    assert [p.get_title(loc="left").split(":")[0] for p in shown] == ["V", "VG", "T", "AR"]
+    panels = [panel for panel in figure.axes if panel.get_visible()]
+    assert [p.get_title(loc="left").split(":")[0] for p in panels] == ["V", "VG", "T", "AR"]
     assert "stopped: never hops" in labels(figure)
 
 
@@ -129,23 +129,23 @@ CLAIMS = {claim.name: claim for claim in ATOMIC_CLAIMS}
 
 
 def finding(claim: str, effect: float | None, half: float = 0.1) -> Finding:
-    found = NOT_KNOWN if effect is None else EffectEstimate(effect, effect - half, effect + half)
-    return Finding(CLAIMS[claim], {Count(): found})
+    estimate = NOT_KNOWN if effect is None else EffectEstimate(effect, effect - half, effect + half)
+    return Finding(CLAIMS[claim], {Count(): estimate})
 
 
 def by_budget() -> dict[str, list[Finding]]:
     """VG's CoT⁻¹ over V's, which turns; one that is alike, and one that is not measured."""
-    others = [finding("vt-cot", 0.3), finding("t-t0", None)]
+    effects = [finding("vt-cot", 0.3), finding("t-t0", None)]
     return {
-        "1280 episodes": [finding("vg-cot", -0.5), *others],
-        "12800 episodes": [finding("vg-cot", 0.05), *others],
-        "plateau": [finding("vg-cot", 0.5), *others],
+        "1280 episodes": [finding("vg-cot", -0.5), *effects],
+        "12800 episodes": [finding("vg-cot", 0.05), *effects],
+        "plateau": [finding("vg-cot", 0.5), *effects],
     }
 
 
 def test_effects_stand_over_their_budgets_coloured_by_outcome_with_the_plateau_last(tmp_path):
     figure = budgets_figure(by_budget())
-    (panel,) = [each for each in figure.axes if each.get_visible()]
+    (panel,) = [axes for axes in figure.axes if axes.get_visible()]
     assert panel.get_title(loc="left").split() == CLAIMS["vg-cot"].title.split()
     points = [line for line in panel.lines if line.get_marker() in ("o", "X", "s")]
     assert [float(line.get_ydata()[0]) for line in points] == [-0.5, 0.05, 0.5]
@@ -162,9 +162,9 @@ def test_an_effect_that_is_not_known_at_a_budget_leaves_a_gap():
     assert [float(line.get_xdata()[0]) for line in points] == [1.0]
 
 
-@pytest.mark.parametrize("found", [{}, {"a": [finding("t-t0", None)]}])
-def test_nothing_to_draw_is_said(found):
+@pytest.mark.parametrize("estimate", [{}, {"a": [finding("t-t0", None)]}])
+def test_nothing_to_draw_is_said(estimate):
     with pytest.raises(TegotaeError, match="no claim has an effect to draw"):
-        budgets_figure(found)
+        budgets_figure(estimate)
     with pytest.raises(TegotaeError, match="no trainings to draw"):
         convergence_figure({})

@@ -27,13 +27,13 @@ PHASE = np.array([0.3, 2.0, 5.0])
 SPRING = np.array([0.0, 1.5, 3.0])
 
 
-def signals(**more) -> Signals:
+def signals(**overrides) -> Signals:
     values = {
         "sin_phase": np.sin(PHASE),
         "cos_phase": np.cos(PHASE),
         "spring_force": SPRING,
         "velocity": np.array([-1.0, 0.5, 2.0]),
-        **more,
+        **overrides,
     }
     return Signals({name: jnp.asarray(x, "float32") for name, x in values.items()})
 
@@ -67,11 +67,11 @@ def test_initial_weights_are_one_vector_that_follows_the_key():
 def test_the_feedback_is_the_product_of_gain_action_and_reaction():
     controller = art()
     weights = jnp.asarray(np.random.default_rng(0).normal(size=(35, 3)), "float32")
-    terms, at = controller.tegotae, controller.layout
+    terms, layout = controller.tegotae, controller.layout
     product = (
-        terms.gain(weights[at["gain"]], signals())
-        * terms.action(weights[at["action"]], signals())
-        * terms.reaction(weights[at["reaction"]], signals())
+        terms.gain(weights[layout["gain"]], signals())
+        * terms.action(weights[layout["action"]], signals())
+        * terms.reaction(weights[layout["reaction"]], signals())
     )
     np.testing.assert_allclose(controller.feedback(weights, signals()), product, rtol=1e-6)
 
@@ -99,8 +99,8 @@ def test_the_force_saturates_between_zero_and_the_actuators_most(output, force):
         def __call__(self, weights, signals):
             return jnp.full_like(signals["feedback"], output)
 
-    said = Controller(Fixed()).command([], signals(feedback=np.zeros(3)), 4.0)
-    np.testing.assert_array_equal(said, force)
+    commanded = Controller(Fixed()).command([], signals(feedback=np.zeros(3)), 4.0)
+    np.testing.assert_array_equal(commanded, force)
 
 
 def test_equal_controllers_are_one_static_argument():

@@ -118,8 +118,8 @@ def test_a_ground_that_drops_is_a_step_of_it_and_stairs_are_drops_one_after_the_
         np.testing.assert_array_equal(getattr(drop, name), getattr(step, name))
     stairs = run(Hopper(), changes={"ground_m": Staircase(step=-0.1, dwell_s=2.0, levels=3)})
     assert sorted(set(np.round(10.0 * stairs.ground_m[:, 0]).tolist())) == [-2.0, -1.0, 0.0]
-    before = stairs.time_s[:, 0] < 2.0
-    np.testing.assert_array_equal(stairs.height_m[before], drop.height_m[before])
+    undisturbed = stairs.time_s[:, 0] < 2.0
+    np.testing.assert_array_equal(stairs.height_m[undisturbed], drop.height_m[undisturbed])
 
 
 def test_a_ground_that_lies_lower_throughout_is_refused():
@@ -133,12 +133,12 @@ def test_several_legs_have_actuators_each_and_are_struck_as_one():
     engine = Engine(controller=legs, timing=Timing(duration_s=0.2, tick_s=0.002))
     body = Actuators(body=Blows(body=Bar(inertia_ratio=0.6)))
     path = run(body, engine, changes={"body.impulse_ns": [0.0, 0.2], "body.at_s": 0.1})
-    before = path.time_s[:, 0] <= 0.1
+    undisturbed = path.time_s[:, 0] <= 0.1
     np.testing.assert_array_equal(
-        path.velocity_m_per_s[before, 0], path.velocity_m_per_s[before, 1]
+        path.velocity_m_per_s[undisturbed, 0], path.velocity_m_per_s[undisturbed, 1]
     )
     # A bar of two legs weighs 0.2 kg.
-    assert np.diff(path.velocity_m_per_s[~before][0]) == pytest.approx(1.0, abs=1e-4)
+    assert np.diff(path.velocity_m_per_s[~undisturbed][0]) == pytest.approx(1.0, abs=1e-4)
     np.testing.assert_allclose(path.pitch_rad, 0.0, atol=1e-6)
 
 

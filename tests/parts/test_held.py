@@ -34,23 +34,23 @@ def test_without_its_feedback_the_phase_runs_at_omega():
 def test_a_constant_feedback_is_another_frequency():
     controller, weights = learned()
     slower = rolled_out(*held(controller, weights, [-0.5, 0.25]), omega=4.0)
-    same = rolled_out(*held(controller, weights), omega=np.array([3.5, 4.25]))
+    reference = rolled_out(*held(controller, weights), omega=np.array([3.5, 4.25]))
     for name in ("height_m", "phase_rad"):
-        np.testing.assert_allclose(getattr(slower, name), getattr(same, name), atol=1e-3)
+        np.testing.assert_allclose(getattr(slower, name), getattr(reference, name), atol=1e-3)
 
 
 def test_an_actuation_on_the_feedback_reads_the_constant():
     controller, weights = learned("ART-rF-tphif-w4")
-    at = {f: rolled_out(*held(controller, weights, f), omega=4.0 - f) for f in (0.0, 1.0)}
-    np.testing.assert_allclose(at[0.0].phase_rad, at[1.0].phase_rad, atol=1e-3)
-    assert not np.allclose(at[0.0].impulse_ns, at[1.0].impulse_ns)
+    paths = {f: rolled_out(*held(controller, weights, f), omega=4.0 - f) for f in (0.0, 1.0)}
+    np.testing.assert_allclose(paths[0.0].phase_rad, paths[1.0].phase_rad, atol=1e-3)
+    assert not np.allclose(paths[0.0].impulse_ns, paths[1.0].impulse_ns)
 
 
 def test_each_set_of_weights_keeps_its_own_actuation():
-    one, rows = learned()
-    four = dataclasses.replace(one, limbs=4, sharing=(0, 0, 1, 1))
+    controller, rows = learned()
+    four = dataclasses.replace(controller, limbs=4, sharing=(0, 0, 1, 1))
     clock, weights = held(four, rows.reshape(-1), 0.5)
-    alone = [held(one, row, 0.5)[1] for row in rows]
+    alone = [held(controller, row, 0.5)[1] for row in rows]
     assert clock.sharing == four.sharing
     np.testing.assert_array_equal(weights, np.concatenate(alone))
 

@@ -60,21 +60,23 @@ def advance(
 def stance(body: Hopper, x0: float, v0: float, force: float, t: np.ndarray):
     """Height over touchdown and velocity of m x'' = -k x - c x' + F - m g, in closed form."""
     m, k, c = body.mass_kg, body.stiffness_n_per_m, body.damping_ns_per_m
-    rest = (force - m * body.gravity_m_per_s2) / k
+    offset = (force - m * body.gravity_m_per_s2) / k
     decay = 0.5 * c / m
     s = np.sqrt(complex(decay**2 - k / m))  # imaginary if underdamped
     cosh = np.cosh(s * t)
     sinh_s = np.sinh(s * t) / s if s else t
-    a, b = x0 - rest, v0 + decay * (x0 - rest)
-    x = rest + np.exp(-decay * t) * (a * cosh + b * sinh_s)
+    a, b = x0 - offset, v0 + decay * (x0 - offset)
+    x = offset + np.exp(-decay * t) * (a * cosh + b * sinh_s)
     v = np.exp(-decay * t) * (b * cosh + a * s**2 * sinh_s - decay * (a * cosh + b * sinh_s))
     return x.real, v.real
 
 
 def apexes(motion: Motion, tick: float = TICK_S) -> tuple[np.ndarray, np.ndarray]:
     """Times and heights of the apexes."""
-    at = np.flatnonzero(~np.isnan(motion.contact.apex_share))
-    return (at + motion.contact.apex_share[at]) * tick, motion.contact.apex_height_m[at]
+    indices = np.flatnonzero(~np.isnan(motion.contact.apex_share))
+    return (indices + motion.contact.apex_share[indices]) * tick, motion.contact.apex_height_m[
+        indices
+    ]
 
 
 # Closed forms.
@@ -140,8 +142,8 @@ def test_a_sector_that_begins_inside_a_tick_displaces_the_body_as_it_does():
     )
     with jax.enable_x64(True):
         path = (jnp.asarray([x], "float64") for x in (0.93, 1.03, 5.0))
-        said = push(sector, (), Hopper().max_force_n, jnp.zeros(1), *path)
-        mean, rise = float(said.mean_n[0]), float(said.rise_n[0])
+        displacement = push(sector, (), Hopper().max_force_n, jnp.zeros(1), *path)
+        mean, rise = float(displacement.mean_n[0]), float(displacement.rise_n[0])
     assert mean == pytest.approx(0.3 * 4.0)
     moved = advance(Hopper(), 0.8, 0.2, tick, force=mean, rise=rise, tick=tick)
     without_rise = advance(Hopper(), 0.8, 0.2, tick, force=mean, tick=tick)
@@ -155,10 +157,10 @@ def test_touchdown_is_located_inside_the_tick():
     fall = math.sqrt(2 * 0.2 / 9.81)
     (tick,) = np.flatnonzero(~np.isnan(motion.contact.touchdown_share))
     assert (tick + motion.contact.touchdown_share[tick]) * TICK_S == pytest.approx(fall, abs=1e-12)
-    after = motion.time > fall
-    x, v = stance(Hopper(), 0.0, -9.81 * fall, 0.0, motion.time[after] - fall)
-    np.testing.assert_allclose(motion.height[after], 1.0 + x, atol=1e-11)
-    np.testing.assert_allclose(motion.velocity[after], v, atol=1e-10)
+    descended = motion.time > fall
+    x, v = stance(Hopper(), 0.0, -9.81 * fall, 0.0, motion.time[descended] - fall)
+    np.testing.assert_allclose(motion.height[descended], 1.0 + x, atol=1e-11)
+    np.testing.assert_allclose(motion.velocity[descended], v, atol=1e-10)
 
 
 def test_lift_off_is_located_inside_the_tick():
@@ -166,10 +168,10 @@ def test_lift_off_is_located_inside_the_tick():
     t = np.linspace(0.0, 0.4, 4_000_001)
     x, v = stance(Hopper(), -0.5, 0.0, 2.0, t)
     first = np.argmax(x > 0.0)
-    after = motion.time > t[first]
-    flown = motion.time[after] - t[first]
+    descended = motion.time > t[first]
+    flown = motion.time[descended] - t[first]
     expected = 1.0 + x[first] + v[first] * flown - 0.5 * 9.81 * flown**2
-    np.testing.assert_allclose(motion.height[after], expected, atol=1e-6)
+    np.testing.assert_allclose(motion.height[descended], expected, atol=1e-6)
     assert motion.contact.stance_share.sum() * TICK_S == pytest.approx(t[first], abs=2e-7)
 
 
@@ -244,15 +246,15 @@ def test_without_damping_the_energy_gained_is_the_work_done():
 
 def test_damping_takes_energy_and_never_gives_any():
     with jax.enable_x64(True):
-        lost = -np.diff(energy(Hopper(), advance(Hopper(), 1.2, 0.0, 3.0)))
-    assert lost.min() > -1e-10
-    assert lost.sum() > 0.1
+        loss = -np.diff(energy(Hopper(), advance(Hopper(), 1.2, 0.0, 3.0)))
+    assert loss.min() > -1e-10
+    assert loss.sum() > 0.1
 
 
 WITHOUT_ACTUATOR = Engine(
     controller=build("V-reflex-w4"), timing=Timing(duration_s=2.0, frame_s=0.01)
 )
-"""With a gain of zero the reflex never pushes."""
+"""Engine without actuation: with a gain of zero the reflex never pushes."""
 
 hoppers = st.builds(
     Hopper,
@@ -325,10 +327,10 @@ def test_a_spring_of_another_law_moves_as_an_independent_solver_says(kind, force
 
 
 def test_the_hoppers_law_written_once_more_moves_as_the_hopper():
-    own, usual = (advance(x, 1.2, 0.0, 3.0, force=1.5) for x in (Proportional(), Hopper()))
-    np.testing.assert_allclose(own.height, usual.height, atol=1e-9)
-    for name, mine in own.contact._asdict().items():
-        theirs = getattr(usual.contact, name)
+    rewritten, original = (advance(x, 1.2, 0.0, 3.0, force=1.5) for x in (Proportional(), Hopper()))
+    np.testing.assert_allclose(rewritten.height, original.height, atol=1e-9)
+    for name, mine in rewritten.contact._asdict().items():
+        theirs = getattr(original.contact, name)
         if theirs is not None:
             np.testing.assert_allclose(mine, theirs, atol=1e-6, err_msg=name)
 
@@ -449,9 +451,9 @@ def test_a_tick_too_long_for_the_body_is_refused_with_one_that_is_short_enough(b
 
 def test_another_mass_is_no_reason_to_compile_anew():
     advance(Hopper(), 1.2, 0.0, 0.01)
-    before = _advance._cache_size()
+    programs = _advance._cache_size()
     advance(Hopper(mass_kg=0.2, damping_ns_per_m=0.0), 1.2, 0.0, 0.01)
-    assert _advance._cache_size() == before
+    assert _advance._cache_size() == programs
 
 
 @pytest.mark.parametrize(("dtype", "remainder"), [("float64", 1e-10), ("float32", 3e-7)])

@@ -22,8 +22,8 @@ ART = build("ART", 20)
 SHORT = Timing(duration_s=4.0)
 
 
-def network(unit: Controller, limbs: int = 2, **more) -> Controller:
-    return dataclasses.replace(unit, limbs=limbs, **more)
+def network(unit: Controller, limbs: int = 2, **options) -> Controller:
+    return dataclasses.replace(unit, limbs=limbs, **options)
 
 
 def run(controller: Controller, weights, body=None, *, timing=SHORT, **scenario):
@@ -37,14 +37,14 @@ def run(controller: Controller, weights, body=None, *, timing=SHORT, **scenario)
 def test_uncoupled_units_on_separate_bodies_are_as_many_runs_of_one():
     weights = np.random.default_rng(0).normal(size=(3, ART.n_weights))
     phase = np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]])
-    both = run(
+    path = run(
         network(ART), weights, SeparateHoppers(), phase_rad=phase, initial_pose={"apart_m": 0.2}
     )
     for limb, height in enumerate((1.1, 1.3)):
         alone = run(ART, weights, Hopper(), phase_rad=phase[limb], height_m=height)
-        np.testing.assert_allclose(both.hoppers_m[:, limb], alone.height_m, atol=1e-12)
+        np.testing.assert_allclose(path.hoppers_m[:, limb], alone.height_m, atol=1e-12)
         for channel in ("phase_rad", "feedback_rad_per_s", "actuator_force_n", "spring_force_n"):
-            of_limb = getattr(both, channel)[:, limb]
+            of_limb = getattr(path, channel)[:, limb]
             np.testing.assert_allclose(of_limb, getattr(alone, channel), atol=1e-9, err_msg=channel)
 
 
@@ -136,13 +136,13 @@ def test_a_coupling_is_the_sine_of_the_gap_less_the_lag(phase, lag):
     phi = np.array(phase)
     signals = Signals({"sin_phase": jnp.sin(phi), "cos_phase": jnp.cos(phi)})
     pull = Neighbours(((0, 1), (0, 2), (3, 0)), 2.0, lag)((), signals)
-    wanted = [
+    expected = [
         2.0 * (math.sin(phi[1] - phi[0] - lag) + math.sin(phi[2] - phi[0] - lag)),
         0.0,
         0.0,
         2.0 * math.sin(phi[0] - phi[3] - lag),
     ]
-    np.testing.assert_allclose(pull, wanted, atol=1e-5)
+    np.testing.assert_allclose(pull, expected, atol=1e-5)
 
 
 def test_a_learned_coupling_can_be_any_fixed_one():
@@ -163,8 +163,8 @@ def test_a_strong_coupling_brings_oscillators_to_its_lag():
     one_way = Neighbours(((1, 0),), 20.0, lag)
     for links, gap in ((coupling, 0.0), (one_way, lag)):
         path = run(network(ONE, coupling=links), [[0.0]], Bar(), phase_rad=[[0.0], [2.0]])
-        found = np.diff(path.phase_rad[-1], axis=0)[0, 0]
-        assert math.cos(found + gap) == pytest.approx(1.0, abs=1e-6)
+        measured = np.diff(path.phase_rad[-1], axis=0)[0, 0]
+        assert math.cos(measured + gap) == pytest.approx(1.0, abs=1e-6)
 
 
 # The bar
@@ -221,10 +221,10 @@ def test_apexes_are_those_of_an_adaptive_solver(hips, inertia_ratio, reflex, pha
         phase_rad=np.array(phases)[:, None],
         initial_pose={"pitch_rad": 0.05},
     )
-    seen = np.isfinite(path.apex_time_s[:, 0])
-    assert seen.sum() == len(flown.apex_time) >= 2
-    np.testing.assert_allclose(path.apex_height_m[seen, 0], flown.apex_height, atol=1e-3)
-    np.testing.assert_allclose(path.apex_time_s[seen, 0], flown.apex_time, atol=2e-3)
+    mask = np.isfinite(path.apex_time_s[:, 0])
+    assert mask.sum() == len(flown.apex_time) >= 2
+    np.testing.assert_allclose(path.apex_height_m[mask, 0], flown.apex_height, atol=1e-3)
+    np.testing.assert_allclose(path.apex_time_s[mask, 0], flown.apex_time, atol=2e-3)
 
 
 def test_without_damping_and_force_the_bar_keeps_its_energy():

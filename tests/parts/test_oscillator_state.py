@@ -34,8 +34,8 @@ SWELLING = dataclasses.replace(VANILLA, oscillator=LearnedAmplitude())
 PHASELESS = Controller(LearnedActuation(("activity",), 2), Relaxation())
 
 
-def run(controller: Controller, weights, **more) -> Trajectory:
-    return Engine(controller=controller, timing=TIMING, **more).run(weights, Scenario(omega=8.0))
+def run(controller: Controller, weights, **options) -> Trajectory:
+    return Engine(controller=controller, timing=TIMING, **options).run(weights, Scenario(omega=8.0))
 
 
 @pytest.mark.parametrize("oscillator", [LearnedAmplitude(), Relaxation()], ids=str)
@@ -116,8 +116,8 @@ def height_and_work(trajectory, scenario, body, timing):
 def test_only_what_a_summary_needs_is_recorded():
     some = run(VANILLA, [2.0], summary=height_and_work)
     assert list(some.channels) == ["height_m", "work_absolute_j"]
-    everything = run(VANILLA, [2.0])
-    np.testing.assert_array_equal(some.work_absolute_j, everything.work_absolute_j)
+    trajectory = run(VANILLA, [2.0])
+    np.testing.assert_array_equal(some.work_absolute_j, trajectory.work_absolute_j)
     with pytest.raises(AttributeError, match="'climb_m' was not recorded; recorded are height_m"):
         _ = some.climb_m
 
@@ -136,8 +136,8 @@ def test_a_channel_that_nobody_declares_is_refused_with_those_there_are():
 class TakesAName(LearnedAmplitude):
     @property
     def channels(self):
-        (own,) = super().channels
-        return (dataclasses.replace(own, name="height_m"),)
+        (channel,) = super().channels
+        return (dataclasses.replace(channel, name="height_m"),)
 
 
 def test_a_channel_cannot_take_the_name_of_another():

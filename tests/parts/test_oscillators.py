@@ -61,8 +61,8 @@ def test_feedback_alarms_a_wary_oscillator_soon_and_it_calms_down_slowly():
 def test_oscillators_with_rates_of_their_own_keep_them_in_other_units():
     assert PhaseOscillator(slowest_rad_per_s=1.0).in_units(0.5).slowest_rad_per_s == 2.0
     wary = WaryOscillator(fast_rad_per_s=4.0, rise_s=0.2, fall_s=8.0)
-    own = WaryOscillator(fast_rad_per_s=8.0, rise_s=0.1, fall_s=4.0)
-    assert wary.in_units(0.5) == own
+    oscillator = WaryOscillator(fast_rad_per_s=8.0, rise_s=0.1, fall_s=4.0)
+    assert wary.in_units(0.5) == oscillator
     with pytest.raises(TegotaeError, match="a Clamped has rates of its own"):
         Clamped(PhaseOscillator()).in_units(0.5)
 

@@ -38,7 +38,7 @@ CHECKED = [
 
 
 def refused(part, name, value) -> str:
-    """Why a part cannot have this value."""
+    """Return the reason why a part cannot have this value."""
     with pytest.raises(TegotaeError) as raised:
         dataclasses.replace(part, **{name: value})
     assert "\n" not in str(raised.value)
@@ -47,14 +47,14 @@ def refused(part, name, value) -> str:
 
 @pytest.mark.parametrize(("part", "name"), CHECKED)
 def test_what_no_field_can_be_is_refused_by_its_name(part, name):
-    usual = getattr(part, name)
+    default = getattr(part, name)
     for value in (math.nan, math.inf, -math.inf, "heavy", None):
-        if value is not None or usual is not None:
+        if value is not None or default is not None:
             assert refused(part, name, value).startswith(f"{name} is ")
 
 
 @pytest.mark.parametrize(
-    ("part", "name", "value", "said"),
+    ("part", "name", "value", "message"),
     [
         *((Hopper(), name, 0.0, "greater than 0") for name in ("mass_kg", "max_force_n")),
         *((Walker(), name, 0.0, "greater than 0") for name in ("mass_kg", "damping_xy_ns_per_m")),
@@ -74,5 +74,5 @@ def test_what_no_field_can_be_is_refused_by_its_name(part, name):
         (Matsuoka(), "slowness", 12.0, "at most 2.5"),
     ],
 )
-def test_what_is_out_of_bounds_is_refused_with_what_would_be_right(part, name, value, said):
-    assert said in refused(part, name, value)
+def test_what_is_out_of_bounds_is_refused_with_what_would_be_right(part, name, value, message):
+    assert message in refused(part, name, value)

@@ -35,10 +35,10 @@ def silence(t, phase):
 
 @partial(jax.jit, static_argnames=("oscillator", "steps", "feedback"))
 def _followed(oscillator, omega, weights, steps, feedback):
-    given = (weights,) if weights else ()
+    arguments = (weights,) if weights else ()
 
     def rate(state, t):
-        return oscillator.rate(state, omega, feedback(t, state[0]), *given)
+        return oscillator.rate(state, omega, feedback(t, state[0]), *arguments)
 
     def step(state, t):
         def ahead(rates, by):
@@ -60,20 +60,20 @@ def followed(oscillator, omega=(OMEGA,), *, weights=(), duration_s=40.0, feedbac
     """The state of an oscillator by itself after each step, arrays [steps, lanes], float64."""
     with jax.enable_x64(True):
         lanes = np.broadcast_shapes(np.shape(omega), *(np.shape(w) for w in weights))
-        own = jnp.broadcast_to(jnp.asarray(omega, float), lanes)
+        frequencies = jnp.broadcast_to(jnp.asarray(omega, float), lanes)
         rows = tuple(jnp.broadcast_to(jnp.asarray(w, float), lanes) for w in weights)
         steps = round(duration_s / STEP_S)
-        return jax.tree.map(np.asarray, _followed(oscillator, own, rows, steps, feedback))
+        return jax.tree.map(np.asarray, _followed(oscillator, frequencies, rows, steps, feedback))
 
 
 def frequency(phase):
     """Mean frequency over the whole turns in the second half [rad/s], lane by lane."""
-    found = []
+    result = []
     for lane in phase[len(phase) // 2 :].T:
         turns = np.floor((lane[-1] - lane[0]) / (2 * np.pi))
         last = np.interp(lane[0] + 2 * np.pi * turns, lane, np.arange(len(lane)))
-        found.append(2 * np.pi * turns / (last * STEP_S))
-    return np.array(found)
+        result.append(2 * np.pi * turns / (last * STEP_S))
+    return np.array(result)
 
 
 @pytest.mark.parametrize("name", [name for name in OSCILLATORS if name.startswith("learned")])
@@ -83,8 +83,8 @@ def test_every_oscillator_keeps_the_contract(name):
 
 @pytest.mark.parametrize("name", [name for name in OSCILLATORS if not name.startswith("learned")])
 def test_left_alone_it_runs_at_the_prescribed_frequency(name):
-    found = frequency(followed(oscillator_named(name), (3.0, 8.0))[0])
-    np.testing.assert_allclose(found, (3.0, 8.0), rtol=0.01)
+    result = frequency(followed(oscillator_named(name), (3.0, 8.0))[0])
+    np.testing.assert_allclose(result, (3.0, 8.0), rtol=0.01)
 
 
 # Hopf
@@ -145,8 +145,8 @@ def test_an_adaptive_hopf_oscillator_takes_on_the_frequency_of_its_input():
         return 2.0 * jnp.cos(driving * t) * jnp.ones_like(phase)
 
     pushed = AdaptiveHopf(turn=0.0, push=1.0, learning_per_s=1.0)
-    found = followed(pushed, (5.0, 7.5, 9.0), duration_s=120.0, feedback=feedback)
-    learned = np.array([5.0, 7.5, 9.0]) + found.shift_rad_per_s[-4000:].mean(axis=0)
+    result = followed(pushed, (5.0, 7.5, 9.0), duration_s=120.0, feedback=feedback)
+    learned = np.array([5.0, 7.5, 9.0]) + result.shift_rad_per_s[-4000:].mean(axis=0)
     np.testing.assert_allclose(learned, driving, rtol=0.01)
 
 
@@ -181,9 +181,9 @@ def test_its_amplitude_is_two_and_its_period_that_of_the_series_and_of_the_whole
     share = np.log(mu / 0.05) / np.log(2.0 / 0.05)
     weight = np.log(share / (1.0 - share))  # from the middle of the range
     middle = Learned(VanDerPol(mu=math.sqrt(0.05 * 2.0)))
-    found = followed(middle, weights=(0.0, 0.0, 0.0, weight), duration_s=100.0)
-    np.testing.assert_allclose(frequency(found.phase), OMEGA, rtol=0.003)
-    late = found.radius[-1600:] * np.cos(found.phase[-1600:])
+    result = followed(middle, weights=(0.0, 0.0, 0.0, weight), duration_s=100.0)
+    np.testing.assert_allclose(frequency(result.phase), OMEGA, rtol=0.003)
+    late = result.radius[-1600:] * np.cos(result.phase[-1600:])
     np.testing.assert_allclose(2.0 * late.max(axis=0), 2.0, rtol=0.012)
     small = np.array([0.0, 0.1, 0.3])
     np.testing.assert_allclose(period_ratio(small), 1 + small**2 / 16, rtol=1e-4)
@@ -201,8 +201,8 @@ def test_in_polar_coordinates_it_is_matsuokas_pair_of_neurons():
         @jax.jit
         def neurons_and_rates(state):
             rate = half_centre.rate(state, jnp.full(9, omega), jnp.zeros(9))
-            of = half_centre.neurons
-            return jax.jvp(lambda *each: of(each), tuple(state), tuple(rate))
+            neurons = half_centre.neurons
+            return jax.jvp(lambda *values: neurons(values), tuple(state), tuple(rate))
 
         neurons, rates = jax.tree.map(np.asarray, neurons_and_rates(state))
     u1, u2, v1, v2 = neurons
@@ -223,12 +223,12 @@ def test_matsuokas_frequency_holds_to_8_percent_and_his_amplitude_to_13_in_the_r
     # A weight far from 0 is a parameter at its bound.
     corners = np.array(np.meshgrid([-9.0, 0.0, 9.0], [-9.0, 9.0], [-9.0, 0.0, 9.0])).reshape(3, -1)
     learned = Learned(Matsuoka())
-    found = followed(learned, weights=(0.0, 0.0, 0.0, *corners), duration_s=60.0)
-    np.testing.assert_allclose(frequency(found.phase), OMEGA, rtol=0.08)
-    x = (found.radius * np.cos(found.phase))[-1600:].max(axis=0)
+    result = followed(learned, weights=(0.0, 0.0, 0.0, *corners), duration_s=60.0)
+    np.testing.assert_allclose(frequency(result.phase), OMEGA, rtol=0.08)
+    x = (result.radius * np.cos(result.phase))[-1600:].max(axis=0)
     np.testing.assert_allclose(x, 1.0, atol=0.13)
     # Its phase never runs backwards by itself.
-    assert np.diff(found.phase[-1600:], axis=0).min() > 0.0
+    assert np.diff(result.phase[-1600:], axis=0).min() > 0.0
 
 
 # Feedback
@@ -258,9 +258,11 @@ def test_a_state_that_went_through_the_origin_is_on_its_other_side():
 def test_weights_of_zero_are_the_oscillator_itself_and_others_keep_it_in_its_ranges():
     for oscillator in PLANAR.values():
         learned = Learned(oscillator)
-        same = learned.with_weights([0.0] * learned.n_weights)
+        neutral = learned.with_weights([0.0] * learned.n_weights)
         for name, bounds in oscillator.RANGES.items():
-            assert float(getattr(same, name)) == pytest.approx(getattr(oscillator, name), rel=1e-6)
+            assert float(getattr(neutral, name)) == pytest.approx(
+                getattr(oscillator, name), rel=1e-6
+            )
             if bounds is not None:
                 for sign, bound in zip((-30.0, 30.0), bounds, strict=True):
                     far = learned.with_weights([sign] * learned.n_weights)

@@ -24,7 +24,7 @@ from tegotae.simulation.recorder import needing
 ONE = build("V-sector-w8")
 SHORT = Timing(duration_s=4.0)
 PHASES = np.array([[0.0, 1.0], [2.0, 4.0], [1.0, 5.5], [3.5, 2.5]])
-"""Of the legs left fore, right fore, left hind, right hind; two lanes."""
+"""Phases of the legs left fore, right fore, left hind, right hind; two lanes."""
 NEAR = PHASES * 0.2
 """Near enough to each other for flights of the whole body."""
 TILTED = {"pitch_rad": 0.05, "roll_rad": 0.08}
@@ -164,12 +164,12 @@ def test_apexes_and_phases_are_those_of_an_adaptive_solver(ratios, stiffness, re
     )
     unit = build("V-reflex-w8") if reflex else ONE
     path = run(plate, NEAR, unit=unit, gain=2.0, initial_pose=SLIGHTLY)
-    seen = np.isfinite(path.apex_time_s[:, 0])
-    assert seen.sum() == len(flown.apex_time) >= 1
-    np.testing.assert_allclose(path.apex_height_m[seen, 0], flown.apex_height, atol=1e-3)
-    np.testing.assert_allclose(path.apex_time_s[seen, 0], flown.apex_time, atol=2e-3)
-    apart = path.phase_rad[-1, :, 0] - flown.phase
-    np.testing.assert_allclose(np.cos(apart), 1.0, atol=1e-4)
+    mask = np.isfinite(path.apex_time_s[:, 0])
+    assert mask.sum() == len(flown.apex_time) >= 1
+    np.testing.assert_allclose(path.apex_height_m[mask, 0], flown.apex_height, atol=1e-3)
+    np.testing.assert_allclose(path.apex_time_s[mask, 0], flown.apex_time, atol=2e-3)
+    difference = path.phase_rad[-1, :, 0] - flown.phase
+    np.testing.assert_allclose(np.cos(difference), 1.0, atol=1e-4)
     assert path.height_m[-1, 0] == pytest.approx(flown.place[0], abs=1e-3)
     assert path.roll_rad[-1, 0] == pytest.approx(flown.place[2], abs=5e-3)
 
@@ -188,14 +188,17 @@ def test_without_damping_and_force_the_plate_keeps_its_energy():
 
 def test_a_plate_whose_legs_are_named_in_another_order_moves_the_same():
     order = [2, 0, 3, 1]
-    named = dataclasses.replace(
+    renamed = dataclasses.replace(
         LIMP,
         hips_x_m=tuple(LIMP.hips_x_m[leg] for leg in order),
         hips_z_m=tuple(LIMP.hips_z_m[leg] for leg in order),
     )
-    path, other = run(LIMP, initial_pose=TILTED), run(named, PHASES[order], initial_pose=TILTED)
-    np.testing.assert_allclose(path.height_m, other.height_m, atol=1e-12)
-    np.testing.assert_allclose(path.phase_rad[:, order], other.phase_rad, atol=1e-10)
+    path, reordered = (
+        run(LIMP, initial_pose=TILTED),
+        run(renamed, PHASES[order], initial_pose=TILTED),
+    )
+    np.testing.assert_allclose(path.height_m, reordered.height_m, atol=1e-12)
+    np.testing.assert_allclose(path.phase_rad[:, order], reordered.phase_rad, atol=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -216,9 +219,9 @@ def test_a_mirrored_start_gives_the_mirrored_gait(order, flipped):
 
 
 def test_no_lane_feels_another():
-    both = run(LIMP, initial_pose=TILTED)
+    path = run(LIMP, initial_pose=TILTED)
     twice = run(LIMP, PHASES[:, [1, 1]], initial_pose=TILTED)
-    for name, record in both.channels.items():
+    for name, record in path.channels.items():
         np.testing.assert_array_equal(record[..., 1], twice.channels[name][..., 0], err_msg=name)
 
 
@@ -231,7 +234,7 @@ def last_phases(trajectory, scenario, body, timing):
 
 
 def lags(plate: Plate, gain: float = 1.0, lanes: int = 4) -> np.ndarray:
-    """How far the legs are behind left fore after 90 s [rad], [legs, lanes]."""
+    """Return the lags of the legs behind left fore after 90 s [rad], [legs, lanes]."""
     start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (4, lanes))
     timing = Timing(duration_s=90.0, frame_s=0.1, tick_s=0.002)
     engine = Engine(controller=legs(4), timing=timing, summary=last_phases)
@@ -245,16 +248,16 @@ def lags(plate: Plate, gain: float = 1.0, lanes: int = 4) -> np.ndarray:
     ids=["light in pitch: bound", "light in roll: pace", "heavy: pronk"],
 )
 def test_the_gait_is_the_lightest_mode_of_the_body(pitch, roll, gait):
-    found = lags(Plate(pitch_inertia_ratio=pitch, roll_inertia_ratio=roll))
-    wanted = np.pi * np.array(gait, float)[:, None]
-    np.testing.assert_allclose(np.cos(found - wanted), 1.0, atol=0.05)
+    gait_lags = lags(Plate(pitch_inertia_ratio=pitch, roll_inertia_ratio=roll))
+    expected = np.pi * np.array(gait, float)[:, None]
+    np.testing.assert_allclose(np.cos(gait_lags - expected), 1.0, atol=0.05)
 
 
 def test_legs_that_do_not_listen_keep_their_lags():
     plate = Plate(pitch_inertia_ratio=0.6, roll_inertia_ratio=1.6)
     start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (4, 4))
-    apart = lags(plate, gain=0.0) - (start[:1] - start)
-    np.testing.assert_allclose(np.cos(apart), 1.0, atol=1e-4)
+    difference = lags(plate, gain=0.0) - (start[:1] - start)
+    np.testing.assert_allclose(np.cos(difference), 1.0, atol=1e-4)
 
 
 # Lanes with bodies of their own
@@ -263,16 +266,16 @@ def test_legs_that_do_not_listen_keep_their_lags():
 @pytest.mark.thorough
 def test_every_lane_may_have_a_body_of_its_own():
     across = np.array([[0.3, 0.4], [-0.3, -0.4], [0.3, 0.4], [-0.3, -0.4]])
-    own = {
+    varied = {
         "pitch_inertia_ratio": [0.6, 1.6],
         "twist_stiffness_nm_per_rad": [0.0, 0.3],
         "mass_kg": [0.1, 0.11],
         "stiffness_n_per_m": [5.0, 6.0],
         "rest_length_m": [1.0, 0.9],
     }
-    path = run(LIMP, initial_pose=TILTED, changes=own | {"hips_z_m": across})
+    path = run(LIMP, initial_pose=TILTED, changes=varied | {"hips_z_m": across})
     for lane in (0, 1):
-        fields = {name: values[lane] for name, values in own.items()}
+        fields = {name: values[lane] for name, values in varied.items()}
         body = dataclasses.replace(LIMP, hips_z_m=tuple(across[:, lane]), **fields)
         alone = run(body, initial_pose=TILTED)
         np.testing.assert_allclose(path.height_m[:, lane], alone.height_m[:, lane], atol=1e-9)
@@ -289,10 +292,10 @@ def test_a_network_sees_what_is_sensed_over_the_scale_of_its_lane():
 
 
 def test_a_leg_that_is_lost_bears_nothing_and_the_others_bear_as_they_did():
-    whole, lame = Plate(), Plate(present=(1, 1, 0, 1))
-    state = whole.release(jnp.array([0.8]), jnp.array([0.0]))  # all legs pressed by 0.2 m
+    intact, lame = Plate(), Plate(present=(1, 1, 0, 1))
+    state = intact.release(jnp.array([0.8]), jnp.array([0.0]))  # all legs pressed by 0.2 m
     ground = jnp.zeros(1)
-    felt, felt_lame = (body.sense(state, ground).values["spring_force"] for body in (whole, lame))
+    felt, felt_lame = (body.sense(state, ground).values["spring_force"] for body in (intact, lame))
     np.testing.assert_allclose(felt[:, 0], 1.0, rtol=1e-5)
     np.testing.assert_allclose(felt_lame[:, 0], [1.0, 1.0, 0.0, 1.0], rtol=1e-5)
     push = Push(jnp.full((4, 1), 2.0))
@@ -302,11 +305,11 @@ def test_a_leg_that_is_lost_bears_nothing_and_the_others_bear_as_they_did():
     # 3 (1 N + 2 N) - 4 m g on 4 m, and the left hind leg's share of the moments is missing.
     assert float(moved.rate[0, 0]) == pytest.approx(0.001 * (9.0 / 0.4 - 9.81), rel=1e-2)
     assert float(moved.rate[1, 0]) > 0.0 > float(moved.rate[2, 0])
-    lost, all_there = (
+    lame_energy, intact_energy = (
         float(body.energy(state, ground)[0]) for body in (lame, Plate(present=(1, 1, 1, 1)))
     )
-    assert all_there == float(whole.energy(state, ground)[0])
-    assert all_there - lost == pytest.approx(0.5 * 5.0 * 0.2**2, rel=1e-3)
+    assert intact_energy == float(intact.energy(state, ground)[0])
+    assert intact_energy - lame_energy == pytest.approx(0.5 * 5.0 * 0.2**2, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -41,22 +41,22 @@ def test_no_delay_and_no_noise_change_nothing_to_the_bit():
 def test_what_they_tell_is_what_was_felt_so_long_ago():
     # Of a controller without gain the body does not depend on what is told.
     still = Engine(controller=REFLEX, timing=Timing(duration_s=4.0, frame_s=0.001))
-    told = still.run(
+    reading = still.run(
         [0.0], Scenario(omega=8.0, changes={"delay_s": [0.0, 0.01, 0.0105]}), LEG, dtype="float64"
     ).spring_force_n
-    np.testing.assert_allclose(told[100:, 1], told[90:-10, 0], atol=1e-12)
-    between = 0.5 * (told[90:-10, 0] + told[89:-11, 0])
-    np.testing.assert_allclose(told[100:, 2], between, atol=1e-9)
+    np.testing.assert_allclose(reading[100:, 1], reading[90:-10, 0], atol=1e-12)
+    between = 0.5 * (reading[90:-10, 0] + reading[89:-11, 0])
+    np.testing.assert_allclose(reading[100:, 2], between, atol=1e-9)
 
 
 def test_noise_is_white_normal_and_as_large_as_said():
     still = Engine(controller=REFLEX, timing=Timing(duration_s=8.0, frame_s=0.001))
-    told = still.run(
+    reading = still.run(
         [0.0],
         Scenario(omega=8.0, changes={"noise": [0.0, 0.05, 0.05], "seed": [0.0, 0.0, 1.0]}),
         LEG,
     ).spring_force_n
-    noise = (told[:, 1:] - told[:, :1]) / Hopper().weight_n
+    noise = (reading[:, 1:] - reading[:, :1]) / Hopper().weight_n
     np.testing.assert_allclose(noise.std(axis=0), 0.05, rtol=0.03)
     np.testing.assert_allclose(noise.mean(axis=0), 0.0, atol=0.002)
     assert abs(np.corrcoef(noise[1:, 0], noise[:-1, 0])[0, 1]) < 0.05

@@ -29,11 +29,11 @@ def _pushed(force_n: PerLimb, ground_m: PerLane) -> PerLimb:
     ids=" and ".join,
 )
 def test_what_parts_and_simulation_say_of_shapes_holds_in_a_rollout(bodies):
-    found = subprocess.run(
+    process = subprocess.run(
         [sys.executable, str(PROGRAM), *bodies], capture_output=True, text=True, check=False
     )
-    assert found.returncode == 0, found.stderr[-3000:]
-    assert found.stdout.splitlines() == [f"{body} (2, 1)" for body in bodies]
+    assert process.returncode == 0, process.stderr[-3000:]
+    assert process.stdout.splitlines() == [f"{body} (2, 1)" for body in bodies]
 
 
 def test_a_limb_has_the_lanes_of_its_body():

@@ -77,9 +77,9 @@ def test_a_term_has_as_many_initial_weights_as_it_says(term, n_weights):
 
 def test_a_term_reads_only_what_it_says():
     for term in (VanillaAction(), VanillaReaction(), Reflex(), Network(("phase", "velocity"), 3)):
-        told = {name: signals()[name] for name in term.reads}
+        values = {name: signals()[name] for name in term.reads}
         weights = list(jnp.ones((term.n_weights, 3)))
-        assert term(weights, Signals(told, {})).shape == (3,)
+        assert term(weights, Signals(values, {})).shape == (3,)
 
 
 def test_initial_weights_depend_on_the_key_and_on_nothing_else():
@@ -105,12 +105,12 @@ def test_a_network_sees_the_same_phase_a_turn_later():
     term = Network(("phase",), hidden=4)
     weights = [jnp.full((1,), w) for w in np.linspace(-1, 1, 16)]
 
-    def at(phase: float) -> float:
+    def value(phase: float) -> float:
         phase = jnp.asarray([phase])
-        told = {"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)}
-        return float(term(weights, Signals(told))[0])
+        values = {"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)}
+        return float(term(weights, Signals(values))[0])
 
-    assert at(0.7) == pytest.approx(at(0.7 + 2 * math.pi), abs=1e-6)
+    assert value(0.7) == pytest.approx(value(0.7 + 2 * math.pi), abs=1e-6)
 
 
 def test_the_reflex_reacts_to_falling_tegotae_only():
@@ -132,10 +132,10 @@ def test_only_sectors_switch_full_force():
 
 def sampled(sector: Sector, start: float, end: float, omega: float) -> tuple[float, float]:
     """Share and centre by sampling the path at the middles of 200 000 equal pieces."""
-    at = (np.arange(200_000) + 0.5) / 200_000
+    positions = (np.arange(200_000) + 0.5) / 200_000
     width = sector.width_rad + sector.duration_s * omega
-    inside = np.mod(start + at * (end - start) - sector.start_rad, 2 * np.pi) < width
-    return inside.mean(), at[inside].mean() if inside.any() else 0.5
+    inside = np.mod(start + positions * (end - start) - sector.start_rad, 2 * np.pi) < width
+    return inside.mean(), positions[inside].mean() if inside.any() else 0.5
 
 
 def full_force(sector: Sector, start: float, end: float, omega: float) -> tuple[float, float]:
@@ -220,8 +220,8 @@ def test_a_width_beyond_a_turn_is_one_and_a_negative_one_none():
 
 
 def test_a_sector_may_start_at_a_negative_phase():
-    here, a_turn_on = Sector(start_rad=-0.25 * math.pi), Sector(start_rad=1.75 * math.pi)
-    assert full_force(here, 5.4, 5.7, 5.0) == pytest.approx(full_force(a_turn_on, 5.4, 5.7, 5.0))
+    first, a_turn_on = Sector(start_rad=-0.25 * math.pi), Sector(start_rad=1.75 * math.pi)
+    assert full_force(first, 5.4, 5.7, 5.0) == pytest.approx(full_force(a_turn_on, 5.4, 5.7, 5.0))
 
 
 @pytest.mark.parametrize("kind", [Network, LearnedActuation])
@@ -246,10 +246,10 @@ def test_a_foot_steps_aside_to_where_the_torso_falls_and_is_shorter_where_it_is_
     values = {"sin_phase": ones, "cos_phase": ones, "end_pitch": ones, "roll": roll * ones}
     values |= {"roll_rate": rate * ones, "side_yaw": yaw * side}
     values |= {"side_roll": roll * side, "side_roll_rate": rate * side}
-    ahead, up, left = foot(weights, Signals(values, {}))
+    ahead, up, aside = foot(weights, Signals(values, {}))
     np.testing.assert_allclose(ahead, -0.3 * (1.0 + 0.5 * yaw * side), rtol=1e-6)
     np.testing.assert_allclose(up, 0.1 - 0.1 * roll * side, rtol=1e-6)
-    np.testing.assert_allclose(left, -(0.2 * roll + 0.05 * rate) * ones, rtol=1e-6)
+    np.testing.assert_allclose(aside, -(0.2 * roll + 0.05 * rate) * ones, rtol=1e-6)
 
 
 def test_a_paced_foot_goes_round_the_ellipse_of_its_frequency():
@@ -261,8 +261,8 @@ def test_a_paced_foot_goes_round_the_ellipse_of_its_frequency():
     signals, omega = Signals(values, {}), jnp.array([0.0, 3.0, 6.0])
     paced = foot.paced(weights, foot(weights, signals), omega)
     for lane, stride in enumerate((0.0, 0.2, 0.3)):
-        own = EllipticFoot(stride_m=stride, lift_m=0.1, press_m=0.05, shift_rad=0.2)
-        np.testing.assert_allclose(paced[:, lane], own((), signals)[:, lane], atol=1e-6)
+        ellipse = EllipticFoot(stride_m=stride, lift_m=0.1, press_m=0.05, shift_rad=0.2)
+        np.testing.assert_allclose(paced[:, lane], ellipse((), signals)[:, lane], atol=1e-6)
 
 
 def test_a_tilt_is_felt_the_same_to_all_sides_and_as_a_square():
@@ -278,8 +278,8 @@ def test_a_wary_foot_steps_shorter_and_higher_the_more_it_is_alarmed():
     values = {name: jnp.full(4, 0.5) for name in PacedFoot().reads}
     calm, alarm = PacedFoot()(numbers, Signals(values)), jnp.array([-1.0, 0.0, 0.125, 3.0])
     for higher in (0.0, 0.4):
-        own = [*numbers, jnp.full(4, higher)]
-        ahead, up = WaryFoot()(own, Signals(values | {"alarm": alarm}))
+        weights = [*numbers, jnp.full(4, higher)]
+        ahead, up = WaryFoot()(weights, Signals(values | {"alarm": alarm}))
         np.testing.assert_allclose(ahead, calm[0] / jnp.array([1.0, 1.0, 1.125, 4.0]), rtol=1e-6)
         raised = 1.0 + higher * jnp.array([0.0, 0.0, 0.5, 1.0])
         np.testing.assert_allclose(up, calm[1] * raised, rtol=1e-6)

@@ -41,9 +41,9 @@ WALK = 2.1  # rad per time unit
 MIRRORED = (1, 0, 3, 2)
 
 
-def controller(foot=FOOT, limbs=4, **more) -> Controller:
+def controller(foot=FOOT, limbs=4, **options) -> Controller:
     vanilla = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
-    return Controller(foot, PhaseOscillator(), vanilla, limbs=limbs, **more)
+    return Controller(foot, PhaseOscillator(), vanilla, limbs=limbs, **options)
 
 
 WALKS = Engine(controller=controller(), timing=TICK)
@@ -54,8 +54,8 @@ PHASES = np.random.default_rng(3).uniform(0.0, 2.0 * math.pi, (4, 3))
 
 
 def run(engine=WALKS, body=C, sigma=SIGMA, dtype="float64", **scenario):
-    given = {"omega": WALK, "height_m": C.standing_height_m + 0.05} | scenario
-    return engine.run(sigma, Scenario(**given), body, dtype=dtype)
+    settings = {"omega": WALK, "height_m": C.standing_height_m + 0.05} | scenario
+    return engine.run(sigma, Scenario(**settings), body, dtype=dtype)
 
 
 # Mechanics
@@ -91,10 +91,10 @@ def test_on_its_feet_the_energy_is_what_its_actuators_did():
     )
     path = run(sways, body, phase_rad=PHASES, height_m=body.standing_height_m)
     assert (path.stands == 1.0).all()
-    made = path.energy_j - path.energy_j[0]
+    work = path.energy_j - path.energy_j[0]
     worked = path.work_net_j - path.work_net_j[0]
     assert np.ptp(worked, axis=0).min() > 1e-3
-    np.testing.assert_allclose(made, worked, atol=2e-5)
+    np.testing.assert_allclose(work, worked, atol=2e-5)
 
 
 def test_moving_a_leg_costs_what_its_mass_and_the_damping_of_its_joints_take():
@@ -131,13 +131,13 @@ def test_in_flight_angular_momentum_is_kept():
     inertia = jnp.array([0.10, 0.24, 0.29])[:, None]
     still = jnp.zeros((2, 4, 1))
 
-    def momentum(at):
-        return np.array(rotation(at.attitude).to_world(tuple(inertia * at.turn)))
+    def momentum(state):
+        return np.array(rotation(state.attitude).to_world(tuple(inertia * state.turn)))
 
     @jax.jit
-    def later(at):
+    def later(state):
         return jax.lax.fori_loop(
-            0, 300, lambda _, s: C.advance(s, _push(still), jnp.zeros(1), 0.005)[0], at
+            0, 300, lambda _, s: C.advance(s, _push(still), jnp.zeros(1), 0.005)[0], state
         )
 
     end = later(state)
@@ -152,8 +152,8 @@ def _push(place):
 
 
 def test_angles_and_quaternions_agree():
-    given = np.array([[0.3, -0.2], [0.5, -0.9], [2.0, -3.0]])
-    np.testing.assert_allclose(angles(from_angles(*jnp.asarray(given))), given, atol=1e-6)
+    expected = np.array([[0.3, -0.2], [0.5, -0.9], [2.0, -3.0]])
+    np.testing.assert_allclose(angles(from_angles(*jnp.asarray(expected))), expected, atol=1e-6)
 
 
 # Symmetries
@@ -178,13 +178,13 @@ def test_mirrored_phases_make_a_mirrored_walk():
 @pytest.mark.thorough
 def test_the_order_of_the_legs_does_not_matter():
     order = (2, 0, 3, 1)
-    other = dataclasses.replace(
+    reordered = dataclasses.replace(
         C,
         hips_x_m=tuple(C.hips_x_m[i] for i in order),
         hips_y_m=tuple(C.hips_y_m[i] for i in order),
     )
-    here, there = run(phase_rad=PHASES), run(body=other, phase_rad=PHASES[list(order)])
-    np.testing.assert_allclose(there.phase_rad, here.phase_rad[:, list(order)], atol=1e-6)
+    first, second = run(phase_rad=PHASES), run(body=reordered, phase_rad=PHASES[list(order)])
+    np.testing.assert_allclose(second.phase_rad, first.phase_rad[:, list(order)], atol=1e-6)
 
 
 @pytest.mark.thorough
@@ -210,8 +210,8 @@ def test_a_body_in_other_units_walks_the_same_walk():
         controller=controller(foot),
         timing=Timing(duration_s=30 * time, tick_s=0.0125 * time, frame_s=0.1 * time),
     )
-    here = run(phase_rad=PHASES)
-    there = run(
+    first = run(phase_rad=PHASES)
+    second = run(
         engine,
         robot,
         sigma=[1.25 / force / time],
@@ -219,7 +219,7 @@ def test_a_body_in_other_units_walks_the_same_walk():
         phase_rad=PHASES,
         height_m=length * (C.standing_height_m + 0.05),
     )
-    np.testing.assert_allclose(there.x_m, length * here.x_m, atol=1e-6)
+    np.testing.assert_allclose(second.x_m, length * first.x_m, atol=1e-6)
 
 
 # What it meets
@@ -253,17 +253,17 @@ def test_what_happens_at_a_time_changes_nothing_before_it():
         for (name, value), time in zip(happens.items(), times, strict=True)
     }
     path = run(phase_rad=np.repeat(PHASES[:, :1], lanes, axis=1), changes=changes)
-    before = path.time_s[:, 0] <= 15.0
-    usual = path.x_m[:, -1:]
-    np.testing.assert_array_equal(path.x_m[before], np.broadcast_to(usual, path.x_m.shape)[before])
-    assert (np.abs(path.x_m[-1, :-1] - usual[-1]) > 1e-4).all()
+    early = path.time_s[:, 0] <= 15.0
+    baseline = path.x_m[:, -1:]
+    np.testing.assert_array_equal(path.x_m[early], np.broadcast_to(baseline, path.x_m.shape)[early])
+    assert (np.abs(path.x_m[-1, :-1] - baseline[-1]) > 1e-4).all()
 
 
 def test_a_lost_leg_bears_nothing_and_four_minus_one_falls():
-    lost = np.array([[1.0], [1.0], [0.0], [1.0]])
-    path = run(phase_rad=PHASES[:, :1], changes={"present": Step(lost, from_s=15.0)})
-    after = (path.time_s[:, 0] > 15.0) & ~path.failed[:, 0]
-    assert (path.spring_force_n[after, 2] == 0.0).all()
+    presence = np.array([[1.0], [1.0], [0.0], [1.0]])
+    path = run(phase_rad=PHASES[:, :1], changes={"present": Step(presence, from_s=15.0)})
+    upright = (path.time_s[:, 0] > 15.0) & ~path.failed[:, 0]
+    assert (path.spring_force_n[upright, 2] == 0.0).all()
     assert path.failed[-1, 0]
 
 
@@ -298,8 +298,8 @@ def test_on_a_slope_it_stands_if_friction_bears_it_and_slides_if_not():
     # Down a frictionless plane the acceleration would be g sin a; friction takes μ g cos a.
     angle = math.atan(0.2)
     speed = -(path.x_m[-1, 1] - path.x_m[-11, 1]) / math.cos(angle)
-    before = -(path.x_m[-51, 1] - path.x_m[-61, 1]) / math.cos(angle)
-    gained = (speed - before) / 5.0
+    earlier_speed = -(path.x_m[-51, 1] - path.x_m[-61, 1]) / math.cos(angle)
+    gained = (speed - earlier_speed) / 5.0
     assert gained == pytest.approx(math.sin(angle) - 0.1 * math.cos(angle), rel=0.1)
 
 
@@ -319,8 +319,8 @@ def test_it_climbs_a_step_and_crosses_rough_ground():
 @pytest.mark.parametrize("terrain", [Slope(), Steps(), Rough()])
 def test_ground_of_no_height_is_flat_everywhere(terrain):
     places = jnp.asarray(np.random.default_rng(0).uniform(-9.0, 9.0, (2, 50)))
-    told = jax.jit(lambda x, y: (terrain.height_m(x, y), terrain.slopes(x, y)))(*places)
-    assert not any(np.any(each) for each in jax.tree.leaves(told))
+    ground = jax.jit(lambda x, y: (terrain.height_m(x, y), terrain.slopes(x, y)))(*places)
+    assert not any(np.any(values) for values in jax.tree.leaves(ground))
 
 
 @pytest.mark.thorough
@@ -365,7 +365,7 @@ def test_it_walks_with_any_number_of_legs_and_a_learned_foot():
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("fields", "says"),
     [
         ({"hips_x_m": (0.5, -0.5)}, "hips_x_m places 2 legs and hips_y_m 4; each leg needs both"),
         ({"hips_x_m": ()}, "hips_x_m places 0 legs"),
@@ -379,9 +379,9 @@ def test_it_walks_with_any_number_of_legs_and_a_learned_foot():
         ({"terrain": "flat"}, "terrain is 'flat'; it must be a Terrain"),
     ],
 )
-def test_a_body_that_cannot_be_is_refused_in_one_line(given, says):
+def test_a_body_that_cannot_be_is_refused_in_one_line(fields, says):
     with pytest.raises(TegotaeError, match=says) as refused:
-        dataclasses.replace(C, **given)
+        dataclasses.replace(C, **fields)
     assert "\n" not in str(refused.value)
 
 

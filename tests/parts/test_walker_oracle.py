@@ -18,8 +18,8 @@ MIRRORED = [1, 0, 3, 2]
 """Each leg's fellow on the other side."""
 
 
-def let_go(parts: Parts, **more) -> Start:
-    return Start((0.0, 0.0, 1.0 + parts.com_z), **more)
+def let_go(parts: Parts, **options) -> Start:
+    return Start((0.0, 0.0, 1.0 + parts.com_z), **options)
 
 
 @functools.cache
@@ -36,52 +36,53 @@ def reference(parts: Parts) -> Walk:
     "parts", [pytest.param(SET_A, marks=pytest.mark.thorough), SET_C], ids="AC"
 )
 def test_energy_is_work_less_what_damping_friction_and_release_took(parts):
-    seen = reference(parts)
-    assert np.ptp(seen.contact.sum(1)) >= 2
-    losses = seen.damping_loss + seen.friction_loss + seen.release_loss
-    balance = (seen.work_done + seen.work_taken - losses).sum(1)
-    energy = seen.energy(parts)
+    record = reference(parts)
+    assert np.ptp(record.contact.sum(1)) >= 2
+    losses = record.damping_loss + record.friction_loss + record.release_loss
+    balance = (record.work_done + record.work_taken - losses).sum(1)
+    energy = record.energy(parts)
     np.testing.assert_allclose(energy - energy[0], balance, atol=1e-6)
-    for total in (seen.work_done, -seen.work_taken, seen.friction_loss, seen.slip):
+    for total in (record.work_done, -record.work_taken, record.friction_loss, record.slip):
         assert np.all(np.diff(total, axis=0) >= 0.0)
         assert np.all(total[-1] > 0.0)
 
 
 def test_in_flight_angular_momentum_is_kept_and_the_fall_is_free():
     spun = Start((0.0, 0.0, 1.0), (0.3, -0.1, 0.2), turn_rate=(1.0, 0.5, -0.7))
-    seen = walk(SET_C, 2.1, spun, PHASES[:4], np.linspace(0.0, 10.0, 21), floor=False)
+    record = walk(SET_C, 2.1, spun, PHASES[:4], np.linspace(0.0, 10.0, 21), floor=False)
     momentum = [
-        rotation(q) @ (SET_C.inertia * w) for q, w in zip(seen.turn, seen.turn_rate, strict=True)
+        rotation(q) @ (SET_C.inertia * w)
+        for q, w in zip(record.turn, record.turn_rate, strict=True)
     ]
     np.testing.assert_allclose(momentum, np.tile(momentum[0], (21, 1)), atol=1e-8)
-    t = seen.times[:, None]
-    way = np.array(spun.velocity) * t - np.array([0.0, 0.0, 0.5]) * t**2
-    np.testing.assert_allclose(seen.place, np.array(spun.place) + way, atol=1e-8)
-    np.testing.assert_allclose(seen.phase, PHASES[:4] + 2.1 * t, atol=1e-8)
+    t = record.times[:, None]
+    expected = np.array(spun.velocity) * t - np.array([0.0, 0.0, 0.5]) * t**2
+    np.testing.assert_allclose(record.place, np.array(spun.place) + expected, atol=1e-8)
+    np.testing.assert_allclose(record.phase, PHASES[:4] + 2.1 * t, atol=1e-8)
 
 
 def test_a_pressed_torso_comes_to_rest_at_the_standing_height_with_the_frequency_of_its_springs():
     parts, times = SET_A, np.linspace(0.0, 12.0, 121)
     off = 1e-3
     start = Start((0.0, 0.0, parts.standing_height + off))
-    seen = walk(parts, 0.0, start, (-np.pi / 2,) * 4, times)
+    record = walk(parts, 0.0, start, (-np.pi / 2,) * 4, times)
     decay = 2.0 * parts.damping[2]
     beat = np.sqrt(4.0 * parts.stiffness[2] - decay**2)
     heave = (
         off * np.exp(-decay * times) * (np.cos(beat * times) + decay / beat * np.sin(beat * times))
     )
-    np.testing.assert_allclose(seen.place[:, 2], parts.standing_height + heave, atol=1e-9)
-    np.testing.assert_allclose(seen.place[:, :2], 0.0, atol=1e-9)
-    np.testing.assert_allclose(seen.load[-1], 0.25, atol=1e-9)
+    np.testing.assert_allclose(record.place[:, 2], parts.standing_height + heave, atol=1e-9)
+    np.testing.assert_allclose(record.place[:, :2], 0.0, atol=1e-9)
+    np.testing.assert_allclose(record.load[-1], 0.25, atol=1e-9)
 
 
 def test_a_slow_rhythm_is_held_by_its_own_load():
     omega = 0.1
-    seen = walk(SET_A, omega, let_go(SET_A), (-1.5,) * 4, [0.0, 50.0, 60.0])
-    held = SET_A.sigma * seen.load[-1] * np.cos(seen.phase[-1])
+    record = walk(SET_A, omega, let_go(SET_A), (-1.5,) * 4, [0.0, 50.0, 60.0])
+    held = SET_A.sigma * record.load[-1] * np.cos(record.phase[-1])
     np.testing.assert_allclose(held, omega, atol=1e-4)
-    np.testing.assert_allclose(seen.phase[-1], seen.phase[-2], atol=1e-4)
-    np.testing.assert_allclose(seen.velocity[-1], 0.0, atol=1e-4)
+    np.testing.assert_allclose(record.phase[-1], record.phase[-2], atol=1e-4)
+    np.testing.assert_allclose(record.velocity[-1], 0.0, atol=1e-4)
 
 
 @pytest.mark.thorough
@@ -90,8 +91,8 @@ def test_a_start_turned_about_the_vertical_gives_the_turned_walk():
     straight = reference(SET_C)
     turn = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
     turned = walk(SET_C, 2.1, let_go(SET_C, turn=turn), PHASES[:4], straight.times[::20])
-    about = rotation(np.array(turn))
-    np.testing.assert_allclose(turned.place, straight.place[::20] @ about.T, atol=2e-5)
+    turn_matrix = rotation(np.array(turn))
+    np.testing.assert_allclose(turned.place, straight.place[::20] @ turn_matrix.T, atol=2e-5)
     np.testing.assert_allclose(turned.turn_rate, straight.turn_rate[::20], atol=1e-4)
     np.testing.assert_allclose(turned.phase, straight.phase[::20], atol=2e-5)
 
@@ -107,11 +108,11 @@ def test_a_mirrored_start_gives_the_mirrored_walk():
 
 
 def test_feet_that_move_as_one_come_down_as_one():
-    alike = dataclasses.replace(SET_A, stride=0.0, sigma=0.0, lift=0.3)
-    seen = walk(alike, 5.0, let_go(alike), (0.5,) * 4, np.linspace(0.0, 6.0, 25))
-    assert len(seen.touchdowns) >= 12
-    np.testing.assert_allclose(seen.roll_pitch_yaw, 0.0, atol=2e-5)
-    np.testing.assert_array_equal(seen.contact, seen.contact[:, :1] & np.ones(4, bool))
+    uniform = dataclasses.replace(SET_A, stride=0.0, sigma=0.0, lift=0.3)
+    record = walk(uniform, 5.0, let_go(uniform), (0.5,) * 4, np.linspace(0.0, 6.0, 25))
+    assert len(record.touchdowns) >= 12
+    np.testing.assert_allclose(record.roll_pitch_yaw, 0.0, atol=2e-5)
+    np.testing.assert_array_equal(record.contact, record.contact[:, :1] & np.ones(4, bool))
 
 
 # The engine beside it
@@ -127,19 +128,19 @@ def engine_walk(parts: Parts, tick_s: float) -> dict[str, np.ndarray]:
 
 def errors(parts: Parts, tick_s: float) -> dict[str, float]:
     """The engine's largest differences to the reference, by what differs."""
-    path, seen = engine_walk(parts, tick_s), reference(parts)
+    path, record = engine_walk(parts, tick_s), reference(parts)
     place = np.stack([path["x_m"], path["y_m"], path["height_m"]], axis=-1)
     angle = np.stack([path["roll_rad"], path["pitch_rad"], path["yaw_rad"]], axis=-1)
-    done, taken = seen.work_done[1:].sum(1), seen.work_taken[1:].sum(1)
+    work, taken = record.work_done[1:].sum(1), record.work_taken[1:].sum(1)
     differences = {
-        "place": place - seen.place[1:],
-        "angle": angle - seen.roll_pitch_yaw[1:],
-        "phase": np.angle(np.exp(1j * (path["phase_rad"] - seen.phase[1:]))),
-        "load": path["spring_force_n"] - seen.load[1:],
-        "slip": path["slid_m"] - seen.slip[1:],
-        "work done": path["work_positive_j"] - done,
-        "all work": path["work_absolute_j"] - (done - taken),
-        "energy": path["energy_j"] - seen.energy(parts)[1:],
+        "place": place - record.place[1:],
+        "angle": angle - record.roll_pitch_yaw[1:],
+        "phase": np.angle(np.exp(1j * (path["phase_rad"] - record.phase[1:]))),
+        "load": path["spring_force_n"] - record.load[1:],
+        "slip": path["slid_m"] - record.slip[1:],
+        "work done": path["work_positive_j"] - work,
+        "all work": path["work_absolute_j"] - (work - taken),
+        "energy": path["energy_j"] - record.energy(parts)[1:],
     }
     return {name: float(np.abs(x).max()) for name, x in differences.items()}
 
@@ -152,7 +153,7 @@ def errors(parts: Parts, tick_s: float) -> dict[str, float]:
     ],
 )
 def test_the_engine_walks_as_the_adaptive_solver_does(parts):
-    most = {
+    limits = {
         "place": 2e-3,
         "angle": 1e-3,
         "phase": 2e-3,
@@ -162,7 +163,7 @@ def test_the_engine_walks_as_the_adaptive_solver_does(parts):
         "all work": 2e-3,
         "energy": 1e-3,
     }
-    assert {name: e for name, e in errors(parts, 0.005).items() if not e < most[name]} == {}
+    assert {name: e for name, e in errors(parts, 0.005).items() if not e < limits[name]} == {}
 
 
 @pytest.mark.thorough

@@ -18,7 +18,8 @@ from tegotae import Controller, Engine, Hopper, Scenario, Timing, Trajectory, bu
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 
 WITHIN_M = {"float32": 1e-3, "float64": 2.5e-4}
-"""In double precision, with the integrator's own error alone, a quarter of what is promised."""
+"""Largest apex errors; in double precision, with the integrator's error alone, a quarter of the
+promised one."""
 DURATION_S = 20.0
 DTYPES = [pytest.param("float64", marks=pytest.mark.thorough), "float32"]
 CASES = list(itertools.product((4.0, 5.0, 6.0, 7.0, 8.0), (1.0, 2.0, 4.0, 8.0)))
@@ -40,25 +41,25 @@ def simulate(
     return engine.run(weights, scenario, body, dtype=dtype)
 
 
-def flights(time: np.ndarray, height: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
+def flights(time: np.ndarray, height: np.ndarray, minimum: float) -> tuple[np.ndarray, np.ndarray]:
     """Apexes at least so high, leaving out the last 10 ms, in which one may or may not fall."""
-    counts = (height > least) & (time < DURATION_S - 0.01)
+    counts = (height > minimum) & (time < DURATION_S - 0.01)
     return time[counts], height[counts]
 
 
-def worst_apex_error_m(out: Trajectory, lane: int, exact: Flown, rest: float = 1.0) -> float:
+def worst_apex_error_m(out: Trajectory, lane: int, exact: Flown, length: float = 1.0) -> float:
     """The largest difference of height between apexes of the two; infinite if one has no match."""
 
-    def of_one_in_other(one, other) -> float:
-        time, height = flights(*one, rest + 2 * LOWEST_M)
-        other_time, other_height = flights(*other, rest + LOWEST_M)
+    def of_one_in_other(first, second) -> float:
+        time, height = flights(*first, length + 2 * LOWEST_M)
+        other_time, other_height = flights(*second, length + LOWEST_M)
         if len(time) == 0:
             return 0.0
         if len(other_time) == 0:
             return np.inf
         nearest = np.abs(other_time[None, :] - time[:, None]).argmin(axis=1)
-        same = np.abs(other_time[nearest] - time) < 0.01
-        return float(np.where(same, np.abs(other_height[nearest] - height), np.inf).max())
+        matches = np.abs(other_time[nearest] - time) < 0.01
+        return float(np.where(matches, np.abs(other_height[nearest] - height), np.inf).max())
 
     apex = ~np.isnan(out.apex_time_s[:, lane])
     ours = out.apex_time_s[apex, lane], out.apex_height_m[apex, lane]
@@ -126,15 +127,18 @@ def test_the_ground_drops(actuation, dtype):
     out = simulate(build(f"V-{actuation}-w4"), sigma[:, None], scenario, dtype)
     compared = 0
     for lane in SOME:
-        law, how = vanilla(sigma[lane], actuation), {"omega": omega[lane], "duration": 20.0, **drop}
-        exact = fly(law, **how)
-        if not is_non_chaotic(law, exact, **how):
+        law, settings = (
+            vanilla(sigma[lane], actuation),
+            {"omega": omega[lane], "duration": 20.0, **drop},
+        )
+        exact = fly(law, **settings)
+        if not is_non_chaotic(law, exact, **settings):
             continue
         compared += 1
-        assert worst_apex_error_m(out, lane, exact, rest=0.8) < WITHIN_M[dtype]
+        assert worst_apex_error_m(out, lane, exact, length=0.8) < WITHIN_M[dtype]
         touchdown = out.touchdown_time_s[:, lane]
-        after = touchdown[touchdown > 10.0][0]
-        assert after == pytest.approx(
+        first_touchdown = touchdown[touchdown > 10.0][0]
+        assert first_touchdown == pytest.approx(
             exact.touchdown_time[exact.touchdown_time > 10.0][0], abs=1e-3
         )
     assert compared >= 2
@@ -158,12 +162,12 @@ def test_another_hopper_released_elsewhere(dtype):
     compared = 0
     for lane in SOME:
         law = vanilla(sigma[lane], "sector")
-        how = {"omega": omega[lane], "duration": 20.0, "height": 0.9, "velocity": -0.5}
-        how |= {"phase": 2.0, "leg": leg}
-        exact = fly(law, **how)
-        if is_non_chaotic(law, exact, **how):
+        settings = {"omega": omega[lane], "duration": 20.0, "height": 0.9, "velocity": -0.5}
+        settings |= {"phase": 2.0, "leg": leg}
+        exact = fly(law, **settings)
+        if is_non_chaotic(law, exact, **settings):
             compared += len(exact.apex_time) > 5
-            assert worst_apex_error_m(out, lane, exact, rest=0.8) < WITHIN_M[dtype]
+            assert worst_apex_error_m(out, lane, exact, length=0.8) < WITHIN_M[dtype]
     assert compared >= 2
 
 

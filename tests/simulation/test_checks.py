@@ -138,11 +138,11 @@ class Holds(Sound):
 
 
 def valued(function):
-    """Of a term's value: a function of its one weight and the spring force."""
+    """Return the method for a term's value, a function of its one weight and the spring force."""
     return {"__call__": lambda self, weights, signals: function(weights, signals["spring_force"])}
 
 
-def told(function):
+def reading(function):
     return {"__call__": lambda self, weights, signals: weights[0] * function(signals)}
 
 
@@ -194,7 +194,7 @@ HOLDING = {
 
 
 def sector(change):
-    """Of what a sector says of its full force."""
+    """Return the method of a sector that changes its full force."""
     return {"full_force": lambda self, *path: change(*Sector.full_force(self, *path))}
 
 
@@ -233,8 +233,11 @@ FEET = {
         *breaches(EllipticFoot, FEET),
         *breaches(Holds, HOLDING),
         *breaches(Sector, SECTORS),
-        (broken("ReadsInSecret", Sound, **told(lambda s: s["velocity"])), UNDECLARED),
-        (broken("Dimensionless", Sound, **told(lambda s: s.dimensionless("velocity"))), UNDECLARED),
+        (broken("ReadsInSecret", Sound, **reading(lambda s: s["velocity"])), UNDECLARED),
+        (
+            broken("Dimensionless", Sound, **reading(lambda s: s.dimensionless("velocity"))),
+            UNDECLARED,
+        ),
         (NoDataclass(3), r"NoDataclass is no frozen dataclass; put @dataclass\(frozen=True\)"),
         (Sound, r"Sound is a class; check an instance"),
         (Term, r"Term is a class.*define __call__ first"),
@@ -343,9 +346,12 @@ class Reversed(NamedTuple):
 
 
 def advances(change):
-    """Of how a hopper advances: a function of the state before, that after, and the contact."""
+    """Return the method that advances a hopper by a function of the state before, that after, and
+    the contact."""
     return {
-        "advance": lambda self, state, *given: change(state, *Hopper.advance(self, state, *given))
+        "advance": lambda self, state, *arguments: change(
+            state, *Hopper.advance(self, state, *arguments)
+        )
     }
 
 
@@ -354,8 +360,8 @@ def senses(self, state, ground_m):
     return sensation._replace(scales={"spring_force": 1.0, "height": 1.0})
 
 
-def falls_upwards(self, state, *given):
-    guess, *stance = Hopper.predict(self, state, *given)
+def falls_upwards(self, state, *arguments):
+    guess, *stance = Hopper.predict(self, state, *arguments)
     return guess._replace(velocity=2.0 * state.velocity - guess.velocity), *stance
 
 
@@ -432,7 +438,9 @@ def test_a_controller_is_refused_for_its_worst_part():
         (Controller(VanillaAction(), PhaseOscillator(), vanilla), "cannot be the actuation"),
         (Controller(Reflex(), None, vanilla), "no oscillator"),
         (
-            Controller(Reflex(), PhaseOscillator(), Tegotae(averages, *_rest(vanilla))),
+            Controller(
+                Reflex(), PhaseOscillator(), Tegotae(averages, *_reaction_and_gain(vanilla))
+            ),
             "Averages.__call__ lets one lane change another",
         ),
     ]:
@@ -440,7 +448,7 @@ def test_a_controller_is_refused_for_its_worst_part():
             check_controller(controller, Hopper())
 
 
-def _rest(terms):
+def _reaction_and_gain(terms):
     return terms.reaction, terms.gain
 
 

@@ -32,8 +32,8 @@ LOST = OneOf("present", values=((1.0, 1.0), (0.0, 1.0)))
 
 
 def varied(*conditions, episodes: int = 1, **settings) -> Experiment:
-    given = {"conditions": conditions, "episodes": episodes, **settings}
-    return tiny.changed(tiny.RUN, **given).experiment
+    fields = {"conditions": conditions, "episodes": episodes, **settings}
+    return tiny.changed(tiny.RUN, **fields).experiment
 
 
 # What is drawn.
@@ -41,16 +41,16 @@ def varied(*conditions, episodes: int = 1, **settings) -> Experiment:
 
 def test_few_draws_are_spread_over_the_whole_range_one_in_each_share_of_it():
     for key in range(5):
-        found = draw([MASS, RELEASE], Hopper(), 8, (key,))
-        share = (found["mass_kg"] - 0.08) / 0.04 * 8
+        draws = draw([MASS, RELEASE], Hopper(), 8, (key,))
+        share = (draws["mass_kg"] - 0.08) / 0.04 * 8
         assert sorted(share.astype(int)) == list(range(8))
-    orders = [tuple(np.argsort(x)) for x in found.values()]
+    orders = [tuple(np.argsort(x)) for x in draws.values()]
     assert orders[0] != orders[1]  # independent of each other
 
 
 def test_one_of_several_values_is_drawn_equally_often():
-    found = draw([OneOf("omega", values=(6.0, 8.0))], Hopper(), 10, (3,))
-    assert sorted(found["omega"]) == [6.0] * 5 + [8.0] * 5
+    draws = draw([OneOf("omega", values=(6.0, 8.0))], Hopper(), 10, (3,))
+    assert sorted(draws["omega"]) == [6.0] * 5 + [8.0] * 5
 
 
 def test_what_belongs_to_limbs_is_drawn_limb_by_limb_and_a_leg_is_lost_as_a_whole():
@@ -108,11 +108,11 @@ def test_the_evaluation_set_has_several_episodes_even_where_candidates_have_one(
     def scored(_, mass, __):
         return {"fitness": mass, "cot_inverse": mass, "failed": mass > 0.118}
 
-    here = "tegotae.training.evaluator."
+    prefix = "tegotae.training.evaluator."
     monkeypatch.setattr(
-        here + "Engine.run_lanes", lambda _, lanes, body: lanes.scenario.changes["mass_kg"]
+        prefix + "Engine.run_lanes", lambda _, lanes, body: lanes.scenario.changes["mass_kg"]
     )
-    monkeypatch.setattr(here + "by_blocks", scored)
+    monkeypatch.setattr(prefix + "by_blocks", scored)
     evaluator = evaluator_of(varied(MASS))
     weights = np.zeros((2, 5, varied(MASS).controller.n_weights), "float32")
     verdicts = [
@@ -145,8 +145,8 @@ def trained(run, tmp_path_factory):
 def test_a_training_under_changing_conditions_learns_something_else(trained, tiny_training):
     _, paths = trained
     steady = [controller_file.load(path).weights for path in tiny.controllers(tiny_training)]
-    for path, other in zip(paths, steady, strict=True):
-        assert not np.allclose(controller_file.load(path).weights, other)
+    for path, baseline in zip(paths, steady, strict=True):
+        assert not np.allclose(controller_file.load(path).weights, baseline)
 
 
 def test_stopped_and_gone_on_with_it_ends_in_the_same_numbers(run, trained, tmp_path):
@@ -224,8 +224,8 @@ def test_several_episodes_that_would_be_the_same_are_refused():
 
 def test_no_episodes_at_all_are_refused_and_not_taken_for_the_usual_number():
     experiment = tiny.RUN.experiment
-    given = {"vary": ("mass_kg=0.08:0.12",), "episodes_per_candidate": 0}
-    options = changed(ExperimentOptions.options_of(experiment), given, experiment.name)
+    settings = {"vary": ("mass_kg=0.08:0.12",), "episodes_per_candidate": 0}
+    options = changed(ExperimentOptions.options_of(experiment), settings, experiment.name)
     with pytest.raises(TegotaeError, match="episodes is 0"):
         options.applied(experiment)
 

@@ -68,7 +68,7 @@ class Case:
         draw = np.random.default_rng(0)
         weights = draw.normal(0.0, 0.7, (LANES, self.controller.n_weights))
         shape = (*self.controller.limb_shape, LANES)
-        given = {
+        scenario = {
             "omega": np.linspace(4.0, 9.0, LANES),
             "height_m": self.body.touching_height_m + np.array([0.01, 0.03, 0.0, 0.02, 0.3])
             if isinstance(getattr(self.body, "body", self.body), Walker)
@@ -76,7 +76,7 @@ class Case:
             "velocity_m_per_s": np.array([-1.0, -1.5, -0.5, -2.0, 0.5]),
             "phase_rad": draw.uniform(0.0, 2.0 * np.pi, shape),
         }
-        return engine.run(weights, Scenario(**given | self.meets()), self.body, dtype=dtype)
+        return engine.run(weights, Scenario(**scenario | self.meets()), self.body, dtype=dtype)
 
 
 def hopper(**parts: Any) -> Controller:
@@ -86,8 +86,8 @@ def hopper(**parts: Any) -> Controller:
 
 def feeling(**terms: Any) -> Controller:
     """The same with other terms of its feedback."""
-    usual = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
-    return hopper(tegotae=dataclasses.replace(usual, **terms))
+    terms_of_paper = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
+    return hopper(tegotae=dataclasses.replace(terms_of_paper, **terms))
 
 
 def legs(actuation: Any = None, coupling: Any = None, limbs: int = 2) -> Controller:
@@ -96,17 +96,17 @@ def legs(actuation: Any = None, coupling: Any = None, limbs: int = 2) -> Control
     return controller if actuation is None else dataclasses.replace(controller, actuation=actuation)
 
 
-def named(name: str) -> Case:
+def case_named(name: str) -> Case:
     """A legged system."""
-    found = SYSTEMS[name]()
-    return Case(found.system.controller, found.body, tick_s=found.timing.tick_s)
+    system = SYSTEMS[name]()
+    return Case(system.system.controller, system.body, tick_s=system.timing.tick_s)
 
 
 def on(terrain: Any) -> Case:
     """A quadruped on a terrain."""
-    found = SYSTEMS["quadruped-c"]()
-    body = dataclasses.replace(found.body, terrain=terrain)
-    return Case(found.system.controller, body, tick_s=found.timing.tick_s)
+    system = SYSTEMS["quadruped-c"]()
+    body = dataclasses.replace(system.body, terrain=terrain)
+    return Case(system.system.controller, body, tick_s=system.timing.tick_s)
 
 
 BAR = Bar(inertia_ratio=0.6)
@@ -124,7 +124,7 @@ CHANGES = {
 }
 CASES: dict[str, Callable[[], Case]] = {
     "ART": lambda: Case(build("ART")),
-    "quadruped-c": lambda: named("quadruped-c"),
+    "quadruped-c": lambda: case_named("quadruped-c"),
     "changes": lambda: Case(build("V-both-w4"), meets=lambda: CHANGES),
     "another spring": lambda: Case(build("V-both-w4"), Hertz(), meets=lambda: CHANGES),
     "hold": lambda: Case(build("ART"), integrator=Hold()),
@@ -143,13 +143,13 @@ CASES: dict[str, Callable[[], Case]] = {
         legs(), Blows(body=Bar(inertia_ratio=0.6), impulse_ns=0.05, at_s=0.03)
     ),
     "blow on a walker": lambda: Case(
-        named("quadruped-c").controller,
+        case_named("quadruped-c").controller,
         Blows(body=Walker(), impulse_ns=0.05, at_s=0.05),
         tick_s=0.01,
     ),
     **{
-        f"oscillator {name}": lambda each=each: Case(hopper(oscillator=each))
-        for name, each in OSCILLATORS.items()
+        f"oscillator {name}": lambda oscillator=oscillator: Case(hopper(oscillator=oscillator))
+        for name, oscillator in OSCILLATORS.items()
     },
     "clamped": lambda: Case(hopper(oscillator=Clamped(PhaseOscillator()))),
     "no oscillator": lambda: Case(build("T-Fv")),
@@ -186,7 +186,7 @@ CASES: dict[str, Callable[[], Case]] = {
         tick_s=0.01,
     ),
     **{
-        name: lambda name=name: named(name)
+        name: lambda name=name: case_named(name)
         for name in ("bar-light", "plate-light-twist", "quadruped-a", "hexapod", "biped")
     },
     "slope": lambda: on(Slope(along=0.1, across=0.05)),
@@ -198,30 +198,30 @@ QUICK = ("ART", "changes", "another spring")
 """Those that are compared in every run of the tests: XLA takes seconds to compile one."""
 
 
-def both(case: Case, dtype: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
-    """What native code and XLA make of it."""
-    own = case.run(dtype)
+def native_and_xla(case: Case, dtype: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
+    """Return the results of native code and of XLA."""
+    native_result = case.run(dtype)
     with monkeypatch.context() as context:
         context.setenv("TEGOTAE_ENGINE", "xla")
-        return own, case.run(dtype)
+        return native_result, case.run(dtype)
 
 
 @pytest.mark.parametrize("dtype", [pytest.param("float32", marks=pytest.mark.thorough), "float64"])
 @pytest.mark.parametrize(
     "name",
-    [each if each in QUICK else pytest.param(each, marks=pytest.mark.thorough) for each in CASES],
+    [case if case in QUICK else pytest.param(case, marks=pytest.mark.thorough) for case in CASES],
 )
 def test_every_tick_is_xlas_to_rounding(name, dtype, monkeypatch):
-    own, reference = both(CASES[name](), dtype, monkeypatch)
+    native_result, reference = native_and_xla(CASES[name](), dtype, monkeypatch)
     digits = 2e-4 if dtype == "float32" else 1e-9
-    assert own.channels.keys() == reference.channels.keys()
+    assert native_result.channels.keys() == reference.channels.keys()
     for channel, expected in reference.channels.items():
-        found = own.channels[channel]
-        assert (found.shape, found.dtype) == (expected.shape, expected.dtype), channel
-        gap = found.astype(float) - expected.astype(float)
+        actual = native_result.channels[channel]
+        assert (actual.shape, actual.dtype) == (expected.shape, expected.dtype), channel
+        gap = actual.astype(float) - expected.astype(float)
         if channel.endswith("phase_rad"):  # 0 and 2π are the same
             gap = np.angle(np.exp(1j * gap))
-        np.testing.assert_array_equal(np.isnan(found), np.isnan(expected), err_msg=channel)
+        np.testing.assert_array_equal(np.isnan(actual), np.isnan(expected), err_msg=channel)
         scale = np.nanmax(np.abs(expected.astype(float)), initial=1.0)
         assert np.nanmax(np.abs(gap), initial=0.0) < digits * scale, channel
 
@@ -244,16 +244,16 @@ class SortedAction(VanillaAction):
 def test_what_has_no_native_code_is_run_by_xla_and_named(monkeypatch):
     case = Case(feeling(action=SortedAction()))
     with pytest.warns(EngineWarning, match="^'sort' .* has no native code; XLA runs"):
-        own, reference = both(case, "float32", monkeypatch)
-    jax.tree.map(np.testing.assert_array_equal, own, reference)
+        native_result, reference = native_and_xla(case, "float32", monkeypatch)
+    jax.tree.map(np.testing.assert_array_equal, native_result, reference)
 
 
 def test_a_training_of_such_a_part_says_so_and_goes_on_with_xla(tmp_path, monkeypatch):
     register(SortedAction)
     learning = tiny.run_of(1)
-    usual = learning.experiment.system.controller
-    tegotae = dataclasses.replace(usual.tegotae, action=SortedAction())
-    run = tiny.changed(learning, controller=dataclasses.replace(usual, tegotae=tegotae))
+    controller = learning.experiment.system.controller
+    tegotae = dataclasses.replace(controller.tegotae, action=SortedAction())
+    run = tiny.changed(learning, controller=dataclasses.replace(controller, tegotae=tegotae))
     run = dataclasses.replace(run, seeds=(0,))
     with pytest.warns(EngineWarning, match="'sort'"):
         train(run, tmp_path / "native")
@@ -261,9 +261,11 @@ def test_a_training_of_such_a_part_says_so_and_goes_on_with_xla(tmp_path, monkey
     assert record["software"]["engine"] == "native, xla for sort"
     monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
     train(run, tmp_path / "xla")
-    own, reference = (np.load(tmp_path / each / "checkpoint.npz") for each in ("native", "xla"))
-    for name in own.files:
-        np.testing.assert_array_equal(own[name], reference[name], err_msg=name)
+    native_result, reference = (
+        np.load(tmp_path / engine / "checkpoint.npz") for engine in ("native", "xla")
+    )
+    for name in native_result.files:
+        np.testing.assert_array_equal(native_result[name], reference[name], err_msg=name)
 
 
 @pytest.fixture
@@ -271,15 +273,15 @@ def kernels(monkeypatch):
     """Kernels that are compiled from now on, as weak references; the engine keeps two."""
     compiled = []
 
-    def compile_one(*given: Any, **options: Any) -> Any:
-        kernel = compile_episode(*given, **options)
+    def compile_one(*arguments: Any, **options: Any) -> Any:
+        kernel = compile_episode(*arguments, **options)
         compiled.append(weakref.ref(kernel))
         return kernel
 
     monkeypatch.setattr("lanewise.episode.compile_episode", compile_one)
     for name in ("_kernel", "_summarised"):
-        made = getattr(native, name).__wrapped__
-        monkeypatch.setattr(native, name, functools.lru_cache(2)(made))
+        factory = getattr(native, name).__wrapped__
+        monkeypatch.setattr(native, name, functools.lru_cache(2)(factory))
     return compiled
 
 

@@ -34,10 +34,10 @@ def lanes_of(trajectory: Trajectory, lanes) -> Trajectory:
     return jax.tree.map(lambda entry: entry[:, lanes], trajectory)
 
 
-def assert_identical(one: Trajectory, other: Trajectory) -> None:
-    assert one.channels.keys() == other.channels.keys()
-    for name, a in one.channels.items():
-        np.testing.assert_array_equal(a, other.channels[name], err_msg=name)
+def assert_identical(first: Trajectory, second: Trajectory) -> None:
+    assert first.channels.keys() == second.channels.keys()
+    for name, a in first.channels.items():
+        np.testing.assert_array_equal(a, second.channels[name], err_msg=name)
 
 
 # What is recorded.
@@ -69,19 +69,19 @@ def test_every_lane_has_its_own_weights_frequency_and_release():
     together = VANILLA.run(weights, scenario)
     assert len(set(together.height_m[-1])) == 3
     for lane in range(4):
-        own = Scenario(
+        varied = Scenario(
             *(entry[lane] for entry in (scenario.omega, scenario.height_m)),
             velocity_m_per_s=scenario.velocity_m_per_s[lane],
             phase_rad=scenario.phase_rad[lane],
         )
-        alone = VANILLA.run(weights[lane], own)
+        alone = VANILLA.run(weights[lane], varied)
         np.testing.assert_allclose(together.height_m[:, lane], alone.height_m[:, 0], atol=1e-5)
 
 
 def test_one_weight_vector_serves_all_lanes():
     once = VANILLA.run([2.0], Scenario(omega=[4.0, 6.0]))
-    each = VANILLA.run([[2.0], [2.0]], Scenario(omega=[4.0, 6.0]))
-    assert_identical(once, each)
+    runs = VANILLA.run([[2.0], [2.0]], Scenario(omega=[4.0, 6.0]))
+    assert_identical(once, runs)
 
 
 def test_a_coarser_recording_shows_the_same_rollout():
@@ -106,8 +106,8 @@ def test_the_phase_advances_at_omega_without_feedback():
 def test_in_single_precision_the_phase_drifts_by_less_than_1e_4_rad_per_second():
     engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=60.0))
     out = engine.run([[0.0]], Scenario(omega=8.0))
-    apart = out.phase_rad - np.mod(8.0 * out.time_s.astype("float64"), 2 * np.pi)
-    assert np.abs(np.angle(np.exp(1j * apart))).max() < 60.0 * 1e-4
+    drift = out.phase_rad - np.mod(8.0 * out.time_s.astype("float64"), 2 * np.pi)
+    assert np.abs(np.angle(np.exp(1j * drift))).max() < 60.0 * 1e-4
 
 
 def test_totals_are_those_of_the_recorded_force_and_height():
@@ -168,10 +168,10 @@ def test_a_held_controller_agrees_at_short_ticks():
     controller = build("V-reflex-w8")
     held = Engine(controller=controller, timing=timing, integrator=Hold())
     exact = Engine(controller=controller, timing=timing)
-    one, other = (
+    first, second = (
         engine.run([[2.0]], Scenario(omega=6.0), dtype="float64") for engine in (held, exact)
     )
-    np.testing.assert_allclose(one.height_m, other.height_m, atol=2e-3)
+    np.testing.assert_allclose(first.height_m, second.height_m, atol=2e-3)
 
 
 # The ground drops.
@@ -181,8 +181,8 @@ def test_after_a_drop_in_flight_touchdown_is_later_and_lower():
     out = VANILLA.run([[0.0]], Scenario(omega=5.0, drop_m=[0.0, 0.2], drop_time_s=0.1))
     first = np.nanmin(out.touchdown_time_s, axis=0)
     np.testing.assert_allclose(first, np.sqrt(2 * np.array([0.2, 0.4]) / 9.81), atol=1e-5)
-    at = np.round(first / 0.02).astype(int)
-    assert out.height_m[at[1], 1] < 0.85 < out.height_m[at[0], 0]
+    frames = np.round(first / 0.02).astype(int)
+    assert out.height_m[frames[1], 1] < 0.85 < out.height_m[frames[0], 0]
     np.testing.assert_array_equal(out.ground_m[:5], 0.0)
     np.testing.assert_allclose(out.ground_m[5:, 1], -0.2, rtol=1e-6)
     np.testing.assert_array_equal(out.ground_m[:, 0], 0.0)
@@ -234,8 +234,8 @@ def test_spoiled_weights_change_no_other_lane(spoiled, value):
     weights = art_weights()
     weights[spoiled] = value
     out = ART.run(weights, Scenario(omega=6.0))
-    others = np.arange(LANES) != spoiled
-    assert_identical(lanes_of(out, others), lanes_of(art_rollout(), others))
+    neighbours = np.arange(LANES) != spoiled
+    assert_identical(lanes_of(out, neighbours), lanes_of(art_rollout(), neighbours))
     if not np.isfinite(value):
         assert out.failed[-1, spoiled]
 
@@ -254,15 +254,15 @@ def test_spoiled_weights_change_no_other_lane(spoiled, value):
 )
 def test_a_failing_lane_is_marked_stands_still_and_changes_no_other(change):
     out = ART.run(art_weights(), with_lane(4, **change))
-    others = np.arange(LANES) != 4
-    assert_identical(lanes_of(out, others), lanes_of(art_rollout(), others))
+    neighbours = np.arange(LANES) != 4
+    assert_identical(lanes_of(out, neighbours), lanes_of(art_rollout(), neighbours))
     failed = out.failed[:, 4]
     assert failed[-1]
     since = np.argmax(failed)
     assert failed[since:].all()
     for name in ("height_m", "work_absolute_j", "climb_m", "phase_rad"):
-        kept = getattr(out, name)[since:, 4]
-        np.testing.assert_array_equal(kept, np.full_like(kept, kept[0]), err_msg=name)
+        values = getattr(out, name)[since:, 4]
+        np.testing.assert_array_equal(values, np.full_like(values, values[0]), err_msg=name)
 
 
 # Reproducibility.
@@ -310,7 +310,7 @@ np.savez(
 @pytest.mark.thorough
 def test_results_are_bit_identical_on_any_number_of_cores(tmp_path):
     """150 lanes, in blocks of which one is not full; and a training of two seeds."""
-    done = {}
+    results = {}
     for cores in (1, 2, 3):
         path = tmp_path / f"{cores}.npz"
         subprocess.run(
@@ -318,19 +318,19 @@ def test_results_are_bit_identical_on_any_number_of_cores(tmp_path):
             check=True,
             env={**os.environ, "TEGOTAE_CORES": str(cores), "JAX_PLATFORMS": "cpu"},
         )
-        done[cores] = dict(np.load(path))
-    assert done[1]["height_m"].shape == (150, 150)
-    for name, entry in done[1].items():
+        results[cores] = dict(np.load(path))
+    assert results[1]["height_m"].shape == (150, 150)
+    for name, entry in results[1].items():
         for cores in (2, 3):
-            np.testing.assert_array_equal(done[cores][name], entry, err_msg=name)
+            np.testing.assert_array_equal(results[cores][name], entry, err_msg=name)
 
 
 def test_a_lane_does_not_depend_on_how_many_go_with_it():
     weights = art_weights(200)
     together = ART.run(weights, Scenario(omega=6.0))
     for lanes in (slice(0, 1), slice(70, 71), slice(199, 200), slice(3, 90)):
-        apart = ART.run(weights[lanes], Scenario(omega=6.0))
-        assert_identical(lanes_of(together, lanes), apart)
+        single = ART.run(weights[lanes], Scenario(omega=6.0))
+        assert_identical(lanes_of(together, lanes), single)
 
 
 # Misuse.

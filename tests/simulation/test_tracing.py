@@ -33,15 +33,15 @@ def controller():
 @pytest.fixture
 def ticks(monkeypatch):
     """The control ticks that are traced, by their controllers."""
-    found = []
+    controllers = []
     tick = ClosedLoop.tick
 
-    def counted(self, *given):
-        found.append(self.controller)
-        return tick(self, *given)
+    def counted(self, *arguments):
+        controllers.append(self.controller)
+        return tick(self, *arguments)
 
     monkeypatch.setattr(ClosedLoop, "tick", counted)
-    return found
+    return controllers
 
 
 def trace(engine: Engine) -> None:

@@ -1,4 +1,4 @@
-"""What a lane meets: bodies that differ from lane to lane, and what changes on the way."""
+"""Conditions of a lane: bodies that differ from lane to lane, and changes during a rollout."""
 
 from __future__ import annotations
 
@@ -29,23 +29,25 @@ def test_a_field_that_differs_from_lane_to_lane_gives_each_lane_its_own_body():
 
 def test_a_step_changes_nothing_before_its_time_and_everything_after():
     path = run(changes={"mass_kg": Step([0.1, 0.15, 0.15], from_s=[0.0, 2.0, 0.0])})
-    usual, late, heavy = path.height_m.T
-    before = path.time_s[:, 0] <= 2.0
-    np.testing.assert_array_equal(late[before], usual[before])
-    assert not np.allclose(late[~before], usual[~before])
+    baseline, late, heavy = path.height_m.T
+    early = path.time_s[:, 0] <= 2.0
+    np.testing.assert_array_equal(late[early], baseline[early])
+    assert not np.allclose(late[~early], baseline[~early])
     np.testing.assert_allclose(heavy, run(Hopper(mass_kg=0.15)).height_m[:, 0], rtol=1e-12)
 
 
 def test_a_step_ends():
     path = run(changes={"stiffness_n_per_m": Step([5.0, 9.0], from_s=1.0, until_s=2.0)})
-    usual, pulsed = path.energy_j.T
-    at = path.time_s[:, 0]
-    assert not np.allclose(usual[(at > 1.0) & (at < 2.0)], pulsed[(at > 1.0) & (at < 2.0)])
+    baseline, pulsed = path.energy_j.T
+    time = path.time_s[:, 0]
+    assert not np.allclose(
+        baseline[(time > 1.0) & (time < 2.0)], pulsed[(time > 1.0) & (time < 2.0)]
+    )
     # The energy of a leg that is as stiff as before is that of the height and speed alone.
-    body, end = Hopper(), np.flatnonzero(at > 2.5)[0]
+    body, end = Hopper(), np.flatnonzero(time > 2.5)[0]
     pressed = max(0.0, 1.0 - path.height_m[end, 1])
-    whole = 0.05 * path.velocity_m_per_s[end, 1] ** 2 + body.weight_n * path.height_m[end, 1]
-    assert pulsed[end] == pytest.approx(whole + 2.5 * pressed**2, rel=1e-9)
+    energy = 0.05 * path.velocity_m_per_s[end, 1] ** 2 + body.weight_n * path.height_m[end, 1]
+    assert pulsed[end] == pytest.approx(energy + 2.5 * pressed**2, rel=1e-9)
 
 
 def test_a_staircase_leads_the_frequency_up():
@@ -118,11 +120,11 @@ def test_what_belongs_to_the_legs_has_a_row_for_each():
 def test_late_times_are_whole_ticks_in_single_precision_too():
     for time in np.arange(300.0, 600.0, 0.37).round(2):
         tick = round(time / 0.01)
-        said = [
+        heights = [
             float(Step(1.0, np.float32(time)).at(jnp.asarray(t), 0.0, jnp.float32(0.01)))
             for t in (tick - 1, tick)
         ]
-        assert said == [0.0, 1.0], time
+        assert heights == [0.0, 1.0], time
 
 
 # Changes by name.

@@ -16,9 +16,9 @@ TINY = {"scenes": ("hop",), "width": 160, "seconds": 1.0, "fps": 5.0}
 def test_a_scene_plays_as_long_as_promised_and_is_made_once(study, monkeypatch, tmp_path):
     film = study("film")
     film.Film(tmp_path, **TINY).run()
-    with Image.open(tmp_path / "film.webp") as whole:
-        assert whole.size == (160, 90)
-        assert film.seconds_of(whole) == pytest.approx(1.0)
+    with Image.open(tmp_path / "film.webp") as film_image:
+        assert film_image.size == (160, 90)
+        assert film.seconds_of(film_image) == pytest.approx(1.0)
 
     scene = (tmp_path / "hop.webp").read_bytes()
     monkeypatch.setattr(film.Film, "_make", None)
@@ -31,16 +31,16 @@ def test_a_scene_plays_as_long_as_promised_and_is_made_once(study, monkeypatch, 
 def test_scenes_are_joined_one_after_the_other(study, tmp_path):
     film = study("film")
     for name, colours in {"red": ("#800", "#f00"), "blue": ("#008", "#00f", "#88f")}.items():
-        first, *others = (Image.new("RGB", (32, 18), colour) for colour in colours)
+        first, *later = (Image.new("RGB", (32, 18), colour) for colour in colours)
         first.save(
-            tmp_path / f"{name}.webp", save_all=True, append_images=others, duration=100, quality=90
+            tmp_path / f"{name}.webp", save_all=True, append_images=later, duration=100, quality=90
         )
-    whole = film.joined([(tmp_path / f"{name}.webp").read_bytes() for name in ("red", "blue")])
-    (tmp_path / "whole.webp").write_bytes(whole)
-    with Image.open(tmp_path / "whole.webp") as shown:
-        assert film.seconds_of(shown) == pytest.approx(0.5)
-        shown.seek(4)
-        assert shown.convert("RGB").getpixel((9, 9))[2] > 200
+    content = film.joined([(tmp_path / f"{name}.webp").read_bytes() for name in ("red", "blue")])
+    (tmp_path / "whole.webp").write_bytes(content)
+    with Image.open(tmp_path / "whole.webp") as joined:
+        assert film.seconds_of(joined) == pytest.approx(0.5)
+        joined.seek(4)
+        assert joined.convert("RGB").getpixel((9, 9))[2] > 200
 
 
 def test_an_unknown_scene_is_an_error_before_anything_is_made(study, tmp_path):

@@ -15,9 +15,9 @@ def laws(study):
 
 
 def test_the_table_of_headings_is_of_the_kept_episodes(laws):
-    kept = pd.read_csv(laws.FOLDER / "speed_rows.csv")
-    written = (laws.FOLDER / "headings.md").read_text(encoding="utf-8")
-    assert laws.headings(laws.TABLES["speeds"], kept).strip() == written.strip()
+    rows = pd.read_csv(laws.FOLDER / "speed_rows.csv")
+    text = (laws.FOLDER / "headings.md").read_text(encoding="utf-8")
+    assert laws.headings(laws.TABLES["speeds"], rows).strip() == text.strip()
 
 
 def test_an_episode_that_falls_or_keeps_its_heading_is_not_astray(laws):

@@ -12,19 +12,19 @@ from tegotae.analysis.maps import OutcomeSummary
 
 @pytest.mark.thorough
 def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, monkeypatch, tmp_path):
-    laws, whole = study("law_map_laws"), study("law_map")
-    small = whole.LawMap(
+    laws, law_map = study("law_map_laws"), study("law_map")
+    small = law_map.LawMap(
         laws=32, subjects=("study",), sample=8, seeds=0, dir=tmp_path / "map", out=tmp_path / "out"
     )
     small.run()
-    found = {name: pd.read_csv(small.out / f"{name}.csv") for name in ("summary", "laws", "named")}
-    assert found["summary"].laws.tolist() == [8, 8, 16, 16, 8, 8]
-    assert len(found["laws"]) == 2 * 32  # all of so few
+    tables = {name: pd.read_csv(small.out / f"{name}.csv") for name in ("summary", "laws", "named")}
+    assert tables["summary"].laws.tolist() == [8, 8, 16, 16, 8, 8]
+    assert len(tables["laws"]) == 2 * 32  # all of so few
     assert (small.out / "law_map.png").exists()
     assert (small.out / "lecture.png").exists()
 
     # Tegotae's law in the terms of the map is the package's.
-    vanilla = found["named"].iloc[0]
+    vanilla = tables["named"].iloc[0]
     assert (vanilla.place_rad, vanilla.offset) == (0.0, 0.0)
     row = laws.Laws(*(np.array([vanilla[name]]) for name in laws.TITLES))
     weights = laws.weights_of("study", "load", row)
@@ -33,8 +33,8 @@ def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, mon
     ours = laws.measured("study", "load", row, np.zeros((1, 1)), 8.0, system.timing)
     assert ours["merit"] == pytest.approx(np.nan_to_num(package.cot_inverse), abs=1e-3)
 
-    monkeypatch.setattr(whole, "measured", None)
-    again = whole.outcomes(small.dir, "study", "latch", 32)
+    monkeypatch.setattr(law_map, "measured", None)
+    again = law_map.outcomes(small.dir, "study", "latch", 32)
     assert len(again.by_command[4.0]["merit"]) == 16
 
 

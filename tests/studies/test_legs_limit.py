@@ -62,10 +62,10 @@ def test_a_leg_that_cannot_be_is_refused(numbers):
 @needing("work_absolute_j", "x_m", "y_m", "stance_time_s", "failed")
 def _walk(path, scenario, body, timing):
     half = path.x_m.shape[0] // 2
-    way = [x[-1] - x[half] for x in (path.x_m, path.y_m)]
+    distance = [x[-1] - x[half] for x in (path.x_m, path.y_m)]
     return {
         "work": path.work_absolute_j[-1] - path.work_absolute_j[half],
-        "way": (way[0] ** 2 + way[1] ** 2) ** 0.5,
+        "way": (distance[0] ** 2 + distance[1] ** 2) ** 0.5,
         "stands": path.stance_time_s[half:],
         "failed": path.failed[-1],
     }
@@ -77,12 +77,12 @@ def test_walkers_of_any_gain_and_frequency_cost_more_than_is_proved():
     scenario = legged.scenario(random_phases(4, lanes))._replace(omega=rng.uniform(0.8, 5.0, lanes))
     timing = dataclasses.replace(legged.timing, duration_s=40.0, tick_s=0.0125, frame_s=0.05)
     engine = legged.engine(_walk, timing)
-    found = engine.run(rng.uniform(0.0, 3.0, (lanes, 1)), scenario, legged.body)
-    walks = ~found["failed"] & (found["way"] > 1.0)
+    results = engine.run(rng.uniform(0.0, 3.0, (lanes, 1)), scenario, legged.body)
+    walks = ~results["failed"] & (results["way"] > 1.0)
     assert walks.sum() > 40
-    longest = np.array([longest_stance(found["stands"][:, :, k]) for k in range(lanes)])
-    cost = (found["work"] / found["way"])[walks]
-    speed = (found["way"] / 20.0)[walks]
+    longest = np.array([longest_stance(results["stands"][:, :, k]) for k in range(lanes)])
+    cost = (results["work"] / results["way"])[walks]
+    speed = (results["way"] / 20.0)[walks]
     assert (cost > bound(legged.body, speed, longest[walks])).all()
 
 
@@ -113,8 +113,8 @@ def test_free_feet_cost_no_more_than_feet_on_the_ellipse_and_more_than_is_proved
 
 
 def test_no_vanilla_walker_of_the_front_is_below_the_limit():
-    kept = front("quadruped-c", "vanilla")
-    share = limit_share(kept["speed"], kept["cost_of_transport"])
+    curve = front("quadruped-c", "vanilla")
+    share = limit_share(curve["speed"], curve["cost_of_transport"])
     assert np.isfinite(share).sum() > 10
     assert np.nanmax(share) < 1.0
 

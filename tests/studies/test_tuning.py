@@ -108,14 +108,14 @@ def test_the_search_that_found_the_steps_of_pgpe_begins_where_it_began():
 
 @pytest.mark.parametrize("algorithm", evolutions())
 def test_every_setting_is_worth_the_same_simulated_time(algorithm):
-    """As many whole generations as there are episodes for, and never none."""
+    """Every budget buys a whole number of generations, at least one."""
     study = optuna.create_study(sampler=optuna.samplers.RandomSampler(seed=0))
     task = dataclasses.replace(TINY, budget_s=1000 * 3.0)
     (experiment,) = task.experiments
     for _ in range(30):
         population = SPACES[algorithm].suggest(study.ask()).population
-        least = SPACES[algorithm].least_episodes
-        assert population <= least <= task.episodes(experiment, minimum=population)
+        minimum = SPACES[algorithm].least_episodes
+        assert population <= minimum <= task.episodes(experiment, minimum=population)
 
 
 # How a setting is judged.
@@ -145,8 +145,8 @@ def test_a_value_is_the_best_fitness_of_a_training_that_spends_the_budget(traine
 def test_settings_that_differ_in_no_shape_share_one_compiled_program(trained):
     run, fitness = trained
     compiled = native._kernel.cache_info().misses
-    other = dataclasses.replace(run.learner.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
-    assert evolved(other, TINY, TINY.experiments[0], run.seeds) != pytest.approx(fitness)
+    variant = dataclasses.replace(run.learner.algorithm, std=0.05, learning_rate=0.3, max_speed=0.9)
+    assert evolved(variant, TINY, TINY.experiments[0], run.seeds) != pytest.approx(fitness)
     assert native._kernel.cache_info().misses == compiled
 
 
@@ -180,34 +180,34 @@ def test_the_search_improves_on_what_it_began_with(toy, tmp_path):
 @pytest.mark.thorough
 def test_the_order_of_the_work_of_many_workers_does_not_mix_up_the_values():
     settings = [toy_tuning.Toy(x) for x in (0.0, 1.0, 3.0)]
-    found = evaluate_settings(toy_tuning.space(), settings, TASK, workers=3)
+    values = evaluate_settings(toy_tuning.space(), settings, TASK, workers=3)
     expected = [
         [
-            toy_tuning.parabola(one, TASK, experiment, (TASK.first_seed + seed,))[0]
+            toy_tuning.parabola(each_setting, TASK, experiment, (TASK.first_seed + seed,))[0]
             for experiment in TASK.experiments
             for seed in range(TASK.seeds)
         ]
-        for one in settings
+        for each_setting in settings
     ]
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(values, expected)
 
 
 def test_the_best_settings_are_compared_pair_by_pair():
     first = np.array([1.0, 2.0, 30.0])
-    found = confirmation(TASK, first, first + 1.0)
-    assert found["difference"] == pytest.approx({"mean": 1.0, "low": 1.0, "high": 1.0})
-    assert found["best"]["mean"] == pytest.approx(12.0)
-    assert found["best"]["low"] < 12.0 < found["best"]["high"]
+    comparison = confirmation(TASK, first, first + 1.0)
+    assert comparison["difference"] == pytest.approx({"mean": 1.0, "low": 1.0, "high": 1.0})
+    assert comparison["best"]["mean"] == pytest.approx(12.0)
+    assert comparison["best"]["low"] < 12.0 < comparison["best"]["high"]
 
 
 # Going on.
 
 
 def test_a_search_goes_on_where_it_stopped_and_draws_no_settings_twice(toy, tmp_path):
-    before = search(tmp_path / "s", 4)
-    after = search(tmp_path / "s", 8)
-    assert [trial.params for trial in after[:4]] == [trial.params for trial in before]
-    assert len({trial.params["x"] for trial in after}) == len(after) == 8
+    first_search = search(tmp_path / "s", 4)
+    second_search = search(tmp_path / "s", 8)
+    assert [trial.params for trial in second_search[:4]] == [trial.params for trial in first_search]
+    assert len({trial.params["x"] for trial in second_search}) == len(second_search) == 8
 
 
 def test_a_finished_search_trains_nothing(toy, tmp_path, monkeypatch):
@@ -228,29 +228,29 @@ def test_a_killed_tuner_leaves_a_storage_that_the_next_one_goes_on_with(toy, tmp
     assert killed.stdout.readline() == "waiting\n"
     killed.kill()
     killed.wait()
-    left = storage.read_bytes()
+    journal = storage.read_bytes()
     release.write_bytes(b"")
     # The worker holds the other end: it has ended too, without having written any more.
     assert killed.stdout.read() == ""
-    assert storage.read_bytes() == left
+    assert storage.read_bytes() == journal
 
     trials = search(storage, 5)
-    assert storage.read_bytes().startswith(left)
-    (lost,) = [trial for trial in trials if trial.state.name == "FAIL"]
-    assert lost.intermediate_values
+    assert storage.read_bytes().startswith(journal)
+    (failure,) = [trial for trial in trials if trial.state.name == "FAIL"]
+    assert failure.intermediate_values
     (again,) = [trial for trial in trials if "retry_of" in trial.user_attrs]
-    assert again.user_attrs["retry_of"] == lost.number
-    assert again.params == lost.params
+    assert again.user_attrs["retry_of"] == failure.number
+    assert again.params == failure.params
     assert len(trials) == 6
 
 
 def test_half_a_line_that_a_crash_left_is_cut_off(toy, tmp_path):
-    before = search(tmp_path / "s", 2)
+    first_search = search(tmp_path / "s", 2)
     with (tmp_path / "s").open("a") as stream:
         stream.write('{"op_code":4,"worker_id":"x')
-    after = search(tmp_path / "s", 3)
-    assert [trial.params for trial in after[:2]] == [trial.params for trial in before]
-    assert len(after) == 3
+    second_search = search(tmp_path / "s", 3)
+    assert [trial.params for trial in second_search[:2]] == [trial.params for trial in first_search]
+    assert len(second_search) == 3
 
 
 def test_a_worker_that_dies_ends_the_search_in_one_line_and_loses_nothing(
@@ -281,12 +281,12 @@ def test_what_a_training_refuses_is_said_as_it_said_it(toy, tmp_path, monkeypatc
 def test_a_storage_of_another_tuning_is_refused_with_what_differs(toy, tmp_path):
     storage = tmp_path / "s"
     search(storage, 1)
-    before = storage.read_bytes()
+    content = storage.read_bytes()
     with pytest.raises(TegotaeError, match=r"differs in seeds, budget_s; choose another file"):
         tune("toy", dataclasses.replace(TASK, seeds=3, budget_s=9e4), storage, trials=1)
     with pytest.raises(TegotaeError, match=r"a tuning of toy .* differs in algorithm;"):
         tune("pgpe", TASK, storage, trials=1)
-    assert storage.read_bytes() == before
+    assert storage.read_bytes() == content
 
 
 def test_a_storage_of_another_program_is_refused(toy, tmp_path):
@@ -294,10 +294,10 @@ def test_a_storage_of_another_program_is_refused(toy, tmp_path):
     journal = optuna.storages.journal
     backend = journal.JournalFileBackend(str(storage))
     optuna.create_study(study_name="mine", storage=journal.JournalStorage(backend))
-    before = storage.read_bytes()
+    content = storage.read_bytes()
     with pytest.raises(TegotaeError, match=r"holds the study 'mine'; choose another file"):
         search(storage, 1)
-    assert storage.read_bytes() == before
+    assert storage.read_bytes() == content
 
 
 @pytest.mark.parametrize("content", ["not a journal", "not\na journal\n", '{"a": 1}\n', "[1]\n"])
@@ -311,8 +311,8 @@ def test_a_file_that_is_no_storage_is_refused_and_left_as_it_was(toy, tmp_path, 
 def test_a_storage_in_use_is_refused(toy, tmp_path):
     fcntl = pytest.importorskip("fcntl")
     search(tmp_path / "s", 1)
-    with (tmp_path / "s").open() as other:
-        fcntl.flock(other, fcntl.LOCK_EX)
+    with (tmp_path / "s").open() as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)
         with pytest.raises(TegotaeError, match=r"in use by another tuner"):
             search(tmp_path / "s", 2)
 
@@ -327,23 +327,23 @@ def trained_for(task: dict) -> int:
 
 @pytest.mark.parametrize("name", configurations.names())
 def test_every_configuration_of_the_package_says_how_it_was_found(name):
-    kept = configuration(name)
-    assert isinstance(kept.settings, learner(kept.algorithm))
+    saved = configuration(name)
+    assert isinstance(saved.settings, learner(saved.algorithm))
     if name == "pgpe":  # not by a search, but by a comparison that a page shows
-        assert "studies/plateau.py" in kept.found["about"]
+        assert "studies/plateau.py" in saved.found["about"]
         return
-    found = kept.found
-    assert found["trials"]["complete"] > 0
-    assert found["mean_fitness"] == pytest.approx(np.mean(found["fitness"]))
-    assert len(found["fitness"]) == trained_for(found["task"]) * found["task"]["seeds"]
-    assert {"tegotae", "jax", "optuna"} <= set(found["software"])
+    record = saved.found
+    assert record["trials"]["complete"] > 0
+    assert record["mean_fitness"] == pytest.approx(np.mean(record["fitness"]))
+    assert len(record["fitness"]) == trained_for(record["task"]) * record["task"]["seeds"]
+    assert {"tegotae", "jax", "optuna"} <= set(record["software"])
 
 
 def most_simulated_s(name: str) -> float:
     """Simulated time that a configuration's search could spend [s]."""
-    found = configuration(name).found
-    trials = found["trials"]["complete"] + found["trials"]["pruned"]
-    return trials * found["task"]["budget_s"] * len(found["fitness"])
+    record = configuration(name).found
+    trials = record["trials"]["complete"] + record["trials"]["pruned"]
+    return trials * record["task"]["budget_s"] * len(record["fitness"])
 
 
 def test_the_algorithms_of_fig_3_were_tuned_with_the_same_simulated_time():
@@ -353,8 +353,8 @@ def test_the_algorithms_of_fig_3_were_tuned_with_the_same_simulated_time():
 @pytest.mark.parametrize("algorithm", [*evolutions(), *agents()])
 def test_every_algorithm_has_tuned_settings_or_those_of_its_class(algorithm):
     kind = learner(algorithm)
-    kept = algorithm in configurations.names()
-    assert tuned(algorithm) == (configuration(algorithm).settings if kept else kind())
+    is_tuned = algorithm in configurations.names()
+    assert tuned(algorithm) == (configuration(algorithm).settings if is_tuned else kind())
 
 
 @pytest.mark.parametrize("algorithm", [*evolutions(), "sac"])
@@ -368,7 +368,7 @@ def test_a_run_in_python_learns_as_the_command_does():
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"settings": {"populaton": 4}}, "a pgpe has no 'populaton'"),
         ({"settings": {"population": 7}}, "population is 7"),
@@ -376,13 +376,13 @@ def test_a_run_in_python_learns_as_the_command_does():
         ({"settings": 3}, "its settings is 3; it must be an object"),
     ],
 )
-def test_a_damaged_configuration_is_refused(tmp_path, change, said):
+def test_a_damaged_configuration_is_refused(tmp_path, change, message):
     document = {"algorithm": "pgpe", "settings": {"population": 8}, "found": {}}
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(document))
     assert load(path).settings == PGPE(population=8)
     path.write_text(json.dumps({**document, **change}))
-    with pytest.raises(TegotaeError, match=said):
+    with pytest.raises(TegotaeError, match=message):
         load(path)
 
 
@@ -423,13 +423,13 @@ def test_the_command_keeps_settings_that_are_a_configuration(tmp_path, capsys):
     arguments += ["--trials", "2", "--seeds", "2", "--confirm", "2", "--simulated", "768"]
     arguments += ["--duration", "3", "--tick", "0.004", "--settle", "1", "--budget", "8"]
     assert main([*arguments, "--algorithm", "openai-es"]) == 0
-    kept = load(tmp_path / "k.json")
-    assert kept.algorithm == "openai-es"
-    assert kept.found["trials"] == {"complete": 2, "pruned": 0, "fail": 0}
-    assert [each["name"] for each in kept.found["task"]["experiments"]] == ["AR-rF-reflex-w8"]
-    assert kept.found["confirmation"]["first_seed"] != kept.found["task"]["first_seed"]
+    saved = load(tmp_path / "k.json")
+    assert saved.algorithm == "openai-es"
+    assert saved.found["trials"] == {"complete": 2, "pruned": 0, "fail": 0}
+    assert [entry["name"] for entry in saved.found["task"]["experiments"]] == ["AR-rF-reflex-w8"]
+    assert saved.found["confirmation"]["first_seed"] != saved.found["task"]["first_seed"]
     out = capsys.readouterr().out
-    assert re.search(rf"^ *population +{kept.settings.population} *$", out, re.MULTILINE)
+    assert re.search(rf"^ *population +{saved.settings.population} *$", out, re.MULTILINE)
     assert "2 fresh seeds" in out
 
 
@@ -444,7 +444,7 @@ def test_a_configuration_is_of_the_best_trial(toy, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("ART", "--algorithm", "pgep"), "no algorithm is called 'pgep'; did you mean pgpe"),
         (("ARTT",), "no model or system is called 'ARTT'"),
@@ -461,14 +461,14 @@ def test_a_configuration_is_of_the_best_trial(toy, tmp_path):
         (("ART", "--duration", "12.5"), "leaves less than 1 s after settling"),
     ],
 )
-def test_unusable_input_is_one_line(one_line_error, tmp_path, arguments, said):
-    assert said in one_line_error("tuning", *arguments, "--storage", str(tmp_path / "s"))
+def test_unusable_input_is_one_line(one_line_error, tmp_path, arguments, message):
+    assert message in one_line_error("tuning", *arguments, "--storage", str(tmp_path / "s"))
 
 
 def test_without_optuna_the_extra_is_named(one_line_error, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "optuna", None)
-    said = one_line_error("tuning", "ART", "--storage", str(tmp_path / "s"))
-    assert "pip install 'tegotae[tune]'" in said
+    message = one_line_error("tuning", "ART", "--storage", str(tmp_path / "s"))
+    assert "pip install 'tegotae[tune]'" in message
 
 
 @pytest.mark.parametrize(("algorithm", "follows"), [("pgpe", True), ("sac", False), ("ppo", False)])

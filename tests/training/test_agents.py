@@ -77,7 +77,7 @@ def environment(settings, model="AR-rF-sector-w8", **changes):
 
 
 def played(task, weights):
-    """What the engine says of an undisturbed episode."""
+    """Return the engine's trajectory of an undisturbed episode."""
     fitness = Fitness(settle_s=SETTLE_S, follow_omega=False)
     engine = Engine(controller=task.controller, timing=TIMING, summary=fitness)
     return engine.run(weights, Scenario(omega=8.0))
@@ -118,8 +118,8 @@ class TestPolicy:
         # Wide weights, so that the limit is felt.
         weights = 3.0 * initial_weights(learner.controller, 5)
         agent, _ = make_agent(learner, seed=0, weights=weights)
-        seen, signals = observations(learner)
-        action, _ = agent.predict(seen, deterministic=True)
+        observed, signals = observations(learner)
+        action, _ = agent.predict(observed, deterministic=True)
         expected = says(learner.controller, weights, signals)
         assert np.ptp(expected) > 0.5
         np.testing.assert_allclose(action[:, 0], expected, atol=2e-5)
@@ -129,8 +129,8 @@ class TestPolicy:
         learner = training(settings)
         weights = initial_weights(learner.controller, 3)
         _, feedback = make_agent(learner, seed=0, weights=weights)
-        seen, signals = observations(learner)
-        torch.tanh(feedback(torch.tensor(seen))).sum().backward()
+        observed, signals = observations(learner)
+        torch.tanh(feedback(torch.tensor(observed))).sum().backward()
         ours = np.concatenate([p.grad.numpy() for p in feedback.parameters()])
 
         def total(w):
@@ -156,8 +156,8 @@ class TestPolicy:
     def test_explores_with_the_same_deviation_everywhere(self, settings):
         learner = training(settings, noise=0.05)
         agent, _ = make_agent(learner, seed=0, weights=np.zeros(learner.controller.n_weights))
-        seen = np.repeat(observations(learner, n=4)[0], 2000, axis=0)
-        actions, _ = agent.predict(seen)
+        observed = np.repeat(observations(learner, n=4)[0], 2000, axis=0)
+        actions, _ = agent.predict(observed)
         for place in actions.reshape(4, 2000):
             assert abs(place.mean()) < 0.005
             assert place.std() == pytest.approx(0.05, rel=0.1)
@@ -168,10 +168,10 @@ class TestPolicy:
         assert informed.observed.names == (*plain.observed.names, "height")
         weights = initial_weights(plain.controller, 0)
         agent, _ = make_agent(informed, seed=0, weights=weights)
-        seen, _ = observations(informed)
-        action, _ = agent.predict(seen, deterministic=True)
-        seen[:, -1] += 1.0
-        changed, _ = agent.predict(seen, deterministic=True)
+        observed, _ = observations(informed)
+        action, _ = agent.predict(observed, deterministic=True)
+        observed[:, -1] += 1.0
+        changed, _ = agent.predict(observed, deterministic=True)
         np.testing.assert_array_equal(action, changed)
 
 
@@ -200,14 +200,14 @@ class TestEnvironment:
             "tegotae/TegotaeHopper-v0",
             **{f.name: getattr(hoppers, f.name) for f in dataclasses.fields(hoppers)},
         )
-        seen, phases = env.reset(), []
+        observation, phases = env.reset(), []
         for _ in range(ticks):
-            action, _ = agent.predict(seen, deterministic=True)
-            seen, *_ = env.step(action)
-            phases.append(seen[0, :2])
-        found = np.array(phases)
-        np.testing.assert_allclose(found[:, 0], np.sin(expected.phase_rad[:, 0]), atol=1e-3)
-        np.testing.assert_allclose(found[:, 1], np.cos(expected.phase_rad[:, 0]), atol=1e-3)
+            action, _ = agent.predict(observation, deterministic=True)
+            observation, *_ = env.step(action)
+            phases.append(observation[0, :2])
+        trace = np.array(phases)
+        np.testing.assert_allclose(trace[:, 0], np.sin(expected.phase_rad[:, 0]), atol=1e-3)
+        np.testing.assert_allclose(trace[:, 1], np.cos(expected.phase_rad[:, 0]), atol=1e-3)
 
 
 class TestLearning:
@@ -221,14 +221,14 @@ class TestLearning:
     @BOTH
     def test_same_seed_same_weights_and_another_seed_others(self, settings):
         learner = training(settings)
-        first, again, other = (
+        first, again, second = (
             list(learn(learner, seed=seed, episodes=4, evaluate_every=2)) for seed in (0, 0, 1)
         )
         assert [p.step for p, _ in first] == [0.0, 2.0, 4.0]
         assert [p.simulated_s for p, _ in first] == [0.0, 12.0, 24.0]
         for (_, ours), (_, theirs) in zip(first, again, strict=True):
             np.testing.assert_array_equal(ours, theirs)
-        assert (first[-1][1] != other[-1][1]).any()
+        assert (first[-1][1] != second[-1][1]).any()
 
     def test_a_point_is_what_the_engine_says_of_its_weights(self):
         learner = training(PPO)
@@ -284,12 +284,12 @@ class TestFolder:
             assert outcome["fitness"][0] == pytest.approx(saved.training["best_fitness"], rel=1e-5)
 
     def test_seeds_that_are_done_are_left_as_they_are(self, folder):
-        before = (folder / "curves.csv").read_text()
-        seen = []
-        paths = train(run(seeds=(0, 1)), folder, on_step=seen.append)
-        assert not seen
+        content = (folder / "curves.csv").read_text()
+        steps = []
+        paths = train(run(seeds=(0, 1)), folder, on_step=steps.append)
+        assert not steps
         assert [path.name for path in paths] == [f"AR-rF-sector-w8-seed{i}.json" for i in (0, 1)]
-        assert (folder / "curves.csv").read_text() == before
+        assert (folder / "curves.csv").read_text() == content
 
     def test_an_interrupted_run_keeps_what_it_has_and_goes_on_to_the_same_numbers(
         self, folder, tmp_path
@@ -300,8 +300,8 @@ class TestFolder:
 
         with pytest.raises(KeyboardInterrupt):
             train(run(seeds=(0, 1)), tmp_path, on_step=interrupt)
-        kept = [(row["seed"], row["step"]) for row in self.rows(tmp_path)]
-        assert kept == [("0", "0"), ("0", "2"), ("0", "4"), ("1", "0"), ("1", "2")]
+        finished = [(row["seed"], row["step"]) for row in self.rows(tmp_path)]
+        assert finished == [("0", "0"), ("0", "2"), ("0", "4"), ("1", "0"), ("1", "2")]
         assert controller_file.load(tmp_path / "AR-rF-sector-w8-seed1.json")
 
         learned = []
@@ -322,36 +322,38 @@ class TestTuning:
 
     def test_settings_are_judged_by_each_seeds_best_policy_within_the_budget(self):
         task = TuningTask(experiments=(experiment(),), budget_s=24.0)
-        found = SPACES["ppo"].learn(PPO, task, experiment(), (0, 1))
-        for seed, best in zip((0, 1), found, strict=True):
+        values = SPACES["ppo"].learn(PPO, task, experiment(), (0, 1))
+        for seed, best in zip((0, 1), values, strict=True):
             points = learn(training(PPO), seed=seed, episodes=4, evaluate_every=1)
             assert best == max(point.fitness for point, _ in points)
 
     def test_settings_that_diverge_are_worth_what_they_had_reached(self):
         task = TuningTask(experiments=(experiment(),), budget_s=24.0)
         wild = dataclasses.replace(PPO, learning_rate=1e30)
-        (found,) = SPACES["ppo"].learn(wild, task, experiment(), (0,))
+        (value,) = SPACES["ppo"].learn(wild, task, experiment(), (0,))
         start, _ = next(learn(training(PPO), seed=0, episodes=1))
-        assert found >= start.fitness
+        assert value >= start.fitness
 
 
 class TestBadInput:
     @pytest.mark.parametrize("algorithm", ["sac", "ppo"])
     @pytest.mark.parametrize(
-        ("model", "why"),
+        ("model", "message"),
         [
             ("V-reflex-w8", "no network to learn"),
             ("T-Fv", "the Tegotae feedback, and it has none"),
             ("ART-rF-tphif-w8", "come after the agent's action"),
         ],
     )
-    def test_models_without_a_meaning_are_refused(self, algorithm, model, why):
-        own = AgentLearner(settings=learner(algorithm)())
-        with pytest.raises(TegotaeError, match=f"{algorithm} has no meaning for {model}: .*{why}"):
-            Run(experiment=find(model).experiment(), learner=own)
+    def test_models_without_a_meaning_are_refused(self, algorithm, model, message):
+        agent = AgentLearner(settings=learner(algorithm)())
+        with pytest.raises(
+            TegotaeError, match=f"{algorithm} has no meaning for {model}: .*{message}"
+        ):
+            Run(experiment=find(model).experiment(), learner=agent)
 
     @pytest.mark.parametrize(
-        ("kind", "given", "message"),
+        ("kind", "settings", "message"),
         [
             (SACSettings, {"gamma": 1.5}, "gamma is 1.5; it must be at most 1"),
             (SACSettings, {"tau": 0.0}, "tau is 0; it must be greater than 0"),
@@ -363,9 +365,9 @@ class TestBadInput:
             (PPOSettings, {"max_feedback_rad_per_s": -1.0}, "max_feedback_rad_per_s is -1"),
         ],
     )
-    def test_settings_out_of_range(self, kind, given, message):
+    def test_settings_out_of_range(self, kind, settings, message):
         with pytest.raises(TegotaeError, match=message):
-            kind(**given)
+            kind(**settings)
 
     def test_senses_that_do_not_exist(self):
         with pytest.raises(TegotaeError, match="no observation of this environment is called"):
@@ -390,12 +392,12 @@ class TestBadInput:
     )
     def test_the_command_says_what_is_wrong_in_one_line(self, arguments, message, capsys, tmp_path):
         assert main(["train", *arguments, "--out", str(tmp_path)]) == 2
-        said = capsys.readouterr().err
-        assert message in said
-        assert said.count("\n") == 1
+        output = capsys.readouterr().err
+        assert message in output
+        assert output.count("\n") == 1
 
     @pytest.mark.parametrize(
-        ("words", "said"),
+        ("words", "message"),
         [
             ([], "stable_baselines3 is not installed; pip install torch --index-url"),
             (["--env", "leg"], "gymnasium, mujoco, stable_baselines3 are not installed"),
@@ -403,7 +405,7 @@ class TestBadInput:
             (["--tensorboard"], "then pip install 'tegotae[sb3,tensorboard]', or in a clone"),
         ],
     )
-    def test_one_line_names_all_missing_extras(self, tmp_path, words, said):
+    def test_one_line_names_all_missing_extras(self, tmp_path, words, message):
         words = ["train", "AR", "--algorithm", "ppo", "--out", str(tmp_path), *words]
         program = (
             "import sys\n"
@@ -415,16 +417,16 @@ class TestBadInput:
             "from tegotae.cli import main\n"
             f"sys.exit(main({words!r}))\n"
         )
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-        assert done.returncode == 2
-        assert said in done.stderr
-        assert done.stderr.count("\n") == 1
+        process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+        assert process.returncode == 2
+        assert message in process.stderr
+        assert process.stderr.count("\n") == 1
         assert not list(tmp_path.iterdir())
 
 
 def test_the_command_trains_and_prints(tmp_path, capsys):
     arguments = ["--algorithm", "ppo", "--episodes", "2", "--seeds", "1", "--out", str(tmp_path)]
     assert main(["train", "AR-rF-sector-w8", *arguments, "--duration", "6", "--settle", "2"]) == 0
-    said = capsys.readouterr().out
-    assert "best episode" in said
+    output = capsys.readouterr().out
+    assert "best episode" in output
     assert (tmp_path / "AR-rF-sector-w8-seed0.json").exists()

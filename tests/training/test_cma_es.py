@@ -16,9 +16,18 @@ from tegotae.training.algorithms import CMAES
 def test_it_ends_with_ninety_six_weights_and_several_seeds(tmp_path):
     # In a process of its own: what went wrong once is a wait for ever, of two devices for a pool.
     words = ("ART", "--algorithm", "cma-es", "--seeds", "4", "--population", "8")
-    more = ("--generations", "3", "--duration", "3", "--settle", "1", "--out", str(tmp_path / "o"))
+    options = (
+        "--generations",
+        "3",
+        "--duration",
+        "3",
+        "--settle",
+        "1",
+        "--out",
+        str(tmp_path / "o"),
+    )
     ended = subprocess.run(
-        [sys.executable, "-m", "tegotae", "train", *words, *more],
+        [sys.executable, "-m", "tegotae", "train", *words, *options],
         capture_output=True,
         text=True,
         timeout=900,

@@ -31,8 +31,8 @@ def test_the_document_of_a_held_training_says_so():
 
 
 def test_the_option_holds_and_leaves_alone_what_holds_already():
-    usual = ExperimentOptions.options_of(CONTINUOUS)
-    assert changed(usual, {"hold": True}, "AR").applied(CONTINUOUS) == HELD
+    defaults = ExperimentOptions.options_of(CONTINUOUS)
+    assert changed(defaults, {"hold": True}, "AR").applied(CONTINUOUS) == HELD
     assert ExperimentOptions.options_of(HELD).applied(HELD) == HELD
 
 
@@ -44,12 +44,13 @@ def test_agents_learn_in_continuous_time_and_say_so():
 def test_the_gain_of_a_vanilla_controller_is_searched_held():
     from tegotae.training.scoring import best_gain
 
-    usual = find("V-reflex-w8").experiment()
-    short = usual.replaced(
+    baseline = find("V-reflex-w8").experiment()
+    short = baseline.replaced(
         timing=Timing(duration_s=6.0, tick_s=0.01),
-        objective=dataclasses.replace(usual.objective, settle_s=2.0),
+        objective=dataclasses.replace(baseline.objective, settle_s=2.0),
     )
     continuous, held = (
-        best_gain(short.replaced(integrator=each)) for each in (PredictorCorrector(), Hold())
+        best_gain(short.replaced(integrator=integrator))
+        for integrator in (PredictorCorrector(), Hold())
     )
     assert continuous[1] != held[1]

@@ -21,7 +21,7 @@ MODEL = "AR-rF-sector-w8"
 
 
 def leave(folder, algorithm, points, model=MODEL):
-    """What a training leaves behind, as far as its curves go."""
+    """Write the files of a training that its curves need."""
     folder.mkdir(parents=True)
     configuration = {"experiment": {"name": model}, "algorithm": algorithm}
     (folder / "run.json").write_text(
@@ -124,10 +124,10 @@ def test_a_written_table_is_read_back(tmp_path):
 
 
 def test_the_late_mean_is_over_the_last_tenth_of_simulated_time():
-    found = curve(np.arange(21.0))
-    assert late_mean(found) == pytest.approx(np.mean([18, 19, 20]))
+    points = curve(np.arange(21.0))
+    assert late_mean(points) == pytest.approx(np.mean([18, 19, 20]))
     # Of the first 10 points' time only: the last tenth begins at 9.
-    assert late_mean(found, until_s=10 * 120.0) == pytest.approx(np.mean([9, 10]))
+    assert late_mean(points, until_s=10 * 120.0) == pytest.approx(np.mean([9, 10]))
     assert late_mean(curve([0.7])) == 0.7
 
 
@@ -185,8 +185,8 @@ def test_the_interval_of_one_algorithm_hides_no_other():
 
 def test_more_algorithms_than_fit_side_by_side_go_on_below():
     curves = [curve([0.0, 0.2], name) for name in "abcde"]
-    shown = [panel for panel in algorithms_figure(pd.concat(curves)).axes if panel.get_visible()]
-    assert [p.get_title(loc="left") for p in shown] == [f"{MODEL}: {name}" for name in "abcde"]
+    panels = [panel for panel in algorithms_figure(pd.concat(curves)).axes if panel.get_visible()]
+    assert [p.get_title(loc="left") for p in panels] == [f"{MODEL}: {name}" for name in "abcde"]
 
 
 def test_the_interval_of_the_mean_is_in_the_table_and_empty_for_a_single_run():
@@ -206,10 +206,10 @@ def test_the_command_draws_and_says_how_far_pgpe_leads(tmp_path, capsys):
     out = tmp_path / "figure.svg"
     assert main(["figure", "learning-curves", str(tmp_path), "--out", str(out)]) == 0
     assert out.exists()
-    said = " ".join(capsys.readouterr().out.split())
+    output = " ".join(capsys.readouterr().out.split())
     # At the end PGPE is at 0.9 and PPO at 0.4; after PPO's 50 s, PGPE is at 0.2.
-    assert "ppo 2 50 s 0.400 [0.400, 0.400] 0.500 [0.500, 0.500]" in said
-    assert "-0.200 [-0.200, -0.200]" in said
+    assert "ppo 2 50 s 0.400 [0.400, 0.400] 0.500 [0.500, 0.500]" in output
+    assert "-0.200 [-0.200, -0.200]" in output
     with (tmp_path / "figure.csv").open() as stream:
         assert tuple(next(csv.reader(stream))) == COLUMNS
 

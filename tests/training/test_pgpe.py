@@ -103,12 +103,12 @@ def test_the_update_is_that_of_the_equations(fitness_of):
 
 def test_a_standard_deviation_changes_by_at_most_a_fifth():
     eager = PGPE(population=12, std=0.4, std_lr=50.0, std_max_change=0.2)
-    before = np.full(DIMENSIONS, 0.4)
+    initial = np.full(DIMENSIONS, 0.4)
     for _, state, by_hand in generations(eager, peak_at_one, 10):
-        ratio = np.asarray(state.std) / before
+        ratio = np.asarray(state.std) / initial
         assert (ratio > 0.8 - 1e-5).all()
         assert (ratio < 1.2 + 1e-5).all()
-        before = np.asarray(state.std)
+        initial = np.asarray(state.std)
         assert_agree(state, by_hand)
     assert by_hand.std_was_clipped
 
@@ -132,10 +132,10 @@ def test_only_the_order_of_the_fitness_matters():
     def stretched(samples):
         return -np.exp(-peak_at_one(samples) / 5.0)
 
-    one = [state for _, state, _ in generations(SETTINGS, peak_at_one, 5)][-1]
-    other = [state for _, state, _ in generations(SETTINGS, stretched, 5)][-1]
-    np.testing.assert_array_equal(one.mean, other.mean)
-    np.testing.assert_array_equal(one.std, other.std)
+    first = [state for _, state, _ in generations(SETTINGS, peak_at_one, 5)][-1]
+    second = [state for _, state, _ in generations(SETTINGS, stretched, 5)][-1]
+    np.testing.assert_array_equal(first.mean, second.mean)
+    np.testing.assert_array_equal(first.std, second.std)
 
 
 def test_the_fitness_rises():
@@ -203,8 +203,8 @@ def test_every_seed_begins_with_weights_that_are_given():
 
 def test_a_training_that_is_continued_is_the_same_as_one_without_pause():
     halfway, _ = trained()[1]
-    seen = [curves.centre_fitness for _, curves in trained()[:2]]
-    on = list(RUN.learner.evolve(RUN.experiment, RUN.seeds, halfway, seen))
+    scores = [curves.centre_fitness for _, curves in trained()[:2]]
+    on = list(RUN.learner.evolve(RUN.experiment, RUN.seeds, halfway, scores))
     assert len(on) == 2
     end, _ = trained()[-1]
     np.testing.assert_array_equal(on[-1][0].search.mean, end.search.mean)
@@ -217,12 +217,12 @@ def test_the_best_distribution_seen_is_kept():
     np.testing.assert_array_equal(end.best_fitness, fitness.max(axis=0))
     np.testing.assert_array_equal(end.best_generation, fitness.argmax(axis=0))
     # The mean before the first generation is generation 0's.
-    before = [
+    baseline = [
         RUN.learner.start(RUN.experiment, RUN.seeds),
         *(progress for progress, _ in trained()),
     ]
     for seed, generation in enumerate(np.asarray(end.best_generation)):
-        search = before[generation].search
+        search = baseline[generation].search
         np.testing.assert_array_equal(end.best_weights[seed], search.mean[seed])
         np.testing.assert_array_equal(end.best_std[seed], search.std[seed])
 

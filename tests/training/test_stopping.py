@@ -1,4 +1,4 @@
-"""When a training ends: on made-up curves that rise, stay, jump late, or are noisy."""
+"""The end of a training: on made-up curves that rise, stay, jump late, or are noisy."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ RULE = Stopping(generations=1000, least=40, share=0.5, tolerance=0.01)
 
 def end_of(curve: np.ndarray, rule: Stopping = RULE) -> tuple[int, str]:
     """After how many generations a run ends, and why."""
-    for done in range(1, len(curve) + 1):
-        reason = rule.reason(curve[:done])
+    for generation in range(1, len(curve) + 1):
+        reason = rule.reason(curve[:generation])
         if reason != RUNNING:
-            return done, reason
+            return generation, reason
     return len(curve), RUNNING
 
 
@@ -31,7 +31,7 @@ def jumps_at(generation: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("curve", "end", "why"),
+    ("curve", "end", "reason"),
     [
         pytest.param(np.linspace(0.0, 30.0, 2000), 1000, CAP, id="rises to the end"),
         pytest.param(np.full(2000, -17.0), 40, PLATEAU, id="flat: as soon as it may"),
@@ -42,10 +42,10 @@ def jumps_at(generation: int) -> np.ndarray:
         pytest.param(jumps_at(210), 202, PLATEAU, id="one that came too late is missed"),
     ],
 )
-def test_a_training_ends_when_a_share_of_it_as_long_as_asked_for_gained_nothing(curve, end, why):
-    assert end_of(curve) == (end, why)
+def test_a_training_ends_when_a_share_of_it_as_long_as_asked_for_gained_nothing(curve, end, reason):
+    assert end_of(curve) == (end, reason)
     failed = np.where(np.arange(2000) % 7 == 6, -1e6, curve)  # on the way, which does no harm
-    assert end_of(failed)[1] == why
+    assert end_of(failed)[1] == reason
 
 
 def test_noise_below_the_best_seen_neither_ends_nor_prolongs_a_training():
@@ -71,7 +71,7 @@ def test_before_the_first_generation_nothing_has_ended():
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"generations": 0}, "generations is 0; it must be a whole number of at least 1"),
         ({"least": 0}, "least is 0; it must be a whole number of at least 1"),
@@ -81,6 +81,6 @@ def test_before_the_first_generation_nothing_has_ended():
         ({"tolerance": math.nan}, "tolerance is nan; it must be"),
     ],
 )
-def test_a_rule_that_is_none_is_refused(changed, said):
-    with pytest.raises(TegotaeError, match=f"^{said}"):
+def test_a_rule_that_is_none_is_refused(changed, message):
+    with pytest.raises(TegotaeError, match=f"^{message}"):
         Stopping(**changed)

@@ -51,10 +51,10 @@ def test_a_controller_per_seed_is_returned_with_how_it_was_trained(tiny_training
 
 
 def test_the_best_distribution_of_the_curves_is_the_one_kept(tiny_training):
-    found = tiny.learned(tiny_training)
-    header, *rows = found["curves"]
+    learned = tiny.learned(tiny_training)
+    header, *rows = learned["curves"]
     assert header[:3] == ["seed", "step", "simulated_s"]
-    for seed, outcome in zip(tiny.SEEDS, found["training"], strict=True):
+    for seed, outcome in zip(tiny.SEEDS, learned["training"], strict=True):
         fitness = [float(row[3]) for row in rows if int(row[0]) == seed]
         assert len(fitness) == tiny.GENERATIONS
         assert outcome["best_generation"] == int(np.argmax(fitness))
@@ -108,23 +108,23 @@ def test_an_interrupted_training_keeps_what_it_learned_and_goes_on(
 ):
     with pytest.raises(KeyboardInterrupt):
         train(tiny.RUN, tmp_path, on_step=stop_at(generation, interrupt))
-    kept = tiny.learned(tmp_path)
-    whole = tiny.learned(tiny_training)
-    header, *rows = whole["curves"]
-    assert kept["curves"] == [header, *(row for row in rows if int(row[1]) < generation)]
-    assert [t["generations"] for t in kept["training"]] == [generation] * 2
+    interrupted = tiny.learned(tmp_path)
+    complete = tiny.learned(tiny_training)
+    header, *rows = complete["curves"]
+    assert interrupted["curves"] == [header, *(row for row in rows if int(row[1]) < generation)]
+    assert [t["generations"] for t in interrupted["training"]] == [generation] * 2
 
-    told = []
-    train(tiny.RUN, tmp_path, on_step=lambda step: told.append(step.done))
-    assert told == list(range(generation + 1, tiny.GENERATIONS + 1))
-    assert tiny.learned(tmp_path) == whole
+    steps = []
+    train(tiny.RUN, tmp_path, on_step=lambda step: steps.append(step.done))
+    assert steps == list(range(generation + 1, tiny.GENERATIONS + 1))
+    assert tiny.learned(tmp_path) == complete
 
 
 def test_a_finished_training_is_left_as_it_is(tmp_path):
     train(tiny.RUN, tmp_path)
-    before = tiny.contents(tmp_path)
+    content = tiny.contents(tmp_path)
     train(tiny.RUN, tmp_path)
-    assert tiny.contents(tmp_path) == before
+    assert tiny.contents(tmp_path) == content
 
 
 KILLED = """
@@ -223,11 +223,11 @@ OTHERS = {
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_folder_of_another_training_is_refused_and_left_as_it_is(tiny_training, name):
-    before = tiny.contents(tiny_training)
-    said = f"^{tiny_training} holds a training of ART-rF-tphif-w8 that differs in {name}; "
-    with pytest.raises(TegotaeError, match=said):
+    content = tiny.contents(tiny_training)
+    message = f"^{tiny_training} holds a training of ART-rF-tphif-w8 that differs in {name}; "
+    with pytest.raises(TegotaeError, match=message):
         train(OTHERS[name], tiny_training)
-    assert tiny.contents(tiny_training) == before
+    assert tiny.contents(tiny_training) == content
 
 
 def test_a_training_that_learned_nothing_does_not_claim_its_folder(tmp_path, monkeypatch):
@@ -290,29 +290,29 @@ DAMAGE = {
 
 @pytest.mark.parametrize("name", DAMAGE)
 def test_a_damaged_folder_is_refused_and_left_as_it_is(tiny_training, tmp_path, name):
-    damage, said = DAMAGE[name]
+    damage, message = DAMAGE[name]
     folder = copy_of(tiny_training, tmp_path)
     damage(folder)
-    before = tiny.contents(folder)
-    with pytest.raises(TegotaeError, match=f"^{folder}.*{said}[^\n]+$"):
+    content = tiny.contents(folder)
+    with pytest.raises(TegotaeError, match=f"^{folder}.*{message}[^\n]+$"):
         train(tiny.RUN, folder)
-    assert {**tiny.contents(folder), "run.json": b""} == {**before, "run.json": b""}
+    assert {**tiny.contents(folder), "run.json": b""} == {**content, "run.json": b""}
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_checkpoint_of_another_training_is_refused_whatever_the_folder_says(
     tiny_training, tmp_path, name
 ):
-    other = OTHERS[name]
+    other_run = OTHERS[name]
     folder = copy_of(tiny_training, tmp_path)
     document = json.loads((folder / "run.json").read_text())
-    document["configuration"] = other.configuration
+    document["configuration"] = other_run.configuration
     (folder / "run.json").write_text(json.dumps(document, indent=1) + "\n")
-    before = tiny.contents(folder)
-    said = f"^{folder / 'checkpoint.npz'} is of a training that differs in {name}; remove it "
-    with pytest.raises(TegotaeError, match=said):
-        train(other, folder)
-    assert tiny.contents(folder) == before
+    content = tiny.contents(folder)
+    message = f"^{folder / 'checkpoint.npz'} is of a training that differs in {name}; remove it "
+    with pytest.raises(TegotaeError, match=message):
+        train(other_run, folder)
+    assert tiny.contents(folder) == content
 
 
 def test_a_checkpoint_that_cannot_be_read_is_not_called_damaged(
@@ -352,7 +352,7 @@ def test_a_vanilla_models_gain_is_the_fittest_of_the_grid(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"seeds": ()}, "seeds is 0; it must be a whole number of at least 1"),
         ({"seeds": (0, 0)}, r"seeds are \(0, 0\); each may be given only once"),
@@ -361,13 +361,13 @@ def test_a_vanilla_models_gain_is_the_fittest_of_the_grid(tmp_path):
         ({"seeds": (0.5,)}, r"seed is 0\.5; it must be a whole number"),
     ],
 )
-def test_a_run_of_unusable_numbers_is_refused(changed, said):
-    with pytest.raises(TegotaeError, match=f"^{said}"):
+def test_a_run_of_unusable_numbers_is_refused(changed, message):
+    with pytest.raises(TegotaeError, match=f"^{message}"):
         dataclasses.replace(tiny.RUN, **changed)
 
 
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    ("settings", "message"),
     [
         (
             {"body": Hopper(mass_kg=0.5)},
@@ -377,8 +377,8 @@ def test_a_run_of_unusable_numbers_is_refused(changed, said):
         ({"height_m": 30.0}, "released from 30 m this hopper breaks its leg"),
     ],
 )
-def test_a_body_that_cannot_hop_is_refused_before_the_training(tmp_path, settings, said):
-    with pytest.raises(TegotaeError, match=f"^{said}"):
+def test_a_body_that_cannot_hop_is_refused_before_the_training(tmp_path, settings, message):
+    with pytest.raises(TegotaeError, match=f"^{message}"):
         train(tiny.changed(**settings), tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
@@ -393,10 +393,10 @@ def test_a_run_of_defaults_is_the_papers():
 
 
 def test_a_folder_of_the_other_engine_is_refused_and_left_as_it_is(tiny_training, monkeypatch):
-    before = tiny.contents(tiny_training)
+    content = tiny.contents(tiny_training)
     assert json.loads((tiny_training / "run.json").read_text())["software"]["engine"] == "native"
     monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
     with pytest.raises(TegotaeError, match="a training of the engine native, and this is xla") as e:
         train(dataclasses.replace(tiny.RUN), tiny_training)
     assert "set TEGOTAE_ENGINE=native, or choose another folder with --out" in str(e.value)
-    assert tiny.contents(tiny_training) == before
+    assert tiny.contents(tiny_training) == content

@@ -39,9 +39,9 @@ PPO = PPOSettings(n_envs=4, n_steps=20, batch_size=40, n_epochs=4, learning_rate
 SAC = SACSettings(n_envs=4, learning_starts=80, gradient_steps=1, batch_size=32)
 
 
-def run_of(settings, own: EnvExperiment, episodes: int = 16) -> Run:
+def run_of(settings, task: EnvExperiment, episodes: int = 16) -> Run:
     learner = AgentLearner(settings=settings, episodes=episodes, evaluate_every=8)
-    return Run(experiment=own, seeds=(0,), learner=learner)
+    return Run(experiment=task, seeds=(0,), learner=learner)
 
 
 @pytest.fixture(scope="module")
@@ -66,24 +66,24 @@ def test_the_curve_is_of_the_fitness_over_the_time_that_was_learned_from(learned
 
 
 def test_a_training_that_is_done_is_left_as_it_is(learned):
-    before = learned[1].read_bytes()
+    start = learned[1].read_bytes()
     train(run_of(PPO, experiment()), learned[0])
-    assert learned[1].read_bytes() == before
+    assert learned[1].read_bytes() == start
 
 
 @pytest.mark.parametrize("settings", [PPO, SAC], ids=["ppo", "sac"])
 def test_an_agent_learns_a_fitness_of_ones_own_at_several_frequencies(settings, tmp_path):
-    own = dataclasses.replace(
+    task = dataclasses.replace(
         experiment(),
         objective=UserObjective(f"{HERE / 'wired_env.py'}:pushes"),
         omegas=(6.0, 9.0),
         episodes=2,
     )
-    (path,) = train(run_of(settings, own, episodes=8), tmp_path)
+    (path,) = train(run_of(settings, task, episodes=8), tmp_path)
     assert EnvExperiment.of(load(path)).omegas == (6.0, 9.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # of what Stable-Baselines3 misses
-        env = task_of(own, settings).make_env()
+        env = task_of(task, settings).make_env()
     env.reset()
     paid = np.zeros(env.num_envs)
     over = np.zeros(env.num_envs, bool)
@@ -96,9 +96,9 @@ def test_an_agent_learns_a_fitness_of_ones_own_at_several_frequencies(settings, 
 
 
 def test_an_environment_that_cannot_begin_an_episode_is_named_in_one_line():
-    own = dataclasses.replace(experiment(made={"fail": "reset"}), seed=1)
+    task = dataclasses.replace(experiment(made={"fail": "reset"}), seed=1)
     with pytest.raises(TegotaeError, match=r"cannot begin an episode: it raised .*nobody is at"):
-        task_of(own, PPO).make_env().reset()
+        task_of(task, PPO).make_env().reset()
 
 
 def test_what_a_critic_senses_is_observed_or_refused():
@@ -115,19 +115,19 @@ def test_a_model_with_a_learned_actuation_or_a_coupling_is_refused():
 
 
 def test_hops_are_paid_at_their_apexes_and_in_the_mean_at_the_end():
-    own = dataclasses.replace(
+    task = dataclasses.replace(
         experiment(wiring=dataclasses.replace(
             WIRING, height="height", work="work", rest_length_m=1.0
         )),
         objective=Hopping(settle_s=0.2),
     )  # fmt: skip
-    paid = PerHop(own, 1, HopReward())
+    paid = PerHop(task, 1, HopReward())
     time = np.linspace(0.0, 2.0, 201)
     height, work = 1.0 + 0.1 * np.sin(2.0 * np.pi * time), 0.5 * time
-    seen = np.stack([time, height, work], axis=1)[:, None]
+    observations = np.stack([time, height, work], axis=1)[:, None]
     alive = np.ones(1, bool)
-    paid.begin(seen[0], alive)
-    rewards = [paid.of_step(each, each, np.zeros(1), alive)[0] for each in seen[1:]]
+    paid.begin(observations[0], alive)
+    rewards = [paid.of_step(item, item, np.zeros(1), alive)[0] for item in observations[1:]]
     assert np.flatnonzero(rewards) == pytest.approx([25, 125])
     assert rewards[125] == pytest.approx(0.1 / 0.5)
     assert paid.at_the_end(alive)[0] == pytest.approx(np.mean([rewards[25], rewards[125]]))
@@ -138,18 +138,18 @@ def leg():
     """The packaged leg, which has two limbs, from two starts."""
     pytest.importorskip("mujoco")
     spec = EnvSpec(env="leg", settings=(("noise", 0.02),))
-    own = {"duration_s": 0.5, "episodes": 2, "omega": 12.0, "objective": Return()}
-    return EnvExperiment.of_model(find("AR"), spec, load_wiring("leg"), **own)
+    settings = {"duration_s": 0.5, "episodes": 2, "omega": 12.0, "objective": Return()}
+    return EnvExperiment.of_model(find("AR"), spec, load_wiring("leg"), **settings)
 
 
 def test_the_action_of_an_agent_is_the_feedback_of_its_controller_limb_by_limb(leg):
     training = task_of(leg, PPO)
     agent, feedback = make_agent(training, seed=3)
     env: Any = agent.get_env()
-    shown = env.reset()
+    inputs = env.reset()
     for _ in range(5):
-        shown = env.step(np.zeros((4, 2)))[0]
-    action = agent.predict(shown, deterministic=True)[0]
+        inputs = env.step(np.zeros((4, 2)))[0]
+    action = agent.predict(inputs, deterministic=True)[0]
     wires = dataclasses.replace(leg.wires, controller=training.controller)
     pilot = Pilot(wires, leg.wiring, np.repeat(feedback.flat()[:, None], 4, axis=1))
     pilot._oscillator = env._pilot._oscillator
@@ -162,30 +162,30 @@ def test_the_action_of_an_agent_is_the_feedback_of_its_controller_limb_by_limb(l
 def test_a_lane_that_begins_again_begins_as_the_others_did(leg):
     settings = dataclasses.replace(leg.spec.model_settings, duration_s=0.5)
     lanes = ModelLanes(settings, 2, threads=1)
-    first = seen = lanes.reset(0, np.ones(2, bool))
+    first = state = lanes.reset(0, np.ones(2, bool))
     for _ in range(10):
-        seen, *_ = lanes.step(np.zeros((2, 2)), np.ones(2, bool))
+        state, *_ = lanes.step(np.zeros((2, 2)), np.ones(2, bool))
     again = lanes.reset(0, np.array([True, False]))
     assert again[0] == pytest.approx(first[0])
-    assert again[1] == pytest.approx(seen[1])
-    apart = lanes.reset(np.array([4, 5]), np.ones(2, bool))
-    assert not np.allclose(apart[0], apart[1])
+    assert again[1] == pytest.approx(state[1])
+    distinct = lanes.reset(np.array([4, 5]), np.ones(2, bool))
+    assert not np.allclose(distinct[0], distinct[1])
     lanes.close()
 
 
 def test_a_lane_whose_episode_is_over_stands_still_and_costs_no_work(leg):
     lanes = ModelLanes(leg.spec.model_settings, 2, threads=1)
-    one = np.array([True, False])
-    before = after = lanes.reset(0, np.ones(2, bool))
+    first_lane = np.array([True, False])
+    start = state = lanes.reset(0, np.ones(2, bool))
     push = np.full((2, 2), 5.0)
     for _ in range(5):
-        after, *_ = lanes.step(push, one)
-    assert after[1] == pytest.approx(before[1])
-    assert after[0, -1] > 0.0
+        state, *_ = lanes.step(push, first_lane)
+    assert state[1] == pytest.approx(start[1])
+    assert state[0, -1] > 0.0
     alone = ModelLanes(leg.spec.model_settings, 1, threads=1)
-    same = alone.reset(0, one[:1])
+    reference = alone.reset(0, first_lane[:1])
     for _ in range(5):
-        same, *_ = alone.step(push[:1], one[:1])
-    assert (same[0] == after[0]).all()
+        reference, *_ = alone.step(push[:1], first_lane[:1])
+    assert (reference[0] == state[0]).all()
     lanes.close()
     alone.close()

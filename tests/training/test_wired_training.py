@@ -71,10 +71,10 @@ def test_the_frequency_is_the_one_given_or_the_wirings_or_else_the_models():
 
 
 @pytest.mark.parametrize("omega", [math.nan, -4.0, 1e9])
-@pytest.mark.parametrize("given", [None, 8.0])
-def test_a_wiring_whose_frequency_is_none_is_not_trained(omega, given):
+@pytest.mark.parametrize("settings", [None, 8.0])
+def test_a_wiring_whose_frequency_is_none_is_not_trained(omega, settings):
     with pytest.raises(TegotaeError, match="the wiring's omega is "):
-        experiment(wiring=dataclasses.replace(WIRING, omega=omega), omega=given)
+        experiment(wiring=dataclasses.replace(WIRING, omega=omega), omega=settings)
 
 
 @pytest.fixture(scope="module")
@@ -123,8 +123,8 @@ def test_an_interrupted_training_goes_on_and_ends_in_the_same_numbers(
     trained, tmp_path, generation
 ):
     def stop(step):
-        done = step.done
-        if done == generation:
+        finished = step.done
+        if finished == generation:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -134,9 +134,9 @@ def test_an_interrupted_training_goes_on_and_ends_in_the_same_numbers(
 
 
 def test_a_folder_of_another_wiring_is_refused(trained):
-    other = dataclasses.replace(WIRING, scales={"spring_force": 2.0, "feedback": 3.0})
+    rescaled = dataclasses.replace(WIRING, scales={"spring_force": 2.0, "feedback": 3.0})
     with pytest.raises(TegotaeError, match=r"differs in .*wiring"):
-        train(run_of(experiment=experiment(wiring=other)), trained[0])
+        train(run_of(experiment=experiment(wiring=rescaled)), trained[0])
 
 
 def test_a_folder_whose_environment_or_fitness_was_rewritten_since_is_refused(tmp_path):
@@ -144,9 +144,9 @@ def test_a_folder_whose_environment_or_fitness_was_rewritten_since_is_refused(tm
     ours.write_text((HERE / "wired_env.py").read_text())
 
     def run() -> Run:
-        own = experiment("V-reflex-w8", budget=96, env=f"{ours}:Scales")
+        task = experiment("V-reflex-w8", budget=96, env=f"{ours}:Scales")
         return run_of(
-            experiment=dataclasses.replace(own, objective=UserObjective(f"{ours}:pushes"))
+            experiment=dataclasses.replace(task, objective=UserObjective(f"{ours}:pushes"))
         )
 
     train(run(), tmp_path / "out")
@@ -164,23 +164,23 @@ def test_other_evolution_strategies_learn_there(tmp_path):
 
 
 def test_the_gain_of_a_vanilla_model_is_searched_for(tmp_path):
-    own = experiment("V-reflex-w8", budget=96)
-    (path,) = train(run_of(experiment=own), tmp_path)
+    task = experiment("V-reflex-w8", budget=96)
+    (path,) = train(run_of(experiment=task), tmp_path)
     saved = controller_file.load(path)
     assert saved.training["ended"] == "search"
-    with evaluator_of(own, 0) as evaluator:
-        fitness = evaluator.evaluate(own.gains[None, :, None], ALL).fitness[0]
-    assert saved.weights[0] == pytest.approx(own.gains[np.argmax(fitness)])
+    with evaluator_of(task, 0) as evaluator:
+        fitness = evaluator.evaluate(task.gains[None, :, None], ALL).fitness[0]
+    assert saved.weights[0] == pytest.approx(task.gains[np.argmax(fitness)])
     # Both ends of the grid are tried, and the best is worth more than no feedback at all.
     assert fitness.max() > fitness[0]
 
 
 def test_a_figure_of_efficiency_says_where_none_was_measured(trained, one_line_error, tmp_path):
     words = ("figure", "learning-curves", str(trained[0]), "--out", str(tmp_path / "curves.png"))
-    said = one_line_error(*words, "--of", "cot_inverse")
-    assert "measured no CoT⁻¹" in said
-    assert "damaged" not in said
-    assert "--of fitness" in said
+    message = one_line_error(*words, "--of", "cot_inverse")
+    assert "measured no CoT⁻¹" in message
+    assert "damaged" not in message
+    assert "--of fitness" in message
 
 
 def test_learning_curves_are_of_the_fitness_where_that_was_trained(trained, tmp_path):
@@ -194,32 +194,32 @@ def test_a_training_that_gains_nothing_says_what_to_try(trained):
     folder, files = trained
     answer = TrainedControllers("AR", folder, tuple(files), "generation")
     assert advice(answer, least=-1.0) == []
-    (said,) = advice(answer, least=1e9)
-    assert said.startswith("Nothing was learned")
-    assert "tegotae wiring baseline" in said
+    (message,) = advice(answer, least=1e9)
+    assert message.startswith("Nothing was learned")
+    assert "tegotae wiring baseline" in message
 
 
 # By what is judged.
 
 
 def test_height_and_work_make_a_hopping_fitness_as_on_the_engine():
-    known = dataclasses.replace(WIRING, height="height", work="work", rest_length_m=1.0)
-    own = experiment("V-reflex-w8", budget=96, wiring=known, duration_s=24.0)
-    assert own.objective == Hopping(settle_s=12.0)
+    wiring = dataclasses.replace(WIRING, height="height", work="work", rest_length_m=1.0)
+    task = experiment("V-reflex-w8", budget=96, wiring=wiring, duration_s=24.0)
+    assert task.objective == Hopping(settle_s=12.0)
     with pytest.raises(TegotaeError, match="the wiring does not say height"):
         dataclasses.replace(experiment(), objective=Hopping(settle_s=0.1)).check()
 
 
 def test_positive_and_net_work_count_where_they_are_measured_and_are_asked_for_otherwise():
-    known = dataclasses.replace(WIRING, height="height", work="work", rest_length_m=1.0)
-    own = experiment("V-reflex-w8", budget=96, wiring=known, duration_s=24.0)
-    positive = dataclasses.replace(own, objective=Hopping(settle_s=12.0, work="positive"))
+    wiring = dataclasses.replace(WIRING, height="height", work="work", rest_length_m=1.0)
+    task = experiment("V-reflex-w8", budget=96, wiring=wiring, duration_s=24.0)
+    positive = dataclasses.replace(task, objective=Hopping(settle_s=12.0, work="positive"))
     with pytest.raises(TegotaeError, match="the wiring does not say work_positive, the observ"):
         positive.check()
     with pytest.raises(TegotaeError, match="work is 'gross'; it must be one of absolute"):
         Hopping(work="gross")
     batch = hops(absolute=2.0, positive=1.5)
-    wired = dataclasses.replace(own.wiring, work_positive="positive")
+    wired = dataclasses.replace(task.wiring, work_positive="positive")
     by = {
         name: Hopping(settle_s=2.0, work=name).score(batch, wired).cot_inverse[0]
         for name in ("absolute", "positive")
@@ -251,44 +251,44 @@ def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_
     pytest.importorskip("mujoco")
     spec = EnvSpec(env="leg", settings=(("noise", 0.02),))
     wiring = dataclasses.replace(load_wiring("leg").reading(build("V")), omega=8.0, weights=None)
-    own = EnvExperiment(
+    task = EnvExperiment(
         name="varied", spec=spec, wiring=wiring, objective=Return(), duration_s=0.1, seed=3
     )
-    varied = dataclasses.replace(own, evaluation_episodes=2)
-    alike = np.ones((2, 3, 1))  # two samples and the centre, of two seeds
-    both = np.array([True, True])
+    varied = dataclasses.replace(task, evaluation_episodes=2)
+    candidates = np.ones((2, 3, 1))  # two samples and the centre, of two seeds
+    mask = np.array([True, True])
     with evaluator_of(varied, 0) as evaluator:
         first, second, again = (
-            evaluator.evaluate(alike, Generation((5, 6), both, number)).fitness
+            evaluator.evaluate(candidates, Generation((5, 6), mask, number)).fitness
             for number in (0, 1, 0)
         )
-        alone = evaluator.evaluate(alike[:1], Generation.alike()).fitness
+        alone = evaluator.evaluate(candidates[:1], Generation.alike()).fitness
     assert (first[:, 0] == first[:, 1]).all()
     assert len({first[0, 0], first[1, 0], second[0, 0], second[1, 0]}) == 4
     assert (again == first).all()
     assert set(np.concatenate([first[:, 2], second[:, 2], alone[0]])) == {first[0, 2]}
     saved = SavedController(varied.system, np.ones(1), "varied", task=varied.task)
     assert EnvExperiment.of(saved).evaluation_episodes == 2
-    with evaluator_of(own, 0) as evaluator:  # all of one start
-        every = evaluator.evaluate(alike, Generation((5, 6), both, 1)).fitness
+    with evaluator_of(task, 0) as evaluator:  # all of one start
+        every = evaluator.evaluate(candidates, Generation((5, 6), mask, 1)).fitness
     assert len(set(every.ravel())) == 1
     with pytest.raises(TegotaeError, match="has 3 episodes and a candidate 2"):
-        dataclasses.replace(own, episodes=2, evaluation_episodes=3)
+        dataclasses.replace(task, episodes=2, evaluation_episodes=3)
     still = dataclasses.replace(varied, spec=EnvSpec(env="leg"))
     with pytest.raises(TegotaeError, match="the 2 episodes on leg would be alike"):
         still.check()
 
 
 def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone():
-    own = dataclasses.replace(
+    task = dataclasses.replace(
         experiment("V-reflex-w8", budget=96),
         objective=UserObjective(f"{HERE / 'wired_env.py'}:last_push"),
     )
-    rollouts = EnvRollouts(own, 3)
+    rollouts = EnvRollouts(task, 3)
     trials = rollouts.try_out(np.array([[8.0], [8.0]]), troubles=["", "it died"])
     assert trials.fitness[0] > 0.0  # the second is left out, and the third lane is spare
     absent = EnvSpec(env=ENV, settings=(("fail", "reset"),))
-    absent = dataclasses.replace(own, spec=absent, seed=1)
+    absent = dataclasses.replace(task, spec=absent, seed=1)
     with (
         evaluator_of(absent, 0) as evaluator,
         pytest.warns(SampleWarning, match="nobody is at home"),
@@ -298,30 +298,30 @@ def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone()
 
 
 @pytest.mark.parametrize(
-    ("function", "said"),
+    ("function", "message"),
     [
         ("text", r"text returned 'much'; it must return one number"),
         ("divides", "divides failed on an episode of 40 steps: ZeroDivisionError"),
         ("of_no_entry", "no entry of the observation is called 'lod'; did you mean load"),
     ],
 )
-def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(function, said):
-    own = dataclasses.replace(
+def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(function, message):
+    task = dataclasses.replace(
         experiment("V-reflex-w8", budget=96),
         objective=UserObjective(f"{HERE / 'wired_env.py'}:{function}"),
     )
-    with evaluator_of(own, 0) as evaluator, pytest.raises(TegotaeError, match=said) as refusal:
+    with evaluator_of(task, 0) as evaluator, pytest.raises(TegotaeError, match=message) as refusal:
         evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
     assert "\n" not in str(refusal.value)
 
 
 def test_a_fitness_that_is_no_number_for_any_candidate_ends_the_training():
-    own = dataclasses.replace(
+    task = dataclasses.replace(
         experiment("V-reflex-w8", budget=96),
         objective=UserObjective(f"{HERE / 'wired_env.py'}:undefined"),
     )
     with (
-        evaluator_of(own, 0) as evaluator,
+        evaluator_of(task, 0) as evaluator,
         pytest.warns(SampleWarning, match="its fitness was not finite"),
         pytest.raises(TegotaeError, match="every sample: its fitness was not finite"),
     ):
@@ -334,7 +334,7 @@ LAZY, BUSY = 0.0, 8.0
 
 
 @pytest.mark.parametrize(
-    ("fail", "said"),
+    ("fail", "message"),
     [
         ("raise", "it raised RuntimeError: the motor is on fire"),
         ("leave", "it raised SystemExit: it ends the program"),
@@ -343,11 +343,13 @@ LAZY, BUSY = 0.0, 8.0
         ("shape", r"its observation has shape \(2,\); its space said \(3,\)"),
     ],
 )
-def test_a_sample_whose_environment_fails_is_the_worst_and_the_others_are_as_without_it(fail, said):
-    own = experiment("V-reflex-w8", budget=96, made={"fail": fail})
+def test_a_sample_whose_environment_fails_is_the_worst_and_the_others_are_as_without_it(
+    fail, message
+):
+    task = experiment("V-reflex-w8", budget=96, made={"fail": fail})
     with (
-        evaluator_of(own, 0) as evaluator,
-        pytest.warns(SampleWarning, match=f"{said}; 1 of 3 samples"),
+        evaluator_of(task, 0) as evaluator,
+        pytest.warns(SampleWarning, match=f"{message}; 1 of 3 samples"),
     ):
         verdict = evaluator.evaluate(np.array([[[LAZY], [BUSY], [LAZY]]]), ALL)
     assert verdict.failed.tolist() == [[False, True, False]]
@@ -357,14 +359,14 @@ def test_a_sample_whose_environment_fails_is_the_worst_and_the_others_are_as_wit
 
 def test_an_episode_that_ends_at_once_is_marked():
     ends = f"{HERE / 'wired_env.py'}:AtOnce"
-    own = experiment("V-both-w8", budget=96, env=ends)
+    task = experiment("V-both-w8", budget=96, env=ends)
     phase = dataclasses.replace(WIRING.limbs[0], phase_rad=1.8 * math.pi)
-    own = dataclasses.replace(own, wiring=dataclasses.replace(own.wiring, limbs=[phase]))
-    said = "fails with every sample: it ended at its first step"
+    task = dataclasses.replace(task, wiring=dataclasses.replace(task.wiring, limbs=[phase]))
+    message = "fails with every sample: it ended at its first step"
     with (
-        evaluator_of(own, 0) as evaluator,
+        evaluator_of(task, 0) as evaluator,
         pytest.warns(SampleWarning, match="it ended at its first step"),
-        pytest.raises(TegotaeError, match=said),
+        pytest.raises(TegotaeError, match=message),
     ):
         evaluator.evaluate(np.array([[[LAZY]]]), ALL)
 
@@ -372,24 +374,24 @@ def test_an_episode_that_ends_at_once_is_marked():
 @pytest.mark.thorough
 def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
     weights = np.array([[LAZY], [BUSY], [LAZY]])
-    for fail, said in (
+    for fail, message in (
         ("exit", r"it ended its process \(status 3\)"),
         ("hang", "a step of it took longer than 4 s"),
     ):
-        own = experiment("V-reflex-w8", budget=96, made={"fail": fail}, limit_s=4.0)
-        with contextlib.closing(WorkerPool(own, 1, 3)) as pool:
+        task = experiment("V-reflex-w8", budget=96, made={"fail": fail}, limit_s=4.0)
+        with contextlib.closing(WorkerPool(task, 1, 3)) as pool:
             trials = pool.try_out(weights)
         assert trials.failed.tolist() == [False, True, False]
         assert trials.fitness.tolist() == [0.0, FAILED_FITNESS, 0.0]
         assert trials.troubles[0] == trials.troubles[2] == ""
-        assert said.split("\\")[0].split("(")[0].strip() in (trials.troubles[1])
+        assert message.split("\\")[0].split("(")[0].strip() in (trials.troubles[1])
 
 
 # What is refused before anything is tried.
 
 
 @pytest.mark.parametrize(
-    ("env", "said"),
+    ("env", "message"),
     [
         ("NoSuch-v0", "no environment is called 'NoSuch-v0'"),
         ("nowhere.py:make", r"there is no file nowhere\.py"),
@@ -397,8 +399,8 @@ def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
         ("nowhere.xml", r"there is no file nowhere\.xml"),
     ],
 )
-def test_an_environment_that_cannot_be_made_is_refused(env, said):
-    with pytest.raises(TegotaeError, match=said):
+def test_an_environment_that_cannot_be_made_is_refused(env, message):
+    with pytest.raises(TegotaeError, match=message):
         experiment(env=env).check()
 
 
@@ -417,15 +419,17 @@ def test_a_saved_controllers_body_cannot_be_simulated_here_and_says_so(trained):
 
 
 def test_what_the_wiring_does_not_say_is_not_known_of_the_limbs(tmp_path):
-    own = experiment(wiring=dataclasses.replace(WIRING, scales={}))
-    assert own.interface.scales == (None,)
-    assert own.interface.rest_length_m is own.interface.feedback_scale is None
-    saved = SavedController(own.system, np.zeros(own.controller.n_weights), own.name, task=own.task)
+    task = experiment(wiring=dataclasses.replace(WIRING, scales={}))
+    assert task.interface.scales == (None,)
+    assert task.interface.rest_length_m is task.interface.feedback_scale is None
+    saved = SavedController(
+        task.system, np.zeros(task.controller.n_weights), task.name, task=task.task
+    )
     controller_file.save(saved, tmp_path / "limbs.json")
     text = json.loads((tmp_path / "limbs.json").read_text())
     assert text["system"].keys() == {"controller", "body", "omega"}
     again = controller_file.load(tmp_path / "limbs.json")
-    assert again.system.body == own.interface
+    assert again.system.body == task.interface
     assert Wiring.from_controller(tmp_path / "limbs.json").scales == {}
 
 
@@ -460,7 +464,7 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         ([ENV], "no wiring is given"),
         (["hopper", "--fitness", "speed"], "no fitness is called 'speed'"),
@@ -479,9 +483,9 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
         (["hopper", "--fitness", "return", "--cot-only"], "--cot-only belongs to the fitness hop"),
     ],
 )
-def test_what_the_command_cannot_do_it_says_in_one_line(one_line_error, words, said, tmp_path):
+def test_what_the_command_cannot_do_it_says_in_one_line(one_line_error, words, message, tmp_path):
     pytest.importorskip("mujoco")
-    assert said in one_line_error("train", "ART", "--env", *words, "--out", str(tmp_path))
+    assert message in one_line_error("train", "ART", "--env", *words, "--out", str(tmp_path))
 
 
 @pytest.mark.parametrize("words", [("--wiring", "leg.toml"), ("--omega", "8"), ("--workers", "0")])
