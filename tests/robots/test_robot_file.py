@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -22,15 +23,23 @@ FEET = ("FL_foot", "FR_foot", "RL_foot", "RR_foot")
 SHORT = ["--duration", "0.5", "--population", "4", "--generations", "2", "--seeds", "1"]
 
 
+@pytest.fixture(scope="module")
+def suggested(tmp_path_factory):
+    """The folder of a robot whose joints are driven: its file, beside its model."""
+    folder = tmp_path_factory.mktemp("robots")
+    (folder / "leg.xml").write_text(models()["leg"], encoding="utf-8")
+    words = ["--settings", "noise=0.01", 'start={"knee": -0.5}']
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert not main(["wiring", "suggest", "leg.xml", *words, "--out", "leg.toml"])
+    return folder
+
+
 @pytest.fixture
-def leg(tmp_path, monkeypatch):
-    """The file of a robot whose joints are driven, beside its model."""
+def leg(suggested, tmp_path, monkeypatch):
+    """A copy of that file, in the folder `robots`."""
     monkeypatch.chdir(tmp_path)
-    Path("robots").mkdir()
-    Path("robots/leg.xml").write_text(models()["leg"], encoding="utf-8")
-    words = ["--settings", "noise=0.01", 'start={"knee": -0.5}', "--out", "robots/leg.toml"]
-    assert not main(["wiring", "suggest", "robots/leg.xml", *words])
-    return Path("robots/leg.toml")
+    return Path(shutil.copytree(suggested, "robots"), "leg.toml")
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +61,7 @@ def test_a_suggested_robot_has_model_settings_and_wiring_and_reads_back(leg):
         {"knee": -0.5},
         ["foot"],
     )
+    assert dict(load_robot(leg, {"noise": 0.02})[0].settings) == {**settings, "noise": 0.02}
     assert wiring == load_wiring(leg)
     assert 'env = "leg.xml"' in leg.read_text(encoding="utf-8")
     assert is_robot_file(leg)
@@ -87,6 +97,12 @@ def test_a_walkers_law_is_a_controller_on_a_robot_by_name_for_every_command(legg
     assert resolve(there).controller().system == saved.system
     assert not main(["simulate", name, "--duration", "0.3"])
     assert not main(["export", "c", name, "--out", str(tmp_path / "c")])
+
+
+def test_a_template_is_fitted_to_a_robot(legged, tmp_path):
+    out = tmp_path / "walker.toml"
+    assert not main(["template", str(legged), "--out", str(out)])
+    assert resolve(str(out)).legs().body.limbs == 4
 
 
 @pytest.mark.parametrize("file", ["go1.toml", "go1-legs.toml", "dm-quadruped.toml"])
