@@ -103,7 +103,7 @@ docs: $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 paper-figure: $(INSTALLED)
-	$(BIN)/tegotae figure portrait paper-sector --omega 5 --duration 20 --out paper/portrait.png
+	$(BIN)/tegotae figure portrait paper-sector --omega 5 --duration-s 20 --out paper/portrait.png
 
 bench: $(INSTALLED)
 	$(BIN)/python -m benchmarks

@@ -11,9 +11,12 @@ from benchmarks.__main__ import BENCH
 from playground.__main__ import PLAYGROUND
 from reproduction.__main__ import PROG, REPRODUCTION
 from studies.tuning.__main__ import TUNE
-from tegotae.cli.asking import Question, flags_of, options_by_subject
 from tegotae.cli.commands import COMMANDS
+from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command, CommandGroup
+from tegotae.cli.records import flags_of
+from tegotae.cli.words import flag_of
+from tegotae.questions.parameters import about
 
 
 def command_reference() -> str:
@@ -34,13 +37,13 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
             yield from _command(f"{name} {sub}", its, level + 1)
         return
     own = command.load()
-    yield f"{_text(inspect.getdoc(own) or '')}\n"
-    if isinstance(own, Question):
+    yield f"{_text(about(own))}\n"
+    if inspect.isfunction(own):
         for subject, known in options_by_subject(own).items():
-            rows = {f"--{name.replace('_', '-')}": x.about for name, x in known.items()}
+            rows = {flag_of(option): option.about for option in known.values()}
             yield from _table(subject, rows)
     else:
-        flags = {flag: _with_default(text, x) for flag, text, x in flags_of(own)}
+        flags = {flag: _with_default(x.about, x.value) for flag, x in flags_of(own)}
         yield from _table("option", flags)
     yield "```console\n" + "\n".join(command.examples) + "\n```\n"
 

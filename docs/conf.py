@@ -1,6 +1,5 @@
 """Sphinx configuration: `sphinx-build -W docs docs/_build/html`."""
 
-import importlib
 import re
 import sys
 from pathlib import Path
@@ -10,7 +9,6 @@ from sphinx.util import logging
 
 import tegotae
 from tegotae.questions.about import SOFTWARE
-from tegotae.questions.question import Question
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -72,20 +70,6 @@ def add_commands(app, docname, source):
         source[0] = source[0].replace(marker, command_reference())
 
 
-def add_questions(app, docname, source):
-    """Document questions, which are objects that are called, as the functions that they are."""
-
-    def with_questions(directive):
-        home = directive[1]
-        found = [x for x in vars(importlib.import_module(home)).values() if isinstance(x, Question)]
-        names = [x.__name__ for x in found if x.__module__ == home]
-        return directive[0] + "".join(f"\n.. autofunction:: {home}.{name}\n" for name in names)
-
-    if docname.startswith("api/"):
-        module = r"\.\. automodule:: (tegotae(?:_robots)?\.questions\.\w+)\n(?:   .*\n)*"
-        source[0] = re.sub(module, with_questions, source[0])
-
-
 def check_numbers(app, docname, source):
     """A number that differs from its table is a warning, which ends the build."""
     for fault in stale(source[0]):
@@ -114,7 +98,6 @@ def write_playground(app, error):
 def setup(app):
     """Connect the hooks."""
     app.connect("source-read", add_commands)
-    app.connect("source-read", add_questions)
     app.connect("source-read", check_numbers)
     app.connect("autodoc-process-docstring", read_docstring)
     app.connect("html-page-context", keep_words_whole)

@@ -136,7 +136,9 @@ def bound(omega: float | None = None) -> float:
     from reproduction.optimum.proofs import read_certificates
     from tegotae.measures.optimum import curve
 
-    return float(read_certificates()[0].bound if omega is None else curve().bound("upper_bound", omega))
+    return float(
+        read_certificates()[0].bound if omega is None else curve().bound("upper_bound", omega)
+    )
 
 
 def gap(omega: float) -> float:

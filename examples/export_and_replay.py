@@ -9,12 +9,12 @@ import numpy as np
 import tegotae as tg
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 
-exported = tg.export_c("V-reflex-w8", tick=0.001, prefix="leg")
+exported = tg.robots.export_c("V-reflex-w8", tick_s=0.001, prefix="leg")
 for path in exported.save("robot"):
     print(path)
 
-run = exported.frame()
-live = tg.export_native("V-reflex-w8").live()
+run = exported.table
+live = tg.robots.export_native("V-reflex-w8").live()
 replayed = np.zeros(len(run))
 for tick, (phase, force) in enumerate(
     zip(run["state.phase"], run["in.spring_force_n"], strict=True)

@@ -4,9 +4,10 @@ import numpy as np
 
 from reproduction.figures.gain_map import gain_map_figure
 from reproduction.ridge import one_to_one_ridge
-from tegotae import Timing, build
+from tegotae import Timing
 from tegotae.analysis.maps import sweep_gain
 from tegotae.figures.style import save_figure
+from tegotae.systems.models import build
 
 sigma = np.linspace(0.0, 12.0, 20)  # [rad/(s N)]
 omega = np.linspace(2.0, 10.0, 20)  # [rad/s]

@@ -7,12 +7,14 @@ import dataclasses
 
 import numpy as np
 
-from tegotae import ControllerSet, System, Timing, build
+from tegotae import System, Timing
 from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import tried
 from tegotae.figures.generalisation import curves_figure
 from tegotae.figures.style import save_figure
+from tegotae.systems.controller_file import ControllerSet
+from tegotae.systems.models import build
 
 GAINS = np.linspace(1.0, 6.0, 8)[:, None]
 disturbances = disturbances_named(["mass=0.5/0.8/1.25/2", "strength=0.9/0.7/0.5/0.3"])

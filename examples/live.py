@@ -28,7 +28,7 @@ try:
     port = Serial(simulated.stdout.readline().strip(), 921600, timeout=5.0)
     leg = SerialLeg(port)
     report = drive_hardware(
-        tg.export_native("V-reflex-w8").live(),
+        tg.robots.export_native("V-reflex-w8").live(),
         leg.read,
         leg.write,
         rate_hz=500,

@@ -6,12 +6,12 @@ Put a file of your own in the place of `my_leg.xml`. Needs: pip install 'tegotae
 from dataclasses import replace
 from pathlib import Path
 
-from tegotae import find
 from tegotae.envs import save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.settings import ModelSettings, models
 from tegotae.figures.rollout import episode_figure
 from tegotae.figures.style import save_figure
+from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Return
 from tegotae.training.environments.replay import replay

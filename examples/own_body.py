@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae import Engine, Hopper, Scenario, Timing, build, check_body
+from tegotae import Engine, Hopper, Scenario, Timing, check_body
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
+from tegotae.systems.models import build
 from tegotae.systems.user_objects import imported
 
 FILE = Path(__file__).parents[1] / "docs" / "extending" / "examples" / "rubber_hopper.py"

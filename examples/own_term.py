@@ -7,8 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Controller, Engine, Scenario, Tegotae, Timing, check_term
+from tegotae import Controller, Engine, Scenario, Timing, check_term
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
+from tegotae.parts.controller import Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import Actuation, ConstantGain, Signals, VanillaAction, VanillaReaction
 

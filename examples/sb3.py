@@ -9,11 +9,11 @@ import numpy as np
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.monitor import Monitor
 
-from tegotae import load
 from tegotae.envs import TegotaeWrapper, Wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.figures.style import new_figure, save_figure, styled
+from tegotae.systems.controller_file import load
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.models.suggesting import suggest_wiring
 

@@ -8,9 +8,11 @@ import dataclasses
 
 import numpy as np
 
-from tegotae import Fitness, Protocol, Timing, find
+from tegotae import Timing
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
-from tegotae.measures.evaluation import evaluate
+from tegotae.measures.evaluation import Protocol, evaluate
+from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems.models import find
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned

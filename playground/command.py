@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-import tyro
-
 from playground import ControllerChoice, Page, standard
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.progress import note
+from tegotae.cli.records import POSITIONAL
 from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import stem
 from tegotae.training.collection import controller_of
@@ -24,7 +23,7 @@ class Playground:
     On it one can disturb controllers, change their bodies, compare them, and watch one learn.
     """
 
-    controllers: Annotated[list[str], tyro.conf.Positional] = field(default_factory=list)
+    controllers: Annotated[list[str], POSITIONAL] = field(default_factory=list)
     """Controller files, or other names with weights, such as V-sector-w4; by default a vanilla and
     three learned controllers."""
     out: Path = Path("playground.html")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reproduction.table import Table
+from reproduction.table import StudyTable
 
 LOCAL_OPTIMUM = 0.9
 """A run stays in a local optimum if it ends at its plateau with less than this share of the fitness
@@ -38,7 +38,7 @@ class RunEndings:
     without_cycle: int
 
 
-def endings(table: Table) -> RunEndings:
+def endings(table: StudyTable) -> RunEndings:
     """Count the endings of a table's runs.
 
     Args:
@@ -62,7 +62,7 @@ def endings(table: Table) -> RunEndings:
     return RunEndings(len(table), int(never_hops.sum()), local, cap, int(without_cycle.sum()))
 
 
-def endings_by_architecture(table: Table) -> dict[str, RunEndings]:
+def endings_by_architecture(table: StudyTable) -> dict[str, RunEndings]:
     """The same for each architecture, in the order of the table, and for all as "all"."""
     names = list(dict.fromkeys(table["architecture"].tolist()))
     return {name: endings(table.where(architecture=name)) for name in names} | {

@@ -11,7 +11,7 @@ from reproduction.cells import require_once, whole_number
 from reproduction.folder import Folder
 from reproduction.plan import united
 from reproduction.record import Record
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from reproduction.unit import record_key
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
@@ -41,17 +41,17 @@ twice."""
 _KIND = "table that python -m reproduction export wrote"
 
 
-def write_study_csv(table: Table, path: Path) -> None:
+def write_study_csv(table: StudyTable, path: Path) -> None:
     """Write the table as CSV; undefined numbers are empty."""
     tables.write_csv(output_file(path), table.columns)
 
 
-def csv_of(table: Table) -> str:
+def csv_of(table: StudyTable) -> str:
     """The table as the text of a CSV file; undefined numbers are empty."""
     return tables.csv_text(table.columns)
 
 
-def write_study_parquet(table: Table, path: Path) -> None:
+def write_study_parquet(table: StudyTable, path: Path) -> None:
     """Write the table as Parquet (extra "study").
 
     Raises:
@@ -60,7 +60,7 @@ def write_study_parquet(table: Table, path: Path) -> None:
     tables.write_parquet(path, table.columns)
 
 
-def read_study_csv(path: Path) -> Table:
+def read_study_csv(path: Path) -> StudyTable:
     """The table that `write_study_csv` wrote, with the metrics that it holds.
 
     Raises:
@@ -69,7 +69,7 @@ def read_study_csv(path: Path) -> Table:
     cells = tables.read_csv(path, _NEEDED, kind=_KIND)
     columns = {name: _column(path, name, column) for name, column in cells.items()}
     require_once(path, {name: columns[name] for name in _ROW if name in columns})
-    return Table(columns)
+    return StudyTable(columns)
 
 
 def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:

@@ -82,17 +82,17 @@ class Folder:
         return self.path / "records"
 
     @contextmanager
-    def claimed(self, plan: Work, *, anew: bool = False) -> Iterator[None]:
+    def claimed(self, plan: Work, *, restart: bool = False) -> Iterator[None]:
         """Keep others out, and make the folder this plan's or see that it is.
 
         Args:
             plan: what the folder is for.
-            anew: whether a study that is there before is set aside, in a folder beside it.
+            restart: whether a study that is there before is set aside, in a folder beside it.
 
         Raises:
             TegotaeError: if it cannot be written, is in use, or holds another study.
         """
-        with alone(self.path, STUDY, anew=anew):
+        with alone(self.path, STUDY, restart=restart):
             self._claim(plan)
             yield
 
@@ -103,7 +103,7 @@ class Folder:
             except TegotaeError as error:
                 raise TegotaeError(
                     f"{self.path} holds a study with {error}; choose another folder, or start "
-                    "again with --anew"
+                    "again with --restart"
                 ) from None
         output_folder(self.records)
         self.describe(plan.document)

@@ -5,15 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-import tyro
+from tegotae.cli.records import SEVERAL
 
-BodysOwn = Annotated[float | None, tyro.conf.arg(help_behavior_hint="(default: the body's)")]
-"""A parameter of a body."""
-UNSET = tyro.conf.arg(help_behavior_hint="")
-"""For an option whose help says what leaving it out means."""
-
-
-Several = tyro.conf.UseAppendAction[tuple[tuple[str, ...], ...]]
+Several = Annotated[tuple[tuple[str, ...], ...], SEVERAL]
 """Words of an option that may be given several times, each time with one word or a list."""
 
 
@@ -24,19 +18,19 @@ class HopperParameters:
 
     HEADING = "Body"
 
-    mass: BodysOwn = None
+    mass: float | None = None
     """Mass [kg]."""
-    stiffness: BodysOwn = None
+    stiffness: float | None = None
     """Spring stiffness [N/m]."""
-    damping: BodysOwn = None
+    damping: float | None = None
     """Damping in stance [N s/m]."""
-    flight_damping: BodysOwn = None
+    flight_damping: float | None = None
     """Damping in flight [N s/m]."""
-    rest_length: BodysOwn = None
+    rest_length: float | None = None
     """Rest length of the leg [m]."""
-    gravity: BodysOwn = None
+    gravity: float | None = None
     """Gravity [m/s²]."""
-    max_force: BodysOwn = None
+    max_force: float | None = None
     """Largest actuator force [N]."""
 
     @property

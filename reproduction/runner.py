@@ -14,7 +14,7 @@ def run_study(
     pool: Pool | None = None,
     bundle: int | None = None,
     *,
-    anew: bool = False,
+    restart: bool = False,
 ) -> int:
     """Do what is missing of a plan in a folder; return how many records there are then.
 
@@ -23,14 +23,14 @@ def run_study(
         place: its folder.
         pool: where to work; worker processes on all cores of this machine by default.
         bundle: largest number of units that a worker does together.
-        anew: whether a study that is there before is set aside, in a folder beside it.
+        restart: whether a study that is there before is set aside, in a folder beside it.
 
     Raises:
         TegotaeError: if the folder holds another study or is in use, or as `Study.run` does.
         KeyboardInterrupt: after Ctrl-C. This and the former say what is kept.
     """
     folder = place if isinstance(place, Folder) else Folder(place)
-    with folder.claimed(plan, anew=anew):
+    with folder.claimed(plan, restart=restart):
         units = plan.units
         folder.study(units).run(pool, bundle)
         return len(units)

@@ -31,7 +31,7 @@ _TRAINING = ("best_fitness", "episodes_trained", "ended", "training_budget")
 
 
 @dataclass(frozen=True)
-class Table:
+class StudyTable:
     """Columns of equal length. Metrics are means over a run's episodes, NaN where undefined.
 
     Args:
@@ -70,7 +70,7 @@ class Table:
             and not (isinstance(metric, DerivedMetric) and np.isnan(self[metric.name]).all())
         )
 
-    def where(self, **values: str | float | tuple[str | float, ...]) -> Table:
+    def where(self, **values: str | float | tuple[str | float, ...]) -> StudyTable:
         """The rows in which each named column has the given value, or one of a tuple of values."""
         keep = np.ones(len(self), bool)
         for name, value in values.items():
@@ -78,18 +78,18 @@ class Table:
             keep &= np.isin(self[name], allowed)
         return self._rows(keep)
 
-    def _rows(self, keep: np.ndarray) -> Table:
-        return Table({name: column[keep] for name, column in self.columns.items()})
+    def _rows(self, keep: np.ndarray) -> StudyTable:
+        return StudyTable({name: column[keep] for name, column in self.columns.items()})
 
-    def of_the_paper(self) -> Table:
+    def of_the_paper(self) -> StudyTable:
         """The rows of the paper's models, at any ω_t, without those of experiments beside them."""
         return self._rows(self["architecture"] != self["model"])
 
-    def beside_the_paper(self) -> Table:
+    def beside_the_paper(self) -> StudyTable:
         """The other rows: those of experiments that are none of the paper's models."""
         return self._rows(self["architecture"] == self["model"])
 
-    def per_model(self) -> Table:
+    def per_model(self) -> StudyTable:
         """One row a model: means over its runs of what is defined."""
         names, first = np.unique(self.columns["model"], return_index=True)
         order = np.argsort(first)
@@ -101,10 +101,10 @@ class Table:
                 columns[name] = np.array([float(mean_defined(group)) for group in groups])
             else:
                 columns[name] = column[first]
-        return Table(columns)
+        return StudyTable(columns)
 
 
-def tabulate(records: Iterable[Record]) -> Table:
+def tabulate(records: Iterable[Record]) -> StudyTable:
     """The table of some records, in the order of the registry of models."""
     return table_of_runs(
         (record_place(record), _training(record), means(record, record.episodes))
@@ -112,7 +112,7 @@ def tabulate(records: Iterable[Record]) -> Table:
     )
 
 
-def tabulate_budgets(records: Iterable[Record]) -> Table | None:
+def tabulate_budgets(records: Iterable[Record]) -> StudyTable | None:
     """The same after each budget of training, in the column `training_budget`; None without any.
 
     What is not trained is the same after each.
@@ -131,7 +131,7 @@ def tabulate_budgets(records: Iterable[Record]) -> Table | None:
     return table_of_runs(rows) if rows else None
 
 
-def tabulate_sampled(records: Iterable[Record]) -> Table:
+def tabulate_sampled(records: Iterable[Record]) -> StudyTable:
     """The same of the controller that was drawn from each run's final distribution."""
     return table_of_runs(
         (record_place(record), _training(record), means(record, record.sampled))
@@ -216,7 +216,7 @@ class DesignPlace(TypedDict):
 
 def table_of_runs(
     sets: Iterable[tuple[DesignPlace, dict[str, np.ndarray], dict[str, np.ndarray]]],
-) -> Table:
+) -> StudyTable:
     """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
 
     It has the metrics of any of them, in the order in which metrics are shown; a metric that a
@@ -236,7 +236,7 @@ def table_of_runs(
             }
             for key, entry in row.items():
                 rows.setdefault(key, []).append(entry)
-    return Table({key: np.array(values) for key, values in rows.items()})
+    return StudyTable({key: np.array(values) for key, values in rows.items()})
 
 
 def record_place(record: Record) -> DesignPlace:

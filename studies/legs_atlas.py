@@ -31,6 +31,7 @@ from tegotae._support.documents import Document
 from tegotae.analysis.short_forms import SHARES, forms_of_legs
 from tegotae.cli.console import exit_status
 from tegotae.study import CellResult, Study
+from tegotae.systems.controller_file import load
 from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import study_of
 
@@ -96,7 +97,7 @@ class Explained:
 
     def measure(self) -> CellResult:
         """Its scores, the numbers of its curves, and the share that each form keeps."""
-        page = tg.explain(self.name, **self.settings)
+        page = tg.load(self.name).explain(**self.settings)
         complete = page.evaluated["whole"]
         numbers = {"following": complete.following, "sound": float(complete.sound.mean())}
         for variant, suffix in (("whole", ""), ("cut", "_cut"), ("frozen", "_frozen")):
@@ -108,7 +109,7 @@ class Explained:
             numbers[f"kept {form.name}"] = form.evaluated.mean.mean / complete.mean.mean
             numbers[f"cloned {form.name}"] = form.cloned.mean.mean / complete.mean.mean
         arrays = {name: np.array(value) for name, value in numbers.items()}
-        return CellResult(self.document, tg.load(self.name).software, arrays)
+        return CellResult(self.document, load(self.name).software, arrays)
 
 
 def cells() -> list[Explained]:
@@ -116,7 +117,7 @@ def cells() -> list[Explained]:
     return [
         Explained(model, run)
         for model, count in study_of(STUDY).models.items()
-        if tg.load(f"zoo:{STUDY}:{model}").controller.tegotae is not None
+        if load(f"zoo:{STUDY}:{model}").controller.tegotae is not None
         for run in range(count)
     ]
 

@@ -16,13 +16,14 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Engine, Hopper, Scenario, Timing, build
+from tegotae import Engine, Hopper, Scenario, Timing
 from tegotae.analysis.orbit import Orbit, find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled, write_tables
 from tegotae.parts.bodies import Bar, Body, Plate
 from tegotae.simulation.recorder import needing
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "_static" / "gaits"
 SIGMA, OMEGA = 1.0, 8.0

@@ -24,12 +24,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Hopper, Scenario, build
+from tegotae import Hopper, Scenario
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
 from tegotae.measures.hopping import LimitCycle, gait
 from tegotae.measures.hopping.gait import Gait
 from tegotae.measures.hopping.metric import LIMIT_CYCLE
+from tegotae.systems.models import build
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 

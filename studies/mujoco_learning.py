@@ -25,7 +25,6 @@ from gymnasium.spaces import Box
 from stable_baselines3.common.vec_env import VecEnv
 
 from kept import write_rows, write_text
-from tegotae import build, find
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import sensing
@@ -33,6 +32,7 @@ from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import interval
 from tegotae.parts.controller import Controller
+from tegotae.systems.models import build, find
 from tegotae.training.agents import agent_controller, initial_weights
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.environments.experiment import EnvExperiment

@@ -23,13 +23,13 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from kept import write_rows, write_text
-from tegotae import find
 from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import load_wiring
 from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
+from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Return
 from tegotae.training.environments.rollouts import EnvRollouts, lanes_of, play

@@ -20,12 +20,13 @@ import numpy as np
 
 from benchmarks.legs import FOOT, OMEGA, WALKER_TICK_S
 from lanewise.episode import Kernel, TracedEpisode, compile_episode
-from tegotae import Scenario, Timing, build
+from tegotae import Scenario, Timing
 from tegotae.parts.bodies import Bar, Body, Hopper, Plate, Walker
 from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop
 from tegotae.simulation.recorder import Recorder
+from tegotae.systems.models import build
 
 LANES = 1056
 REPEATS = 5

@@ -2,7 +2,7 @@
 
     python studies/physical_limit.py
 
-For every level of `tegotae generalise` that makes another hopper, and both frequencies of the
+For every level of `tegotae robustness` that makes another hopper, and both frequencies of the
 models: the largest CoT⁻¹ of period 1 that was found under any force, and the proved bound. Written
 to `possible.csv` and `possible.md` in `docs/_static/generalisation`, in about nine minutes of a
 core (extra `optimum`).

@@ -82,7 +82,7 @@ class ShortLaws:
 
 def merits(subject: str, name: str, numbers: int, omega: float) -> pd.DataFrame:
     """Merit, settled share and following of every run."""
-    scores = tg.evaluate(subject).frame()
+    scores = tg.load(subject).evaluate().table
 
     def of_run(run: pd.DataFrame) -> pd.Series:
         settled = run.limit_cycle_share.to_numpy() > 0.0

@@ -19,11 +19,12 @@ from matplotlib.lines import Line2D
 
 from reproduction.export import read_study_csv
 from reproduction.readings.named import reading_named
-from reproduction.table import ARCHITECTURES, Table
-from tegotae import Hopper, find
+from reproduction.table import ARCHITECTURES, StudyTable
+from tegotae import Hopper
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.statistics import Interval, interval
+from tegotae.systems.models import find
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 READINGS = {
@@ -52,7 +53,7 @@ PLACES = tuple((name, "F") for name in ARCHITECTURES) + tuple(
 """Architecture and input."""
 
 
-def summary(table: Table, weight_n: float) -> dict[tuple[str, str, str], Interval]:
+def summary(table: StudyTable, weight_n: float) -> dict[tuple[str, str, str], Interval]:
     """Mean and interval over runs, by metric, architecture and input; all designs count alike."""
     scales = {
         "efficiency": weight_n,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from tegotae._support.errors import TegotaeError
 
 PLATEAU = "plateau"
 """The budget of runs that had as much training as they needed."""
 
 
-def by_budget(table: Table, final: Table | None = None) -> dict[str, Table]:
+def by_budget(table: StudyTable, final: StudyTable | None = None) -> dict[str, StudyTable]:
     """The runs after each budget of training, ascending, by a heading, such as "5120 episodes".
 
     A run that has no row at a budget counts with its latest one before it: it had ended by then.
@@ -32,7 +32,7 @@ def by_budget(table: Table, final: Table | None = None) -> dict[str, Table]:
     return tables if final is None else tables | {PLATEAU: final}
 
 
-def _with_budget(table: Table, budget: float) -> Table:
+def _with_budget(table: StudyTable, budget: float) -> StudyTable:
     """Every run as it was after a budget [episodes]: its last row up to there."""
     spent = np.nan_to_num(table["training_budget"], nan=0.0)
     last: dict[tuple[str, int], int] = {}
@@ -44,5 +44,5 @@ def _with_budget(table: Table, budget: float) -> Table:
     return _rows(table, keep)
 
 
-def _rows(table: Table, keep: np.ndarray) -> Table:
-    return Table({name: column[keep] for name, column in table.columns.items()})
+def _rows(table: StudyTable, keep: np.ndarray) -> StudyTable:
+    return StudyTable({name: column[keep] for name, column in table.columns.items()})

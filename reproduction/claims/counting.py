@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from tegotae.measures.evaluation import Protocol
 
 DROPPED, WORST, AT_REST = "dropped", "worst", "at rest"
@@ -65,12 +65,12 @@ CHOICES = {
 """The choices that counts differ in, in words."""
 
 
-def counts(table: Table) -> list[Count]:
+def counts(table: StudyTable) -> list[Count]:
     """Every way to count a table, the study's own first.
 
     Example:
         >>> import numpy as np
-        >>> len(counts(Table({"model": np.array(["a"]), "omega_t": np.array([4.0])})))
+        >>> len(counts(StudyTable({"model": np.array(["a"]), "omega_t": np.array([4.0])})))
         24
     """
     omegas = np.unique(table["omega_t"][np.isfinite(table["omega_t"])])
@@ -93,7 +93,7 @@ def differ_in(a: Count, b: Count) -> list[str]:
     return [f.name for f in fields(Count) if getattr(a, f.name) != getattr(b, f.name)]
 
 
-def with_sampled(table: Table, sampled: Table | None) -> Table:
+def with_sampled(table: StudyTable, sampled: StudyTable | None) -> StudyTable:
     """The runs, and as a second sample of each the controller that was drawn from its distribution.
 
     Args:
@@ -106,17 +106,17 @@ def with_sampled(table: Table, sampled: Table | None) -> Table:
         {**part.columns, "sample": np.full(len(part), i)} for i, part in enumerate((table, sampled))
     ]
     shared = [name for name in samples[0] if name in samples[1]]
-    return Table({name: np.concatenate([part[name] for part in samples]) for name in shared})
+    return StudyTable({name: np.concatenate([part[name] for part in samples]) for name in shared})
 
 
-def has_episodes(table: Table) -> bool:
+def has_episodes(table: StudyTable) -> bool:
     """Return whether a table has a row per episode."""
     return "omega" in table.columns
 
 
 def metric_per_run(
-    table: Table, metric: str, unsettled: str, protocol: Protocol | None = None
-) -> Table:
+    table: StudyTable, metric: str, unsettled: str, protocol: Protocol | None = None
+) -> StudyTable:
     """The rows of the runs, with one metric as it counts.
 
     Args:
@@ -139,7 +139,7 @@ def metric_per_run(
         defined = np.isfinite(values)
         values = np.where(defined, share * np.nan_to_num(values) + (1.0 - share) * worst, worst)
     columns = {**table.columns, metric: values}
-    return _episodes_averaged(columns, metric) if has_episodes(table) else Table(columns)
+    return _episodes_averaged(columns, metric) if has_episodes(table) else StudyTable(columns)
 
 
 _REST = "at_rest_share"
@@ -153,7 +153,7 @@ _WORST = {
 """The worst values of the metrics that have one; others are left out where undefined."""
 
 
-def _share(table: Table, metric: str, unsettled: str) -> np.ndarray:
+def _share(table: StudyTable, metric: str, unsettled: str) -> np.ndarray:
     """The share of a run's episodes that its mean is over."""
     settled = table["limit_cycle_share"]
     if metric == "t1_s":
@@ -165,7 +165,7 @@ def _share(table: Table, metric: str, unsettled: str) -> np.ndarray:
     return settled
 
 
-def _episodes_averaged(columns: dict[str, np.ndarray], metric: str) -> Table:
+def _episodes_averaged(columns: dict[str, np.ndarray], metric: str) -> StudyTable:
     """A row per run: the mean of one metric over the episodes that define it."""
     names = ["model", "run", *(["sample"] if "sample" in columns else [])]
     keys = list(zip(*(columns[name].tolist() for name in names), strict=True))
@@ -180,4 +180,4 @@ def _episodes_averaged(columns: dict[str, np.ndarray], metric: str) -> Table:
         defined = values[indices][np.isfinite(values[indices])]
         means.append(defined.mean() if len(defined) else np.nan)
     averaged[metric] = np.array(means)
-    return Table(averaged)
+    return StudyTable(averaged)

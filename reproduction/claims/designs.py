@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from tegotae.measures.hopping.statistics import Interval, mean_defined
 
 MODELS = 10
@@ -15,7 +15,7 @@ DRIVES = {"sector": "φ", "tphi": "φ", "reflex": "f", "tf": "f", "both": "φf",
 """Input of an actuation, vanilla or learned."""
 
 
-def designs(table: Table) -> dict[tuple, Table]:
+def designs(table: StudyTable) -> dict[tuple, StudyTable]:
     """A table's rows by ω_t and by what the actuation follows.
 
     A single network has neither; all of its rows are one design.
@@ -26,7 +26,7 @@ def designs(table: Table) -> dict[tuple, Table]:
     keys = list(zip(*columns, strict=True))
     rows = {key: [candidate == key for candidate in keys] for key in sorted(set(keys))}
     return {
-        key: Table({name: column[mask] for name, column in table.columns.items()})
+        key: StudyTable({name: column[mask] for name, column in table.columns.items()})
         for key, mask in rows.items()
     }
 
@@ -44,7 +44,7 @@ def within_omega(values: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
 
 
 def correlation_within_omega(
-    table: Table, a: str, b: str, *, seed: int = 0, resamples: int = 4000
+    table: StudyTable, a: str, b: str, *, seed: int = 0, resamples: int = 4000
 ) -> Interval:
     """Pearson correlation within ω_t of two columns over the rows that define both.
 

@@ -16,7 +16,7 @@ from reproduction.claims.estimates import EffectEstimate, estimate_effect
 from reproduction.claims.experiments import require_folder
 from reproduction.claims.kept import measure_kept
 from reproduction.claims.resampling import RESAMPLES, Resampled
-from reproduction.table import Table
+from reproduction.table import StudyTable
 
 REPRODUCED, OPPOSITE = "reproduced", "opposite"
 TOO_SMALL, NOT_MEASURED = "too small to tell", "not measured"
@@ -141,7 +141,7 @@ class Finding:
 
 
 def findings(
-    table: Table,
+    table: StudyTable,
     experiments: Path | None = None,
     claims: Iterable[AtomicClaim] = ATOMIC_CLAIMS,
     resamples: int = RESAMPLES,

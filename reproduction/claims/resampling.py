@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reproduction.claims.counting import BEST, MEAN, SAMPLED, Count, metric_per_run
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from tegotae.measures.hopping.statistics import mean_defined
 
 RESAMPLES = 2000
@@ -34,7 +34,7 @@ class Resampled:
         seed: of the draws.
     """
 
-    def __init__(self, table: Table, resamples: int = RESAMPLES, seed: int = 0) -> None:
+    def __init__(self, table: StudyTable, resamples: int = RESAMPLES, seed: int = 0) -> None:
         self.table = table
         self._random = np.random.default_rng(seed)
         self._resamples = resamples
@@ -66,7 +66,7 @@ class Resampled:
     def _of_model(
         self,
         name: str,
-        rows: Table,
+        rows: StudyTable,
         metric: str,
         sample: np.ndarray,
         mask: np.ndarray,

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import tyro
-
-from reproduction.options import UNSET
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
+from tegotae.cli.records import POSITIONAL
 
 if TYPE_CHECKING:
     from reproduction.claims.findings import Finding
@@ -20,27 +18,27 @@ if TYPE_CHECKING:
 class StudyClaims:
     """Evaluate the paper's claims one by one, in every way of counting the results."""
 
-    source: Annotated[Path, tyro.conf.Positional]
+    source: Annotated[Path, POSITIONAL]
     """A table of `python -m reproduction export` (.csv), or a study's folder."""
-    out: Annotated[Path | None, UNSET] = None
+    out: Path | None = None
     """Folder for claims.md, claims-by-design.md, claims.png, and effects.csv with the effect of
     every claim in every way of counting."""
-    experiments: Annotated[Path | None, UNSET] = None
+    experiments: Path | None = None
     """Folder of the experiments beside the study: figure3.csv, parameter_limit.csv and
     gain_map.ridge.csv."""
-    budgets: Annotated[Path | None, UNSET] = None
+    budgets: Path | None = None
     """Table of the same runs by training budget (.csv), from `python -m reproduction export`; a
     study's folder contains it."""
-    sampled: Annotated[Path | None, UNSET] = None
+    sampled: Path | None = None
     """Table of controllers drawn from the final distribution of each run (.csv), from `tegotae
     study export`; it adds a way of counting. A study's folder contains it."""
-    beside: Annotated[tuple[Path, ...], UNSET] = ()
+    beside: tuple[Path, ...] = ()
     """Tables of other studies (.csv), or their folders, with outcomes to show beside. Drawn
     controllers (RUNS-sampled.csv for RUNS.csv) and experiments are read from the table's folder."""
-    calibrated: Annotated[tuple[Path, ...], UNSET] = ()
+    calibrated: tuple[Path, ...] = ()
     """Tables of a body that was chosen to agree with statements on V: such a statement is then
     *selected for*, not reproduced. A study's folder names its body."""
-    readings: Annotated[Path | None, UNSET] = None
+    readings: Path | None = None
     """Folder of a multiverse's tables, from `python -m reproduction readings export`. It adds the
     number of readings with each verdict."""
 

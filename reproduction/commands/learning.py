@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import tyro
-
-from reproduction.options import UNSET
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
+from tegotae.cli.records import POSITIONAL
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -27,7 +25,7 @@ class _OfStudy:
     """Folder of the tables: NAME.csv with a row a run, NAME.md, and of an atlas NAME.png."""
     name: str = "runs"
     """Name of these files."""
-    models: Annotated[str, UNSET] = "*"
+    models: str = "*"
     """Only models with such names, with * and ? as in a shell."""
 
     @property
@@ -57,9 +55,9 @@ class _OfStudy:
 class StudyLearning(_OfStudy):
     """Judge every run of a study whole, with its feedback cut, and with it frozen."""
 
-    undisturbed: Annotated[float | None, UNSET] = None
+    undisturbed: float | None = None
     """Duration of an episode [s]; by default that of the study's evaluation."""
-    tick: Annotated[float | None, UNSET] = None
+    tick: float | None = None
     """Control period [s], likewise."""
 
     def run(self) -> None:
@@ -83,9 +81,9 @@ class StudyLearning(_OfStudy):
 class StudyPrimary:
     """Write the primary analysis: what learned feedback adds to V, and to the best short law."""
 
-    sources: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    sources: Annotated[tuple[Path, ...], POSITIONAL]
     """Tables of `python -m reproduction learning`, one a body; a body is called as its file."""
-    out: Annotated[Path | None, UNSET] = None
+    out: Path | None = None
     """Folder for NAME.md, NAME-by-omega.md and NAME.png."""
     name: str = "primary"
     """Name of these files."""

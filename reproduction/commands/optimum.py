@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import tyro
 
 from reproduction.commands.output import Output
-from reproduction.options import UNSET
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.cli.records import POSITIONAL
 from tegotae.measures.hopping.gait import Gait, GaitSummary
 
 if TYPE_CHECKING:
-    from reproduction.table import Table
+    from reproduction.table import StudyTable
     from tegotae.analysis.orbit import Orbit
     from tegotae.systems.controller_file import SavedController
 
@@ -29,9 +28,9 @@ Gaits = tuple[np.ndarray, np.ndarray]
 class Optimum(Output):
     """CoT⁻¹ over hop frequency: the optimum, its bound, and controllers."""
 
-    tables: Annotated[tuple[Path, ...], tyro.conf.Positional, UNSET] = ()
+    tables: Annotated[tuple[Path, ...], POSITIONAL] = ()
     """Tables of `python -m reproduction export` (.csv): their best runs and V are drawn."""
-    controller: Annotated[tuple[str, ...], UNSET] = ()
+    controller: tuple[str, ...] = ()
     """Further controllers to draw, each on its limit cycle: files, or other names with weights such
     as V-sector-w4."""
     omega: float = 4.0
@@ -95,7 +94,7 @@ def unique_label(saved: SavedController, path: Path, taken: Container[str]) -> s
     return f"{saved.name} ({path.stem})" if saved.name in taken else saved.name
 
 
-def _of_table(table: Table, *, several: bool) -> dict[str, Gaits]:
+def _of_table(table: StudyTable, *, several: bool) -> dict[str, Gaits]:
     """The best run of each model, learned and V: mean hop frequency and CoT⁻¹ of its episodes; of
     those whose cycles have one hop in all episodes, or of the others."""
     best = []

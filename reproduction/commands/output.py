@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
-
-from reproduction.options import UNSET
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +25,7 @@ class PictureFormat:
 class Output:
     """Destination of a figure."""
 
-    out: Annotated[Path | None, UNSET] = None
+    out: Path | None = None
     """File of the figure (.png, .pdf or .svg); its numbers go beside it as .csv. By default the
     name is that of the command, in the current folder."""
 

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import tyro
-
 from reproduction.commands.output import PictureFormat
-from reproduction.options import UNSET
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
+from tegotae.cli.records import POSITIONAL
 
 if TYPE_CHECKING:
     from reproduction.readings.readings import Reading
@@ -28,14 +26,14 @@ class MultiverseRun:
     scale: str = "calibrated"
     """Extent of the multiverse: calibrated (24 readings under which V agrees with the paper, 24
     models, 8 runs each), full (32 of all possible readings, 4 runs each) or smoke (seconds)."""
-    readings: Annotated[int | None, UNSET] = None
+    readings: int | None = None
     """Number of readings; a larger number includes those of a smaller one. By default the
     scale's."""
-    workers: Annotated[int | None, UNSET] = None
+    workers: int | None = None
     """Number of worker processes with one core each; by default one per core."""
-    cluster: Annotated[str | None, UNSET] = None
+    cluster: str | None = None
     """Address of a Dask scheduler, or local."""
-    anew: bool = False
+    restart: bool = False
     """Start again, and move an existing multiverse to a folder beside this one."""
 
     def run(self) -> None:
@@ -56,7 +54,7 @@ class MultiverseRun:
 
             results = on_cluster(self.cluster)
         folder = MultiverseFolder(self.dir)
-        total = runner.run_study(plan, folder, results, UNITS_PER_BUNDLE, anew=self.anew)
+        total = runner.run_study(plan, folder, results, UNITS_PER_BUNDLE, restart=self.restart)
         print(
             f"{total} records in {self.dir}; next: "
             f"python -m reproduction readings figures {self.dir} --out FOLDER"
@@ -69,7 +67,7 @@ class MultiverseStatus:
 
     dir: Path
     """The multiverse's folder."""
-    readings: Annotated[int | None, UNSET] = None
+    readings: int | None = None
     """Number of readings; by default the scale's."""
 
     def run(self) -> None:
@@ -99,7 +97,7 @@ class MultiverseExport:
     """The multiverse's folder."""
     out: Path
     """Folder for readings.csv and effects.csv."""
-    readings: Annotated[int | None, UNSET] = None
+    readings: int | None = None
     """Number of readings; by default the scale's."""
 
     def run(self) -> None:
@@ -115,7 +113,7 @@ class MultiverseExport:
 class MultiverseFigures(PictureFormat):
     """Draw the share of readings that reproduce each claim, and the decisive choices."""
 
-    source: Annotated[Path, tyro.conf.Positional]
+    source: Annotated[Path, POSITIONAL]
     """A multiverse's folder, or a folder of `python -m reproduction readings export`."""
     out: Path
     """Folder for pictures and for multiverse.md."""

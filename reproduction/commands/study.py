@@ -7,17 +7,16 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import tyro
-
 from reproduction.commands.output import PictureFormat
 from reproduction.folder import Folder
-from reproduction.options import UNSET, Several
+from reproduction.options import Several
 from reproduction.plan import Plan, plan
 from reproduction.readings.named import STUDY, ReadingOptions, reading_named
 from reproduction.record import Record
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
+from tegotae.cli.records import POSITIONAL
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import names
 from tegotae.systems.experiment import Experiment
@@ -26,7 +25,7 @@ from tegotae.training.algorithms import Algorithm
 from tegotae.training.settings import settings_named
 
 if TYPE_CHECKING:
-    from reproduction.table import Table
+    from reproduction.table import StudyTable
 
 
 def experiments_at(place: str) -> list[Experiment]:
@@ -52,21 +51,21 @@ class StudyRun(ReadingOptions):
     reading: str = STUDY
     """Reading of the paper's gaps, for all models: study, calibrated, or a file of options (.toml,
     .json). Options given beside it override its own."""
-    models: Annotated[Several, UNSET] = ()
+    models: Several = ()
     """Only models with these names, with * and ? as in a shell; an empty text for none."""
-    experiments: Annotated[Several, UNSET] = ()
+    experiments: Several = ()
     """Experiments of your own beside the models: FILE.py:OBJECT or MODULE:OBJECT, for an experiment
     or a list, or a file of documents (.json). Other options apply to models only."""
-    algorithm: Annotated[str | None, UNSET] = None
+    algorithm: str | None = None
     """Learning algorithm: a name such as cma-es, or your own, FILE.py:OBJECT; by default the
     scale's."""
-    seeds: Annotated[int | None, UNSET] = None
+    seeds: int | None = None
     """Number of runs per experiment; by default the scale's."""
-    workers: Annotated[int | None, UNSET] = None
+    workers: int | None = None
     """Number of worker processes with one core each; by default one per core."""
-    cluster: Annotated[str | None, UNSET] = None
+    cluster: str | None = None
     """Address of a Dask scheduler, or local."""
-    anew: bool = False
+    restart: bool = False
     """Start again, and move an existing study to a folder beside this one."""
 
     def run(self) -> None:
@@ -84,7 +83,7 @@ class StudyRun(ReadingOptions):
             from reproduction.cluster import on_cluster
 
             results = on_cluster(self.cluster)
-        total = runner.run_study(study, self.dir, results, anew=self.anew)
+        total = runner.run_study(study, self.dir, results, restart=self.restart)
         print(
             f"{total} records in {self.dir}; next: python -m reproduction report --dir {self.dir}"
         )
@@ -149,9 +148,9 @@ class StudyReport:
 
     dir: Path
     """The study's folder."""
-    out: Annotated[Path | None, UNSET] = None
+    out: Path | None = None
     """File of the report; by default report.html in the study's folder."""
-    experiments: Annotated[Path | None, UNSET] = None
+    experiments: Path | None = None
     """Folder of the experiments beside the study: figure3, parameter_limit and gain_map, as .csv
     and .png. Without it the report names the commands that run them."""
 
@@ -179,9 +178,9 @@ class StudyExport:
     """The study's folder."""
     out: Path
     """File of the table: .csv or .parquet."""
-    budgets: Annotated[Path | None, UNSET] = None
+    budgets: Path | None = None
     """File of a second table, with a row per model, run and training budget."""
-    sampled: Annotated[Path | None, UNSET] = None
+    sampled: Path | None = None
     """File of the same table for controllers drawn from the final distribution of each run."""
 
     def run(self) -> None:
@@ -243,12 +242,12 @@ class StudyZoo:
 class StudyFigures(PictureFormat):
     """Draw Figs. 2 and 5 and learning curves from an exported table or a study's folder."""
 
-    source: Annotated[Path, tyro.conf.Positional]
+    source: Annotated[Path, POSITIONAL]
     """A table of `python -m reproduction export` (.csv), or a study's folder, which also has the
     controllers (Fig. 5) and the learning curves."""
     out: Path
     """Folder for pictures and tables."""
-    budgets: Annotated[Path | None, UNSET] = None
+    budgets: Path | None = None
     """Table of the same runs by training budget (.csv), from `python -m reproduction export`; a
     study's folder contains it."""
 
@@ -268,7 +267,7 @@ class StudyFigures(PictureFormat):
         )
         from reproduction.report import convergence
         from reproduction.report.markdown import endings_table
-        from reproduction.table import Table
+        from reproduction.table import StudyTable
         from tegotae.figures.style import save_figure
 
         tables = tables_of(self.source, self.budgets)
@@ -294,7 +293,7 @@ class StudyFigures(PictureFormat):
             figures["figure5"] = policies_figure(panels)
             texts["figure5.md"] = policies_table(panels)
         if records:
-            texts["convergence.csv"] = csv_of(Table(convergence.convergence_means(records)))
+            texts["convergence.csv"] = csv_of(StudyTable(convergence.convergence_means(records)))
         output_folder(self.out)
         figures = {f"{name}.{self.format}": figure for name, figure in figures.items()}
         for name, figure in figures.items():
@@ -308,7 +307,7 @@ class StudyFigures(PictureFormat):
 class StudyMerge:
     """Copy records of the same study from another folder."""
 
-    source: Annotated[Path, tyro.conf.Positional]
+    source: Annotated[Path, POSITIONAL]
     """Folder to copy from."""
     dir: Path
     """Folder to copy to."""
@@ -332,9 +331,9 @@ class StudyTables:
         selected: names of the claims that the body was chosen to agree with; a file does not say.
     """
 
-    runs: Table
-    budgets: Table | None = None
-    sampled: Table | None = None
+    runs: StudyTable
+    budgets: StudyTable | None = None
+    sampled: StudyTable | None = None
     selected: frozenset[str] = frozenset()
 
 

@@ -16,7 +16,7 @@ from reproduction.best_gait import best_run, recorded_controller, recorded_orbit
 from reproduction.claims.designs import DRIVES
 from reproduction.record import Record
 from reproduction.report.markdown import markdown_table
-from reproduction.table import Table, record_place
+from reproduction.table import StudyTable, record_place
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.orbit import Orbit
 from tegotae.analysis.surface import Surface, actuation_surface
@@ -74,7 +74,7 @@ class PolicyPanel:
     max_force_n: float
 
 
-def policy_panels(records: Sequence[Record], table: Table) -> list[PolicyPanel]:
+def policy_panels(records: Sequence[Record], table: StudyTable) -> list[PolicyPanel]:
     """The panels that a study has runs for: on [F_k], of the best fitness among those that settle.
 
     Args:
@@ -100,7 +100,7 @@ def policy_panels(records: Sequence[Record], table: Table) -> list[PolicyPanel]:
 
 
 def _panel(
-    number: str, architecture: str, drive: str, record: Record, orbit: Orbit, table: Table
+    number: str, architecture: str, drive: str, record: Record, orbit: Orbit, table: StudyTable
 ) -> PolicyPanel:
     run = best_run(record.best_fitness)
     saved = recorded_controller(record, run)
@@ -121,7 +121,7 @@ def _panel(
     )
 
 
-def _normalised(table: Table, row: int) -> dict[str, float]:
+def _normalised(table: StudyTable, row: int) -> dict[str, float]:
     numbers = {}
     for name in NORMALISED:
         values = table[name]

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 
 from reproduction.claims.designs import MODELS, correlation_within_omega, designs
-from reproduction.table import ARCHITECTURES, Table
+from reproduction.table import ARCHITECTURES, StudyTable
 from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, new_figure, styled
 from tegotae.measures.hopping.metric import FIGURE, Metric
 from tegotae.measures.hopping.registry import range_of
@@ -49,7 +49,7 @@ _OF_FORCE_ALONE = ("V", "VT", "A", "AT")
 """Architectures whose learned terms, if any, sense nothing but F_k."""
 
 
-def architectures(table: Table) -> tuple[str, ...]:
+def architectures(table: StudyTable) -> tuple[str, ...]:
     """Return the table's architectures: those of the paper's figure first.
 
     That is models that learn A or R alone, and experiments beside the models.
@@ -58,7 +58,7 @@ def architectures(table: Table) -> tuple[str, ...]:
     return tuple(sorted(held, key=(*ARCHITECTURES, *held).index))
 
 
-def frequencies(table: Table) -> tuple[float | None, ...]:
+def frequencies(table: StudyTable) -> tuple[float | None, ...]:
     """Training frequencies ω_t in a table [rad/s], rising; at last None, of what has none."""
     omegas = np.unique(table["omega_t"])
     defined = [float(omega) for omega in omegas[np.isfinite(omegas)]]
@@ -66,7 +66,7 @@ def frequencies(table: Table) -> tuple[float | None, ...]:
 
 
 def architecture_metrics(
-    table: Table,
+    table: StudyTable,
 ) -> dict[tuple[str, str, str, float | None], Interval]:
     """Mean and interval per (observation, metric, architecture, ω_t): inputs of the actuation count
     alike.
@@ -99,7 +99,7 @@ def architecture_metrics(
     return intervals
 
 
-def architectures_figure(table: Table, only: str = "") -> Figure:
+def architectures_figure(table: StudyTable, only: str = "") -> Figure:
     """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals.
 
     The line in the panels of CoT⁻¹ is the physical limit (`largest_possible`). It is left out for
@@ -243,7 +243,7 @@ def _bars(
             )
 
 
-def correlations(table: Table) -> np.ndarray:
+def correlations(table: StudyTable) -> np.ndarray:
     """Pearson correlations of the metrics over all models, shape [metrics, metrics]."""
     models = table.per_model()
     names = [metric.name for metric in table.metrics_shown(FIGURE)]
@@ -255,7 +255,7 @@ def correlations(table: Table) -> np.ndarray:
     )
 
 
-def correlation_figure(table: Table) -> Figure:
+def correlation_figure(table: StudyTable) -> Figure:
     """Fig. 2, III: correlation of the metrics over all models."""
     values = correlations(table)
     labels = [metric.math or metric.label for metric in table.metrics_shown(FIGURE)]
@@ -287,7 +287,7 @@ def correlation_figure(table: Table) -> Figure:
     return figure
 
 
-def pictograms_figure(table: Table | None = None) -> Figure:
+def pictograms_figure(table: StudyTable | None = None) -> Figure:
     """Fig. 2, I: the architectures; vanilla terms in outline, learned ones filled.
 
     Args:

@@ -10,7 +10,7 @@ import msgspec
 from reproduction.folder import Folder
 from reproduction.readings.plan import Multiverse, multiverse
 from reproduction.record import Record
-from reproduction.table import Table, tabulate
+from reproduction.table import StudyTable, tabulate
 from reproduction.unit import FORMAT, record_key
 from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError
@@ -59,7 +59,7 @@ class MultiverseFolder(Folder):
         return plan
 
 
-def reading_tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Table]:
+def reading_tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, StudyTable]:
     """Return the finished table of each reading, by its number."""
     by_key = {record_key(record.configuration): record for record in records}
     results = {}
@@ -70,6 +70,6 @@ def reading_tables(plan: Multiverse, records: Iterable[Record]) -> dict[int, Tab
     return results
 
 
-def is_whole(plan: Multiverse, table: Table) -> bool:
+def is_whole(plan: Multiverse, table: StudyTable) -> bool:
     """Return whether a reading's table has all models."""
     return set(plan.models) <= set(table["model"].tolist())

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated
 
-from reproduction.options import UNSET, HopperParameters
+from reproduction.options import HopperParameters
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.questions.experiments import ExperimentOptions, Experiments
-from tegotae.questions.options import changed
+from tegotae.questions.experiments import adjusted, with_parts
 from tegotae.systems.experiment import Experiment
 
 STUDY, CALIBRATED = "study", "calibrated"
@@ -19,8 +17,8 @@ NAMES = (STUDY, CALIBRATED)
 """The study's own reading, and the one that docs/reproduction/calibration.md chooses."""
 
 
-_Number = Annotated[float | None, UNSET]
-_Name = Annotated[str | None, UNSET]
+_Number = float | None
+_Name = str | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +54,7 @@ class ReadingOptions(HopperParameters):
     """Duration of a vanilla sector at ω [s]; replaces its width in phase."""
     newtons_per_feedback: _Number = None
     """Force of a vanilla reflex per unit of feedback [N s/rad]."""
-    tuned_over: Annotated[tuple[float, ...], UNSET] = ()
+    tuned_over: tuple[float, ...] = ()
     """Offsets from ω_t at which the gain of a pure V is searched for [rad/s], such as -2 -1 0 1 2
     for all frequencies of the evaluation."""
     fitness: _Name = None
@@ -64,12 +62,12 @@ class ReadingOptions(HopperParameters):
     oscillator: _Name = None
     """Another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own, FILE.py:OBJECT
     or MODULE:OBJECT. With the prefix learned- its parameters are trained, too."""
-    vary: Annotated[tuple[str, ...], UNSET] = ()
+    vary: tuple[str, ...] = ()
     """Conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value
     between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
-    episodes_per_candidate: Annotated[int | None, UNSET] = None
+    episodes_per_candidate: int | None = None
     """Number of episodes per candidate, if conditions vary."""
-    omega_t: Annotated[tuple[float, ...], UNSET] = ()
+    omega_t: tuple[float, ...] = ()
     """Training frequencies ω_t [rad/s], in place of the scale's; 4 and 8 in the paper."""
 
     def at_frequencies(self, experiments: Sequence[Experiment]) -> tuple[Experiment, ...]:
@@ -103,10 +101,10 @@ class ReadingOptions(HopperParameters):
             if getattr(self, field.name) != field.default and field.name != "omega_t"
         }
         parts = {name: overrides.pop(name) for name in _PARTS if name in overrides}
-        updated = Experiments(**parts).applied(experiment)
-        return changed(ExperimentOptions.options_of(updated), overrides, updated.name).applied(
-            updated
-        )
+        options = {name: overrides[x] for x, name in _OPTIONS.items() if x in overrides}
+        fitness = {name: overrides[x] for x, name in _OF_FITNESS.items() if x in overrides}
+        changes = {"body": self.overrides or None, "fitness": fitness or None}
+        return adjusted(with_parts(experiment, **parts), {**options, **changes})
 
 
 def _with_omega(experiment: Experiment, omega: float) -> Experiment:
@@ -116,6 +114,24 @@ def _with_omega(experiment: Experiment, omega: float) -> Experiment:
 
 
 _PARTS = ("body", "fitness", "oscillator")
+_OPTIONS = {
+    "height": "height_m",
+    "drop": "drop_m",
+    "duration": "duration_s",
+    "tick": "tick_s",
+    "work": "work",
+    "hold": "hold",
+    "cot_only": "cot_only",
+    "sector_start": "sector_start_rad",
+    "sector_duration": "sector_duration_s",
+    "newtons_per_feedback": "newtons_per_feedback",
+    "tuned_over": "tuned_over",
+    "vary": "vary",
+    "episodes_per_candidate": "episodes_per_candidate",
+}
+"""Options of an experiment."""
+_OF_FITNESS = {"settle": "settle_s", "frequency_weight": "frequency_weight"}
+"""Fields of the fitness."""
 
 
 def reading_named(name: str) -> ReadingOptions:

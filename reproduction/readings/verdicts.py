@@ -20,7 +20,7 @@ from reproduction.claims.findings import (
     findings,
     margin_of,
 )
-from reproduction.table import Table, design_place
+from reproduction.table import StudyTable, design_place
 from tegotae.systems.models import find
 
 CLAIMS: tuple[AtomicClaim, ...] = tuple(
@@ -42,7 +42,7 @@ FindingsByReading = Mapping[int, Mapping[str, list[Finding]]]
 
 
 def findings_by_reading(
-    tables: Mapping[int, Table], draws: int = DRAWS, models: Iterable[str] | None = None
+    tables: Mapping[int, StudyTable], draws: int = DRAWS, models: Iterable[str] | None = None
 ) -> FindingsByReading:
     """Return the findings of every claim under each reading, with both ω_t and at each alone.
 

@@ -11,7 +11,7 @@ from reproduction.best_gait import LAST_S, best_run, recorded_controller, record
 from reproduction.figures.study import architectures
 from reproduction.record import Record
 from reproduction.report.values import json_number
-from reproduction.table import Table, with_derived
+from reproduction.table import StudyTable, with_derived
 from tegotae._support.documents import JsonObject
 from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
 from tegotae.analysis.surface import actuation_surface
@@ -25,7 +25,7 @@ _ROWS, _COLUMNS = 36, 56
 """Size of a surface: a page holds that of every model, so that each has to be small."""
 
 
-def best_of_architectures(table: Table) -> dict[str, str]:
+def best_of_architectures(table: StudyTable) -> dict[str, str]:
     """The model whose run has the highest fitness, of every architecture that has runs."""
     names = {}
     for architecture in architectures(table):
@@ -37,7 +37,7 @@ def best_of_architectures(table: Table) -> dict[str, str]:
 
 
 def pages_of_models(
-    records: list[Record], table: Table, metrics: tuple[str, ...]
+    records: list[Record], table: StudyTable, metrics: tuple[str, ...]
 ) -> dict[str, JsonObject]:
     """Return the report's pages of the models, by name.
 

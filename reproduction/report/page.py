@@ -45,7 +45,7 @@ from reproduction.report.models import (
     pages_of_models,
 )
 from reproduction.report.values import embedded_figure, embedded_file, json_number
-from reproduction.table import Table, record_place, tabulate, tabulate_sampled
+from reproduction.table import StudyTable, record_place, tabulate, tabulate_sampled
 from tegotae._support.documents import JsonObject
 from tegotae._support.pages import as_script, filled
 from tegotae.measures.hopping.metric import REPORT
@@ -74,7 +74,7 @@ def report_page(
     records: list[Record],
     subtitle: str,
     experiments: Path | None = None,
-    budgets: Table | None = None,
+    budgets: StudyTable | None = None,
 ) -> str:
     """The page, as HTML with everything in it.
 
@@ -127,7 +127,7 @@ _SAID = {
 }
 
 
-def first_finding(results: list[Finding], table: Table) -> JsonObject | None:
+def first_finding(results: list[Finding], table: StudyTable) -> JsonObject | None:
     """The paper's main claim in a sentence, with its number, as the study counts, and its figure.
 
     None of a study whose models do not measure it.
@@ -152,7 +152,7 @@ def first_finding(results: list[Finding], table: Table) -> JsonObject | None:
     }
 
 
-def _figures(table: Table) -> list[JsonObject]:
+def _figures(table: StudyTable) -> list[JsonObject]:
     def entry(caption: str, figure: Figure) -> JsonObject:
         return {"caption": caption, **embedded_figure(figure)}
 
@@ -175,7 +175,7 @@ def _figures(table: Table) -> list[JsonObject]:
     return entries
 
 
-def _measures(table: Table) -> dict[str, tuple[str, str]]:
+def _measures(table: StudyTable) -> dict[str, tuple[str, str]]:
     """Label and meaning of the metrics that the page shows, and of the fitness, by column."""
     labels = {}
     for metric in table.metrics_shown(REPORT):
@@ -258,7 +258,9 @@ def _claim(finding: Finding) -> JsonObject:
     }
 
 
-def _by_budget(budgets: Table | None, final: Table, selected: frozenset[str]) -> JsonObject:
+def _by_budget(
+    budgets: StudyTable | None, final: StudyTable, selected: frozenset[str]
+) -> JsonObject:
     """Headings, and a row per claim that is measured: its verdict after each budget."""
     if budgets is None:
         return {"headings": [], "rows": []}
@@ -274,7 +276,7 @@ def _by_budget(budgets: Table | None, final: Table, selected: frozenset[str]) ->
     return {"headings": list(by), "rows": decided}
 
 
-def _models(table: Table) -> JsonObject:
+def _models(table: StudyTable) -> JsonObject:
     models = table.per_model()
     names = models["model"]
     runs = {name: table["model"] == name for name in names}

@@ -160,7 +160,7 @@ class Study:
     title: str = "study"
     counted: str = "models"
     suffix: str = ".record.npz"
-    remedy: str = "choose another folder, or start again with --anew"
+    remedy: str = "choose another folder, or start again with --restart"
 
     def run(self, pool: Pool | None = None, limit: int | None = None) -> None:
         """Measure what the folder lacks.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -20,7 +21,6 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.bodies.base import Push
 from tegotae.parts.bodies.hopper import HopperState
 from tegotae.parts.parameters import changed
-from tegotae.questions.options import without_unit
 
 FITTED = {
     "mass_kg": "kg",
@@ -424,7 +424,7 @@ def check_fit(fit: Identified) -> None:
     )
     for name, unit in FITTED.items():
         low, high = fit.low[name], fit.high[name]
-        number = without_unit(name).replace("_", " ")
+        number = re.sub(r"_(kg|n_per_m|ns_per_m|[mns])$", "", name).replace("_", " ")
         if not np.isfinite([low, fit.values[name], high]).all():
             raise TegotaeError(f"the recording does not determine {number}: {causes}")
         if high < 0.0:

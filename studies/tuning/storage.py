@@ -30,7 +30,9 @@ _CONFIGURATION = "configuration"
 
 
 @contextmanager
-def opened(path: Path, configuration: Mapping[str, Json], *, anew: bool = False) -> Iterator[Study]:
+def opened(
+    path: Path, configuration: Mapping[str, Json], *, restart: bool = False
+) -> Iterator[Study]:
     """The study in a storage file, begun or continued; no other process may open it meanwhile.
 
     What a killed tuner left is put in order: half a line at the file's end is cut off, and trials
@@ -39,7 +41,7 @@ def opened(path: Path, configuration: Mapping[str, Json], *, anew: bool = False)
     Args:
         path: the file.
         configuration: what the study is about, as JSON values.
-        anew: whether a study that is there before is set aside, in a file beside it.
+        restart: whether a study that is there before is set aside, in a file beside it.
 
     Raises:
         TegotaeError: if the file cannot be written, is used by another tuner, or holds something
@@ -48,7 +50,7 @@ def opened(path: Path, configuration: Mapping[str, Json], *, anew: bool = False)
     """
     optuna = require("optuna", "tune")
     output_folder(output_file(path).parent)
-    if anew and path.exists():
+    if restart and path.exists():
         _set_aside(path)
     try:
         stream = path.open("a+b")
@@ -148,7 +150,7 @@ def _study(optuna: ModuleType, path: Path, configuration: JsonObject) -> Study:
             path,
             f"a tuning of {theirs.algorithm} for {names} that differs in "
             f"{', '.join(differing(stored, configuration))}",
-            ", or start again with --anew",
+            ", or start again with --restart",
         )
     return study
 

@@ -41,7 +41,7 @@ def tune(
     *,
     trials: int,
     workers: int = 1,
-    anew: bool = False,
+    restart: bool = False,
 ) -> list[FrozenTrial]:
     """Try settings until `trials` of them are evaluated, those of earlier calls included.
 
@@ -60,7 +60,7 @@ def tune(
         storage: an Optuna journal, made if it does not exist.
         trials: evaluated settings in all, completed or pruned.
         workers: processes, each with its share of the cores.
-        anew: whether a tuning that is in the file is set aside, in one beside it.
+        restart: whether a tuning that is in the file is set aside, in one beside it.
 
     Returns:
         all trials of the study.
@@ -80,7 +80,7 @@ def tune(
     attributes = {} if code is None else {CODE: code}
     configuration = {"algorithm": algorithm, **attributes, **task.configuration}
     optuna.logging.set_verbosity(optuna.logging.ERROR)
-    with opened(storage, configuration, anew=anew) as study:
+    with opened(storage, configuration, restart=restart) as study:
         _prepare(optuna, study, space)
         if _evaluated(study) < trials:
             with _pool(workers) as pool, reporting(f"tune {algorithm}", trials) as reporter:

@@ -12,7 +12,7 @@ from hypothesis import given, strategies as st
 
 from reproduction.ridge import find_losses, find_resonance, find_ridge, one_to_one_ridge
 from synthetic import Hopping, seconds
-from tegotae import Hopper, Scenario, TegotaeError, Timing, build
+from tegotae import Hopper, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import (
     GainSweep,
     Outcome,
@@ -26,6 +26,7 @@ from tegotae.analysis.maps import (
 from tegotae.measures.hopping.metric import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 
 TIMING = Timing(duration_s=16.0, tick_s=0.002)
 OMEGA = np.array([4.5, 6.0, 9.0])

@@ -10,7 +10,7 @@ import pytest
 from springs import Hertz
 
 from oracle import fly, vanilla
-from tegotae import Hopper, TegotaeError, Timing, build
+from tegotae import Hopper, TegotaeError, Timing
 from tegotae.analysis.maps import turn
 from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit, paths_of
 from tegotae.analysis.phase_response import measure_phase_response
@@ -25,6 +25,7 @@ from tegotae.analysis.poincare import (
 from tegotae.analysis.surface import actuation_surface, sees_velocity
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 
 REFLEX = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
 SECTOR = SavedController.of(build("V-sector-w4"), np.array([4.0]), 6.0)

@@ -79,7 +79,7 @@ def test_a_search_finds_a_forced_trot_and_only_what_holds():
 
 
 def test_a_body_of_which_no_walker_stays_up_has_no_front(tmp_path, capsys):
-    words = "gait front biped --walkers 2 --rounds 0 --starts 1 --unseen 1 --duration 10 --out"
+    words = "gait front biped --walkers 2 --rounds 0 --starts 1 --unseen 1 --duration-s 10 --out"
     assert main([*words.split(), str(tmp_path / "front")]) == 2
     assert "no walker of biped among 2 stays up" in capsys.readouterr().err
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError, Timing, gait_lesion
+from tegotae import TegotaeError, Timing
 from tegotae.analysis.gaits.lesion import GaitLesion, aftermath
 from tegotae.parts.bodies import Bar, Walker
+from tegotae.questions import gaits
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.systems.legged import random_phases
 from tegotae.systems.resolve import legged_system as system
@@ -122,10 +123,12 @@ def test_a_lesion_that_cannot_be_is_told_before_anything_moves(lesion, line, bod
 
 
 def test_the_answer_tells_who_stays_up_and_has_a_picture(lesion):
-    answer = gait_lesion("quadruped-c", lose=("LH",), omega=2.2, at=40.0, duration=60.0, starts=6)
+    answer = gaits.perturb(
+        "quadruped-c", lose=("LH",), omega=2.2, at_s=40.0, duration_s=60.0, starts=6
+    )
     assert "LH lost at 40 √(l0/g): 0 of 6 that stood stay up" in answer.title
-    assert answer.document()["stays_up"]["of"] == 6
-    assert set(answer.frame().gait_after) == set(lesion.frame.gait_after)
+    assert answer.to_dict()["stays_up"]["of"] == 6
+    assert set(answer.table.gait_after) == set(lesion.frame.gait_after)
     answer.plot().draw_without_rendering()
 
 
@@ -138,4 +141,4 @@ def test_the_answer_tells_who_stays_up_and_has_a_picture(lesion):
 )
 def test_what_cannot_happen_is_told(options, line):
     with pytest.raises(TegotaeError, match=line):
-        gait_lesion("quadruped-c", **options)
+        gaits.perturb("quadruped-c", **options)

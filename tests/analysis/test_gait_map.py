@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from tegotae import TegotaeError, Timing, gait_map
+from tegotae import TegotaeError, Timing
 from tegotae._support.tables import numbers, read_csv
 from tegotae.analysis.gaits.map import (
     NO_BODY,
@@ -24,6 +24,7 @@ from tegotae.analysis.gaits.map import (
 from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli import main
 from tegotae.measures.gaits.lags import apart
+from tegotae.questions import gaits
 from tegotae.systems.resolve import legged_system as system
 
 BAR = system("bar-light").replaced(timing=Timing(duration_s=40.0))
@@ -148,7 +149,18 @@ def test_values_of_an_axis_rise():
 
 def test_the_command_writes_a_picture_and_the_same_rows_twice_and_keeps_its_parts(tmp_path, capsys):
     words = ["gait", "map", "bar-light", "--x", "inertia_ratio", "-0.4", "1.6", "--y", "sigma", "0"]
-    words += ["1", "--cells", "3", "2", "--starts", "3", "--duration", "40", "--out", str(tmp_path)]
+    words += [
+        "1",
+        "--cells",
+        "3",
+        "2",
+        "--starts",
+        "3",
+        "--duration-s",
+        "40",
+        "--out",
+        str(tmp_path),
+    ]
     assert main(words) == 0
     assert "antiphase" in capsys.readouterr().out
     table = read_csv(tmp_path / "numbers.csv")
@@ -180,4 +192,4 @@ OMEGA = ("omega", 7.0, 8.0)
 )
 def test_what_cannot_be_mapped_is_told(options, line):
     with pytest.raises(TegotaeError, match=line):
-        gait_map("bar-light", **options)
+        gaits.map("bar-light", **options)

@@ -6,10 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError, Timing, gait_stability
+from tegotae import TegotaeError, Timing
 from tegotae.analysis.gaits.map import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
 from tegotae.measures.gaits.lags import TURN, apart, lags_at_sections
+from tegotae.questions import gaits
 from tegotae.systems.resolve import legged_system as system
 
 BAR = system("bar-light").replaced(timing=Timing(duration_s=30.0))
@@ -144,9 +145,9 @@ def test_what_has_no_return_map_is_told_in_one_line(options, line):
 
 def test_the_answer_has_crossings_matrices_and_a_picture():
     over = ("inertia_ratio", 0.9, 1.1)
-    answer = gait_stability("bar-light", over=over, count=5, duration=30.0)
+    answer = gaits.stability("bar-light", over=over, count=5, duration_s=30.0)
     assert "in phase gains its stability at inertia_ratio 1" in answer.notes
-    document = answer.document()
-    assert [row["gait"] for row in document["rows"]] == answer.frame().gait.tolist()
+    document = answer.to_dict()
+    assert [row["gait"] for row in document["rows"]] == answer.table.gait.tolist()
     assert len(document["jacobians"]["antiphase"]) == 5
     answer.plot().draw_without_rendering()

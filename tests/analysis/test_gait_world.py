@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError, find
+from tegotae import TegotaeError
 from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.map import (
     Axis,
@@ -20,16 +20,20 @@ from tegotae.analysis.gaits.releases import system_document
 from tegotae.parts.bodies import Sensors
 from tegotae.parts.controller import Controller
 from tegotae.parts.terrains import Rough, Slope
-from tegotae.questions.drawing import figure_basin
-from tegotae.questions.gaits import GaitOptions, SeveralLegs
-from tegotae.questions.options import changed
+from tegotae.questions import gaits
+from tegotae.questions.controllers import load
+from tegotae.questions.parameters import filled
+from tegotae.questions.walking import WalkerController
+from tegotae.systems.models import find
 from tegotae.systems.resolve import legged_system as system
 
 
 def world(name="quadruped-c", **options):
-    """The system that a question with these options is about."""
-    (task,) = SeveralLegs().named(name)
-    return changed(GaitOptions.options_of(task), options, name).legged(task)
+    """The system with these options."""
+    walker = load(name, WalkerController)
+    defaults = {"terrain": (), "tolerance": 0.1}
+    names = dict.fromkeys(("duration_s", "omega", "sigma", "delay_s", "noise", "body"))
+    return walker.driven(filled({**names, **defaults, **options}, walker.own()))
 
 
 def test_a_terrain_is_named_with_its_numbers():
@@ -39,7 +43,7 @@ def test_a_terrain_is_named_with_its_numbers():
 
 
 def test_what_the_legs_feel_is_late_and_noisy():
-    walker = world("bar-light", delay=0.02, noise=0.05)
+    walker = world("bar-light", delay_s=0.02, noise=0.05)
     assert isinstance(walker.body, Sensors)
     assert (walker.body.delay_s, walker.body.noise) == (0.02, 0.05)
     assert walker.body.body == system("bar-light").body
@@ -47,7 +51,7 @@ def test_what_the_legs_feel_is_late_and_noisy():
 
 
 def test_fields_are_set_on_the_body_behind_its_sensors():
-    walker = world("bar-light", delay=0.02, inertia_ratio=0.35)
+    walker = world("bar-light", delay_s=0.02, inertia_ratio=0.35)
     assert walker.body.body.inertia_ratio == 0.35
 
 
@@ -85,7 +89,7 @@ def test_a_push_passes():
 
 
 def test_a_document_tells_the_world_that_a_gait_was_seen_in():
-    walker = world(terrain=("rough", "rms_m=0.02"), delay=0.02, noise=0.05)
+    walker = world(terrain=("rough", "rms_m=0.02"), delay_s=0.02, noise=0.05)
     body = system_document(walker)["system"]["body"]
     assert body["kind"] == "Sensors"
     assert body["delay_s"] == 0.02
@@ -101,7 +105,7 @@ def test_releases_that_would_all_be_the_same_are_refused():
         weights=(0.0,) * controller.n_weights,
     )
     with pytest.raises(TegotaeError, match="all would be the same one"):
-        figure_basin(pushed, starts=8)
+        gaits.basin(pushed, starts=8)
 
 
 @pytest.mark.parametrize(
@@ -109,13 +113,13 @@ def test_releases_that_would_all_be_the_same_are_refused():
     [
         ({"terrain": ("sand",)}, "no terrain is called 'sand'"),
         ({"terrain": ("slope", "up=1")}, "no number of the terrain slope is called 'up'"),
-        ({"terrain": ("slope", "along")}, "--terrain along sets nothing"),
+        ({"terrain": ("slope", "along")}, "along sets nothing"),
         ({"terrain": ("rough", "rms_m=-1")}, "rms_m is -1"),
         ({"name": "bar-light", "terrain": ("flat",)}, "no field of a Bar is called 'terrain'"),
-        ({"delay": -1.0}, "delay is -1"),
-        ({"delay": 1e6}, "delay is 1e"),
+        ({"delay_s": -1.0}, "delay is -1"),
+        ({"delay_s": 1e6}, "delay is 1e"),
         ({"noise": math.nan}, "noise is nan"),
-        ({"weight": 3.0, "delay": 0.1}, "no option of quadruped-c is called 'weight'"),
+        ({"body": {"weight": 3.0}}, "no field of a Walker is called 'weight'"),
     ],
 )
 def test_a_world_that_cannot_be_is_refused_in_one_line(options, says):

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from tegotae import System, TegotaeError, Timing, all_models, build
+from tegotae import System, TegotaeError, Timing
 from tegotae._support.tables import numbers, read_csv
 from tegotae.analysis.gaits.lesion import GaitLesion
 from tegotae.analysis.gaits.releases import release_all, simulate
@@ -25,6 +25,7 @@ from tegotae.measures.hopping.statistics import wilson
 from tegotae.parts.bodies import Bar, Hopper, Sensors
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.legged import SYSTEMS, random_phases
+from tegotae.systems.models import all_models, build
 from tegotae.systems.resolve import legged_system as system
 
 LIGHT = system("bar-light")
@@ -280,7 +281,7 @@ def test_what_moves_without_oscillators_is_measured_by_its_footfalls():
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gaits")
     common = ["figure", "basin", "bar-light", "--out", str(folder / "basin.png"), "--starts", "24"]
-    assert main([*common, "--duration", "40"]) == 0
+    assert main([*common, "--duration-s", "40"]) == 0
     return folder
 
 
@@ -309,7 +310,7 @@ def test_the_document_says_what_was_run_and_what_came_about(folder, light):
 @pytest.mark.thorough
 def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsys):
     film = tmp_path / "walk.gif"
-    words = ["simulate", "bar-light", "--out", str(tmp_path), "--duration", "20"]
+    words = ["simulate", "bar-light", "--out", str(tmp_path), "--duration-s", "20"]
     assert main([*words, "--phases", "0", "0.4", "--animate", str(film)]) == 0
     assert capsys.readouterr().out.startswith("antiphase\n")
     for name in ("footfall.png", "lags.png"):
@@ -328,15 +329,26 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
     [
         (["simulate", "bar-lihgt"], "no model or system is called 'bar-lihgt'; did you mean bar-"),
         (["simulate", "bar-light", "--phases", "0.1"], "1 phases are given; this body has 2 legs"),
-        (["simulate", "bar-light", "--mas", "1"], "perhaps you meant --mass"),
+        (["simulate", "bar-light", "--mas", "1"], "perhaps you meant --mass-kg"),
         (
-            ["simulate", "bar-light", "--duration", "0.04"],
+            ["simulate", "bar-light", "--duration-s", "0.04"],
             "a gait takes 8 frames at least (0.16 s)",
         ),
         (["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"], "--seed is of random"),
-        (["simulate", "quadruped-c", "--present", *"1110"], "tegotae gait lesion --lose"),
+        (["simulate", "quadruped-c", "--present", *"1110"], "tegotae gait perturb --lose"),
         (
-            ["gait", "sweep", "bar-light", "--levels", "7", "9", "--dwell", "9", "--duration", "9"],
+            [
+                "gait",
+                "sweep",
+                "bar-light",
+                "--levels",
+                "7",
+                "9",
+                "--dwell-s",
+                "9",
+                "--duration-s",
+                "9",
+            ],
             "beside",
         ),
         (

@@ -10,13 +10,7 @@ import pandas as pd
 import pytest
 
 import tegotae
-from tegotae import (
-    Hopper,
-    System,
-    TegotaeError,
-    Timing,
-    build,
-)
+from tegotae import Hopper, System, TegotaeError, Timing
 from tegotae.analysis.generalisation.disturbances import CATALOGUE, disturbances_named
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.retention import GaitRetention, Walked
@@ -33,10 +27,11 @@ from tegotae.cli import main
 from tegotae.figures.generalisation import groups_figure
 from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
-from tegotae.questions.generalising import Generalisation
+from tegotae.questions.robustness import Robustness
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
+from tegotae.systems.models import build
 from tegotae.systems.resolve import legged_system as system
 
 REFLEX = build("V-reflex-w8")
@@ -296,7 +291,7 @@ def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, 
     file = tmp_path / "mine.json"
     controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
-    words = ["generalise", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
+    words = ["robustness", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
     assert main(words) == 0
     output = capsys.readouterr().out
     assert "survived" in output
@@ -365,9 +360,9 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     empty = tried(neighbour, two)
     assert curve(empty).empty
     held = (hopper(), outcome_of([[True] * 3]))
-    files = Generalisation([(neighbour, empty), held], (LAG,)).save(tmp_path)
+    files = Robustness(done=[(neighbour, empty), held], chosen=(LAG,)).save(tmp_path)
     assert [path.name for path in files][:3] == ["margins.csv", "curves.csv", "left_out.csv"]
-    Generalisation([held], (LAG,)).save(tmp_path)
+    Robustness(done=[held], chosen=(LAG,)).save(tmp_path)
     assert not (tmp_path / "left_out.csv").exists()
 
 
@@ -382,12 +377,12 @@ def test_the_command_tries_those_whose_names_match(tmp_path):
     file = tmp_path / "mine.json"
     controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
     with pytest.raises(TegotaeError, match=r"no model matches T-\*; there are mine"):
-        tegotae.generalise(file, only="T-*", out=tmp_path / "out")
+        tegotae.load(file).robustness(only="T-*", out=tmp_path / "out")
 
 
 def test_the_command_says_in_one_line_what_it_misses(capsys):
-    assert main(["generalise"]) == 2
-    assert main(["generalise", "--list"]) == 0
+    assert main(["robustness"]) == 2
+    assert main(["conditions"]) == 0
     assert "delay of the senses" in capsys.readouterr().out
 
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing, build, find
+from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
@@ -23,8 +23,9 @@ from tegotae.parts.oscillators import (
     VanDerPol,
 )
 from tegotae.parts.terms import EllipticFoot
-from tegotae.questions.experiments import Experiments
+from tegotae.questions.experiments import experiment_named
 from tegotae.systems.controller_file import SavedController, load, save
+from tegotae.systems.models import build, find
 from tegotae.systems.resolve import vanilla
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
@@ -76,7 +77,7 @@ def test_commands_take_an_oscillator_by_name():
     controller = vanilla("paper+van-der-pol")
     assert controller.controller.oscillator == VanDerPol()
     np.testing.assert_array_equal(vanilla("paper+learned-hopf").weights[1:], 0.0)
-    (experiment,) = Experiments(oscillator="learned-matsuoka").named("ART")
+    experiment = experiment_named("ART", oscillator="learned-matsuoka")
     assert experiment == find("ART+learned-matsuoka").experiment()
     with pytest.raises(TegotaeError, match="no oscillator is called 'hop'"):
         vanilla("paper+hop")

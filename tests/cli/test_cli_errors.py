@@ -74,7 +74,7 @@ def test_every_command_has_two_examples_that_are_understood(command):
         words = words_of(example)
         assert words
         asked = parsed(split_parts(words)[0])
-        assert getattr(asked, "question", type(asked)) is command.load()
+        assert getattr(asked, "function", type(asked)) is command.load()
 
 
 @pytest.mark.parametrize("words", ["cite", "figure surface", "export"])
@@ -85,7 +85,7 @@ def test_the_help_of_a_command_ends_with_its_examples(capsys, words):
     assert second.startswith(f"  tegotae {words}")
 
 
-@pytest.mark.parametrize("words", ["train", "generalise", "gait map"])
+@pytest.mark.parametrize("words", ["train", "robustness", "gait map"])
 def test_the_options_of_a_command_fit_80_columns_and_show_no_empty_default(capsys, words):
     out = explanation(capsys, *words.split())
     boxes = [line for line in out.splitlines() if line[:1] in "╭│╰"]

@@ -9,12 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from tegotae import __version__, figure_surface
+from tegotae import __version__
 from tegotae._support.progress import QUIET, note, reporting
 from tegotae.cli import main, parsed
-from tegotae.cli.asking import AnswerOutput
-from tegotae.questions.about import CiteOptions, cite, extras, installed
-from tegotae.questions.answer import TableAnswer
+from tegotae.cli.output import OutputOptions
+from tegotae.questions import about
+from tegotae.questions.about import extras, installed
+from tegotae.questions.parameters import facts_of
+from tegotae.questions.plot import surface
+from tegotae.questions.results import Figure, Table
 
 
 @pytest.fixture
@@ -110,14 +113,14 @@ def test_zsh_is_given_the_same_script_in_its_own_way(capsys):
 
 @pytest.mark.parametrize(("switch", "shown"), [([], True), (["--quiet"], False)])
 def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch, switch, shown):
-    def work(_: None, options: CiteOptions) -> TableAnswer:
+    def work() -> Table:
         with reporting("work", 1) as report:
             report.update(1)
         note("a note")
-        return TableAnswer(outcome="@software")
+        return Table(title="@software")
 
     monkeypatch.setenv(QUIET, "0")  # which the switch sets, until the test is over
-    monkeypatch.setattr(cite, "ask", work)
+    monkeypatch.setattr(about, "cite", work)
     assert main(["cite", *switch]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("@software")
@@ -135,14 +138,15 @@ def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch,
     ],
 )
 def test_a_figure_without_a_file_is_called_after_what_it_shows(name, file):
-    assert AnswerOutput().usual(figure_surface, name).out == Path(file)
-    given = AnswerOutput(out=Path("mine.pdf"))
-    assert given.usual(figure_surface, name) is given
+    command = Figure, facts_of(surface), "figure surface", name
+    assert OutputOptions().usual(*command).out == Path(file)
+    given = OutputOptions(out=Path("mine.pdf"))
+    assert given.usual(*command) is given
 
 
 def test_a_figure_is_written_under_its_own_name(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    words = "figure portrait paper-reflex --heights 1.2 --duration 2"
+    words = "figure portrait paper-reflex --heights 1.2 --duration-s 2"
     assert main(words.split()) == 0
     assert (tmp_path / "portrait-paper-reflex.png").stat().st_size > 0
     assert "wrote portrait-paper-reflex.png" in capsys.readouterr().out

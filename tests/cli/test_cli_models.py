@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from tegotae import all_models, find
 from tegotae.cli import main
 from tegotae.systems.laws import LAWS
+from tegotae.systems.models import all_models, find
 
 
 @pytest.fixture

@@ -15,20 +15,14 @@ import pytest
 from PIL import Image
 
 import tiny
-from tegotae import (
-    Engine,
-    Hopper,
-    Release,
-    System,
-    TegotaeError,
-    Timing,
-)
+from tegotae import Engine, Hopper, System, TegotaeError, Timing
 from tegotae.cli import main
 from tegotae.systems import controller_file
 from tegotae.systems.models import preset
 from tegotae.systems.simulation import simulate as rolled_out
+from tegotae.systems.system import Release
 
-SHORT = ("--duration", "4")
+SHORT = ("--duration-s", "4")
 """One duration for all: another one compiles another program."""
 
 
@@ -92,21 +86,21 @@ def test_every_option_reaches_the_rollout(simulate):
     options = {
         "--omega": "6",
         "--sigma": "1.5",
-        "--height": "1.3",
+        "--height-m": "1.3",
         "--velocity-m-per-s": "0.1",
-        "--phase": "0.5",
-        "--drop": "0.2",
-        "--drop-time": "2",
-        "--mass": "0.12",
-        "--stiffness": "6",
-        "--damping": "0.15",
-        "--flight-damping": "0.05",
-        "--rest-length": "0.9",
-        "--gravity": "9.8",
-        "--max-force": "3.5",
+        "--phase-rad": "0.5",
+        "--drop-m": "0.2",
+        "--drop-time-s": "2",
+        "--mass-kg": "0.12",
+        "--stiffness-n-per-m": "6",
+        "--damping-ns-per-m": "0.15",
+        "--flight-damping-ns-per-m": "0.05",
+        "--rest-length-m": "0.9",
+        "--gravity-m-per-s2": "9.8",
+        "--max-force-n": "3.5",
         "--work": "positive",
-        "--measure-from": "1",
-        "--tick": "0.002",
+        "--measure-from-s": "1",
+        "--tick-s": "0.002",
     }
     words = (word for option in options.items() for word in option)
     found = simulate("pyTegotaeCPG-both", *words)
@@ -142,7 +136,7 @@ def test_a_vanilla_controller_may_have_another_oscillator(simulate):
 
 
 def test_a_drop_moves_the_apexes_after_it_and_none_before(simulate):
-    even, dropped = simulate(), simulate("--drop", "0.2", "--drop-time", "2")
+    even, dropped = simulate(), simulate("--drop-m", "0.2", "--drop-time-s", "2")
     before = sum(time <= 2.0 for time in even["apex_time_s"])
     assert 0 < before < len(even["apex_time_s"])
     assert dropped["apex_height_m"][:before] == even["apex_height_m"][:before]
@@ -190,11 +184,11 @@ def test_a_held_rollout_says_so_and_hops_a_little_otherwise(simulate):
 
 
 def test_a_failed_rollout_is_a_result_not_an_error(capsys, simulate):
-    found = simulate("--stiffness", "0.5")
+    found = simulate("--stiffness-n-per-m", "0.5")
     assert found["failed"]
     assert 0.0 < found["failed_time_s"] < 2.0
     assert found["cot_inverse_flight"] is None
-    assert main(["simulate", *SHORT, "--stiffness", "0.5"]) == 0
+    assert main(["simulate", *SHORT, "--stiffness-n-per-m", "0.5"]) == 0
     out = capsys.readouterr().out
     assert f"failed at {found['failed_time_s']:.2f} s" in out
     assert "0 apexes\nno CoT⁻¹: the rollout failed\n" in out
@@ -217,7 +211,7 @@ def test_a_trained_controller_can_be_driven_at_another_frequency_on_another_hopp
     simulate, tiny_training
 ):
     path = str(tiny.controllers(tiny_training)[0])
-    found = simulate(path, "--omega", "6", "--mass", "0.12")
+    found = simulate(path, "--omega", "6", "--mass-kg", "0.12")
     assert (found["settings"]["omega"], found["settings"]["body"]["mass_kg"]) == (6.0, 0.12)
     assert found["apex_height_m"] != simulate(path)["apex_height_m"]
 
@@ -250,7 +244,7 @@ def test_a_plot_is_written_in_the_format_of_its_ending(simulate, tmp_path, endin
 
 def test_an_animation_moves_and_reports_its_progress(tmp_path, capsys):
     path = tmp_path / "hop.gif"
-    assert main(["simulate", "--duration", "0.4", "--animate", str(path)]) == 0
+    assert main(["simulate", "--duration-s", "0.4", "--animate", str(path)]) == 0
     assert "animation  10/10" in capsys.readouterr().err
     with Image.open(path) as picture:
         assert picture.n_frames == 10
@@ -264,14 +258,14 @@ def test_a_picture_that_cannot_be_drawn_costs_no_numbers(tmp_path, monkeypatch, 
         raise TegotaeError("the disk is full")
 
     monkeypatch.setattr("tegotae.questions.pictures.animate", fails)
-    words = ["simulate", "--duration", "0.4", "--animate", str(tmp_path / "hop.gif")]
+    words = ["simulate", "--duration-s", "0.4", "--animate", str(tmp_path / "hop.gif")]
     assert main(words) != 0
     assert "apexes" in capsys.readouterr().out
 
 
 def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
-    from tegotae import build
     from tegotae.systems.controller_file import SavedController, save
+    from tegotae.systems.models import build
 
     single = build("T-Fv", 8)
     save(SavedController.of(single, np.full(single.n_weights, 0.5), None), tmp_path / "t.json")
@@ -282,7 +276,7 @@ def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
 
 def test_the_shortest_rollout_has_pictures_too(capsys, tmp_path):
     plot, film = tmp_path / "hop.png", tmp_path / "hop.gif"
-    words = ["simulate", "--duration", "0.01", "--plot", str(plot), "--animate", str(film)]
+    words = ["simulate", "--duration-s", "0.01", "--plot", str(plot), "--animate", str(film)]
     assert main(words) == 0
     assert is_readable(plot)
     assert is_readable(film)

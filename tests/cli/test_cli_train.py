@@ -19,8 +19,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.cli import main
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import SectorAndReflex
-from tegotae.questions.experiments import ExperimentOptions
-from tegotae.questions.options import changed
+from tegotae.questions.experiments import adjusted
 from tegotae.questions.training import TrainedControllers
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import GAINS
@@ -97,8 +96,8 @@ def test_that_no_candidate_came_through_its_episode_is_said(tiny_training, tmp_p
     lost["training"]["best_fitness"] = -999999.875
     path = tmp_path / bad.name
     path.write_text(json.dumps(lost))
-    assert TrainedControllers("ART", tmp_path, (good,), "generation").notes == []
-    _, said = TrainedControllers("ART", tmp_path, (good, path), "generation").notes
+    assert TrainedControllers.from_files("ART", tmp_path, (good,), "generation").notes == []
+    _, said = TrainedControllers.from_files("ART", tmp_path, (good, path), "generation").notes
     assert said.startswith("1 of 2 learned nothing: no candidate survived")
 
 
@@ -108,7 +107,7 @@ def test_a_training_that_never_gained_says_what_to_try(tiny_training, tmp_path):
     for best, length, says in ((0, 100, True), (1, 100, False), (0, 10, False)):
         kept["training"] |= {"best_generation": best, "generations": length}
         (path := tmp_path / good.name).write_text(json.dumps(kept))
-        notes = TrainedControllers("ART", tmp_path, (path,), "generation").notes
+        notes = TrainedControllers.from_files("ART", tmp_path, (path,), "generation").notes
         assert [note.startswith("1 of 1 never got better") for note in notes] == [True] * says
 
 
@@ -120,23 +119,25 @@ def test_a_stuck_training_is_told_options_of_its_own_algorithm(tiny_training, tm
     kept = json.loads(good.read_text())
     kept["training"] |= {f"best_{unit}": 0, f"{unit}s": 100}
     (path := tmp_path / good.name).write_text(json.dumps(kept))
-    (note,) = TrainedControllers("ART", tmp_path, (path,), unit).notes
+    (note,) = TrainedControllers.from_files("ART", tmp_path, (path,), unit).notes
     assert cure in note
     assert ("cma-es" in note) == (unit == "generation")
 
 
 def test_all_runs_of_a_training_are_evaluated_together(tiny_training):
-    trained = TrainedControllers(
+    trained = TrainedControllers.from_files(
         "ART", tiny_training, tuple(tiny.controllers(tiny_training)), "generation"
     )
-    judged = trained.evaluate(metric=("failed_share",), undisturbed=2.0).frame()
+    judged = trained.controllers.evaluate(
+        metric=("failed_share",), protocol={"undisturbed_s": 2.0}
+    ).table
     assert judged["run"].nunique() == len(tiny.SEEDS)
 
 
 @pytest.mark.parametrize("seed", tiny.SEEDS)
 def test_simulate_reads_a_trained_controller(capsys, tiny_training, seed):
     path = tiny.controllers(tiny_training)[seed]
-    assert main(["simulate", str(path), "--duration", "2", "--json"]) == 0
+    assert main(["simulate", str(path), "--duration-s", "2", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["settings"]["omega"] == 8.0
 
 
@@ -169,7 +170,7 @@ def test_a_controller_of_another_model_is_no_start(tmp_path, one_line_error, no_
 
 
 def test_a_vanilla_models_gain_is_found_by_search(capsys, tmp_path):
-    words = ["--seeds", "2", "--duration", "3", "--settle", "1", "--out", str(tmp_path)]
+    words = ["--seeds", "2", "--duration-s", "3", "--settle-s", "1", "--out", str(tmp_path)]
     assert main(["train", "V-reflex-w8", *words]) == 0
     # A search is the same for every seed: one controller.
     (path,) = tmp_path.glob("*-seed*.json")
@@ -351,12 +352,11 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_training(
 
 def applied(name, **given):
     experiment = find(name).experiment()
-    options = changed(ExperimentOptions.options_of(experiment), given, name)
-    return options.applied(experiment)
+    return adjusted(experiment, given)
 
 
 def test_options_of_vanilla_parts_are_in_the_experiment_and_learned_ones_have_none():
-    given = {"sector_start": 5.0, "sector_duration": 0.06, "newtons_per_feedback": 2.0}
+    given = {"sector_start_rad": 5.0, "sector_duration_s": 0.06, "newtons_per_feedback": 2.0}
     both = applied("V-both-w8", **given, tuned_over=(-1.0, 1.0))
     assert both.controller.actuation == SectorAndReflex(5.0, 0.0, 0.06, 2.0)
     assert both.search_offsets == (-1.0, 1.0)
@@ -366,7 +366,7 @@ def test_options_of_vanilla_parts_are_in_the_experiment_and_learned_ones_have_no
 
 def test_a_sector_that_lasts_no_time_is_refused():
     with pytest.raises(TegotaeError, match="duration_s"):
-        applied("V-sector-w8", sector_duration=-0.1)
+        applied("V-sector-w8", sector_duration_s=-0.1)
 
 
 def test_a_gain_is_searched_for_at_the_same_weights_on_any_hopper():

@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae import Release, System, Timing, build
+from tegotae import System, Timing
 from tegotae.cli import main
 from tegotae.measures.evaluation import Protocol
 from tegotae.parts.bodies import Interface
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import find
+from tegotae.systems.models import build, find
+from tegotae.systems.system import Release
 from tegotae.training.collection import read
 
 
@@ -57,12 +58,22 @@ def held(tmp_path):
 
 
 def test_a_simulation_takes_release_hold_and_period_from_the_file(held, capsys):
-    assert main(["simulate", str(held), "--duration", "2", "--json"]) == 0
+    assert main(["simulate", str(held), "--duration-s", "2", "--json"]) == 0
     used = json.loads(capsys.readouterr().out)["settings"]
     release = {"height_m": 1.1, "velocity_m_per_s": 0.1, "phase_rad": 0.5}
     assert used["release"] == {**used["release"], **release}
     assert (used["tick_s"], used["hold"]) == (0.004, True)
-    options = ["--height", "1.2", "--phase", "0", "--tick", "0.002", "--duration", "2", "--json"]
+    options = [
+        "--height-m",
+        "1.2",
+        "--phase-rad",
+        "0",
+        "--tick-s",
+        "0.002",
+        "--duration-s",
+        "2",
+        "--json",
+    ]
     assert main(["simulate", str(held), *options]) == 0
     used = json.loads(capsys.readouterr().out)["settings"]
     release = used["release"]
@@ -79,7 +90,7 @@ def test_an_evaluation_takes_the_system_and_the_protocol_of_the_file(held, monke
     monkeypatch.setattr("tegotae.questions.hopping.evaluate", evaluate)
     own = Protocol(undisturbed_s=5.0, disturbed_s=5.0, drop_m=0.1, release_m=1.1, tick_s=0.004)
     main(["evaluate", str(held)])
-    main(["evaluate", str(held), "--drop", "0.3", "--work", "net"])
+    main(["evaluate", str(held), "--drop-m", "0.3", "--work", "net"])
     (first, start, integrator), (second, *_) = asked
     assert first == own
     assert (start.phase_rad, start.velocity_m_per_s, integrator) == (0.5, 0.1, Hold())
@@ -98,8 +109,8 @@ def test_sets_with_other_protocols_are_not_compared(held, one_line_error):
 
 def test_legs_are_simulated_into_the_files_that_are_named(tmp_path, capsys):
     table = tmp_path / "walk.csv"
-    words = ["simulate", "bar-light", "--duration", "20", "--csv", str(table), "--json"]
-    assert main([*words, "--mass", "0.11"]) == 0
+    words = ["simulate", "bar-light", "--duration-s", "20", "--csv", str(table), "--json"]
+    assert main([*words, "--mass-kg", "0.11"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["settings"]["body"]["mass_kg"] == 0.11
     assert table.exists()
@@ -116,6 +127,6 @@ def test_a_policy_is_drawn_by_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     Path("drawn_policy.py").write_text("def push(spring_force_n):\n    return spring_force_n\n")
-    words = ["--policy", "drawn_policy.py:push", "--settle", "1", "--resolution", "3"]
+    words = ["--policy", "drawn_policy.py:push", "--settle-s", "1", "--resolution", "3"]
     assert main(["figure", "surface", *words, "--out", "surface.png"]) == 0
     assert Path("surface.png").exists()

@@ -12,11 +12,12 @@ import pytest
 
 from pages import DOCS, blocks
 from programs import parsed, words_of
-from tegotae import TegotaeError, build
+from tegotae import TegotaeError
 from tegotae.cli import split_parts
-from tegotae.cli.asking import Asked, options_by_subject
-from tegotae.questions.options import without_unit
+from tegotae.cli.functions import FunctionCall, options_by_subject
+from tegotae.cli.words import flag_of
 from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, described
+from tegotae.systems.models import build
 
 PAGES = sorted(page for page in DOCS.rglob("*.md") if "_static" not in page.parts)
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
@@ -100,13 +101,14 @@ def test_the_commands_of_a_page_are_understood(page):
     for words in commands(page):
         arguments, _ = split_parts(words)
         asked = parsed(arguments)
-        if isinstance(asked, Asked):  # of files that are not here
-            given = {without_unit(w[2:].replace("-", "_")) for w in asked.words if w[:2] == "--"}
-            assert given <= {x for own in options_by_subject(asked.question).values() for x in own}
+        if isinstance(asked, FunctionCall):  # of files that are not here
+            kinds = options_by_subject(asked.function).values()
+            known = {flag_of(option) for options in kinds for option in options.values()}
+            assert {flag for flag, _ in asked.options} <= known
 
 
 def test_a_command_with_an_option_that_does_not_exist_is_not_understood():
-    with pytest.raises(TegotaeError, match="no-such-option"):
+    with pytest.raises(TegotaeError, match="no_such_option"):
         parsed(["train", "ART", "--no-such-option"]).parsed()
 
 

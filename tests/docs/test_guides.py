@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import inspect
 import re
 import sys
 from importlib.util import find_spec
@@ -16,8 +17,8 @@ from pages import DOCS
 from places import ROOT
 from programs import main, parsed, words_of
 from readers import Reader, shortened
-from tegotae.cli.asking import Question, options_by_subject
 from tegotae.cli.commands import COMMANDS
+from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command
 
 SOURCE = DOCS.parent / "src"
@@ -75,7 +76,7 @@ def test_a_guide_is_short_for_a_test_in_numbers_alone():
     assert shortened(line) == (
         "tegotae train AR --generations 2 --seeds 1 --out runs/leg --population 4"
     )
-    line = "tegotae simulate paper --omega 5 --duration 30 --csv walk.csv"
+    line = "tegotae simulate paper --omega 5 --duration-s 30 --csv walk.csv"
     assert shortened(line) == line
 
 
@@ -96,7 +97,7 @@ def options(name: str) -> list[str]:
     if not isinstance(entry, Command):
         return []
     kind = entry.load()
-    if isinstance(kind, Question):
+    if inspect.isfunction(kind):
         known = (name for own in options_by_subject(kind).values() for name in own)
         return [name.replace("_", "-") for name in known]
     fields = dataclasses.fields(kind)

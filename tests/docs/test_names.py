@@ -63,7 +63,7 @@ def test_a_name_is_the_fields_term(word, definitions):
 @pytest.mark.parametrize(
     "file",
     [
-        "src/tegotae/questions/experiments.py",
+        "src/tegotae/questions/training.py",
         "reproduction/readings/named.py",
         "reproduction/commands/gain_map.py",
         "docs/oscillators.md",

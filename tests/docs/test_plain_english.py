@@ -11,8 +11,9 @@ import pytest
 from pages import DOCS
 from places import ROOT
 from programs import PROGRAMS
-from tegotae.cli.asking import Question, flags_of, options_by_subject
+from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command, CommandGroup, overview
+from tegotae.cli.records import flags_of
 from vocabulary import PROSE
 
 _OF_THE_PAPER = ("paper/paper.md", "paper/checklists.md")
@@ -95,10 +96,10 @@ def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
     if isinstance(entry, Command):
         kind = entry.load()
         yield inspect.getdoc(kind) or ""
-        if isinstance(kind, Question):
+        if inspect.isfunction(kind):
             yield from (x.about for own in options_by_subject(kind).values() for x in own.values())
         else:
-            yield from (about for _, about, _ in flags_of(kind))
+            yield from (option.about for _, option in flags_of(kind))
         return
     yield overview(entry, prog)
     for name, below in entry.commands.items():

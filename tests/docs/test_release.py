@@ -118,7 +118,7 @@ def test_both_distributions_have_the_whole_package(built):
 @pytest.mark.parametrize(
     ("words", "output"),
     [
-        ("simulate zoo:ART-rF-tphif-w8 --duration 5 --plot a.png --animate a.gif", "CoT⁻¹"),
+        ("simulate zoo:ART-rF-tphif-w8 --duration-s 5 --plot a.png --animate a.gif", "CoT⁻¹"),
         ("export c zoo:V-reflex-w8 --out leg", "leg"),
         ("wiring baseline leg", "pip install 'tegotae[mujoco]'"),
     ],

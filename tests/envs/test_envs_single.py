@@ -14,7 +14,7 @@ gymnasium = pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build  # noqa: E402
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing  # noqa: E402
 from tegotae.envs import (  # noqa: E402
     ENVIRONMENTS,
     HopperEnv,
@@ -26,6 +26,7 @@ from tegotae.envs import (  # noqa: E402
 from tegotae.envs.settings import force_controller  # noqa: E402
 from tegotae.measures.hopping.hopping import whole_hops  # noqa: E402
 from tegotae.simulation.integrators import Hold  # noqa: E402
+from tegotae.systems.models import build  # noqa: E402
 
 NAMES = list(ENVIRONMENTS)
 NONE, FULL = np.zeros(1, np.float32), np.ones(1, np.float32)

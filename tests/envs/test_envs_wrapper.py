@@ -18,7 +18,7 @@ gymnasium = pytest.importorskip("gymnasium")
 from gymnasium.spaces import Box, Dict, Discrete  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
-from tegotae import Hopper, TegotaeError, build  # noqa: E402
+from tegotae import Hopper, TegotaeError  # noqa: E402
 from tegotae.envs import (  # noqa: E402
     HopperEnv,
     Limb,
@@ -30,6 +30,7 @@ from tegotae.envs import (  # noqa: E402
     check_wiring,
     observation_names,
 )
+from tegotae.systems.models import build  # noqa: E402
 
 LEG = Limb(senses={"spring_force": "observation[0]"}, drives="action[0]", rest=0.0)
 ALPHA = 4.0

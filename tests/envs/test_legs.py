@@ -427,8 +427,8 @@ def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_pa
     Path("robot.xml").write_text(SPRUNG)
     where = ["--feet", *FEET, "--settings", "legs=true"]
     assert not main(["wiring", "suggest", "robot.xml", *where, "--out", "q.toml"])
-    walk = tg.simulate("quadruped-c@q.toml", duration=8.0).numbers
-    own = tg.simulate("quadruped-c").numbers
+    walk = tg.load("quadruped-c@q.toml").simulate(duration_s=8.0).numbers
+    own = tg.load("quadruped-c").simulate().numbers
     assert walk["lasted"] == 1.0
     assert walk["speed_m_per_s"] / np.sqrt(9.81) == pytest.approx(own["speed_m_per_s"], rel=0.15)
 
@@ -469,7 +469,7 @@ def test_a_leg_on_a_boom_hops_under_a_walkers_law(tmp_path, monkeypatch):
     assert not main(["wiring", "suggest", model, *where, "--out", "boom.toml"])
     law = "zoo:AR-rF+range@boom.toml"
     assert not main(["wiring", "transfer", law, "--omega", "40", "--out", "boom.json"])
-    hops = tg.simulate("boom.json", duration=4.0).numbers
+    hops = tg.load("boom.json").simulate(duration_s=4.0).numbers
     assert hops["speed_m_per_s"] > 0.7
     assert hops["duty"] < 0.9
 

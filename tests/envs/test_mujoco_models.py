@@ -14,7 +14,7 @@ pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env
 
-from tegotae import Engine, Scenario, TegotaeError, Timing, build, find
+from tegotae import Engine, Scenario, TegotaeError, Timing
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
@@ -23,6 +23,7 @@ from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wrapper import Pilot
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.legged import system
+from tegotae.systems.models import build, find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play

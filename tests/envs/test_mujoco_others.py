@@ -15,7 +15,7 @@ pytest.importorskip("gymnasium")
 
 import mujoco
 
-from tegotae import TegotaeError, find
+from tegotae import TegotaeError
 from tegotae.envs import Limb, Wiring, load_wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
@@ -23,6 +23,7 @@ from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings, located
 from tegotae.envs.wrapper import Pilot
 from tegotae.parts.terms import Sector
+from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
 from tegotae.training.environments.rollouts import lanes_of, play

@@ -31,7 +31,7 @@ from tegotae.training.scoring import sweep_vanilla
 def swept(tmp_path_factory):
     """The folder of a baseline of the packaged leg."""
     out = tmp_path_factory.mktemp("swept")
-    words = ["wiring", "baseline", "leg", "--frequencies", "9", "17", "--duration", "1"]
+    words = ["wiring", "baseline", "leg", "--frequencies", "9", "17", "--duration-s", "1"]
     assert main([*words, "--fitness", "return", "--out", str(out)]) == 0
     return out
 
@@ -81,7 +81,7 @@ def test_a_baseline_takes_a_model_whose_only_weight_is_the_gain(file):
 
 def test_simulate_writes_the_table_and_the_pictures_of_the_gait(file, tmp_path, capsys):
     table, plot = tmp_path / "leg.csv", tmp_path / "leg.png"
-    words = ["simulate", str(file), "--duration", "1", "--json"]
+    words = ["simulate", str(file), "--duration-s", "1", "--json"]
     assert main([*words, "--csv", str(table), "--plot", str(plot)]) == 0
     assert json.loads(capsys.readouterr().out)["lasted"] == 1.0
     with table.open() as stream:
@@ -123,7 +123,7 @@ def test_compare_refuses_sets_of_different_worlds(swept, one_line_error):
 
 @pytest.mark.thorough
 def test_generalise_tries_what_was_learned_on_a_model_under_disturbances(swept, tmp_path, capsys):
-    words = ["generalise", str(swept), "--out", str(tmp_path)]
+    words = ["robustness", str(swept), "--out", str(tmp_path)]
     tried = ["mass=1.2/3", "push-ahead=0.3", "delay=0.008", "noise=0.1", "friction=0.5", "step"]
     assert main([*words, "--conditions", *tried]) == 0
     assert 'left out of "step": "drop_m cannot be changed on a MuJoCo' in capsys.readouterr().out
@@ -164,9 +164,9 @@ def test_a_heavier_leg_presses_harder():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("simulate --height 2", "Unrecognized options: --height"),
+        ("simulate --height-m 2", "is called 'height_m"),
         ("simulate --animate leg.avi", "use .gif or .mp4"),
-        ("evaluate --drop 0.1", "Unrecognized options: --drop"),
+        ("evaluate --drop-m 0.1", "is called 'drop_m"),
         ("evaluate --starts 0", "starts is 0; it must be a whole number of at least 1"),
         ("figure portrait", "runs in another simulator, and this figure is of one leg"),
     ],

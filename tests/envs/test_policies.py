@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
-from tegotae import TegotaeError, build
+from tegotae import TegotaeError
 from tegotae.analysis.orbit import NoLimitCycleError, paths_of
 from tegotae.analysis.policy import (
     measured_policy,
@@ -34,6 +34,7 @@ from tegotae.envs.policies import (
 from tegotae.figures.cycles import portrait_figure, portrait_table
 from tegotae.simulation.recorder import Trajectory
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 
 FORCES = np.array([0.0, 0.5, 1.0])
 
@@ -390,8 +391,8 @@ def test_onnx_without_its_package_names_the_extra(tmp_path, monkeypatch):
     ("words", "says"),
     [
         ("paper --policy math:cos", "paper is a controller, and --policy names a policy; name one"),
-        ("--policy math:cos --sigma 2", "Unrecognized options: --sigma"),
-        ("paper --acts feedback", "Unrecognized options: --acts"),
+        ("--policy math:cos --sigma 2", "is called 'sigma"),
+        ("paper --acts feedback", "is called 'acts"),
     ],
 )
 def test_options_of_a_policy_and_of_a_controller_are_told_apart(one_line_error, words, says):

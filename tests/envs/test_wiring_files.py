@@ -12,7 +12,7 @@ import pytest
 
 gymnasium = pytest.importorskip("gymnasium")
 
-from tegotae import Hopper, TegotaeError, build  # noqa: E402
+from tegotae import Hopper, TegotaeError  # noqa: E402
 from tegotae.envs import (  # noqa: E402
     Limb,
     TegotaeWrapper,
@@ -27,6 +27,7 @@ from tegotae.envs.contact import contact_names  # noqa: E402
 from tegotae.envs.wires import remarks  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
+from tegotae.systems.models import build  # noqa: E402
 from tegotae.systems.resolve import resolve  # noqa: E402
 from wired_env import Scales  # noqa: E402
 

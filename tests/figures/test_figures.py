@@ -16,7 +16,7 @@ from places import ROOT
 from programs import main
 from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
 from reproduction.ridge import find_ridge, one_to_one_ridge
-from tegotae import Engine, Scenario, TegotaeError, Timing, build
+from tegotae import Engine, Scenario, TegotaeError, Timing
 from tegotae.analysis.gaits.sweep import GaitSweep
 from tegotae.analysis.maps import GainSweep, HopperBasin, Outcome
 from tegotae.analysis.orbit import Orbit
@@ -48,6 +48,7 @@ from tegotae.figures.style import (
 from tegotae.measures.hopping.metric import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 from tegotae.systems.resolve import legged_system
 
 
@@ -374,9 +375,9 @@ def test_a_figure_of_no_known_format_is_refused_before_any_work(name, tmp_path):
 REFLEX = "paper-reflex --omega 8 --sigma 2"
 QUICK = {
     "reproduction gain-map": "--resolution 3 --duration 8",
-    "figure phase-locking": "--resolution 3 --duration 8",
+    "figure phase-locking": "--resolution 3 --duration-s 8",
     "figure surface": f"{REFLEX} --resolution 5",
-    "figure portrait": f"{REFLEX} --duration 2",
+    "figure portrait": f"{REFLEX} --duration-s 2",
     "figure phase-response": f"{REFLEX} --points 4",
     "figure poincare": f"{REFLEX} --turns 5",
     "figure basin": f"{REFLEX} --resolution 2",
@@ -445,7 +446,7 @@ def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
             "has no limit cycle after 60 s",
         ),
         (["figure", "phase-response", "--sigma", "inf"], "sigma is inf"),
-        (["figure", "basin", "--height", "2", "1"], "height goes from 2 to 1"),
+        (["figure", "basin", "--height-m", "2", "1"], "height goes from 2 to 1"),
     ],
     ids=lambda x: x[0] + " ".join(x[1:3]) if isinstance(x, list) else "",
 )

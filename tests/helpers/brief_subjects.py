@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae import Fitness, Timing
+from tegotae import Timing
+from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.walking import Walking
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from tegotae import Hopper, find
+from tegotae import Hopper
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import find
 
 
 def example(name: str = "ART-rFv-tphif-w8", budget: int = 30) -> SavedController:

@@ -21,12 +21,13 @@ from places import TESTS
 import numpy as np
 
 from kept_hopper import difference
-from tegotae import Timing, find
+from tegotae import Timing
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.simulation.world import Step
 from tegotae.systems import controller_file
+from tegotae.systems.models import find
 from tegotae.systems.resolve import legged_system as system
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment

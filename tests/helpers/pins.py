@@ -50,7 +50,7 @@ import numpy as np
 
 import tiny
 from reproduction.plan import plan
-from tegotae import Hopper, System, Timing, build, cli, find
+from tegotae import Hopper, System, Timing, cli
 from tegotae.analysis.gaits.map import Axis, map_gaits
 from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
@@ -58,6 +58,7 @@ from tegotae.analysis.generalisation.run import tried
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
+from tegotae.systems.models import build, find
 from tegotae.systems.resolve import legged_system as system
 from tegotae_robots.c import Export
 from tegotae_robots.c.package import header
@@ -148,7 +149,7 @@ def training_of_legs() -> Results:
     """A quadruped's."""
     return trained(
         *("ART@quadruped-c", "--budget", "40", "--seeds", "1", "--population", "4"),
-        *("--generations", "3", "--duration", "40"),
+        *("--generations", "3", "--duration-s", "40"),
     )
 
 
@@ -156,7 +157,7 @@ def training_on_mujoco() -> Results:
     """A feedback's, on the MuJoCo hopper."""
     return trained(
         *("AR", "--env", "hopper", "--budget", "12", "--seeds", "2", "--population", "4"),
-        *("--generations", "3", "--duration", "2.4"),
+        *("--generations", "3", "--duration-s", "2.4"),
     )
 
 

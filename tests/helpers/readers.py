@@ -35,7 +35,7 @@ CAPS: Mapping[str, Mapping[str, float]] = {
 ADDED: Mapping[str, str] = {
     "train": "--generations 2 --population 4",
     "wiring baseline": "--frequencies 17.5",
-    "simulate": "--duration 1",
+    "simulate": "--duration-s 1",
 }
 """Options that a command is given, unless the page gives them; a rollout if it is animated."""
 WRITTEN = ("--out", "--csv", "--plot", "--animate")
@@ -60,11 +60,11 @@ def shortened(line: str) -> str:
             pattern = rf"(--{option}) (\S+)"
             line = re.sub(pattern, lambda m, most=most: f"{m[1]} {min(float(m[2]), most):g}", line)
     if "--animate" in line:
-        line = re.sub(r" --duration \S+", "", line)
+        line = re.sub(r" --duration-s \S+", "", line)
     for command, more in ADDED.items():
         if f" {command} " not in line or learns_step_by_step:
             continue
-        if command == "simulate" and ("--animate" not in line or "--drop" in line):
+        if command == "simulate" and ("--animate" not in line or "--drop-m" in line):
             continue
         for option, value in re.findall(r"(--\S+) (\S+)", more):
             line += "" if option in line else f" {option} {value}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.table import Table, design_place, table_of_runs
+from reproduction.table import StudyTable, design_place, table_of_runs
 from tegotae.measures.hopping.registry import names
 from tegotae.systems.models import all_models
 
@@ -19,7 +19,7 @@ MODELS = {
 """Mean CoT⁻¹ of some models [m/J]."""
 
 
-def table(**changed: np.ndarray) -> Table:
+def table(**changed: np.ndarray) -> StudyTable:
     """Five runs of each model that learns, whose CoT⁻¹ lie around a value of the model."""
     known = all_models()
 
@@ -36,7 +36,9 @@ def table(**changed: np.ndarray) -> Table:
     return table_of_runs(sets)
 
 
-def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: int = 0) -> Table:
+def results(
+    effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: int = 0
+) -> StudyTable:
     """Three runs of every model; `effects` adds to metrics by architecture (and observation)."""
     random = np.random.default_rng(seed)
     rows: dict[str, list] = {}
@@ -54,4 +56,4 @@ def results(effects: dict[str, dict[str, float]], *, noise: float = 0.02, seed: 
                 row[metric] = value
             for key, value in row.items():
                 rows.setdefault(key, []).append(value)
-    return Table({key: np.array(values) for key, values in rows.items()})
+    return StudyTable({key: np.array(values) for key, values in rows.items()})

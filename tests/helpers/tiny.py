@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from tegotae import Timing, find
+from tegotae import Timing
 from tegotae.cli import main
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
+from tegotae.systems.models import find
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
@@ -22,7 +23,7 @@ SEEDS = (0, 1)
 GENERATIONS = 4
 OPTIONS = (
     *("ART", "--budget", "20", "--seeds", "2", "--population", "8"),
-    *("--duration", "3", "--settle", "1"),
+    *("--duration-s", "3", "--settle-s", "1"),
 )
 """What to give to `tegotae train`, but for the generations and the folder."""
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae import Controller, Engine, Scenario, Timing, build
+from tegotae import Controller, Engine, Scenario, Timing
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
+from tegotae.systems.models import build
 from walker_oracle import Parts
 
 

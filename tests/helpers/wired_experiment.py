@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from places import TESTS
-from tegotae import find
 from tegotae.envs import Limb, Wiring
 from tegotae.envs.env_spec import EnvSpec
+from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 
 HERE = TESTS / "helpers"

@@ -11,11 +11,12 @@ import pytest
 
 from lanewise.episode import TracedEpisode, compile_episode
 from lowered import same_bits
-from tegotae import Scenario, build
+from tegotae import Scenario
 from tegotae.parts.bodies import Bar, Hopper, Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop
+from tegotae.systems.models import build
 
 LANES = 19
 TICKS = 60

@@ -8,9 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Scenario, TegotaeError, Timing, Trajectory
+from tegotae import Scenario, TegotaeError, Timing
 from tegotae.measures.objectives.walking import COMMANDED_TRACKING as TRACKING, CommandedWalking
 from tegotae.parts.bodies import Walker
+from tegotae.simulation.rollout import Trajectory
 from tegotae.simulation.world import Uniform
 from tegotae.systems.designs import design
 

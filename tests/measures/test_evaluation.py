@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from oracle import fly, vanilla
-from tegotae import TegotaeError, build, find
+from tegotae import TegotaeError
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping import LimitCycle
 from tegotae.measures.hopping.hopping import Hops, settled
 from tegotae.measures.hopping.registry import names
+from tegotae.systems.models import build, find
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)
 SIGMAS = np.array([[1.0], [2.0], [3.0]])

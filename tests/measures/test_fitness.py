@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import hop_height_m
 from tegotae.measures.hopping.signals import (
@@ -24,6 +24,8 @@ from tegotae.measures.hopping.signals import (
 from tegotae.measures.objectives.fitness import EPISODE, HERTZ, SETTLE_S, Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
 from tegotae.simulation.recorder import COMMON
+from tegotae.simulation.rollout import Trajectory
+from tegotae.systems.models import build
 
 TIMING = Timing(duration_s=20.0)
 FITNESS = Fitness(settle_s=4.0)

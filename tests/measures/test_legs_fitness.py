@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, Trajectory, build, check_term
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, check_term
 from tegotae.measures.objectives.fitness import Fitness, HoppingLegs, climb_in_flight
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.objectives.walking import TRACKING, Walking
@@ -27,6 +27,8 @@ from tegotae.parts.terms import (
     WholeBodyCorrectedFoot,
     WholeBodyFoot,
 )
+from tegotae.simulation.rollout import Trajectory
+from tegotae.systems.models import build
 
 TIMING = Timing(duration_s=20.0, tick_s=0.01, frame_s=0.1)
 TIME = 0.1 * np.arange(1, 201)[:, None]

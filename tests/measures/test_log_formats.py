@@ -138,29 +138,29 @@ def altered(begin, end, value):
         (altered(200, 300, None), "", "stays at 0.9721 from sample 200 to 299"),
         (altered(260, 400, None), "", "stays at 1.1 from sample 260 to 399"),
         ({"height_m": -LOG.height_m}, "", "it points downwards"),
-        ({"force_n": 408.0 + LOG.force_n}, "--max-force 4", "102 times the actuator's largest"),
-        ({"force_n": 408.0 + LOG.force_n}, "--mass 0.1", "times the weight of 0.981 N"),
+        ({"force_n": 408.0 + LOG.force_n}, "--max-force-n 4", "102 times the actuator's largest"),
+        ({"force_n": 408.0 + LOG.force_n}, "--mass-kg 0.1", "times the weight of 0.981 N"),
     ],
 )
 def test_what_no_body_does_is_not_measured(columns, options, message, tmp_path, one_line_error):
     path = tmp_path / "log.csv"
     LOG.assign(**columns).to_csv(path, index=False)
-    assert message in one_line_error("measure", str(path), "--rest-length", "1", *options.split())
+    assert message in one_line_error("measure", str(path), "--rest-length-m", "1", *options.split())
 
 
 @pytest.mark.parametrize("resample", [(), ("--resample", "200")])
 def test_a_hole_is_not_measured_over(resample, tmp_path, one_line_error):
     path = tmp_path / "log.csv"
     LOG.drop(index=range(200, 300)).to_csv(path, index=False)
-    said = one_line_error("measure", str(path), "--rest-length", "1", *resample)
+    said = one_line_error("measure", str(path), "--rest-length-m", "1", *resample)
     assert "no sample for 0.505 s after sample 199 (0.995 s)" in said
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ("--rest-length 3", "the height moves by 0.2 m and never exceeds the rest length of 3 m"),
-        ("--rest-length 1", "the force reaches 2 N; --mass or --max-force checks its unit"),
+        ("--rest-length-m 3", "the height moves by 0.2 m and never exceeds the rest length of 3 m"),
+        ("--rest-length-m 1", "the force reaches 2 N; --mass-kg or --max-force-n checks its unit"),
     ],
 )
 def test_what_is_odd_is_named(options, message, tmp_path, capsys):

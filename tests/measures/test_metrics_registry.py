@@ -12,7 +12,7 @@ import peak_force
 from reproduction.export import csv_of, read_study_csv
 from reproduction.figures.study import architectures_figure
 from study_tables import table
-from tegotae import TegotaeError, build, find
+from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.measures import evaluation
 from tegotae.measures.evaluation import Protocol, evaluate
@@ -20,6 +20,7 @@ from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric, regi
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import metrics, register
 from tegotae.parts.bodies import Hopper
+from tegotae.systems.models import build, find
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0, offsets=(0.0,))
 PEAK, IN_WEIGHTS = peak_force.peak_force, peak_force.peak_force_in_weights

@@ -116,7 +116,7 @@ def test_an_energy_is_no_work_of_the_actuators_unless_it_is_said_to_be():
 def test_a_column_whose_unit_nobody_tells_is_left_alone_and_that_is_said(tmp_path, capsys):
     table = {"time_s": TIME, "height_m": HEIGHT, "actuator_force": FORCE, "phase [turns]": TIME}
     path = written(tmp_path, table, ".csv")
-    assert main(["measure", str(path), "--rest-length", "1"]) == 0
+    assert main(["measure", str(path), "--rest-length-m", "1"]) == 0
     force, phase = capsys.readouterr().err.splitlines()
     assert "column 'actuator_force' is without a unit and is left alone" in force
     assert "force=actuator_force[N]" in force
@@ -148,7 +148,7 @@ def test_time_stamps_count_from_the_first_sample_and_a_line_says_so(
 ):
     def told(times, *more):
         path = written(tmp_path, {**times, "height_m": HEIGHT}, ".csv")
-        assert main(["measure", str(path), "--rest-length", "1", "--json", *more]) == 0
+        assert main(["measure", str(path), "--rest-length-m", "1", "--json", *more]) == 0
         return json.loads(capsys.readouterr().out)
 
     stamped = told({name: np.round(ticks * (1.7e9 + TIME), 2 if ticks == 1.0 else 0)}, *named)
@@ -293,7 +293,7 @@ def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
 def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
     """`simulate --csv`, then `measure`: the numbers of the engine's own summary."""
     path, shown = tmp_path / "hop.csv", tmp_path / "hop.png"
-    given = ("paper", "--omega", "5", "--sigma", "2.753", "--duration", "20")
+    given = ("paper", "--omega", "5", "--sigma", "2.753", "--duration-s", "20")
     assert main(["simulate", *given, "--csv", str(path)]) == 0
     before = path.read_bytes()
     capsys.readouterr()
@@ -327,7 +327,7 @@ def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
 
 def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, capsys):
     path = written(tmp_path, {"time_s": TIME, "height_m": HEIGHT}, ".csv")
-    assert main(["measure", str(path), "--rest-length", "1", "--mass", "2"]) == 0
+    assert main(["measure", str(path), "--rest-length-m", "1", "--mass-kg", "2"]) == 0
     said = capsys.readouterr().out
     assert said.startswith("limit cycle; 19 hops in 20.00 s")
     assert "neither the actuator force nor its work was recorded" in said
@@ -434,26 +434,26 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ((), "set --rest-length"),
-        (("--rest-length", "-1"), "rest_length_m is -1"),
-        (("--rest-length", "1e308"), "rest_length_m is 1e+308; it must be at most"),
-        (("--rest-length", "1", "--omega", "0"), "omega is 0; it must be greater than 0"),
-        (("--rest-length", "1", "--omega", "1e308"), "omega is 1e+308; it must be at most"),
-        (("--rest-length", "1", "--max-force", "1e308"), "max_force_n is 1e+308"),
-        (("--rest-length", "1", "--mass", "1e308"), "mass is 1e+308; it must be at most"),
-        (("--rest-length", "1", "--preset", "papers"), "no preset is called 'papers'"),
-        (("--rest-length", "1", "--disturbed-at", "90"), "disturbed_at_s lies 90 s"),
-        (("--rest-length", "1", "--work", "much"), "invalid choice 'much'"),
-        (("--rest-length", "1", "--plot", "walk.txtt"), "cannot write a figure"),
-        (("--rest-length", "1", "--rate", "50"), "holds the times"),
-        (("--rest-length", "1", "--mass", "-1"), "mass is -1; it must be greater than 0"),
-        (("--rest-length", "1", "--mass", "1", "--gravity", "nan"), "gravity is nan"),
-        (("--rest-length", "1", "--gravity", "3.7"), "set --mass"),
+        ((), "set --rest-length-m"),
+        (("--rest-length-m", "-1"), "rest_length_m is -1"),
+        (("--rest-length-m", "1e308"), "rest_length_m is 1e+308; it must be at most"),
+        (("--rest-length-m", "1", "--omega", "0"), "omega is 0; it must be greater than 0"),
+        (("--rest-length-m", "1", "--omega", "1e308"), "omega is 1e+308; it must be at most"),
+        (("--rest-length-m", "1", "--max-force-n", "1e308"), "max_force_n is 1e+308"),
+        (("--rest-length-m", "1", "--mass-kg", "1e308"), "mass is 1e+308; it must be at most"),
+        (("--rest-length-m", "1", "--preset", "papers"), "no preset is called 'papers'"),
+        (("--rest-length-m", "1", "--disturbed-at", "90"), "disturbed_at_s lies 90 s"),
+        (("--rest-length-m", "1", "--work", "much"), "invalid choice 'much'"),
+        (("--rest-length-m", "1", "--plot", "walk.txtt"), "cannot write a figure"),
+        (("--rest-length-m", "1", "--rate", "50"), "holds the times"),
+        (("--rest-length-m", "1", "--mass-kg", "-1"), "mass is -1; it must be greater than 0"),
+        (("--rest-length-m", "1", "--mass-kg", "1", "--gravity-m-per-s2", "nan"), "gravity is nan"),
+        (("--rest-length-m", "1", "--gravity-m-per-s2", "3.7"), "set --mass-kg"),
         (
-            ("--preset", "paper", "--rest-length", "0.5"),
-            "--rest-length is 0.5, and the preset paper has 1",
+            ("--preset", "paper", "--rest-length-m", "0.5"),
+            "--rest-length-m is 0.5, and the preset paper has 1",
         ),
-        (("--preset", "paper", "--mass", "2"), "--mass is 2, and the preset paper has 0.1"),
+        (("--preset", "paper", "--mass-kg", "2"), "--mass-kg is 2, and the preset paper has 0.1"),
     ],
 )
 def test_options_that_cannot_be_used_are_refused_in_one_line(

@@ -131,13 +131,13 @@ def test_what_noise_hides_is_said(tmp_path, capsys):
     path = tmp_path / "walk.csv"
     table = {"time_s": TIME, "height_m": HEIGHT + white(0.02), "force_n": FORCE + white(0.1)}
     pandas.DataFrame(table).to_csv(path, index=False)
-    assert main(["measure", str(path), "--rest-length", "1", "--json"]) == 0
+    assert main(["measure", str(path), "--rest-length-m", "1", "--json"]) == 0
     height, force, alike = json.loads(capsys.readouterr().out)["notes"]
     assert "the height holds noise of about 19 mm" in height
     assert "low-passed at" in height
     assert "the force holds noise of about 0.096 N" in force
     assert "hops that differ by less than 30 mm count as alike" in alike
-    assert main(["measure", str(path), "--rest-length", "1", "--lowpass", "5"]) == 0
+    assert main(["measure", str(path), "--rest-length-m", "1", "--lowpass", "5"]) == 0
     assert "low-passed at 5 Hz" in capsys.readouterr().out
 
 
@@ -163,7 +163,7 @@ def test_hops_climb_and_spectrum_that_contradict_each_other_are_said_to():
 def test_a_cutoff_that_cannot_be_used_is_refused(tmp_path, one_line_error, given, says):
     path = tmp_path / "walk.csv"
     pandas.DataFrame({"time_s": TIME, "height_m": HEIGHT}).to_csv(path, index=False)
-    assert says in one_line_error("measure", str(path), "--rest-length", "1", "--lowpass", given)
+    assert says in one_line_error("measure", str(path), "--rest-length-m", "1", "--lowpass", given)
 
 
 def test_too_few_samples_for_a_low_pass_are_refused():

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Controller, Engine, Hopper, Scenario, Tegotae, TegotaeError, Timing
+from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae.parts.controller import Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import (
     ConstantGain,

@@ -7,17 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import (
-    Engine,
-    Experiment,
-    Hopper,
-    Scenario,
-    System,
-    TegotaeError,
-    Timing,
-    build,
-    check_body,
-)
+from tegotae import Engine, Experiment, Hopper, Scenario, System, TegotaeError, Timing, check_body
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.bodies import (
     Actuators,
@@ -27,6 +17,7 @@ from tegotae.parts.bodies import (
     Walker,
 )
 from tegotae.simulation.world import Staircase, Step
+from tegotae.systems.models import build
 
 REFLEX = build("V-reflex-w8")
 EVERYTHING = Sensors(body=Actuators(body=Blows(body=Hopper())), most_ticks=2)

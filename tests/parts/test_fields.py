@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tegotae import Engine, Scenario, Timing, build
+from tegotae import Engine, Scenario, Timing
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import (
     Actuators,
@@ -23,6 +23,7 @@ from tegotae.parts.fields import (
     with_fields,
 )
 from tegotae.parts.terrains import Slope
+from tegotae.systems.models import build
 
 WRAPPED = Sensors(body=Actuators(body=Hopper(mass_kg=0.2)), delay_s=0.01)
 

@@ -14,10 +14,11 @@ from hypothesis import given, strategies as st
 from scipy.integrate import solve_ivp
 from springs import Hertz, Proportional, Softening
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
 from tegotae.parts.bodies import Contact, Push
 from tegotae.parts.terms import Sector
 from tegotae.simulation.integrators import push
+from tegotae.systems.models import build
 
 TICK_S = 0.001
 

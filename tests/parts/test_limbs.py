@@ -12,10 +12,11 @@ from hypothesis import given, strategies as st
 from separate_hoppers import SeparateHoppers
 
 import upright_oracle
-from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, build, check_body
+from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, check_body
 from tegotae.parts.bodies import Bar
 from tegotae.parts.couplings import LearnedCoupling, Neighbours
 from tegotae.parts.terms import Signals
+from tegotae.systems.models import build
 
 ONE = build("V-sector-w8")
 ART = build("ART", 20)

@@ -9,16 +9,7 @@ import numpy as np
 import pytest
 
 from oscillators import LearnedAmplitude, Relaxation
-from tegotae import (
-    Controller,
-    Engine,
-    Hopper,
-    Scenario,
-    TegotaeError,
-    Timing,
-    build,
-    check_oscillator,
-)
+from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, check_oscillator
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
@@ -27,6 +18,7 @@ from tegotae.parts.terms import LearnedActuation, Sector
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.recorder import Trajectory, needing
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 
 TIMING = Timing(duration_s=4.0)
 VANILLA = build("V-reflex-w8")

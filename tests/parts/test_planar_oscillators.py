@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build, check_oscillator
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, check_oscillator
 from tegotae.parts.oscillators import (
     OSCILLATORS,
     PLANAR,
@@ -24,6 +24,7 @@ from tegotae.parts.oscillators import (
     oscillator_named,
 )
 from tegotae.parts.oscillators.planar import period_ratio
+from tegotae.systems.models import build
 
 STEP_S = 0.005
 OMEGA = 6.0

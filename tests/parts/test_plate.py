@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import upright_oracle
-from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, build, check_body
+from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, check_body
 from tegotae.parts.bodies import (
     Bar,
     Body,
@@ -20,6 +20,7 @@ from tegotae.parts.bodies import (
 )
 from tegotae.parts.terms import Signals
 from tegotae.simulation.recorder import needing
+from tegotae.systems.models import build
 
 ONE = build("V-sector-w8")
 SHORT = Timing(duration_s=4.0)

@@ -7,16 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import (
-    Engine,
-    Hopper,
-    Scenario,
-    TegotaeError,
-    Timing,
-    build,
-    check_body,
-)
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, check_body
 from tegotae.parts.bodies import Bar, Sensors
+from tegotae.systems.models import build
 
 REFLEX = build("V-reflex-w8")
 ENGINE = Engine(controller=REFLEX, timing=Timing(duration_s=6.0))

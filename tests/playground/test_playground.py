@@ -35,7 +35,7 @@ from playground.bodies import STANDARD
 from playground.page import DEFINITIONS
 from playground.scripts import bundle_scripts, modules, read_source
 from programs import main
-from tegotae import Engine, Scenario, Timing, build
+from tegotae import Engine, Scenario, Timing
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.hopping import whole_hops
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
@@ -45,6 +45,7 @@ from tegotae.parts.oscillators import Clamped, PhaseOscillator
 from tegotae.parts.terms import ConstantGain, Reflex, VanillaReaction
 from tegotae.simulation.world import Step
 from tegotae.systems.controller_file import SavedController, save
+from tegotae.systems.models import build
 from tegotae.training.algorithms import PGPE
 
 needs_compiler = pytest.mark.skipif(

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tegotae import build
 from tegotae.cli import main
 from tegotae.measures.hopping.statistics import interval
-from tegotae.questions.answer import EXACT, INDEPENDENT, PAIRED, Answer, Column, Film
-from tegotae.questions.hopping import HoppingTask
-from tegotae.questions.tasks import tasks_of
-from tegotae.questions.verbs import simulate
+from tegotae.questions.controllers import load, load_all
+from tegotae.questions.hopping import HopperController
+from tegotae.questions.parameters import filled
+from tegotae.questions.results import EXACT, INDEPENDENT, PAIRED, Column, EvaluationTable, Film
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
+from tegotae.systems.models import build
 from tegotae.systems.system import System
 
 REFLEX, ART = build("V-reflex-w8"), build("ART")
@@ -36,15 +35,19 @@ def trained(name: str, controller=REFLEX, labels=("0", "1"), **changed) -> Contr
     return runs(name, controller, labels, **{**TRAINING, **changed})
 
 
-def answer(one: ControllerSet, shares: tuple[float, ...]) -> Answer:
-    task = HoppingTask(one)
-    return task.answer({"run": one.labels, "share": shares}, (SHARE,), task.evaluate_options())
+def answer(one: ControllerSet, shares: tuple[float, ...]) -> EvaluationTable:
+    controller = HopperController(one)
+    options = filled({"protocol": None}, controller.own())
+    rows = {"run": one.labels, "share": shares}
+    return controller._measurements(rows, (SHARE,), options)
 
 
-def compared(ours: ControllerSet, base: ControllerSet, ours_are=None, base_is=None) -> Answer:
+def compared(
+    ours: ControllerSet, base: ControllerSet, ours_are=None, base_is=None
+) -> EvaluationTable:
     shares = [given or (0.5,) * len(x.labels) for x, given in ((base, base_is), (ours, ours_are))]
-    both = Answer.joined([answer(base, shares[0]), answer(ours, shares[1])])
-    return dataclasses.replace(both, base=base.name)
+    both = EvaluationTable.joined([answer(base, shares[0]), answer(ours, shares[1])])
+    return both.compared_with(base.name)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +97,7 @@ def test_an_answer_is_a_table_that_prints_draws_and_writes(tmp_path):
     assert "minus a" in repr(both)
     assert "0.8 [0.8, 0.8] +" in repr(both)
     assert "<table" in both._repr_html_()
-    assert both.frame()["controller"].tolist() == ["a", "a", "b", "b"]
+    assert both.table["controller"].tolist() == ["a", "a", "b", "b"]
     names = sorted(path.name for path in both.save(tmp_path))
     assert names == ["intervals.png", "numbers.csv", "numbers.json"]
     document = json.loads((tmp_path / "numbers.json").read_text())
@@ -121,12 +124,12 @@ def two_folders(tmp_path, monkeypatch):
 
 
 def test_sets_called_alike_are_named_by_their_place(two_folders):
-    names = [task.name for task in tasks_of(*two_folders, "V-sector-w8")]
+    names = [task.name for task in load_all(*two_folders, "V-sector-w8")]
     assert names == ["V-reflex-w8 (first)", "V-reflex-w8 (second)", "V-sector-w8"]
 
 
 def test_two_folders_of_the_same_model_are_compared(two_folders, capsys):
-    words = ["--undisturbed", "4", "--disturbed", "4", "--metric", "cot_inverse", "--json"]
+    words = ["--undisturbed-s", "4", "--disturbed-s", "4", "--metric", "cot_inverse", "--json"]
     assert main(["compare", *two_folders, *words]) == 0
     document = json.loads(capsys.readouterr().out)
     (found,) = document["differences"]
@@ -138,7 +141,7 @@ def test_two_folders_of_the_same_model_are_compared(two_folders, capsys):
 def test_runs_that_two_names_hold_are_refused(two_folders, one_line_error):
     said = one_line_error("compare", "first", "second", "first/0.json")
     assert "first and first/0.json hold the same runs of V-reflex-w8" in said
-    assert "name them once" in one_line_error("generalise", "first", "first")
+    assert "name them once" in one_line_error("robustness", "first", "first")
 
 
 def test_a_summary_shows_means_with_their_intervals():
@@ -163,7 +166,7 @@ def test_a_notebook_shows_a_film_whether_it_was_written_or_not(film, shown):
 
 
 def test_a_film_that_was_written_is_called_by_its_file(tmp_path):
-    run = simulate("paper", duration=2.0)
+    run = load("paper").simulate(duration_s=2.0)
     film = run.animate(tmp_path / "hop.gif")
     assert str(film) == str(tmp_path / "hop.gif")
     assert film.content == (tmp_path / "hop.gif").read_bytes()

@@ -24,7 +24,7 @@ from tegotae.parts import oscillators, terms
 from tegotae.questions import explaining
 from tegotae.systems.laws import LAWS
 
-SHORT = {"duration": 12.0, "releases": 3, "retune": 0}
+SHORT = {"duration_s": 12.0, "releases": 3, "retune": 0}
 
 
 def visited(phase, load, force=None, rate=None, action=None, reaction=None, f=None) -> Visits:
@@ -49,15 +49,15 @@ LOAD = np.maximum(0.0, np.sin(PHASE)) * 3.0
 
 
 def test_a_clock_is_called_one():
-    clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 8.0, name="clock")
-    page = tg.explain(clock, **SHORT)
+    clock = SavedController.of(tg.recipe("V-sector-w8").controller(), [0.0], 8.0, name="clock")
+    page = tg.load(clock).explain(**SHORT)
     assert page.evaluated["cut"].mean == page.evaluated["whole"].mean
-    assert any("a clock with a sector" in note for note in page.notes)
+    assert any("a clock with a sector" in note for note in page.sentences())
 
 
 @pytest.fixture(scope="module")
 def vanilla():
-    return tg.explain("V-sector-w8", **SHORT)
+    return tg.load("V-sector-w8").explain(**SHORT)
 
 
 def test_a_vanilla_controller_has_the_curves_that_it_is_made_of(vanilla):
@@ -68,14 +68,14 @@ def test_a_vanilla_controller_has_the_curves_that_it_is_made_of(vanilla):
 
 
 def test_a_page_has_scores_with_and_without_feedback_of_every_release(vanilla):
-    frame = vanilla.frame()
+    frame = vanilla.table
     assert len(frame) == 3 * 3 * 5
     assert list(vanilla.scores.index) == ["whole", "cut", "frozen"]
     assert "Cutting the feedback changes the score" in vanilla.page()
 
 
 def test_equal_seeds_give_equal_pages_and_others_do_not(vanilla):
-    again, other = (tg.explain("V-sector-w8", seed=seed, **SHORT) for seed in (0, 1))
+    again, other = (tg.load("V-sector-w8").explain(seed=seed, **SHORT) for seed in (0, 1))
     assert again.page() == vanilla.page()
     assert not np.array_equal(other.released.release.height_m, vanilla.released.release.height_m)
 
@@ -87,15 +87,15 @@ def test_a_folder_holds_the_page_its_figures_and_its_numbers(vanilla, tmp_path):
 
 
 def test_one_network_without_feedback_says_so():
-    page = tg.explain("zoo:T-Fv", **SHORT)
+    page = tg.load("zoo:T-Fv").explain(**SHORT)
     assert [*page.evaluated] == ["whole"]
-    assert any("no feedback that could be cut" in note for note in page.notes)
-    assert any("no command to follow" in note for note in page.notes)
+    assert any("no feedback that could be cut" in note for note in page.sentences())
+    assert any("no command to follow" in note for note in page.sentences())
 
 
 @pytest.mark.thorough
 def test_legs_are_judged_by_their_cost_of_transport_and_speed():
-    page = tg.explain("quadruped-c", duration=60.0, releases=2, retune=0)
+    page = tg.load("quadruped-c").explain(duration_s=60.0, releases=2, retune=0)
     whole = page.evaluated["whole"]
     assert whole.sound.all()
     assert (whole.speed_m_per_s > 0.0).all()
@@ -153,7 +153,7 @@ def test_an_interval_may_pass_zero_and_what_is_not_visited():
         (["zoo:ART-rF-tphi-w8/all"], "name one of them"),
         (["V-sector-w8", "--releases", "0"], "releases is 0"),
         (["V-sector-w8", "--seed", "-1"], "seed is -1"),
-        (["V-sector-w8", "--duration", "0"], "must be at least 1"),
+        (["V-sector-w8", "--duration-s", "0"], "must be at least 1"),
         (["V-sector-w8", "--retune", "-1"], "retune is -1"),
         (["V-sector-w8", "--retune-seeds", "0"], "retune_seeds is 0"),
         (["V-sector-w8", "--releases", "1"], "releases is 1; it must be at least 2"),
@@ -269,7 +269,7 @@ def test_a_reflex_starts_and_is_written_with_its_scale():
 
 
 def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
-    legs = tg.load("zoo:legs:ART-rF-t+phif+range@quadruped-c")
+    legs = tg.load("zoo:legs:ART-rF-t+phif+range@quadruped-c", tg.WalkerController).saved
     controller = short_forms.forms_of_legs()["decay"].on_legs(legs.controller, 1.0)
     saved = SavedController.of(controller, np.zeros(controller.n_weights), 2.0, legs.body)
     form = short_forms.TriedForm("decay", saved, None, None, 1.0, 1.0)  # type: ignore[arg-type]
@@ -278,9 +278,11 @@ def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
 
 @pytest.mark.thorough
 def test_feet_without_feedback_have_no_short_form():
-    page = tg.explain("zoo:legs:W+phi-F+range@quadruped-c", duration=30.0, releases=2, retune=1)
+    page = tg.load("zoo:legs:W+phi-F+range@quadruped-c").explain(
+        duration_s=30.0, releases=2, retune=1
+    )
     assert not page.forms
-    assert any("one network commands the feet" in note for note in page.notes)
+    assert any("one network commands the feet" in note for note in page.sentences())
 
 
 def with_rates(page, rates):
@@ -294,7 +296,8 @@ def with_rates(page, rates):
 def test_rates_that_jump_are_not_called_following(vanilla):
     omega = vanilla.evaluated["whole"].omega
     said = [
-        " ".join(with_rates(vanilla, x).notes) for x in (omega, omega + np.array([0, 6, 6, 6, 0]))
+        " ".join(with_rates(vanilla, x).sentences())
+        for x in (omega, omega + np.array([0, 6, 6, 6, 0]))
     ]
     assert ["It follows its command" in text for text in said] == [True, False]
     assert "Its rate is no line over its command" in said[1]
@@ -330,7 +333,7 @@ def test_a_word_on_the_feedback_has_the_paired_interval_behind_it(vanilla, cut, 
 
 
 def test_one_release_tells_nothing_of_the_feedback():
-    page = tg.explain("V-sector-w8", duration=12.0, releases=1, retune=0)
+    page = tg.load("V-sector-w8").explain(duration_s=12.0, releases=1, retune=0)
     page = with_merits(page, whole=0.0)
     one = {name: scored([[0.1, 0.1]]) for name in ("whole", "cut", "frozen")}
     page = dataclasses.replace(page, evaluated=one)
@@ -339,14 +342,16 @@ def test_one_release_tells_nothing_of_the_feedback():
 
 def test_a_fast_phase_is_counted_turn_by_turn():
     """At 200 rad/s the phase passes 4 rad in a frame of 20 ms."""
-    clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 200.0, name="fast clock")
-    (v,) = tg.explain(clock, **{**SHORT, "duration": 4.01, "releases": 2}).visited
+    clock = SavedController.of(
+        tg.recipe("V-sector-w8").controller(), [0.0], 200.0, name="fast clock"
+    )
+    (v,) = tg.load(clock).explain(**{**SHORT, "duration_s": 4.01, "releases": 2}).visited
     assert v.rate_rad_per_s == pytest.approx(200.0, rel=1e-3)
 
 
 def test_frozen_is_the_clock_of_the_frequency_that_the_mean_feedback_makes():
-    clock = SavedController.of(tg.build("V-sector-w8"), [0.0], 6.0, name="clock")
-    released = tg.explain(clock, **SHORT).released
+    clock = SavedController.of(tg.recipe("V-sector-w8").controller(), [0.0], 6.0, name="clock")
+    released = tg.load(clock).explain(**SHORT).released
     variants = without_feedback(released, np.full(len(released.omega), 2.0))
     faster = dataclasses.replace(released, omega=released.omega + 2.0)
     expected = faster.evaluated(clock.controller, clock.weights)
@@ -376,7 +381,9 @@ def test_only_a_force_without_a_phase_is_said_to_follow_the_feedback_alone(vanil
 
 def test_of_a_folder_of_several_controllers_one_is_named_by_its_path(tmp_path, one_line_error):
     for seed in (0, 1):
-        saved = SavedController.of(tg.build("V-sector-w8"), [1.0 + seed], 8.0, name="V")
+        saved = SavedController.of(
+            tg.recipe("V-sector-w8").controller(), [1.0 + seed], 8.0, name="V"
+        )
         tg.save(saved, tmp_path / f"V-seed{seed}.json")
     assert f"such as {tmp_path / 'V-seed0.json'}" in one_line_error("explain", str(tmp_path))
 
@@ -390,7 +397,7 @@ def test_of_a_folder_of_several_controllers_one_is_named_by_its_path(tmp_path, o
 )
 def test_what_cutting_and_a_formula_of_the_load_cannot_say_is_named(vanilla, name, said):
     assert said not in vanilla.page()
-    assert said in tg.explain(name, **SHORT).page()
+    assert said in tg.load(name).explain(**SHORT).page()
 
 
 @pytest.mark.thorough
@@ -399,7 +406,7 @@ def test_forms_are_retuned_and_the_shortest_are_written_for_a_robot(tmp_path, mo
     monkeypatch.setattr(short_forms, "forms_of_a_leg", lambda: library)
     for module in (short_forms, explaining):
         monkeypatch.setattr(module, "SHARES", (0.0,))
-    page = tg.explain("V-sector-w8", duration=20.0, releases=3, retune=2, retune_seeds=1)
+    page = tg.load("V-sector-w8").explain(duration_s=20.0, releases=3, retune=2, retune_seeds=1)
     form = page.chosen[0.0]
     assert [tried.name for tried in page.forms] == ["clock"]  # it keeps all: no other is tried
     assert form is not None

@@ -1,40 +1,48 @@
-"""Options are the subject's own values: every body's fields, by a name without unit."""
+"""Options are the subject's own values: every parameter of a method, and every body's fields."""
 
 from __future__ import annotations
 
 import dataclasses
+import inspect
+from collections.abc import Mapping
+from typing import Any
 
 import pytest
 
+import tegotae as tg
 from tegotae import Hopper, TegotaeError
+from tegotae.cli.commands import COMMANDS
+from tegotae.cli.program import Command, CommandGroup
 from tegotae.parts.bodies import Sensors, Walker
-from tegotae.questions.options import changed, options_of
-from tegotae.questions.tasks import tasks_of
+from tegotae.questions.controllers import kinds, load
+from tegotae.questions.parameters import changed, leaves, options_of
 from tegotae.systems.legged import SYSTEMS
-
-QUESTIONS = ("simulate", "evaluate")
 
 
 @pytest.mark.parametrize("name", ["paper", "pyTegotaeCPG-both+matsuoka", "zoo:ART", *SYSTEMS])
 def test_every_number_of_a_body_is_an_option_that_says_what_it_is(name):
-    (task,) = tasks_of(name)
-    for question in QUESTIONS:
-        known = options_of(getattr(task, f"{question}_options")())
-        assert {"mass", "gravity", "omega"} < {*known}
-        assert [name for name, option in known.items() if not option.about] == []
+    controller = load(name)
+    for method in (controller.simulate, controller.evaluate):
+        options = options_of(method, controller.own())
+        assert {"mass_kg", "gravity_m_per_s2", "omega"} < {*options}
+        assert [name for name, option in options.items() if not option.about] == []
 
 
-def test_a_unit_may_be_left_out_and_a_part_of_the_options_replaced():
-    (task,), (heavier,) = tasks_of("paper"), tasks_of("paper", body=Hopper(mass_kg=0.2))
-    for name in ("mass", "mass_kg"):
-        options = changed(task.simulate_options(), {name: 0.2}, task.name)
-        assert options == heavier.simulate_options()
+def test_a_body_is_an_object_or_changes_of_the_controllers_own():
+    heavier = Hopper(mass_kg=0.2)
+    runs = [
+        load("paper").simulate(duration_s=1.0, body=heavier),
+        load("paper").simulate(duration_s=1.0, body={"mass_kg": 0.2}),
+        load("paper", body=heavier).simulate(duration_s=1.0),
+    ]
+    assert all(run.settings == runs[0].settings for run in runs)
+    assert all(run.table.equals(runs[0].table) for run in runs)
 
 
 def test_one_number_holds_for_every_leg_and_of_wrappers_the_outer_one_is_meant():
     wrapped = Sensors(body=Walker(), delay_s=0.1)
-    found = changed(wrapped, {"hips_x": 0.5, "delay": 0.2}, "a walker")
-    assert (found.body.hips_x_m, found.delay_s) == ((0.5,) * 4, 0.2)
+    made = changed(wrapped, {"hips_x_m": 0.5, "delay_s": 0.2})
+    assert (made.body.hips_x_m, made.delay_s) == ((0.5,) * 4, 0.2)
 
 
 def test_a_new_field_of_a_body_is_an_option():
@@ -43,11 +51,46 @@ def test_a_new_field_of_a_body_is_an_option():
         load_kg: float = 1.0
         """Its load [kg]."""
 
-    option = options_of(Heavier())["load"]
+    (option,) = (option for option in leaves(Heavier()) if option.name == "load_kg")
     assert (option.path, option.kind, option.about) == ("load_kg", float, "Its load [kg].")
 
 
-def test_an_unknown_option_is_named_with_the_nearest_one():
-    (task,) = tasks_of("quadruped-c")
-    with pytest.raises(TegotaeError, match=r"no option of quadruped-c is called 'drap'; did you"):
-        changed(task.simulate_options(), {"drap": 1.0}, task.name)
+def test_an_unknown_field_is_named_with_the_nearest_one():
+    with pytest.raises(TegotaeError, match="no field of a Walker is called 'fricton'; did you"):
+        load("quadruped-c").simulate(body={"fricton": 1.0})
+
+
+def functions(entry: Command | CommandGroup | Mapping[str, Any]) -> list[Any]:
+    """The functions of commands, and the methods of every kind of controller."""
+    if isinstance(entry, Command):
+        function = entry.load()
+        if not inspect.isfunction(function):
+            return []
+        if next(iter(inspect.signature(function).parameters), "") != "self":
+            return [function]
+        return [getattr(kind, function.__name__) for kind, _ in kinds().values()]
+    below = entry.commands if isinstance(entry, CommandGroup) else entry
+    return [function for inner in below.values() for function in functions(inner)]
+
+
+FUNCTIONS = functions(COMMANDS)
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda x: f"{x.__module__}.{x.__qualname__}")
+def test_every_function_of_a_command_has_typed_keywords_that_its_docstring_explains(function):
+    said = inspect.getdoc(function) or ""
+    for name, parameter in inspect.signature(function).parameters.items():
+        assert name == "self" or parameter.annotation is not parameter.empty
+        assert parameter.kind is not parameter.VAR_KEYWORD
+        assert parameter.annotation != "Any" or name == "entry"
+        assert name == "self" or f"    {name}: " in said, name
+
+
+def test_commands_namespaces_and_the_page_of_names_have_the_same_functions():
+    methods = [x.__name__ for x in FUNCTIONS if x.__qualname__ != x.__name__]
+    assert {*methods} == {"simulate", "evaluate", "compare", "explain", "robustness"}
+    homes = [tg, tg.plot, tg.gaits, tg.robots]
+    named = [getattr(home, name) for home in homes for name in home.__all__]
+    plain = [x for x in FUNCTIONS if x.__qualname__ == x.__name__]
+    hidden = {"doctor", "list_conditions"}
+    assert [x.__name__ for x in plain if x not in named and x.__name__ not in hidden] == []

@@ -43,7 +43,7 @@ from reproduction.claims.findings import (
 from reproduction.claims.kept import measure_kept
 from reproduction.claims.random_effects import complete, crossed
 from reproduction.claims.resampling import Resampled
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from tegotae.measures.evaluation import Protocol
 
 V, VG, T = ArchitectureGroup(("V",)), ArchitectureGroup(("VG",)), ArchitectureGroup(("T",))
@@ -52,7 +52,7 @@ NAN = float("nan")
 FEW = 200
 
 
-def rows(*models: tuple, runs: int = 4, **more) -> Table:
+def rows(*models: tuple, runs: int = 4, **more) -> StudyTable:
     """A table of (architecture, actuation, ω_t, CoT⁻¹ of the runs) with settled runs."""
     found = {
         name: []
@@ -68,10 +68,10 @@ def rows(*models: tuple, runs: int = 4, **more) -> Table:
             for column, entry in zip(found.values(), row, strict=True):
                 column.append(entry)
     table = {name: np.array(column) for name, column in found.items()}
-    return Table(table | {name: np.array(column) for name, column in more.items()})
+    return StudyTable(table | {name: np.array(column) for name, column in more.items()})
 
 
-def effect(table: Table, count: Count | None = None, of: Effect = VG_OVER_V) -> EffectEstimate:
+def effect(table: StudyTable, count: Count | None = None, of: Effect = VG_OVER_V) -> EffectEstimate:
     return estimate_effect(of, Resampled(table, FEW), count or Count())
 
 
@@ -160,7 +160,7 @@ def test_a_controller_drawn_from_the_best_runs_distribution_is_a_way_to_count():
     drawn["cot_inverse"] = np.concatenate(
         [plain["cot_inverse"], np.full(4, 1.0), [0.0, 0.0, 0.0, 2.5]]
     )
-    table = Table(drawn)
+    table = StudyTable(drawn)
     assert SAMPLED in {count.run for count in counts(table)}
     assert effect(table, Count(run=SAMPLED)).effect == pytest.approx(1.5)
     assert effect(table, Count(run=BEST)).effect == pytest.approx(3.0)
@@ -395,7 +395,7 @@ def test_a_table_that_says_how_many_rest_counts_the_unsettled_exactly():
 
 def test_drawn_controllers_join_the_runs_that_they_were_drawn_from():
     table = rows(("V", "sector", 4.0, [1.0, 2.0, 3.0, 4.0]))
-    drawn = Table({**table.columns, "cot_inverse": np.array([0.5, 0.6, 0.7, 0.8])})
+    drawn = StudyTable({**table.columns, "cot_inverse": np.array([0.5, 0.6, 0.7, 0.8])})
     both = with_sampled(table, drawn)
     assert with_sampled(table, None) is table
     assert len(counts(both)) == len(counts(table)) * 3 / 2

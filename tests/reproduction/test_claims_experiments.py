@@ -14,7 +14,7 @@ from reproduction.claims.effects import OfGainMap, OfTrainings
 from reproduction.claims.experiments import EXPERIMENTS, command_for
 from reproduction.claims.findings import findings
 from reproduction.claims.kept import measure_kept
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from study_tables import results
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.learning_curves import algorithms_tables
@@ -65,7 +65,7 @@ def test_a_best_gain_at_the_edge_of_the_map_is_not_fitted(tmp_path):
     assert measure_kept(OfGainMap("slope", "sector"), tmp_path).effect == pytest.approx(1.3)
 
 
-def few() -> Table:
+def few() -> StudyTable:
     return results({}).where(model=("V-sector-w8", "VG-gF-sector-w8"))
 
 
@@ -100,15 +100,15 @@ def test_a_correlation_needs_enough_models(models):
 def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample():
     x = np.arange(20.0)
     omega_t = np.full(20, 8.0)
-    line = Table({"a": x, "b": 2.0 * x + 1.0, "omega_t": omega_t})
+    line = StudyTable({"a": x, "b": 2.0 * x + 1.0, "omega_t": omega_t})
     assert correlation_within_omega(line, "a", "b").mean == pytest.approx(1.0)
-    with_holes = Table({"a": x, "b": np.where(x < 2, np.nan, x), "omega_t": omega_t})
+    with_holes = StudyTable({"a": x, "b": np.where(x < 2, np.nan, x), "omega_t": omega_t})
     found = correlation_within_omega(with_holes, "a", "b")
     assert (found.count, found.undefined) == (18, 2)
 
 
 def test_what_two_frequencies_differ_by_is_no_correlation():
     x, omega_t = np.arange(20.0), np.repeat([4.0, 8.0], 10)
-    falls = Table({"a": x + 10.0 * omega_t, "b": 10.0 * omega_t - x, "omega_t": omega_t})
+    falls = StudyTable({"a": x + 10.0 * omega_t, "b": 10.0 * omega_t - x, "omega_t": omega_t})
     assert np.corrcoef(falls["a"], falls["b"])[0, 1] > 0.5
     assert correlation_within_omega(falls, "a", "b").mean == pytest.approx(-1.0)

@@ -16,10 +16,11 @@ from reproduction.figures.figure5 import (
 )
 from reproduction.plan import plan
 from reproduction.table import tabulate
-from tegotae import TegotaeError, build
+from tegotae import TegotaeError
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.surface import actuation_surface
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from reproduction.figures.study import (
     frequencies,
     pictograms_figure,
 )
-from reproduction.table import Table, design_place, table_of_runs
+from reproduction.table import StudyTable, design_place, table_of_runs
 from study_tables import table
 from tegotae.measures.hopping.registry import names
 from tegotae.systems.models import all_models
@@ -25,14 +25,14 @@ HELD = ("V", "ART", "T")
 """The architectures of that table, in the order of the paper."""
 
 
-def with_own() -> Table:
+def with_own() -> StudyTable:
     """The same, and an experiment of one's own beside them, which senses the velocity."""
     runs = {metric: np.linspace(0.8, 1.0, 5) for metric in names()}
     own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
     place = {"model": "mine", "architecture": "mine", **own, "observation": "Fv", "omega_t": 6.0}
     rows = table().columns | {}
     more = table_of_runs([(place, {"best_fitness": np.zeros(5)}, runs)]).columns
-    return Table({name: np.concatenate([rows[name], more[name]]) for name in rows})
+    return StudyTable({name: np.concatenate([rows[name], more[name]]) for name in rows})
 
 
 def bars(panel) -> list[tuple[float, float]]:
@@ -87,7 +87,7 @@ def test_above_a_bar_stands_the_share_of_runs_that_do_not_define_it():
 
 
 def test_what_is_possible_is_drawn_for_the_body_whose_optimum_is_known_alone():
-    def said(of: Table) -> tuple[int, bool]:
+    def said(of: StudyTable) -> tuple[int, bool]:
         figure = architectures_figure(of)
         (legend,) = figure.legends
         words = " ".join(text.get_text() for text in legend.get_texts())
@@ -137,7 +137,7 @@ def test_a_table_of_one_frequency_has_bars_of_one():
     assert len(legend.get_texts()) == 3  # bars, their intervals, the optimum
 
 
-def some(*models: str, runs: int = 2) -> Table:
+def some(*models: str, runs: int = 2) -> StudyTable:
     """A few runs of these models, each metric one."""
     values = {metric: np.ones(runs) for metric in names()}
     known = all_models()

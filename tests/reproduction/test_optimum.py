@@ -41,19 +41,13 @@ from reproduction.optimum.problem import (
     most_lift_off,
 )
 from study_tables import table
-from tegotae import (
-    Engine,
-    Hopper,
-    Scenario,
-    TegotaeError,
-    Timing,
-    build,
-)
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.metric import LIMIT_CYCLE
 from tegotae.measures.optimum import curve, has_table, share
 from tegotae.systems import controller_file
+from tegotae.systems.models import build
 
 HOPPER = Hopper()
 UNDAMPED = {"flight_damping_ns_per_m": 0.0}

@@ -10,26 +10,26 @@ import pytest
 from reproduction.claims.budgets import by_budget
 from reproduction.endings import endings, endings_by_architecture
 from reproduction.report.markdown import endings_table
-from reproduction.table import Table
+from reproduction.table import StudyTable
 from study_tables import results
 from tegotae._support.errors import TegotaeError
 
 ART_BETTER = {"ART": {"cot_inverse": 0.5}}
 
 
-def where(table: Table, keep: np.ndarray) -> Table:
-    return Table({name: column[keep] for name, column in table.columns.items()})
+def where(table: StudyTable, keep: np.ndarray) -> StudyTable:
+    return StudyTable({name: column[keep] for name, column in table.columns.items()})
 
 
-def stacked(*tables: Table) -> Table:
-    return Table({n: np.concatenate([t[n] for t in tables]) for n in tables[0].columns})
+def stacked(*tables: StudyTable) -> StudyTable:
+    return StudyTable({n: np.concatenate([t[n] for t in tables]) for n in tables[0].columns})
 
 
-def after(table: Table, episodes: float) -> Table:
-    return Table({**table.columns, "training_budget": np.full(len(table), episodes)})
+def after(table: StudyTable, episodes: float) -> StudyTable:
+    return StudyTable({**table.columns, "training_budget": np.full(len(table), episodes)})
 
 
-def gains(table: Table, final: Table | None = None) -> dict[str, float]:
+def gains(table: StudyTable, final: StudyTable | None = None) -> dict[str, float]:
     """ART's CoT⁻¹ over AR's [m/J], after each budget."""
     return {
         name: float(
@@ -87,11 +87,11 @@ def test_runs_of_unknown_budget_are_refused(budget):
 # How training ended.
 
 
-def ended(fitness: Any, why: Any, share: Any = 1.0) -> Table:
+def ended(fitness: Any, why: Any, share: Any = 1.0) -> StudyTable:
     """The three runs of one model."""
     table = results({}).where(model="ART-rF-tphif-w8")
     columns = {"best_fitness": fitness, "ended": why, "limit_cycle_share": share}
-    return Table(
+    return StudyTable(
         {**table.columns, **{n: np.broadcast_to(np.array(v), (3,)) for n, v in columns.items()}}
     )
 

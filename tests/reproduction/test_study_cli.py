@@ -28,9 +28,10 @@ from reproduction.readings.named import reading_named
 from reproduction.record import read_record
 from reproduction.table import tabulate
 from reproduction.unit import FORMAT, record_key
-from tegotae import Hopper, find
+from tegotae import Hopper
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.objectives.fitness import Fitness
+from tegotae.systems.models import find
 from tegotae.systems.study_records import SUFFIX
 
 

@@ -12,14 +12,15 @@ import pytest
 
 from brief_subjects import BriefHopper, BriefQuadruped
 from places import ROOT
-from tegotae import benchmark_run, load
 from tegotae.measures.objectives.fitness import HopOutcome
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import whole_trajectory
+from tegotae.systems.controller_file import load
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae_robots.benchmark.entries import read_entry
 from tegotae_robots.benchmark.subject import TRACKS, of_walk, summary
 from tegotae_robots.questions.benchmark import KEPT, BenchmarkOptions
+from tegotae_robots.questions.robots import benchmark
 
 KIND = {"hopper": BriefHopper, "quadruped": BriefQuadruped}
 
@@ -149,7 +150,7 @@ def brief(monkeypatch):
 
 
 def test_an_entry_is_shown_among_the_kept_ones_that_sense_no_more(brief, tmp_path):
-    answer = benchmark_run("zoo:V-sector-w4/0", track="load")
+    answer = benchmark("zoo:V-sector-w4/0", track="load")
     (shown,) = answer.texts()
     assert "zoo:V-sector-w4/0 (this one)" in shown.index
     assert set(shown["track"]) == {"load"}
@@ -158,11 +159,11 @@ def test_an_entry_is_shown_among_the_kept_ones_that_sense_no_more(brief, tmp_pat
 
 
 def test_the_table_has_a_row_an_episode_and_the_document_the_score(brief):
-    answer = benchmark_run("zoo:V-sector-w4/0")
-    table = answer.frame().reset_index()
+    answer = benchmark("zoo:V-sector-w4/0")
+    table = answer.table.reset_index()
     assert table["condition"].tolist() == ["none", "none", "mass", "mass"]
     assert table["start"].tolist() == [0, 1, 0, 1]
-    document = answer.document()
+    document = answer.to_dict()
     assert document["score"] == pytest.approx(table["score"].mean())
     assert document["stands"] == 1.0
 

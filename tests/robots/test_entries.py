@@ -13,15 +13,16 @@ import pytest
 from brief_subjects import BriefHopper, BriefQuadruped
 from compiled import needs_gcc
 from places import ROOT
-from tegotae import TegotaeError, export_c, load, save
+from tegotae import TegotaeError, save
 from tegotae.cli import main
-from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
 from tegotae_robots.benchmark import bodies, subject as benchmark
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae_robots.benchmark.entries import read_entry
 from tegotae_robots.benchmark.subject import Driver
+from tegotae_robots.questions.robots import export_c
 
 ENTRIES = ROOT / "benchmarks" / "entries"
 WEIGHTS = load("zoo:T-Fv/9").weights.reshape(-1, 4)
@@ -130,7 +131,9 @@ def test_a_law_on_legs_commands_joints_alike_as_a_file_and_as_c(tmp_path, monkey
     where = ["--env", model, "--wiring", wiring]
     legs = ["--settings", "legs=true", "--out", "law.json"]
     assert not main(["wiring", "transfer", "walker.json", *where, *legs])
-    assert not main(["export", "c", "law.json", "--tick", "0.02", "--prefix", "law", "--out", "c"])
+    assert not main(
+        ["export", "c", "law.json", "--tick-s", "0.02", "--prefix", "law", "--out", "c"]
+    )
 
     class Robot(Go1Subject):
         step_s = 0.02
@@ -191,7 +194,7 @@ def places(tmp_path):
     """Files that are no entries."""
     (tmp_path / "alone.c").write_text("int x;\n")
     (tmp_path / "no.py").write_text("number = 3\n")
-    exported = export_c("zoo:ARG-rF-gF-both-w4/0", tick=0.01, prefix="slow")
+    exported = export_c("zoo:ARG-rF-gF-both-w4/0", tick_s=0.01, prefix="slow")
     for ending in ("c", "h", "json"):
         (tmp_path / f"slow.{ending}").write_text(exported.files[f"slow.{ending}"])
         shutil.copy(ENTRIES / "hopper" / f"arg.{ending}", tmp_path)
@@ -209,7 +212,7 @@ def places(tmp_path):
         ("{}/none.c", "load", "has no none.json of tegotae export c beside it"),
         ("{}/alone.c", "load", "has no alone.json of tegotae export c beside it"),
         ("{}/old.c", "load", "old.json lacks wired, legs, inputs, .*; export .*old.c anew"),
-        ("{}/slow.c", "load", "is for a loop of 0.01 s; export it .* --tick 0.002"),
+        ("{}/slow.c", "load", "is for a loop of 0.01 s; export it .* --tick-s 0.002"),
         ("{}/no.py:number", "load", "number"),
         ("{}/no.py:other", "load", "is called 'other'; there is none|other"),
         ("zoo:T-Fv/9", "load", "the entry senses velocity; here are spring_force"),

@@ -18,7 +18,7 @@ from robots import (
     driven,
     own_run,
 )
-from tegotae import Hopper, build
+from tegotae import Hopper
 from tegotae.parts.bodies import Bar
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import OSCILLATORS, PhaseOscillator
@@ -32,6 +32,7 @@ from tegotae.parts.terms import (
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
+from tegotae.systems.models import build
 from tegotae_robots.c import Export
 
 ALLOWED_M = 1e-3

@@ -18,12 +18,13 @@ from springs import Hertz
 
 import tegotae as tg
 from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
-from tegotae import Hopper, TegotaeError, Timing, build, cli, find
+from tegotae import Hopper, TegotaeError, Timing, cli
 from tegotae.parts.bodies import Bar
 from tegotae.parts.terms import Signals, Term
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
+from tegotae.systems.models import build, find
 from tegotae_robots.c import Export, texts
 from tegotae_robots.c.cost import COMPILER, EMULATOR
 from tegotae_robots.c.source import source
@@ -228,7 +229,7 @@ def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
 
 @needs_gcc
 def test_the_check_that_a_library_names_runs(tmp_path):
-    answer = tg.export_c("V-sector-w4", layout="platformio")
+    answer = tg.robots.export_c("V-sector-w4", layout="platformio")
     answer.save(tmp_path)
     command = answer.title.splitlines()[1]
     assert command in (tmp_path / "README.md").read_text()
@@ -246,10 +247,10 @@ def test_the_spring_is_written_out_in_c_where_it_is_linear(body, written):
 
 
 def test_a_tick_that_was_not_trained_is_warned_of():
-    answer = tg.export_c(trained(0.001, "V-reflex-w8"), tick=0.002)
+    answer = tg.robots.export_c(trained(0.001, "V-reflex-w8"), tick_s=0.002)
     assert "warning: the controller was trained at a tick of 0.001 s" in answer.notes[0]
-    assert "tegotae simulate FILE --hold --tick 0.002" in answer.notes[0]
-    assert tg.export_c(trained(0.001, "V-reflex-w8")).notes == []
+    assert "tegotae simulate FILE --hold --tick-s 0.002" in answer.notes[0]
+    assert tg.robots.export_c(trained(0.001, "V-reflex-w8")).notes == []
 
 
 @dataclass(frozen=True)
@@ -339,7 +340,7 @@ def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_lin
 def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(TegotaeError, match=f"^{COMPILER} is not installed; apt-get install"):
-        tg.export_cost("V-reflex-w8")
+        tg.robots.export_cost("V-reflex-w8")
 
 
 @pytest.mark.skipif(
@@ -347,7 +348,7 @@ def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
     reason="the Arm compiler or QEMU is not installed",
 )
 def test_the_cost_of_a_controller_is_counted_on_every_core():
-    small, middle, large = tg.export_cost("V-reflex-w8").raw
+    small, middle, large = tg.robots.export_cost("V-reflex-w8").raw
     # Without a unit for floats every operation is a call.
     assert small.instructions > 5 * middle.instructions > 5 * 50
     assert 50 < large.instructions < 1000

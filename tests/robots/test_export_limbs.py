@@ -10,11 +10,11 @@ import pytest
 
 import tegotae as tg
 from compiled import FLAGS, Compiled, needs_gcc
-from tegotae import find
 from tegotae.envs import Limb, Wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wrapper import Pilot
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.c import Export
 from tegotae_robots.c.plan import usual_tick_s
@@ -77,7 +77,7 @@ def test_a_mujoco_body_moves_under_the_c_as_under_the_limbs_that_were_trained(mo
 @needs_gcc
 def test_what_limbs_do_on_an_environment_passes_the_programs_own_check(tmp_path):
     _, saved = trained("AR-rF-sector-w8")
-    tg.export_c(saved, tick=0.02, prefix="legs").save(tmp_path)
+    tg.robots.export_c(saved, tick_s=0.02, prefix="legs").save(tmp_path)
     command = ["gcc", *FLAGS, "-O1", "legs.c", "test_legs.c", "-lm", "-o", "check"]
     subprocess.run(command, check=True, cwd=tmp_path)
     done = subprocess.run([tmp_path / "check"], capture_output=True, text=True)
@@ -89,6 +89,6 @@ def test_what_limbs_do_on_an_environment_passes_the_programs_own_check(tmp_path)
 
 def test_an_export_is_at_the_control_period_of_the_training():
     _, saved = trained("ART-rF-tphif-w8", control_s=0.02)
-    answer = tg.export_c(saved)
+    answer = tg.robots.export_c(saved)
     assert answer.notes == []
     assert "#define TEGOTAE_TICK_S 0.02f" in answer.files["tegotae.h"]

@@ -13,7 +13,7 @@ import tegotae as tg
 from places import ROOT
 from tegotae import TegotaeError
 from tegotae.cli import main
-from tegotae.questions.experiments import Experiments
+from tegotae.questions.experiments import experiment_named
 from tegotae_robots import identification
 from tegotae_robots.questions import identifying
 
@@ -43,7 +43,7 @@ def log(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def identified(log):
-    return tg.identify(str(log))
+    return tg.robots.identify(str(log))
 
 
 def test_the_numbers_of_a_leg_are_found_within_five_percent_from_three_percent_noise(identified):
@@ -64,13 +64,13 @@ def test_hops_that_were_not_fitted_are_predicted_to_the_noise(identified):
 def test_a_body_from_a_log_is_trained_for_exported_and_driven(identified, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     identified.save("leg.toml")
-    words = "--body leg.toml --height 0.5 --hold --generations 2 --population 8 --seeds 1"
-    words += " --duration 4 --settle 2 --budget 20 --out runs"
+    words = "--body leg.toml --height-m 0.5 --hold --generations 2 --population 8 --seeds 1"
+    words += " --duration-s 4 --settle-s 2 --budget 20 --out runs"
     assert main(["train", "AR-rF-reflex-w14", *words.split()]) == 0
     (file,) = (tmp_path / "runs").glob("*-seed0.json")
     assert main(["export", "c", str(file), "--out", "c"]) == 0
     assert (tmp_path / "c" / "tegotae.c").exists()
-    live = tg.export_native(str(file)).live()
+    live = tg.robots.export_native(str(file)).live()
     leg, tick_s = device()
     limit = identified.raw.values["max_force_n"]
     heights = []
@@ -91,7 +91,7 @@ def leg(identified, tmp_path):
 
 @pytest.mark.parametrize("name", ["AR-rF-reflex-w14", "V-reflex-w14"])
 def test_pushes_and_gains_are_those_of_the_bodys_weight(name, leg):
-    (ours,), (other,) = (Experiments(body=body).named(name) for body in (None, leg))
+    ours, other = (experiment_named(name, body=body) for body in (None, leg))
     weights = other.body.weight_n / ours.body.weight_n
     assert weights == pytest.approx(17.0, rel=0.01)
     assert other.controller.actuation.newtons_per_feedback == pytest.approx(weights)
@@ -101,12 +101,12 @@ def test_pushes_and_gains_are_those_of_the_bodys_weight(name, leg):
 @pytest.mark.parametrize(
     ("name", "short"),
     [
-        ("AR-rF-reflex-w14", {"generations": 1, "population": 2}),
+        ("AR-rF-reflex-w14", {"generations": 1, "algorithm": {"population": 2}}),
         ("V-reflex-w8", {}),
     ],
 )
 def test_a_training_whose_result_does_not_hop_says_so_and_what_to_try(name, short, leg, tmp_path):
-    timing = {"height": 0.5, "duration": 14.0, "seeds": 1, "out": tmp_path / "runs"}
+    timing = {"height_m": 0.5, "duration_s": 14.0, "seeds": 1, "out": tmp_path / "runs"}
     trained = tg.train(name, body=leg, **timing, **short)
     (said,) = (note for note in trained.notes if "do not hop" in note)
     assert said.startswith("1 of 1 do not hop: CoT⁻¹ is 0 where they end. The body weighs 16.7 N")
@@ -116,9 +116,9 @@ def test_a_training_whose_result_does_not_hop_says_so_and_what_to_try(name, shor
 @pytest.mark.thorough
 def test_the_leg_of_the_guide_hops_when_it_is_trained(leg, tmp_path):
     out = tmp_path / "runs"
-    trained = tg.train("AR-rF-reflex-w14", body=leg, height=0.5, hold=True, seeds=1, out=out)
+    trained = tg.train("AR-rF-reflex-w14", body=leg, height_m=0.5, hold=True, seeds=1, out=out)
     assert not [note for note in trained.notes if "hop" in note]
-    assert tg.simulate(str(trained.files[0])).document()["hops"] >= 20
+    assert tg.load(str(trained.paths[0])).simulate().to_dict()["hops"] >= 20
 
 
 def changed(**columns):
@@ -158,7 +158,7 @@ def test_what_a_recording_lacks_is_said_in_one_line_and_nothing_written(
     monkeypatch.chdir(tmp_path)
     samples.to_csv("log.csv", index=False)
     with pytest.raises(TegotaeError, match=message) as refused:
-        tg.identify("log.csv")
+        tg.robots.identify("log.csv")
     assert "\n" not in str(refused.value)
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
 
@@ -239,7 +239,7 @@ def test_a_damaged_log_is_refused_with_its_cause_and_no_body_is_written(
     columns, message = DAMAGED[kind]
     table.assign(**columns(table)).to_csv("log.csv", index=False)
     with pytest.raises(TegotaeError, match=message) as refused:
-        tg.identify("log.csv")
+        tg.robots.identify("log.csv")
     assert "\n" not in str(refused.value)
 
 
@@ -248,7 +248,7 @@ def test_a_hole_is_not_bridged_by_resampling(table, tmp_path, monkeypatch):
     table[(table.time_s < 30.0) | (table.time_s >= 30.5)].to_csv("log.csv", index=False)
     for options in ({}, {"resample": 200.0}):
         with pytest.raises(TegotaeError, match=r"no sample for 0.505 s after sample 5999 \(30 s\)"):
-            tg.identify("log.csv", **options)
+            tg.robots.identify("log.csv", **options)
 
 
 def fit(**numbers):
@@ -343,7 +343,7 @@ def test_the_state_that_predicts_is_not_fitted_to_the_hops_that_it_predicts(tabl
 )
 def test_an_option_of_another_type_is_refused(options, message):
     with pytest.raises(TegotaeError, match=message):
-        tg.identify("log.csv", **options)
+        tg.robots.identify("log.csv", **options)
 
 
 @pytest.mark.parametrize("subject", [3, None, b"log.csv", {"time_s": [0.0]}])
@@ -365,4 +365,4 @@ def test_a_body_is_not_written_over(identified, tmp_path):
     with pytest.raises(TegotaeError, match="exists already"):
         identified.save(tmp_path / "leg.toml")
     with pytest.raises(TegotaeError, match=r"must end in \.toml"):
-        tg.identify("log.csv", out=tmp_path / "leg.csv")
+        tg.robots.identify("log.csv", out=tmp_path / "leg.csv")

@@ -16,20 +16,21 @@ import numpy as np
 import pytest
 from separate_hoppers import SeparateHoppers
 
-from tegotae import TegotaeError, export_native, find
+from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import AdaptiveHopf, Matsuoka
 from tegotae.parts.terms import Reflex
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.models import build, find
 from tegotae.systems.resolve import resolve
 from tegotae.systems.system import System
 from tegotae_robots.c.golden import golden
 from tegotae_robots.c.plan import Export, member
 from tegotae_robots.live import LiveController, drive_hardware
 from tegotae_robots.live.controller import read_native, write_native
+from tegotae_robots.questions.robots import export_native
 from tegotae_robots.robot import compiled
 
 SIGMA = 2.0
@@ -240,7 +241,7 @@ def test_an_interface_without_a_largest_force_is_asked_for_one():
 def test_a_largest_force_that_is_none_or_known_already_is_refused(force, tmp_path, one_line_error):
     path = tmp_path / "leg.native"
     error = one_line_error(
-        "export", "native", "V-sector-w4", "--max-force", force, "--out", str(path)
+        "export", "native", "V-sector-w4", "--max-force-n", force, "--out", str(path)
     )
     assert "max_force_n is" in error
     assert ("has its largest force already" in error) == (force == "3")

@@ -20,7 +20,7 @@ from tegotae.envs.mujoco.settings import models
 from tegotae.envs.robot_file import load_robot
 
 FEET = ("FL_foot", "FR_foot", "RL_foot", "RR_foot")
-SHORT = ["--duration", "0.5", "--population", "4", "--generations", "2", "--seeds", "1"]
+SHORT = ["--duration-s", "0.5", "--population", "4", "--generations", "2", "--seeds", "1"]
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_a_law_is_trained_on_a_robot_by_one_name_and_evaluated(leg, capsys):
     assert task is not None
     assert (task.env, task.settings["noise"]) == ("robots/leg.xml", 0.01)
     assert not main(["evaluate", str(file), "--starts", "1"])
-    words = ["--frequencies", "17", "--duration", "0.5", "--fitness", "return"]
+    words = ["--frequencies", "17", "--duration-s", "0.5", "--fitness", "return"]
     assert not main(["wiring", "baseline", str(leg), *words, "--out", "vanilla"])
     assert "best: σ" in capsys.readouterr().out
 
@@ -95,7 +95,7 @@ def test_a_walkers_law_is_a_controller_on_a_robot_by_name_for_every_command(legg
     there = str(tmp_path / "there.json")
     assert not main(["wiring", "transfer", name, "--out", there])
     assert resolve(there).controller().system == saved.system
-    assert not main(["simulate", name, "--duration", "0.3"])
+    assert not main(["simulate", name, "--duration-s", "0.3"])
     assert not main(["export", "c", name, "--out", str(tmp_path / "c")])
 
 

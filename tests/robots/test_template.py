@@ -222,18 +222,18 @@ def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read
         with pytest.raises(TegotaeError, match=rf"{named} must end in \.toml"):
             ask("no-such-model.xml", out=named)
     with pytest.raises(TegotaeError, match=r"a\.toml must end in \.json"):
-        tg.wiring_transfer("quadruped-c", env="no-such-model.xml", out="a.toml")
+        tg.robots.transfer("quadruped-c", env="no-such-model.xml", out="a.toml")
 
 
 def test_a_file_that_is_there_or_ends_otherwise_is_not_written(robot_file):
-    answer = tg.template(str(robot_file))
+    answer = tg.robots.fit_template(str(robot_file))
     answer.save("robot.toml")
     for name, said in (("robot.toml", "exists already"), ("robot.json", r"must end in \.toml")):
         with pytest.raises(TegotaeError, match=said):
             answer.save(name)
-    assert answer.document()["sigma"] == 1.25
+    assert answer.to_dict()["sigma"] == 1.25
     with pytest.raises(TegotaeError, match="is no MuJoCo model"):
-        tg.template("Hopper-v5")
+        tg.robots.fit_template("Hopper-v5")
 
 
 def test_nothing_is_written_for_a_model_without_a_template(robot_file, capsys):

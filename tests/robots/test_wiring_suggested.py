@@ -231,7 +231,7 @@ def test_a_leg_whose_pushes_lift_less_than_its_weight_is_told_so_before_and_afte
     assert main(["wiring", "suggest", str(model_file)]) == 0
     assert "let the pushes lift 0.46 of the weight" in " ".join(capsys.readouterr().out.split())
     short = ["--population", "2", "--generations", "1", "--seeds", "1", "--out", "runs"]
-    assert main(["train", "VG@my_leg.toml", "--duration", "4", *short]) == 0
+    assert main(["train", "VG@my_leg.toml", "--duration-s", "4", *short]) == 0
     assert "The best run never leaves the ground; " in capsys.readouterr().out
     (file,) = Path("runs").glob("*-seed0.json")
     assert main(["simulate", str(file)]) == 0

@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 
 from oracle import Flown, Law, Leg, fly, is_non_chaotic, learned_art, learned_single, vanilla
-from tegotae import Controller, Engine, Hopper, Scenario, Timing, Trajectory, build
+from tegotae import Controller, Engine, Hopper, Scenario, Timing
 from tegotae.simulation.integrators import Hold, PredictorCorrector
+from tegotae.simulation.rollout import Trajectory
+from tegotae.systems.models import build
 
 WITHIN_M = {"float32": 1e-3, "float64": 2.5e-4}
 """Largest apex errors; in double precision, with the integrator's error alone, a quarter of the

@@ -82,8 +82,8 @@ def test_a_hopper_of_other_numbers_passes():
 
 
 def test_a_learned_controller_and_the_single_network_pass_on_the_hopper():
-    check_controller(tegotae.build("ART", budget=20), Hopper())
-    check_controller(tegotae.build("T-Fv", budget=12), Hopper())
+    check_controller(tegotae.recipe("ART").controller(budget=20), Hopper())
+    check_controller(tegotae.recipe("T-Fv").controller(budget=12), Hopper())
 
 
 def broken(name, sound, **members):

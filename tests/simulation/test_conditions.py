@@ -11,8 +11,7 @@ import pytest
 import tiny
 from tegotae import Hopper, TegotaeError
 from tegotae.parts.bodies import Bar
-from tegotae.questions.experiments import ExperimentOptions, conditions_named
-from tegotae.questions.options import changed
+from tegotae.questions.experiments import adjusted, conditions_named
 from tegotae.simulation.draws import Randomization, applied, draw
 from tegotae.simulation.world import (
     OneOf,
@@ -225,9 +224,8 @@ def test_several_episodes_that_would_be_the_same_are_refused():
 def test_no_episodes_at_all_are_refused_and_not_taken_for_the_usual_number():
     experiment = tiny.RUN.experiment
     settings = {"vary": ("mass_kg=0.08:0.12",), "episodes_per_candidate": 0}
-    options = changed(ExperimentOptions.options_of(experiment), settings, experiment.name)
     with pytest.raises(TegotaeError, match="episodes is 0"):
-        options.applied(experiment)
+        adjusted(experiment, settings)
 
 
 def test_limits_the_wrong_way_round_and_no_values_are_refused():

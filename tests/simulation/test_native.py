@@ -19,7 +19,7 @@ from springs import Hertz
 
 import tiny
 from lanewise.episode import compile_episode
-from tegotae import Engine, Hopper, Scenario, Timing, build, register
+from tegotae import Engine, Hopper, Scenario, Timing, register
 from tegotae._support.engines import EngineWarning
 from tegotae.parts.bodies import Actuators, Bar, Blows, Body, Sensors, Walker
 from tegotae.parts.controller import Controller, Tegotae
@@ -44,6 +44,7 @@ from tegotae.simulation import native
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
 from tegotae.simulation.world import Staircase, Step
 from tegotae.systems.legged import SYSTEMS
+from tegotae.systems.models import build
 from tegotae.training.run import train
 
 TICK_S = 0.002

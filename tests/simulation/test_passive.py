@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import pytest
 from springs import Hertz
 
-from tegotae import Hopper, Protocol, TegotaeError, build, find
-from tegotae.measures.evaluation import require_evaluable
+from tegotae import Hopper, TegotaeError
+from tegotae.measures.evaluation import Protocol, require_evaluable
 from tegotae.parts.parameters import traceable
 from tegotae.simulation.checks.passive import PassiveBodyWarning, check_passive, energy_of_drop
+from tegotae.systems.models import build, find
 
 TICK_S = 0.004
 

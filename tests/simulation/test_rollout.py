@@ -12,8 +12,10 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Engine, Scenario, TegotaeError, Timing, Trajectory, build
+from tegotae import Engine, Scenario, TegotaeError, Timing
 from tegotae.simulation.integrators import Hold
+from tegotae.simulation.rollout import Trajectory
+from tegotae.systems.models import build
 
 SHORT = Timing(duration_s=3.0)
 VANILLA = Engine(controller=build("V-both-w4"), timing=SHORT)
@@ -275,7 +277,8 @@ def test_two_runs_are_bit_identical():
 ON_SO_MANY_CORES = """
 import sys
 import numpy as np
-from tegotae import Engine, Scenario, Timing, build
+from tegotae import Engine, Scenario, Timing
+from tegotae.systems.models import build
 from tegotae.training.algorithms import PGPE
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System

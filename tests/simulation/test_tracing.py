@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, Timing, build
+from tegotae import Engine, Hopper, Scenario, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import EpisodeSummary
@@ -17,6 +17,7 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.simulation import xla
 from tegotae.simulation.loop import ClosedLoop
 from tegotae.simulation.rollout import as_lanes
+from tegotae.systems.models import build
 
 
 @pytest.fixture

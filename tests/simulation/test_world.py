@@ -6,10 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, build
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
 from tegotae.parts.bodies import Bar, Plate, Sensors, Walker
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.world import Staircase, Step, with_changes
+from tegotae.systems.models import build
 
 ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
 MASSES = [0.08, 0.1, 0.12]

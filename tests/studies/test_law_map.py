@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tegotae import find
 from tegotae.analysis.maps import OutcomeSummary
+from tegotae.systems.models import find
 
 
 @pytest.mark.thorough

@@ -28,9 +28,10 @@ from studies.tuning import (
 from studies.tuning.command import search as tuned_by, task_of
 from studies.tuning.record import confirmation, ranking, tried_first
 from studies.tuning.spaces.population import evolved
-from tegotae import TegotaeError, Timing, find
+from tegotae import TegotaeError, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation import native
+from tegotae.systems.models import find
 from tegotae.training import settings as configurations
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import PGPE
@@ -420,7 +421,7 @@ def test_the_command_keeps_settings_that_are_a_configuration(tmp_path, capsys):
         "--keep",
         str(tmp_path / "k.json"),
     ]
-    arguments += ["--trials", "2", "--seeds", "2", "--confirm", "2", "--simulated", "768"]
+    arguments += ["--trials", "2", "--seeds", "2", "--confirm", "2", "--simulated-s", "768"]
     arguments += ["--duration", "3", "--tick", "0.004", "--settle", "1", "--budget", "8"]
     assert main([*arguments, "--algorithm", "openai-es"]) == 0
     saved = load(tmp_path / "k.json")
@@ -455,8 +456,8 @@ def test_a_configuration_is_of_the_best_trial(toy, tmp_path):
         (("ART", "--seeds", "0"), "seeds is 0"),
         (("ART", "--workers", "0"), "workers is 0"),
         (("ART", "--confirm", "-1"), "confirm is -1"),
-        (("ART", "--simulated", "100"), "4 episodes of 24 s; at least 128 are needed, 3072 s"),
-        (("ART", "--simulated", "nan"), "budget_s is nan"),
+        (("ART", "--simulated-s", "100"), "4 episodes of 24 s; at least 128 are needed, 3072 s"),
+        (("ART", "--simulated-s", "nan"), "budget_s is nan"),
         (("ART", "--budget", "3"), "budget is 3, too small"),
         (("ART", "--duration", "12.5"), "leaves less than 1 s after settling"),
     ],

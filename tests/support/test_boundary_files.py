@@ -50,7 +50,7 @@ DAMAGED = {
 def test_a_damaged_archive_is_no_recording(tmp_path, one_line_error, kind):
     path = tmp_path / "walk.npz"
     path.write_bytes(DAMAGED[kind])
-    assert f"{path} is no recording" in one_line_error("measure", str(path), "--rest-length", "1")
+    assert f"{path} is no recording" in one_line_error("measure", str(path), "--rest-length-m", "1")
 
 
 def test_wherever_a_byte_is_flipped_a_recording_is_refused_or_the_same(tmp_path):
@@ -132,13 +132,13 @@ def test_a_condition_beyond_sense_is_refused(
     tmp_path, one_line_error, monkeypatch, condition, level
 ):
     monkeypatch.setattr(Engine, "run", lambda *_, **__: pytest.fail("a rollout was started"))
-    words = ["generalise", "V-sector-w8", "--out", str(tmp_path / "out")]
+    words = ["robustness", "V-sector-w8", "--out", str(tmp_path / "out")]
     said = one_line_error(*words, "--conditions", f"{condition}={level}")
     assert f"a level of {condition} is {float(level):g}" in said
 
 
 def test_delays_longer_than_what_is_kept_are_told_in_control_ticks(tmp_path, one_line_error):
-    words = ["generalise", "V-sector-w8", "--out", str(tmp_path / "out")]
+    words = ["robustness", "V-sector-w8", "--out", str(tmp_path / "out")]
     said = one_line_error(*words, "--conditions", "delay=1000")
     assert "is 500000 control ticks; 128 are the most" in said
 

@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
 
-from tegotae import (
-    Engine,
-    Scenario,
-    TegotaeError,
-    Timing,
-    build,
-)
+from tegotae import Engine, Scenario, TegotaeError, Timing
 from tegotae._support import limits
 from tegotae._support.errors import require_count, require_finite, unknown
 from tegotae._support.files import write_atomically
@@ -25,6 +19,7 @@ from tegotae.analysis.maps import axis, lanes
 from tegotae.figures.animation import animation_file, save_animation
 from tegotae.figures.style import literal, new_figure, save_figure, styled
 from tegotae.simulation.rollout import whole_trajectory
+from tegotae.systems.models import build
 from tegotae.training.run import Run, train as train_run
 
 
@@ -70,7 +65,7 @@ def test_rollouts_maps_and_trainings_are_told_before_they_take_memory(monkeypatc
         engine.run(np.ones((3, 1)), Scenario(omega=8.0))
     with pytest.raises(TegotaeError, match="2000 x 2000 rollouts would need"):
         lanes(np.zeros(2000), np.zeros(2000))
-    from tegotae import find
+    from tegotae.systems.models import find
 
     with pytest.raises(TegotaeError, match="64 episodes a generation, of 100 seeds"):
         train_run(

@@ -10,9 +10,10 @@ import jax
 import pytest
 
 import tegotae
-from tegotae import Engine, Scenario, TegotaeError, Timing, build
+from tegotae import Engine, Scenario, TegotaeError, Timing
 from tegotae._support import engines
 from tegotae._support.engines import EngineWarning, selected
+from tegotae.systems.models import build
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 
@@ -55,9 +56,9 @@ def test_a_setting_of_jax_that_changes_results_is_refused_before_work(name, one_
     try:
         assert re.search(said, one_line_error("simulate", "paper"))
         for work in (
-            lambda: tegotae.simulate("paper"),
-            lambda: Run(experiment=tegotae.find("AR").experiment()),
-            lambda: Evolution().start(tegotae.find("AR").experiment(), [0]),
+            lambda: tegotae.load("paper").simulate(),
+            lambda: Run(experiment=tegotae.recipe("AR").experiment()),
+            lambda: Evolution().start(tegotae.recipe("AR").experiment(), [0]),
         ):
             with pytest.raises(TegotaeError, match=said):
                 work()

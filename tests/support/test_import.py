@@ -68,11 +68,11 @@ class NoExtra:
 sys.meta_path.insert(0, NoExtra())
 from tegotae.cli import main
 commands = (
-    "simulate zoo:ART-rF-tphif-w4/1 --duration 2",
+    "simulate zoo:ART-rF-tphif-w4/1 --duration-s 2",
     "evaluate paper-reflex --metric hop_rate",
-    "generalise --list",
+    "conditions",
     "export c zoo:ART-rF-tphif-w4/1 --out robot",
-    "train ART --seeds 1 --population 4 --generations 1 --duration 6 --settle 3",
+    "train ART --seeds 1 --population 4 --generations 1 --duration-s 6 --settle-s 3",
 )
 print(json.dumps([main(command.split()) for command in commands]))
 """
@@ -86,7 +86,8 @@ RUN = """
 import json, os
 {first}
 import numpy as np
-from tegotae import Engine, Scenario, Timing, build
+from tegotae import Engine, Scenario, Timing
+from tegotae.systems.models import build
 before = dict(os.environ)
 engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.1))
 height = engine.run([2.0], Scenario(omega=8.0)).height_m
@@ -112,8 +113,10 @@ def test_every_public_name_is_where_type_checkers_see_it():
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
+    spaces = {name: f"{seen.pop(name)}.{name}" for name in tegotae._NAMESPACES}
+    assert spaces == tegotae._NAMESPACES
     assert seen == tegotae._HOME_OF
-    assert sorted(seen) == tegotae.__all__
+    assert sorted([*seen, *spaces]) == tegotae.__all__
 
 
 def test_the_package_lists_its_public_names_alone():

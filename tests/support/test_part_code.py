@@ -14,7 +14,7 @@ from reproduction.folder import Folder
 from reproduction.plan import plan
 from studies.tuning import TuningTask
 from studies.tuning.storage import opened
-from tegotae import TegotaeError, find
+from tegotae import TegotaeError
 from tegotae._support.documents import differing
 from tegotae._support.part_code import code_of_file
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
@@ -24,6 +24,7 @@ from tegotae.study import CellResult
 from tegotae.systems import controller_file, registry
 from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import find
 from tegotae.systems.user_objects import imported
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.run import Run, claim
@@ -32,7 +33,8 @@ PART = '''"""A hopper and how to learn, by a user."""
 
 from dataclasses import dataclass
 
-from tegotae import Hopper, Timing, find
+from tegotae import Hopper, Timing
+from tegotae.systems.models import find
 from tegotae.parts.parameters import traceable
 from tegotae.training.algorithms import PGPE
 from tegotae.measures.objectives.fitness import Fitness
@@ -206,7 +208,7 @@ def test_a_training_is_not_gone_on_with_once_a_part_of_it_was_edited(
     file = out / "edited-seed0.json"
     with pytest.raises(TegotaeError, match=f"was made with other code of {users.body}"):
         controller_file.load(file)
-    said = one_line_error("generalise", str(file), "--out", str(tmp_path / "tried"))
+    said = one_line_error("robustness", str(file), "--out", str(tmp_path / "tried"))
     assert f"was made with other code of {users.body}" in said
     users.edit("1.0")
     _ = users.experiment

@@ -12,7 +12,7 @@ from reproduction.folder import Folder
 from reproduction.plan import plan
 from studies.tuning import TuningTask
 from studies.tuning.storage import opened
-from tegotae import TegotaeError, find
+from tegotae import TegotaeError
 from tegotae._support.workplace import (
     GENERALISATION,
     STUDY,
@@ -21,6 +21,7 @@ from tegotae._support.workplace import (
     earlier,
 )
 from tegotae.analysis.generalisation.run import generalise
+from tegotae.systems.models import find
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.collection import read
 from tegotae.training.run import Run, train
@@ -34,7 +35,7 @@ HELD = {
 WORDS = {
     "a training": ["train", "AR", "--out"],
     "a study": ["reproduction", "run", "--scale", "smoke", "--dir"],
-    "what controllers generalise to": ["generalise", "V-sector-w8", "--out"],
+    "what controllers generalise to": ["robustness", "V-sector-w8", "--out"],
     "a map of gaits": [
         *("gait", "map", "bar-light", "--x", "sigma", "1", "2", "--y", "omega", "6", "8", "--out")
     ],
@@ -89,10 +90,10 @@ def test_a_training_that_is_begun_anew_sets_the_earlier_one_aside(tmp_path, caps
     out = tmp_path / "art"
     assert tiny.train(out, generations=1) == 0
     before = tiny.contents(out)
-    other = ["train", *tiny.OPTIONS, "--generations", "1", "--out", str(out), "--mass", "0.12"]
+    other = ["train", *tiny.OPTIONS, "--generations", "1", "--out", str(out), "--mass-kg", "0.12"]
     capsys.readouterr()
-    assert "or start again with --anew" in one_line_error(*other)
-    assert main([*other, "--anew"]) == 0
+    assert "or start again with --restart" in one_line_error(*other)
+    assert main([*other, "--restart"]) == 0
     aside = tmp_path / "art.earlier1"
     assert f"is now in {aside}" in capsys.readouterr().out
     assert tiny.contents(aside) == before
@@ -106,15 +107,15 @@ def test_so_do_a_study_and_what_controllers_generalise_to(tmp_path):
     folder = Folder(tmp_path / "study")
     with folder.claimed(plan("smoke", "V-*")):
         pass
-    with folder.claimed(plan("smoke", "ART-*"), anew=True):
+    with folder.claimed(plan("smoke", "ART-*"), restart=True):
         assert list(folder.document["experiments"]) == ["ART-rF-tphif-w8"]
     assert "V-sector-w8" in Folder(tmp_path / "study.earlier1").document["experiments"]
     tried = held(tmp_path / "tried", "what controllers generalise to")
-    with alone(tried, GENERALISATION, anew=True):
+    with alone(tried, GENERALISATION, restart=True):
         assert not (tried / "records").exists()
     assert (tmp_path / "tried.earlier1" / "records" / "a.trial.npz").exists()
     with pytest.raises(TegotaeError, match="no controllers"):
-        generalise([], [], tried, anew=True)
+        generalise([], [], tried, restart=True)
 
 
 def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
@@ -130,16 +131,16 @@ def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
     with (
         opened(storage, configuration("AR")),
         pytest.raises(TegotaeError, match="in use"),
-        opened(storage, {}, anew=True),
+        opened(storage, {}, restart=True),
     ):
         pass
     with (
-        pytest.raises(TegotaeError, match="or start again with --anew"),
+        pytest.raises(TegotaeError, match="or start again with --restart"),
         opened(storage, configuration("ART")),
     ):
         pass
     before = storage.read_bytes()
-    with opened(storage, configuration("ART"), anew=True):
+    with opened(storage, configuration("ART"), restart=True):
         pass
     assert earlier(storage).name == "journal.earlier2"
     assert (tmp_path / "journal.earlier1").read_bytes() == before
@@ -148,8 +149,8 @@ def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
 def test_what_others_left_in_a_folder_is_not_set_aside(tmp_path):
     folder = held(tmp_path / "out", "a training")
     (folder / "notes.txt").write_text("mine")
-    with alone(folder, TRAINING, anew=True):
+    with alone(folder, TRAINING, restart=True):
         assert [path.name for path in folder.iterdir() if path.name != ".lock"] == ["notes.txt"]
-    with alone(folder, STUDY, anew=True):
+    with alone(folder, STUDY, restart=True):
         pass
     assert not earlier(folder).name.endswith("earlier1")

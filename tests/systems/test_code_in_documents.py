@@ -69,8 +69,8 @@ DOCUMENTS = {
     "controller of an environment": (trained, used),
     "controller": (lambda: json.loads(controller_files.text()), resolve),
     "wiring": (lambda: {**wiring_document(WIRING), "controller": "paper"}, load_wiring),
-    "experiments": (lambda: [tegotae.find("ART").experiment().document], resolve),
-    "study": (lambda: {"experiments": {"a": tegotae.find("ART").experiment().document}}, resolve),
+    "experiments": (lambda: [tegotae.recipe("ART").experiment().document], resolve),
+    "study": (lambda: {"experiments": {"a": tegotae.recipe("ART").experiment().document}}, resolve),
     "settings": (
         lambda: {"algorithm": "pgpe", "settings": {"population": 8}, "found": {"by": "hand"}},
         load,

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tegotae import Hopper, TegotaeError, build, find
+from tegotae import Hopper, TegotaeError
 from tegotae.measures.objectives.fitness import Fitness, HoppingLegs
 from tegotae.simulation.world import Uniform
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build, find
 from tegotae.training.collection import read
 
 

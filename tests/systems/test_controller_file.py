@@ -16,13 +16,7 @@ from hypothesis import given, strategies as st
 
 from controller_files import example, text
 from places import TESTS
-from tegotae import (
-    Release,
-    TegotaeError,
-    Timing,
-    all_models,
-    build,
-)
+from tegotae import TegotaeError, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Bar, Interface, Walker
@@ -31,6 +25,8 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Uniform
 from tegotae.systems.controller_file import SavedController, load, save
+from tegotae.systems.models import all_models, build
+from tegotae.systems.system import Release
 
 
 def assert_same(one: SavedController, other: SavedController) -> None:

@@ -261,7 +261,7 @@ def test_a_pattern_that_no_design_has_is_refused(one_line_error):
     assert "too small" in one_line_error("train", "ARGT@hexapod", "--budget", "9")
 
 
-@pytest.mark.parametrize("command", ["evaluate", "generalise", "simulate"])
+@pytest.mark.parametrize("command", ["evaluate", "robustness", "simulate"])
 def test_a_design_that_was_not_trained_is_told_how_to_be(one_line_error, command):
     said = one_line_error(command, "AR@quadruped-c")
     assert "first: tegotae train AR-rF@quadruped-c --out FOLDER" in said

@@ -15,14 +15,7 @@ import pytest
 
 from places import TESTS
 from programs import main
-from tegotae import (
-    Engine,
-    Experiment,
-    Scenario,
-    TegotaeError,
-    Timing,
-    build,
-)
+from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import map_basin
 from tegotae.analysis.orbit import find_orbit
 from tegotae.envs import Limb, Wiring, check_wiring
@@ -30,6 +23,7 @@ from tegotae.envs.settings import HopperSettings
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import build
 from tegotae.systems.simulation import simulate
 from tegotae.systems.user_objects import imported
 
@@ -177,11 +171,11 @@ def test_a_wrapper_has_a_unit_a_limb_of_its_own():
         (["evaluate", "V-reflex-w8", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
         (["train", "ART", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
         (
-            ["evaluate", "legs.json", "--flight-damping", "0.1"],
-            "Unrecognized options: --flight-",
+            ["evaluate", "legs.json", "--flight-damping-ns-per-m", "0.1"],
+            "is called 'flight",
         ),
         (
-            ["train", EXPERIMENT, "--mass", "0.5"],
+            ["train", EXPERIMENT, "--mass-kg", "0.5"],
             "as a leg of this bar, this hopper cannot hop: its actuator pushes with 4 N at most",
         ),
     ],

@@ -9,9 +9,10 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, all_models, build, find
+from tegotae import Controller, Engine, Scenario, TegotaeError, Timing
 from tegotae.parts.terms import Network, Signals
 from tegotae.systems.grammar import hidden_sizes
+from tegotae.systems.models import all_models, build, find
 
 MODELS = all_models()
 BUDGETS = (32, 96, 128, 1024, 4096)

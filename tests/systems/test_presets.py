@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import odeint
 
-from tegotae import Hopper, Release, System, TegotaeError, Timing
+from tegotae import Hopper, System, TegotaeError, Timing
 from tegotae.systems.models import preset
 from tegotae.systems.simulation import simulate
+from tegotae.systems.system import Release
 
 DURATION_S = 15.0
 

@@ -16,7 +16,8 @@ from tegotae.training.collection import controller_of
 
 PARTS = """
 import numpy as np
-from tegotae import Experiment, System, build
+from tegotae import Experiment, System
+from tegotae.systems.models import build
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import legged_system as system
 hopper = System(controller=build("V-reflex-w8"), omega=8.0)

@@ -10,10 +10,10 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, System, TegotaeError, Timing, build
+from tegotae import Engine, Hopper, Scenario, System, TegotaeError, Timing
 from tegotae.measures.hopping import gait
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.systems.models import preset
+from tegotae.systems.models import build, preset
 from tegotae.systems.simulation import EFFICIENCY, Result, simulate
 
 TIMING = Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01)

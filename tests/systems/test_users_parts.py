@@ -19,7 +19,7 @@ from places import ROOT, TESTS
 from programs import main
 from reproduction.folder import Folder
 from reproduction.table import tabulate
-from tegotae import TegotaeError, find, register
+from tegotae import TegotaeError, register
 from tegotae._support.documents import later
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import registry as metrics
@@ -29,6 +29,7 @@ from tegotae.parts.terms import Network, Term
 from tegotae.systems import controller_file, registry
 from tegotae.systems.descriptions import describe, restore
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import find
 from tegotae.systems.registry import kinds
 from tegotae.systems.user_objects import imported, named
 from tegotae.training.algorithms import PGPE, Algorithm
@@ -125,7 +126,7 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(parts, trained, 
 
 def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
     words = ["--algorithm", ALGORITHM, "--seeds", "1", "--generations", "1", "--to-cap"]
-    more = ["--body", f"{FILE}:LoadedHopper", "--mass", "0.12", "--height", "1.3"]
+    more = ["--body", f"{FILE}:LoadedHopper", "--mass-kg", "0.12", "--height-m", "1.3"]
     assert main(["train", EXPERIMENT, *words, *more, "--out", str(tmp_path)]) == 0
     (path,) = tmp_path.glob("mine-seed0.json")
     assert controller_file.load(path).body == parts.LoadedHopper(mass_kg=0.12)
@@ -157,7 +158,7 @@ def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("tegotae.questions.hopping.evaluate", evaluate)
-    words = ["evaluate", str(trained), "--mass", "0.12"]
+    words = ["evaluate", str(trained), "--mass-kg", "0.12"]
     main([*words, "--work", "positive"])
     main([*words, "--body", f"{FILE}:Hopper", "--work", "net"])
     heavier = parts.LoadedHopper(mass_kg=0.12), parts.Hopper(mass_kg=0.12)
@@ -173,7 +174,7 @@ def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     pytest.importorskip("optuna")
     words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
     storage, keep = tmp_path / "journal", tmp_path / "kept.json"
-    words += ["--simulated", "16", "--storage", str(storage), "--keep", str(keep)]
+    words += ["--simulated-s", "16", "--storage", str(storage), "--keep", str(keep)]
     assert main(["tuning", EXPERIMENT, *words]) == 0
     kept = json.loads(keep.read_text())
     assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})
@@ -235,7 +236,7 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
 # The pages under Extending: files to copy.
 
 PAGES = ROOT / "docs" / "extending" / "examples"
-QUICK = ["--duration", "2", "--tick", "0.002", "--seeds", "1", "--generations", "1", "--to-cap"]
+QUICK = ["--duration-s", "2", "--tick-s", "0.002", "--seeds", "1", "--generations", "1", "--to-cap"]
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in PAGES.glob("*.py")))
@@ -325,7 +326,7 @@ def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
 def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):
     """A process of its own: this one knows the parts."""
     path = trained / "mine-seed0.json"
-    words = ["simulate", str(path), "--duration", "2", "--json"]
+    words = ["simulate", str(path), "--duration-s", "2", "--json"]
 
     def call(*more: str) -> subprocess.CompletedProcess:
         command = [sys.executable, "-m", "tegotae", *words, *more]
@@ -440,7 +441,7 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
         (["train", f"{FILE}:experimnt"], "did you mean experiment"),
         (["train", f"{FILE}:Height"], "is no system: it is a Height, no "),
         (["train", EXPERIMENT, "--budget", "20"], "--budget sizes the networks of the paper's"),
-        (["train", EXPERIMENT, "--cot-only"], "--cot-only belongs to the paper's fitness"),
+        (["train", EXPERIMENT, "--cot-only"], "cot_only belongs to the paper's fitness"),
         (["train", EXPERIMENT, "--body", f"{FILE}:Height"], "is no body: "),
         (["train", "ART", "--algorithm", f"{FILE}:Height"], "is no algorithm: "),
         (["tuning", "ART", "--algorithm", f"{FILE}:Height", "--storage", "s"], "is no algorithm: "),

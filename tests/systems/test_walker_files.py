@@ -5,9 +5,10 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from tegotae import TegotaeError, simulate, train
+from tegotae import TegotaeError, train
 from tegotae.cli import main
 from tegotae.parts.bodies import Sensors
+from tegotae.systems.controller_file import load
 from tegotae.systems.designs import design
 from tegotae.systems.legged import system
 from tegotae.systems.resolve import resolve
@@ -61,12 +62,12 @@ def test_its_senses_can_be_late_and_noisy(walker_file):
 @pytest.mark.thorough
 def test_late_senses_of_a_file_are_those_of_the_options(walker_file):
     usual = system(str(walker_file))
-    numbers = {"duration": 20.0, "phases": (0.0, 0.1, 0.3, 0.4, 0.6, 0.9)}
-    asked = simulate(str(walker_file), **numbers, delay=0.1, noise=0.05).frame()
+    numbers = {"duration_s": 20.0, "phases": (0.0, 0.1, 0.3, 0.4, 0.6, 0.9)}
+    asked = load(str(walker_file)).simulate(**numbers, delay_s=0.1, noise=0.05).table
     walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\nnoise = 0.05\n")
-    pd.testing.assert_frame_equal(simulate(str(walker_file), **numbers).frame(), asked)
-    none = simulate(str(walker_file), **numbers, delay=0.0, noise=0.0)
-    assert none.settings.body == usual.body
+    pd.testing.assert_frame_equal(load(str(walker_file)).simulate(**numbers).table, asked)
+    none = load(str(walker_file)).simulate(**numbers, delay_s=0.0, noise=0.0)
+    assert none.settings["body"] == usual.body
 
 
 @pytest.mark.thorough
@@ -80,7 +81,7 @@ def test_a_training_varies_late_senses(walker_file, tmp_path):
 
 
 def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
-    main(["simulate", str(walker_file), "--duration", "4"])
+    main(["simulate", str(walker_file), "--duration-s", "4"])
     assert "cost of transport" in capsys.readouterr().out
 
 

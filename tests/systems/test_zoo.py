@@ -18,12 +18,12 @@ from places import ROOT
 from programs import main
 from reproduction.folder import Folder
 from reproduction.zoo import ZooEntry, core, write_archive
-from tegotae import TegotaeError, load
+from tegotae import TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.systems import controller_file
-from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.models import all_models
 from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import FOLDER, MOST_BYTES, names, open_zoo, studies
@@ -136,7 +136,7 @@ def test_a_file_of_one_run_can_be_saved_and_read_back(file, tmp_path):
 @pytest.mark.parametrize(
     ("words", "written"),
     [
-        ("simulate {name} --duration 1 --csv out.csv", "out.csv"),
+        ("simulate {name} --duration-s 1 --csv out.csv", "out.csv"),
         pytest.param(
             "figure surface {name} --resolution 8", "surface-ART-1.png", marks=pytest.mark.thorough
         ),

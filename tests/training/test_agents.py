@@ -380,13 +380,13 @@ class TestBadInput:
             (["V", "--algorithm", "sac"], "sac has no meaning for V-reflex-w8"),
             (
                 ["AR", "--algorithm", "sac", "--population", "8"],
-                "Unrecognized options: --population",
+                "is called 'population",
             ),
             (
                 ["AR", "--algorithm", "ppo", "--generations", "8"],
-                "Unrecognized options: --generations",
+                "is called 'generations",
             ),
-            (["AR", "--episodes", "8"], "Unrecognized options: --episodes"),
+            (["AR", "--episodes", "8"], "is called 'episodes"),
             (["AR", "--algorithm", "ppo", "--episodes", "0"], "episodes is 0"),
         ],
     )
@@ -426,7 +426,9 @@ class TestBadInput:
 
 def test_the_command_trains_and_prints(tmp_path, capsys):
     arguments = ["--algorithm", "ppo", "--episodes", "2", "--seeds", "1", "--out", str(tmp_path)]
-    assert main(["train", "AR-rF-sector-w8", *arguments, "--duration", "6", "--settle", "2"]) == 0
+    assert (
+        main(["train", "AR-rF-sector-w8", *arguments, "--duration-s", "6", "--settle-s", "2"]) == 0
+    )
     output = capsys.readouterr().out
     assert "best episode" in output
     assert (tmp_path / "AR-rF-sector-w8-seed0.json").exists()

@@ -19,9 +19,9 @@ def test_it_ends_with_ninety_six_weights_and_several_seeds(tmp_path):
     options = (
         "--generations",
         "3",
-        "--duration",
+        "--duration-s",
         "3",
-        "--settle",
+        "--settle-s",
         "1",
         "--out",
         str(tmp_path / "o"),

@@ -6,11 +6,11 @@ import dataclasses
 
 import pytest
 
-from tegotae import Experiment, TegotaeError, find
-from tegotae.questions.experiments import ExperimentOptions
-from tegotae.questions.options import changed
+from tegotae import Experiment, TegotaeError
+from tegotae.questions.experiments import adjusted
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
+from tegotae.systems.models import find
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.run import Run
 from tegotae.training.scoring import evaluator_of
@@ -31,9 +31,8 @@ def test_the_document_of_a_held_training_says_so():
 
 
 def test_the_option_holds_and_leaves_alone_what_holds_already():
-    defaults = ExperimentOptions.options_of(CONTINUOUS)
-    assert changed(defaults, {"hold": True}, "AR").applied(CONTINUOUS) == HELD
-    assert ExperimentOptions.options_of(HELD).applied(HELD) == HELD
+    assert adjusted(CONTINUOUS, {"hold": True}) == HELD
+    assert adjusted(HELD, {}) == HELD
 
 
 def test_agents_learn_in_continuous_time_and_say_so():

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from scipy.stats import rankdata
 
-from tegotae import TegotaeError, Timing, build
+from tegotae import TegotaeError, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import build
 from tegotae.systems.system import System
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping

@@ -16,18 +16,12 @@ import pytest
 
 import tiny
 from lowered import available_targets
-from tegotae import (
-    Engine,
-    Hopper,
-    Scenario,
-    TegotaeError,
-    Timing,
-    find,
-)
+from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import GAINS
+from tegotae.systems.models import find
 from tegotae.training import run as training_run
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Stopping

@@ -13,12 +13,13 @@ pytest.importorskip("gymnasium")
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
-from tegotae import TegotaeError, find  # noqa: E402
+from tegotae import TegotaeError  # noqa: E402
 from tegotae.envs import load_wiring  # noqa: E402
 from tegotae.envs.env_spec import EnvSpec  # noqa: E402
 from tegotae.envs.settings import HopReward  # noqa: E402
 from tegotae.envs.wrapper import Pilot  # noqa: E402
 from tegotae.systems.controller_file import load  # noqa: E402
+from tegotae.systems.models import find  # noqa: E402
 from tegotae.training.agents import PPOSettings, SACSettings  # noqa: E402
 from tegotae.training.agents.learner import AgentLearner  # noqa: E402
 from tegotae.training.agents.learning import make_agent, task_of  # noqa: E402

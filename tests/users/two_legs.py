@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 
-from tegotae import Experiment, Release, System, Timing, build
+from tegotae import Experiment, System, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Bar
 from tegotae.parts.couplings import LearnedCoupling
+from tegotae.systems.models import build
+from tegotae.systems.system import Release
 
 experiment = Experiment(
     name="two-legs",

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import jax
 
-from tegotae import TegotaeError, find
+from tegotae import TegotaeError
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts import require_finite
+from tegotae.systems.models import find
 
 
 @dataclass(frozen=True, kw_only=True)

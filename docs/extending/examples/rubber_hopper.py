@@ -3,8 +3,9 @@
 import dataclasses
 from dataclasses import dataclass
 
-from tegotae import Hopper, find
+from tegotae import Hopper
 from tegotae.parts.parameters import positive, traceable
+from tegotae.systems.models import find
 
 
 @traceable

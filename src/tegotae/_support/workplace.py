@@ -93,13 +93,13 @@ KINDS = (TRAINING, STUDY, GENERALISATION, GAIT_MAP, GAIT_FRONT)
 
 
 @contextmanager
-def alone(folder: Path, work: WorkKind, *, anew: bool = False) -> Iterator[None]:
+def alone(folder: Path, work: WorkKind, *, restart: bool = False) -> Iterator[None]:
     """Be the only one at work in a folder, which is made if it is missing.
 
     Args:
         folder: where.
         work: of what kind.
-        anew: whether what such work left there before is set aside, in a folder beside it.
+        restart: whether what such work left there before is set aside, in a folder beside it.
 
     Raises:
         TegotaeError: if the folder cannot be written, is in use, or is for another kind of work.
@@ -116,7 +116,7 @@ def alone(folder: Path, work: WorkKind, *, anew: bool = False) -> Iterator[None]
     """
     require_free_for(folder, work)
     with locked(output_folder(folder)):
-        if anew:
+        if restart:
             _set_aside(folder, work)
         yield
 

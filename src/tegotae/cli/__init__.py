@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import os
 import sys
 from collections.abc import Sequence
@@ -110,12 +111,14 @@ def parsed(
         given = f"{prog} has no option {words[0]!r}" if words else "no command is given"
         listed = ", ".join(entry.commands)
         raise TegotaeError(f"{given}; {prog} takes one of {listed}, or --help")
-    from tegotae.cli.asking import Asked, Question, parse  # slow to import
-
     command = entry.load()
-    if isinstance(command, Question):
-        return Asked.of(command, words, prog, entry.examples)
-    return parse(command, words, prog, examples=entry.examples)
+    if inspect.isfunction(command):
+        from tegotae.cli.functions import FunctionCall
+
+        return FunctionCall.from_words(command, words, prog, entry.examples)
+    from tegotae.cli.records import parse
+
+    return parse(command, words, prog, entry.examples)
 
 
 def _check_environment() -> None:

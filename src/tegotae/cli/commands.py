@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from tegotae.cli.program import Command, CommandGroup
 
-_QUESTIONS: Mapping[str, Mapping[str, list[str]]] = tomllib.loads(
+_FUNCTIONS: Mapping[str, Mapping[str, Any]] = tomllib.loads(
     Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")
 )
-"""By the module of its question each command, and what a user can type after its name."""
+"""By name the function of each command, and what a user can type after the name."""
 
 _GROUPS: Mapping[str, str] = {
     "wiring": "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
@@ -23,19 +24,15 @@ _GROUPS: Mapping[str, str] = {
 """What the commands of two words are for, by the first."""
 
 
-def _command(name: str, module: str, *examples: str) -> Command:
-    """The command of a question, which is called alike: `figure_surface` for figure surface."""
-    home = module if "." in module else f"tegotae.questions.{module}"
-    place = f"{home}:{name.replace(' ', '_').replace('-', '_')}"
+def _command(name: str, function: str, examples: Sequence[str]) -> Command:
+    """The command of a function or a method."""
+    inside = "." not in function.partition(":")[0]
+    place = f"tegotae.questions.{function}" if inside else function
     return Command(place, *(f"tegotae {name} {words}".rstrip() for words in examples))
 
 
 def _commands() -> dict[str, Command | CommandGroup]:
-    made = {
-        name: _command(name, module, *examples)
-        for module, questions in _QUESTIONS.items()
-        for name, examples in questions.items()
-    }
+    made = {name: _command(name, **entry) for name, entry in _FUNCTIONS.items()}
     commands: dict[str, Command | CommandGroup] = {}
     for name in made:
         first, _, grouped = name.partition(" ")
@@ -55,8 +52,9 @@ def _commands() -> dict[str, Command | CommandGroup]:
 COMMANDS: Mapping[str, Command | CommandGroup] = _commands()
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "See a controller move": ("simulate", "models"),
-    "Learn one": ("train", "wiring", "template", "identify"),
-    "Measure and compare": ("evaluate", "compare", "measure", "generalise", "benchmark"),
+    "Learn one": ("train", "wiring", "fit-template", "identify"),
+    "Measure and compare": ("evaluate", "compare", "measure", "benchmark"),
+    "Disturb": ("robustness", "conditions"),
     "Understand one": ("explain", "figure", "gait"),
     "Use one on a robot": ("export",),
     "Get help, cite": ("doctor", "completion", "cite"),

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from typing import Annotated, Any, Literal
 
-import tyro
-
-from tegotae.cli.asking import Question, flags_of, options_by_subject
 from tegotae.cli.commands import COMMANDS
+from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import SWITCHES, Command, CommandGroup
+from tegotae.cli.records import POSITIONAL, flags_of
+from tegotae.cli.words import flag_of
 from tegotae.systems.zoo import PREFIX, names
 
 _ZSH = """\
@@ -24,7 +25,7 @@ autoload -U +X bashcompinit && bashcompinit
 class Completion:
     """Print a script that completes commands, options and trained controllers with the TAB key."""
 
-    shell: Annotated[Literal["bash", "zsh"], tyro.conf.Positional]
+    shell: Annotated[Literal["bash", "zsh"], POSITIONAL]
     """Shell of the script."""
 
     def run(self) -> None:
@@ -68,8 +69,8 @@ def completions(
 
 def options(command: Any) -> Iterator[str]:
     """The options of a command, such as `--out`."""
-    if isinstance(command, Question):
-        known = (name for own in options_by_subject(command).values() for name in own)
-        yield from dict.fromkeys(f"--{name.replace('_', '-')}" for name in known)
+    if inspect.isfunction(command):
+        kinds = options_by_subject(command).values()
+        yield from dict.fromkeys(flag_of(x) for options in kinds for x in options.values())
     else:
-        yield from (flag for flag, *_ in flags_of(command) if flag.startswith("--"))
+        yield from (flag for flag, _ in flags_of(command) if flag.startswith("--"))

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
+from operator import attrgetter
 from typing import Any, cast
 
 WIDTH = 80
@@ -31,7 +32,7 @@ class Command:
     """A command: a question, or a dataclass of its options with a method `run`.
 
     Args:
-        place: its module and name, such as `tegotae.questions.verbs:simulate`.
+        place: its module and name, such as `tegotae.questions.plot:surface`.
         examples: lines that a user can type, for the end of its help.
     """
 
@@ -44,16 +45,15 @@ class Command:
         """The first paragraph of its docstring, read without importing it."""
         spec = find_spec(self.module)
         source = cast(Any, spec).loader.get_source(self.module)
-        (definition,) = (
-            node
-            for node in ast.parse(source).body
-            if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == self.name
-        )
-        return " ".join((ast.get_docstring(definition) or "").split("\n\n")[0].split())
+        found: Any = ast.parse(source)
+        for part in self.name.split("."):
+            kinds = ast.ClassDef | ast.FunctionDef
+            (found,) = (x for x in found.body if isinstance(x, kinds) and x.name == part)
+        return " ".join((ast.get_docstring(found) or "").split("\n\n")[0].split())
 
     def load(self) -> Any:
-        """The class, or the question."""
-        return getattr(import_module(self.module), self.name)
+        """Return the class or the function."""
+        return attrgetter(self.name)(import_module(self.module))
 
 
 @dataclass(frozen=True)

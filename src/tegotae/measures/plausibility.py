@@ -141,7 +141,7 @@ def check_forces(
             )
     if weight_n is not None or max_force_n is not None:
         return []
-    return [f"the force reaches {largest_n:.3g} N; --mass or --max-force checks its unit"]
+    return [f"the force reaches {largest_n:.3g} N; --mass-kg or --max-force-n checks its unit"]
 
 
 def _check_upwards(over_ground_m: np.ndarray) -> None:

@@ -16,8 +16,8 @@ import pandas as pd
 
 from tegotae import __version__
 from tegotae._support.errors import how_to_install
-from tegotae.questions.answer import TableAnswer
-from tegotae.questions.question import NoOptions, Nothing, question
+from tegotae.questions.parameters import in_shell
+from tegotae.questions.results import Table
 
 _CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
 """Required packages whose versions decide about results."""
@@ -26,8 +26,8 @@ _FOR_DEVELOPERS = ("all", "dev", "docs", "test")
 _COMPILERS = ("cc", "gcc", "clang")
 
 
-@question(subjects=Nothing, nameless=True)
-def doctor(_: None, options: NoOptions) -> TableAnswer:
+@in_shell(pictures=False)
+def doctor() -> Table:
     """Print versions, extras, cores, engine and compiler for a bug report."""
     import jax
 
@@ -61,7 +61,7 @@ def doctor(_: None, options: NoOptions) -> TableAnswer:
     }
     rows = [(subject, name, x) for subject, facts in known.items() for name, x in facts.items()]
     table = pd.DataFrame(rows, columns=["subject", "name", "value"])
-    return TableAnswer(table=table, shown=[table.set_index(["subject", "name"])], data=known)
+    return Table(rows=table, shown=[table.set_index(["subject", "name"])], data=known)
 
 
 def installed(package: str) -> str | None:
@@ -164,22 +164,18 @@ SOFTWARE = Reference(
 """This package."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class CiteOptions:
-    """Please cite the software and the paper."""
+@in_shell(pictures=False)
+def cite(*, bibtex: bool = False) -> Table:
+    """Print how to cite this software and the paper that it implements, with BibTeX entries.
 
-    bibtex: bool = False
-    """Print the BibTeX entries alone."""
-
-
-@question(subjects=Nothing, nameless=True)
-def cite(_: None, options: CiteOptions) -> TableAnswer:
-    """Print how to cite this software and the paper that it implements, with BibTeX entries."""
+    Args:
+        bibtex: print the BibTeX entries alone.
+    """
     references = (SOFTWARE, PAPER)
     said = ["Please cite the software and the paper:", *(x.text() for x in references)]
-    bibtex = [x.bibtex() for x in references]
-    return TableAnswer(
-        outcome="\n\n".join(bibtex if options.bibtex else [*said, *bibtex]),
-        table=[asdict(x) for x in references],
+    entries = [x.bibtex() for x in references]
+    return Table(
+        title="\n\n".join(entries if bibtex else [*said, *entries]),
+        rows=[asdict(x) for x in references],
         data={x.key: x for x in references},
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,78 +12,62 @@ from typing import TYPE_CHECKING, Any
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.parts.bodies import Body
-from tegotae.questions.answer import Answer, RecordedRun, columns
-from tegotae.questions.options import changes
-from tegotae.questions.task import Task
+from tegotae.questions.controller import LoadedController, Subject
+from tegotae.questions.parameters import HIDDEN, Values, changes, filled
+from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import EnvObjective, Hopping
+from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.replay import Replay, lasting, replay
 
 if TYPE_CHECKING:
     from tegotae.analysis.generalisation.disturbances import Tested
 
 
-@dataclass(frozen=True, kw_only=True)
-class EnvironmentSimulation:
-    """Play an episode where a controller was trained, in another simulator."""
-
-    duration_s: float
-    """Length of the episode [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class EnvironmentEvaluation:
-    """Play episodes where controllers were trained, in another simulator."""
-
-    omega: tuple[float, ...]
-    """Frequencies [rad/s]."""
-    starts: int = 32
-    """Episodes of each run, where the environment has noise."""
-    settings: tuple[str, ...] = ()
-    """Settings of the environment that differ from the training: NAME=VALUE, such as noise=0.02 or
-    mass_factor=1.2."""
+_ON_ENGINE = (
+    *("height_m", "tick_s", "hold", "vary", "drop_m", "work", "tuned_over"),
+    *("sector_start_rad", "sector_duration_s", "newtons_per_feedback"),
+)
+"""Options of a training that belong to this package's engine."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class EnvironmentTraining:
-    """An episode of training in another simulator, and the fitness."""
+def own_values(experiment: EnvExperiment) -> Values:
+    """Return the experiment's own values of the options of a training.
 
-    duration_s: float
-    """Duration of a training episode [s]."""
-    cot_only: bool = False
-    """Use CoT⁻¹ alone as the fitness, without ΔΩ."""
-    episodes_per_candidate: int
-    """Number of episodes per candidate."""
-    objective: EnvObjective
+    Args:
+        experiment: the experiment.
+    """
+    return {
+        "": experiment.name,
+        "duration_s": experiment.duration_s,
+        "episodes_per_candidate": experiment.episodes,
+        "fitness": experiment.objective,
+        **dict.fromkeys(_ON_ENGINE, HIDDEN),
+    }
 
-    @classmethod
-    def options_of(cls, experiment: EnvExperiment) -> EnvironmentTraining:
-        """An experiment's own values."""
-        return cls(
-            duration_s=experiment.duration_s,
-            episodes_per_candidate=experiment.episodes,
-            objective=experiment.objective,
-        )
 
-    def applied(self, experiment: EnvExperiment) -> EnvExperiment:
-        """The experiment with what differs from its own; unless it is given, the share of an
-        episode that is left to settle stays.
+def adjusted(experiment: EnvExperiment, options: Mapping[str, Any]) -> EnvExperiment:
+    """Return an experiment with other values; the share of an episode for settling stays.
 
-        Raises:
-            TegotaeError: for what does not fit together.
-        """
-        settings = changes(self.objective, experiment.objective)
-        if self.cot_only:
-            if not isinstance(self.objective, Hopping):
-                raise TegotaeError("--cot-only belongs to the fitness hopping")
-            settings["follow_omega"] = False
-        objective = lasting(experiment, self.duration_s).objective
-        return dataclasses.replace(
-            experiment,
-            duration_s=self.duration_s,
-            episodes=self.episodes_per_candidate,
-            objective=dataclasses.replace(objective, **settings),  # type: ignore[type-var]
-        )
+    Args:
+        experiment: the experiment.
+        options: options of `train` that differ; None stands for the experiment's own.
+
+    Raises:
+        TegotaeError: for an option that it does not have, or values that do not fit together.
+    """
+    values = filled(options, own_values(experiment))
+    settings = changes(values.fitness, experiment.objective)
+    if options.get("cot_only"):
+        if not isinstance(values.fitness, Hopping):
+            raise TegotaeError("cot_only belongs to the fitness hopping")
+        settings["follow_omega"] = False
+    objective = lasting(experiment, values.duration_s).objective
+    return dataclasses.replace(
+        experiment,
+        duration_s=values.duration_s,
+        episodes=values.episodes_per_candidate,
+        objective=dataclasses.replace(objective, **settings),  # type: ignore[type-var]
+    )
 
 
 _SHARE, _POSITIVE = (0.0, 1.0), (0.0, math.inf)
@@ -108,7 +92,7 @@ OF_EPISODES = columns(
 
 
 @dataclass(frozen=True)
-class EnvironmentTask(Task):
+class EnvironmentController(LoadedController):
     """Controllers that were trained in another simulator."""
 
     what = "runs in another simulator"
@@ -118,41 +102,85 @@ class EnvironmentTask(Task):
         """The experiment in which they were trained."""
         return EnvExperiment.of(self.runs)
 
-    def on(self, body: Body) -> EnvironmentTask:
+    def on(self, body: Body) -> EnvironmentController:
         raise TegotaeError(f"{self.name} was trained on an environment, and has its body there")
 
-    def simulate_options(self) -> EnvironmentSimulation:
-        """The options of an episode."""
-        return EnvironmentSimulation(duration_s=self.experiment.duration_s)
+    def own(self) -> Values:
+        experiment = self.experiment
+        omegas = experiment.omegas or (experiment.wiring.omega,)
+        return {
+            "duration_s": experiment.duration_s,
+            "omega": tuple(omega for omega in omegas if omega is not None),
+        }
 
-    def simulate(self, options: EnvironmentSimulation) -> RecordedRun:
-        """One episode."""
+    def simulate(self, *, duration_s: float | None = None) -> Recording:
+        """Play an episode where a controller was trained, in another simulator.
+
+        Args:
+            duration_s: length of the episode [s].
+        """
+        options = filled(locals(), self.own())
         experiment = lasting(self.experiment, options.duration_s)
         (played,) = replay(experiment, [self.weights])
         why = played.why_on_ground()
-        return RecordedRun(
+        return Recording(
             name=self.name,
-            outcome=f"an episode on {experiment.spec.env}",
+            title=f"an episode on {experiment.spec.env}",
             raw=played,
             numbers=played.numbers(),
             columns=OF_EPISODES,
-            table=lambda: _series(played),
-            settings=options,
-            remarks=(f"It {why}.",) if why else (),
+            rows=lambda: _series(played),
+            settings=vars(options),
+            notes=(f"It {why}.",) if why else (),
         )
 
-    def evaluate_options(self) -> EnvironmentEvaluation:
-        """The options of an evaluation."""
-        experiment = self.experiment
-        omegas = experiment.omegas or (experiment.wiring.omega,)
-        return EnvironmentEvaluation(omega=tuple(omega for omega in omegas if omega is not None))
+    def evaluate(
+        self,
+        *others: Subject | LoadedController,
+        omega: Sequence[float] | None = None,
+        starts: int = 32,
+        settings: Sequence[str] = (),
+    ) -> Table:
+        """Play episodes where controllers were trained, in another simulator.
 
-    def alike(self, options: EnvironmentEvaluation) -> Mapping[str, Any]:
+        Args:
+            others: further controllers.
+            omega: frequencies [rad/s].
+            starts: episodes of each run, where the environment has noise.
+            settings: settings of the environment that differ from the training: NAME=VALUE, such as
+                noise=0.02 or mass_factor=1.2.
+
+        Raises:
+            TegotaeError: for values that cannot be, or controllers without a measure in common.
+        """
+        return self._evaluated(others, {**locals()})
+
+    def compare(
+        self,
+        *others: Subject | LoadedController,
+        omega: Sequence[float] | None = None,
+        starts: int = 32,
+        settings: Sequence[str] = (),
+    ) -> Table:
+        """Compare episodes where controllers were trained, in another simulator.
+
+        Args:
+            others: controllers that are compared with this one.
+            omega: frequencies [rad/s].
+            starts: episodes of each run, where the environment has noise.
+            settings: settings of the environment that differ from the training: NAME=VALUE, such as
+                noise=0.02 or mass_factor=1.2.
+
+        Raises:
+            TegotaeError: for values that cannot be, or controllers without a measure in common.
+        """
+        return self._evaluated(others, {**locals()}, compares=True)
+
+    def alike(self, options: Any) -> Mapping[str, Any]:
         spec = self.experiment.spec
         return {"environment": spec.env, "its settings": spec.settings}
 
-    def evaluate(self, options: EnvironmentEvaluation) -> Answer:
-        """Episodes of every run, frequency and start."""
+    def measured(self, options: Any) -> EvaluationTable:
         require_count("starts", options.starts)
         experiment, rows = self.experiment, []
         changed = dict(experiment.spec.settings) | settings_of(options.settings)
@@ -172,12 +200,12 @@ class EnvironmentTask(Task):
         )
         if "hops" in rows[0]:
             said += ": without a limit cycle there is neither CoT⁻¹ nor a transient"
-        return self.answer(
+        return self._measurements(
             rows,
             OF_EPISODES,
             options,
             groups=("controller", "omega"),
-            remarks=(f"{said}. * means that some runs are.",),
+            notes=(f"{said}. * means that some runs are.",),
         )
 
     def tested(self, starts: int) -> Tested:

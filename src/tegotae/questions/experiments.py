@@ -1,10 +1,10 @@
-"""What is trained, by name, and the options that change it."""
+"""Experiments by name, and the options that change them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any, cast
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import number
@@ -12,9 +12,7 @@ from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import with_vanilla_settings
-from tegotae.questions.options import changes
-from tegotae.questions.question import Names
-from tegotae.questions.task import Work
+from tegotae.questions.parameters import HIDDEN, Values, filled
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Condition, OneOf, Uniform
 from tegotae.systems.body_file import body_called
@@ -31,7 +29,7 @@ _HOW = (
 
 
 def conditions_named(texts: Iterable[str]) -> tuple[Condition, ...]:
-    """The conditions of `--vary`.
+    """Return the conditions of the option `vary`.
 
     Raises:
         TegotaeError: for a text that is none.
@@ -60,197 +58,179 @@ def _condition(text: str) -> Condition:
     except TegotaeError:
         raise
     except ValueError:
-        raise TegotaeError(f"--vary {text} is no condition; {_HOW}") from None
+        raise TegotaeError(f"vary: {text} is no condition; {_HOW}") from None
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExperimentOptions:
-    """An episode of training, what varies in it, the fitness and the body."""
-
-    height_m: float
-    """Height of the release [m], in training and evaluation."""
-    duration_s: float
-    """Duration of a training episode [s]."""
-    tick_s: float
-    """Control period in training [s]."""
-    hold: bool
-    """Hold the controller over each tick of the training, as a robot does."""
-    cot_only: bool = False
-    """Use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of algorithms.
-    Agents always do."""
-    vary: tuple[str, ...] = ()
-    """Conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value
-    between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)."""
-    episodes_per_candidate: int
-    """Number of episodes per candidate, if conditions vary."""
-    objective: Objective
-    body: Body
-
-    @classmethod
-    def options_of(cls, experiment: Experiment) -> Self:
-        """An experiment's own values."""
-        own = cls if cls is not ExperimentOptions or experiment.body.limbs > 1 else HopperOptions
-        return own(**own._values(experiment))  # type: ignore[return-value]
-
-    @classmethod
-    def _values(cls, experiment: Experiment) -> dict[str, Any]:
-        return {
-            "height_m": experiment.system.release.height_m,
-            "duration_s": experiment.timing.duration_s,
-            "tick_s": experiment.timing.tick_s,
-            "hold": isinstance(experiment.system.integrator, Hold),
-            "episodes_per_candidate": experiment.episodes,
-            "objective": experiment.objective,
-            "body": experiment.body,
-        }
-
-    def applied(self, experiment: Experiment) -> Experiment:
-        """The experiment with what differs from its own.
-
-        Args:
-            experiment: whose options these are.
-
-        Raises:
-            TegotaeError: for what does not fit together.
-        """
-        given = changes(self, type(self).options_of(experiment))
-        return experiment.replaced(**self._fields(experiment, given))
-
-    def _fields(self, experiment: Experiment, given: dict[str, Any]) -> dict[str, Any]:
-        """What is given, by the names that `Experiment.replaced` takes."""
-        made = {n: x for n, x in given.items() if n in ("height_m", "objective", "body")}
-        times = {name: given[name] for name in ("duration_s", "tick_s") if name in given}
-        if times:
-            made["timing"] = replace(experiment.timing, **times)
-        if "hold" in given:
-            made["integrator"] = Hold()
-        if "episodes_per_candidate" in given:
-            made["episodes"] = self.episodes_per_candidate
-        if self.vary:
-            made["conditions"] = conditions_named(self.vary)
-        if self.cot_only:
-            if not hasattr(self.objective, "follow_omega"):
-                kind = type(self.objective).__name__
-                raise TegotaeError(
-                    f"--cot-only belongs to the paper's fitness; this one is a {kind}"
-                )
-            made["objective"] = self.objective.without_frequency()
-        return made
+_OF_HOPPERS = (
+    *("drop_m", "work", "tuned_over"),
+    *("sector_start_rad", "sector_duration_s", "newtons_per_feedback"),
+)
+"""Options of an experiment on a body with one leg alone."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class HopperOptions(ExperimentOptions):
-    """An episode of training, what varies in it, the fitness, the body, and the evaluation."""
+def own_values(experiment: Experiment) -> Values:
+    """Return the experiment's own values of the options of a training.
 
-    drop_m: float
-    """Height by which the ground drops in the evaluation [m]."""
-    work: Work
-    """Definition of the actuator's work."""
-    sector_start_rad: float | None = None
-    """Phase at which a vanilla sector starts [rad]."""
-    sector_duration_s: float | None = None
-    """Duration of a vanilla sector at ω [s]; replaces its width in phase."""
-    newtons_per_feedback: float | None = None
-    """Force of a vanilla reflex per unit of feedback [N s/rad]."""
-    tuned_over: tuple[float, ...]
-    """Offsets from ω_t at which the gain of a pure V is searched for [rad/s], such as -2 -1 0 1 2
-    for all frequencies of the evaluation."""
+    Args:
+        experiment: the experiment.
 
-    @classmethod
-    def _values(cls, experiment: Experiment) -> dict[str, Any]:
-        return super()._values(experiment) | {
-            "drop_m": experiment.protocol.drop_m,
-            "work": experiment.protocol.work,
-            "tuned_over": experiment.search_offsets,
-        }
+    Example:
+        >>> own_values(find("ART").experiment())["drop_m"]
+        0.2
+    """
+    values: dict[str, Any] = {
+        "": experiment.name,
+        "height_m": experiment.system.release.height_m,
+        "duration_s": experiment.timing.duration_s,
+        "tick_s": experiment.timing.tick_s,
+        "hold": isinstance(experiment.system.integrator, Hold),
+        "episodes_per_candidate": experiment.episodes,
+        "fitness": experiment.objective,
+        "body": experiment.body,
+    }
+    if experiment.body.limbs > 1:
+        return values | dict.fromkeys(_OF_HOPPERS, HIDDEN)
+    protocol = experiment.protocol
+    more = {"drop_m": protocol.drop_m, "work": protocol.work}
+    return values | more | {"tuned_over": experiment.search_offsets}
 
-    def _fields(self, experiment: Experiment, given: dict[str, Any]) -> dict[str, Any]:
-        made = super()._fields(experiment, given)
-        of_protocol = {"drop_m": "drop_m", "work": "work", "height_m": "release_m"}
-        evaluated = {field: given[name] for name, field in of_protocol.items() if name in given}
-        controller = experiment.controller
-        actuation = with_vanilla_settings(
-            controller.actuation,
-            start_rad=self.sector_start_rad,
-            duration_s=self.sector_duration_s,
-            newtons_per_feedback=self.newtons_per_feedback,
-        )
-        objective = made.get("objective", self.objective)
-        if "work" in given and hasattr(objective, "work"):
-            made["objective"] = replace(objective, work=self.work)
-        return made | {
-            "controller": replace(controller, actuation=actuation),
-            "protocol": replace(experiment.protocol, **evaluated),
-            "search_offsets": self.tuned_over,
-        }
+
+def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
+    """Return an experiment with other values.
+
+    Args:
+        experiment: the experiment.
+        options: options of `train` that differ; None stands for the experiment's own.
+
+    Raises:
+        TegotaeError: for an option that it does not have, or values that do not fit together.
+
+    Example:
+        >>> adjusted(find("ART").experiment(), {"body": {"mass_kg": 0.2}}).body.mass_kg
+        0.2
+    """
+    own = own_values(experiment)
+    filling = vars(filled(options, own))
+    given = {name: x for name, x in filling.items() if x is not None and x != own.get(name)}
+    made: dict[str, Any] = {
+        field: given[name]
+        for name, field in (("height_m", "height_m"), ("fitness", "objective"), ("body", "body"))
+        if name in given
+    }
+    times = {name: given[name] for name in ("duration_s", "tick_s") if name in given}
+    if times:
+        made["timing"] = replace(experiment.timing, **times)
+    if given.get("hold"):
+        made["integrator"] = Hold()
+    if "episodes_per_candidate" in given:
+        made["episodes"] = given["episodes_per_candidate"]
+    if given.get("vary"):
+        made["conditions"] = conditions_named(given["vary"])
+    objective = made.get("objective", experiment.objective)
+    if given.get("cot_only"):
+        if not hasattr(objective, "follow_omega"):
+            kind = type(objective).__name__
+            raise TegotaeError(f"cot_only belongs to the paper's fitness; this one is a {kind}")
+        made["objective"] = objective = objective.without_frequency()
+    if experiment.body.limbs == 1:
+        made |= _of_hopper(experiment, given, objective)
+    return experiment.replaced(**made)
+
+
+def _of_hopper(
+    experiment: Experiment, given: Mapping[str, Any], objective: Objective
+) -> dict[str, Any]:
+    """Options of a body with one leg, by the names that `Experiment.replaced` takes."""
+    of_protocol = {"drop_m": "drop_m", "work": "work", "height_m": "release_m"}
+    evaluated = {field: given[name] for name, field in of_protocol.items() if name in given}
+    controller = experiment.controller
+    actuation = with_vanilla_settings(
+        controller.actuation,
+        start_rad=given.get("sector_start_rad"),
+        duration_s=given.get("sector_duration_s"),
+        newtons_per_feedback=given.get("newtons_per_feedback"),
+    )
+    made: dict[str, Any] = {
+        "controller": replace(controller, actuation=actuation),
+        "protocol": replace(experiment.protocol, **evaluated),
+        "search_offsets": given.get("tuned_over", experiment.search_offsets),
+    }
+    if "work" in given and hasattr(objective, "work"):
+        made["objective"] = replace(cast(Any, objective), work=given["work"])
+    return made
 
 
 def _for_weight(experiment: Experiment, body: Body) -> Controller:
     """The controller for a body of another weight, on which a reflex pushes in proportion to it."""
-    own, other = (getattr(of, "weight_n", None) for of in (experiment.body, body))
+    weight_n, other_n = (getattr(x, "weight_n", None) for x in (experiment.body, body))
     scale = getattr(experiment.controller.actuation, "newtons_per_feedback", None)
-    if not own or not other or not isinstance(scale, float):
+    if not weight_n or not other_n or not isinstance(scale, float):
         return experiment.controller
     pushes = with_vanilla_settings(
-        experiment.controller.actuation, newtons_per_feedback=scale * other / own
+        experiment.controller.actuation, newtons_per_feedback=scale * other_n / weight_n
     )
     return replace(experiment.controller, actuation=pushes)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Experiments(Names):
-    """Experiments by name. The fields, which decide what is trained, are options as well."""
+def experiment_named(name: Any, *, budget: int | None = None, **parts: Any) -> Experiment:
+    """Return the experiment of a name.
 
-    NAMED = (
-        "A name is a model (see `tegotae models`), an architecture such as ART, a design for a "
-        "body with legs such as ART@quadruped-c, or an experiment of your own, FILE.py:OBJECT or "
-        "MODULE:OBJECT. What it names has options of its own."
-    )
+    Args:
+        name: a model, a design, an architecture, FILE.py:OBJECT, or an object.
+        budget: maximum number of trained parameters of a model; the paper's by default.
+        parts: parts of `with_parts`.
 
-    budget: int | None = None
-    """Maximum number of trained parameters of a model; the paper's by default."""
-    oscillator: str | None = None
-    """Another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own, FILE.py:OBJECT
-    or MODULE:OBJECT. With the prefix learned- its parameters are trained, too."""
-    body: str | None = None
-    """Replace the body by your own, FILE.toml of `tegotae identify`, FILE.py:OBJECT or
-    MODULE:OBJECT."""
-    fitness: str | None = None
-    """Another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping (CoT⁻¹ + ΔΩ),
-    return (the sum of its rewards), or a function of an episode, FILE.py:FUNCTION or
-    MODULE:FUNCTION."""
+    Raises:
+        TegotaeError: for a name without one, a budget for another experiment than a model of the
+            paper, or parts that do not fit together.
+    """
+    return with_parts(resolve(name, budget=budget).experiment(), budget=budget, **parts)
 
-    def named(self, *names: Any) -> Sequence[Any]:
-        """The experiments.
 
-        Raises:
-            TegotaeError: for a name without one, a budget for what is no model of the paper, or
-                what does not fit together.
-        """
-        return [self.applied(resolve(name, budget=self.budget).experiment()) for name in names]
+def with_parts(
+    experiment: Experiment,
+    *,
+    budget: int | None = None,
+    oscillator: str | None = None,
+    body: Any = None,
+    fitness: Any = None,
+) -> Experiment:
+    """Return an experiment with other parts, by name or as objects.
 
-    def applied(self, experiment: Experiment) -> Experiment:
-        """The experiment with the parts that are named."""
-        if self.oscillator is not None:
-            experiment = self._with_oscillator(experiment, self.oscillator)
-        given: dict[str, Any] = {}
-        if self.body is not None:
-            given["body"] = body_called(self.body)
-            given["controller"] = _for_weight(experiment, given["body"])
-        if self.fitness is not None:
-            given["objective"] = named(self.fitness, Objective, "fitness")
-        return experiment.replaced(**given)
+    Args:
+        experiment: the experiment.
+        budget: maximum number of trained parameters of a model.
+        oscillator: name of an oscillator, or FILE.py:OBJECT.
+        body: a body, or FILE.toml, FILE.py:OBJECT or MODULE:OBJECT.
+        fitness: an objective, or FILE.py:OBJECT or MODULE:OBJECT.
 
-    def _with_oscillator(self, experiment: Experiment, name: str) -> Experiment:
-        """With another oscillator; one without any stays as it is."""
-        own, oscillator = is_reference(name), oscillator_called(name)
-        if experiment.controller.oscillator is None:
-            return experiment
-        called = f"{experiment.name}+{type(oscillator).__name__ if own else name}"
-        controller = replace(experiment.controller, oscillator=oscillator)
-        if experiment.name in all_models() and not own:
-            # Its networks leave room for the weights of the oscillator.
-            model = find(called)
-            budget = BUDGET if self.budget is None else self.budget
-            called, controller = model.name, model.controller(budget)
-        return experiment.replaced(name=called, controller=controller)
+    Raises:
+        TegotaeError: for parts that there are not, or that do not fit together.
+    """
+    body, fitness = (x.get("name") if isinstance(x, Mapping) else x for x in (body, fitness))
+    if oscillator is not None:
+        experiment = _with_oscillator(experiment, oscillator, budget)
+    made: dict[str, Any] = {}
+    if isinstance(body, (str, Body)):
+        made["body"] = body_called(body) if isinstance(body, str) else body
+        made["controller"] = _for_weight(experiment, made["body"])
+    if isinstance(fitness, str):
+        made["objective"] = named(fitness, Objective, "fitness")
+    elif fitness is not None:
+        made["objective"] = fitness
+    return experiment.replaced(**made)
+
+
+def _with_oscillator(experiment: Experiment, name: str, budget: int | None) -> Experiment:
+    """The experiment with another oscillator; one without any stays as it is."""
+    custom, oscillator = is_reference(name), oscillator_called(name)
+    if experiment.controller.oscillator is None:
+        return experiment
+    called = f"{experiment.name}+{type(oscillator).__name__ if custom else name}"
+    controller = replace(experiment.controller, oscillator=oscillator)
+    if experiment.name in all_models() and not custom:
+        # Its networks leave room for the weights of the oscillator.
+        model = find(called)
+        called = model.name
+        controller = model.controller(BUDGET if budget is None else budget)
+    return experiment.replaced(name=called, controller=controller)

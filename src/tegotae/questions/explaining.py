@@ -1,4 +1,4 @@
-"""A page about one controller: what it does, and what is left of it without its feedback."""
+"""Explanation of one controller on a page: its gait, and its score without its feedback."""
 
 from __future__ import annotations
 
@@ -53,18 +53,17 @@ from tegotae.measures.hopping.statistics import Interval, mean_defined
 from tegotae.parts.bodies import Hopper, Walker
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.maths import TWO_PI
-from tegotae.questions.answer import UNDEFINED, AnswerBase
-from tegotae.questions.hopping import HoppingTask
-from tegotae.questions.question import Tasks, question
-from tegotae.questions.task import Subject, Task
-from tegotae.questions.walking import WalkingTask
+from tegotae.questions.controller import LoadedController
+from tegotae.questions.hopping import HopperController
+from tegotae.questions.results import UNDEFINED, Table
+from tegotae.questions.walking import WalkerController
 from tegotae.simulation.world import OMEGA
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.legged import random_phases
 from tegotae.systems.resolve import resolve
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib import figure
 
     from tegotae.analysis.surface import Surface
 
@@ -80,67 +79,19 @@ _OFF = 0.05
 """So far from one hop in a turn of the phase are several hops, or a part of one."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Explained(Tasks):
-    """A controller by name, on a body of this package."""
+def explain(controller: LoadedController, options: Any) -> Explanation:
+    """Explain a controller on one page (`LoadedController.explain`).
 
-    def named(self, *names: Subject | Task) -> Sequence[Any]:
-        for name in names:
-            if isinstance(name, (str, Path)) and len((several := resolve(name)).controllers) > 1:
-                several.controller()  # refused, with the file of one
-        tasks = super().named(*names)
-        for task in tasks:
-            if isinstance(task, WalkingTask) and not isinstance(unwrapped(task.runs.body), Walker):
-                raise TegotaeError(
-                    f"explain judges legs by their cost of transport, and {task.name} hops in "
-                    "place; tegotae gait sweep and tegotae gait stability study it"
-                )
-            if not isinstance(task, (HoppingTask, WalkingTask)):
-                raise TegotaeError(
-                    f"{task.name} {task.what}, and explain reads what moves on a body of this "
-                    "package; tegotae simulate and tegotae evaluate run it there"
-                )
-        return tasks
+    Args:
+        controller: the controller.
+        options: parameters of the method, without None.
 
-
-@dataclass(frozen=True, kw_only=True)
-class ExplainOptions:
-    """From which releases a controller is evaluated."""
-
-    duration_s: float
-    """Simulated time of an episode [s]."""
-    releases: int = 15
-    """Number of releases, none of which a training saw."""
-    seed: int = 0
-    """Seed of their heights and phases."""
-    retune: int = 60
-    """Generations for which each short form is retuned; 0 tries none."""
-    retune_seeds: int = 3
-    """Number of runs of each, of which the one of highest fitness in its training is taken."""
-    first_seed: int = 0
-    """First seed of the retuning; the others follow it."""
-
-    @classmethod
-    def options_of(cls, task: HoppingTask | WalkingTask) -> ExplainOptions:
-        """As long as an evaluation."""
-        legged = isinstance(task, WalkingTask)
-        own_s = task.legged.timing.duration_s if legged else task.runs.protocol.undisturbed_s
-        return cls(duration_s=own_s)
-
-
-@question(
-    subjects=Explained,
-    kinds={"One leg, such as paper": "paper", "Several legs, such as quadruped-c": "quadruped-c"},
-)
-def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explanation:
-    """Explain a controller on one page: its curves over what its gait visits, where it waits and
-    pushes, its score with and without its feedback, and whether it follows its command.
-
-    Example:
-        >>> explain("V-reflex-w8", duration=10.0, releases=2).evaluated["whole"].merit.shape
-        (2, 5)
+    Raises:
+        TegotaeError: for a controller elsewhere than on a body of this package, or values that
+            cannot be.
     """
-    require_finite("duration", options.duration_s, least=1.0)
+    task = _explainable(controller)
+    require_finite("duration_s", options.duration_s, least=1.0)
     require_count("releases", options.releases, most=MOST_POINTS)
     require_count("seed", options.seed, least=0)
     require_count("retune", options.retune, least=0)
@@ -149,7 +100,7 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     if options.retune and options.releases < 2:
         raise TegotaeError(
             "releases is 1; it must be at least 2, of which one half chooses among the short forms "
-            "and the other judges; or retune none, --retune 0"
+            "and the other judges; or retune none, with retune 0"
         )
     released = _released(task, options)
     whole = released.evaluated(released.saved.controller, released.saved.weights)
@@ -163,22 +114,42 @@ def explain(task: HoppingTask | WalkingTask, options: ExplainOptions) -> Explana
     halves = [whole.of_releases(half).mean.mean for half in (CHOOSING, JUDGING)]
     if options.retune and known and released.saved.omega and min(halves) >= NOTHING:
         forms = tried_forms(released, whole, visited, generations=options.retune, seeds=seeds)
-    return Explanation(
+    explanation = Explanation(
+        title=task.name,
         name=task.name,
         released=released,
         visited=visited,
         evaluated={"whole": whole, **without_feedback(released, feedback)},
         feedback_rad_per_s=feedback,
         forms=forms,
-        options=options,
+        settings=vars(options),
+    )
+    return replace(explanation, notes=explanation.sentences())
+
+
+def _explainable(controller: LoadedController) -> HopperController | WalkerController:
+    """The controller, which must be one on a body of this package."""
+    if len(controller.runs.weights) > 1 and controller.source:
+        resolve(controller.source).controller()  # refused, with the file of one
+    if isinstance(controller, WalkerController):
+        if not isinstance(unwrapped(controller.runs.body), Walker):
+            raise TegotaeError(
+                f"explain judges legs by their cost of transport, and {controller.name} hops in "
+                "place; tegotae gait sweep and tegotae gait stability study it"
+            )
+        return controller
+    return controller.require(
+        HopperController,
+        "explain reads what moves on a body of this package; tegotae simulate and tegotae "
+        "evaluate run it there",
     )
 
 
-def _released(task: HoppingTask | WalkingTask, options: ExplainOptions) -> ReleasedController:
+def _released(task: HopperController | WalkerController, options: Any) -> ReleasedController:
     """The releases from which a controller is evaluated."""
     runs, n = task.runs, options.releases
     saved = SavedController(runs.system, task.weights, task.name, runs.experiment)
-    if isinstance(task, WalkingTask):
+    if isinstance(task, WalkerController):
         legged = task.legged
         timing = replace(legged.timing, duration_s=options.duration_s)
         release = legged.scenario(random_phases(legged.body.limbs, n, options.seed))
@@ -207,8 +178,8 @@ def _frequencies(saved: SavedController, offsets: Sequence[float] = ()) -> np.nd
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Explanation(AnswerBase):
-    """What a controller does; its page is `page.md` of the folder that `save` writes."""
+class Explanation(Table):
+    """Explanation of a controller; its page is `page.md` of the folder that `save` writes."""
 
     name: str
     """Of the controller."""
@@ -222,11 +193,8 @@ class Explanation(AnswerBase):
     """Its mean over the gait, [frequencies]."""
     forms: Sequence[TriedForm]
     """Short forms, as they were tried; none where there is nothing to keep."""
-    options: ExplainOptions
-
-    @property
-    def title(self) -> str:
-        return self.name
+    settings: Mapping[str, Any]
+    """Options of the explanation."""
 
     @property
     def _hops(self) -> bool:
@@ -236,8 +204,9 @@ class Explanation(AnswerBase):
     def _has_feedback(self) -> bool:
         return self.released.saved.controller.tegotae is not None
 
-    def frame(self) -> pd.DataFrame:
-        """A row a variant, release and frequency."""
+    @property
+    def table(self) -> pd.DataFrame:
+        """Scores, a row a variant, release and frequency."""
         releases, n = self.released.shape
         rows = [
             pd.DataFrame(
@@ -320,8 +289,8 @@ class Explanation(AnswerBase):
     def texts(self) -> list[pd.DataFrame]:
         return [table for table in (self.scores, self.curves, self.tried) if len(table)]
 
-    @property
-    def notes(self) -> list[str]:
+    def sentences(self) -> list[str]:
+        """Return the text of the page."""
         known = (
             self._of_score,
             self._of_feedback,
@@ -462,14 +431,13 @@ class Explanation(AnswerBase):
             )
         return said
 
-    def document(self) -> JsonObject:
-        """All numbers: scores, curves and what is said of them."""
+    def to_dict(self) -> JsonObject:
         scores = {
             name: {"mean": x.mean, "following": x.following, **asdict(x)}
             for name, x in self.evaluated.items()
         }
         curves = self.curves.reset_index().to_dict("records")
-        settings = {"name": self.name, "settings": asdict(self.options)}
+        settings = {"name": self.name, "settings": self.settings}
         forms = [
             {
                 "name": form.name,
@@ -482,7 +450,7 @@ class Explanation(AnswerBase):
         more = {"scores": scores, "curves": curves, "forms": forms, "said": self.notes}
         return as_json({**settings, "feedback_rad_per_s": self.feedback_rad_per_s, **more})
 
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> Mapping[str, figure.Figure]:
         from tegotae.figures.explanation import explanation_figure, forms_figure
 
         surface = self._surface()
@@ -532,18 +500,17 @@ class Explanation(AnswerBase):
             f"{'hops' if self._hops else 'steps'} over the command ω.{unit}*"
         )
 
-    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
+    def _fill(self, folder: Path) -> list[Path]:
         """Write the page, its figures, numbers and document into a folder, and the shortest forms,
         each as a controller file and as a folder of C."""
-        folder = Path(folder)
-        written = super().save(folder, format)
+        written = super()._fill(folder)
         for form in dict.fromkeys(filter(None, self.chosen.values())):
             written.append(folder / f"{form.name}.json")
             save(form.saved, written[-1])
             if self._hops:
-                written += tegotae.export_c(form.saved).save(folder / f"{form.name}-c")
+                written += tegotae.robots.export_c(form.saved).save(folder / f"{form.name}-c")
         path = folder / "page.md"
-        write_atomically(path, self.page().replace(".png)", f".{format})"))
+        write_atomically(path, self.page())
         return [path, *written]
 
 

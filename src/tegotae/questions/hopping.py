@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Self
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +17,9 @@ from tegotae.measures.hopping.metric import TABLE, Metric
 from tegotae.measures.hopping.registry import chosen, register
 from tegotae.measures.hopping.signals import work_total
 from tegotae.parts.bodies import Body
-from tegotae.questions.answer import Answer, RecordedRun, columns
-from tegotae.questions.task import Task, Work
+from tegotae.questions.controller import Changes, LoadedController, Subject, Work
+from tegotae.questions.parameters import Values, filled
+from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.timing import MOST_TICKS
@@ -26,61 +27,6 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.simulation import Result, simulate
 from tegotae.systems.system import Release
 from tegotae.systems.user_objects import is_reference, named
-
-
-@dataclass(frozen=True, kw_only=True)
-class HoppingOptions:
-    """What of a controller on a body with one leg can be otherwise."""
-
-    omega: float | None
-    """Frequency ω [rad/s]."""
-    sigma: float | None
-    """Gain σ of the vanilla feedback [rad/(s N)]."""
-    release: Release
-    body: Body
-
-    @classmethod
-    def options_of(cls, task: HoppingTask, **more: Any) -> Self:
-        """The controller's own."""
-        system, body = task.runs.system, task.runs.body
-        own = {"omega": system.omega, "release": system.release, "body": body}
-        return cls(sigma=task.sigma, **own, **more)
-
-
-@dataclass(frozen=True, kw_only=True)
-class HoppingSimulation(HoppingOptions):
-    """Simulate a body with one leg: apexes and efficiency."""
-
-    duration_s: float = 20.0
-    """Simulated time [s]."""
-    drop_m: float = 0.0
-    """Height by which the ground drops [m]; a negative one raises it."""
-    drop_time_s: float = 10.0
-    """Time of the drop [s]."""
-    work: Work
-    """Definition of the actuator's work."""
-    measure_from_s: float | None = None
-    """Measure CoT⁻¹ over whole hops from this time on [s]; by default half of the duration."""
-    tick_s: float
-    """Control period [s]."""
-    hold: bool
-    """Hold the controller over each tick, as a robot does."""
-    float64: bool = False
-    """Compute in double precision."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class HoppingEvaluation:
-    """Evaluate hopping as in the paper: at several frequencies, with a drop of the ground."""
-
-    omega: float | None
-    """Frequency around which it is evaluated [rad/s]."""
-    metric: tuple[str, ...] = ()
-    """Compute only these metrics: names, your own as FILE.py:OBJECT, or all. By default all are
-    computed and the usual ones shown."""
-    protocol: Protocol
-    body: Body
-
 
 SERIES = (
     *("time_s", "height_m", "velocity_m_per_s", "phase_rad", "spring_force_n"),
@@ -95,72 +41,132 @@ OF_HOPS = columns(
 )
 
 
-class HoppingTask(Task):
-    """Controllers on a body with one leg."""
+class HopperController(LoadedController):
+    """Controllers of a body with one leg."""
 
     what = "hops on one leg"
 
-    def controller(self, options: HoppingOptions) -> SavedController:
-        """The one controller with what was given.
+    def own(self) -> Values:
+        system, trained = self.runs.system, self.runs.experiment
+        return {
+            "omega": system.omega,
+            "sigma": self.sigma,
+            "release": system.release,
+            "body": self.runs.body,
+            "work": "absolute" if trained is None else trained.protocol.work,
+            "tick_s": system.period_s(Timing.tick_s),
+            "hold": isinstance(system.integrator, Hold),
+            "protocol": self.runs.protocol,
+            "duration_s": self.runs.protocol.undisturbed_s,
+        }
+
+    def changed(
+        self,
+        *,
+        omega: float | None = None,
+        sigma: float | None = None,
+        release: Release | Changes | None = None,
+        body: Body | Changes | None = None,
+    ) -> SavedController:
+        """Return the one controller with other values.
+
+        Args:
+            omega: frequency ω [rad/s].
+            sigma: gain σ of the vanilla feedback [rad/(s N)].
+            release: start of an episode.
+            body: another body.
 
         Raises:
-            TegotaeError: for several controllers, or what does not fit together.
+            TegotaeError: for several controllers, or values that do not fit together.
         """
-        if options.sigma is not None:
-            require_within("sigma", options.sigma, MOST_GAIN)
-        changed = {"omega": options.omega, "body": options.body, "release": options.release}
-        system = self.runs.system.replaced(changed)
-        return SavedController(system, self.weights_at(options.sigma), self.name)
+        own = {**self.own(), "sigma": None}
+        options = filled({"omega": omega, "release": release, "body": body}, own)
+        if sigma is not None:
+            require_within("sigma", sigma, MOST_GAIN)
+        system = self.runs.system.replaced(vars(options))
+        return SavedController(system, self.weights_at(sigma), self.name)
 
-    def simulate_options(self) -> HoppingSimulation:
-        """The options of a simulation."""
-        system, trained = self.runs.system, self.runs.experiment
-        return HoppingSimulation.options_of(
-            self,
-            work="absolute" if trained is None else trained.protocol.work,  # type: ignore[arg-type]
-            tick_s=system.period_s(Timing.tick_s),
-            hold=isinstance(system.integrator, Hold),
-        )
+    def simulate(
+        self,
+        *,
+        duration_s: float = 20.0,
+        omega: float | None = None,
+        sigma: float | None = None,
+        drop_m: float = 0.0,
+        drop_time_s: float = 10.0,
+        work: Work | None = None,
+        measure_from_s: float | None = None,
+        tick_s: float | None = None,
+        hold: bool | None = None,
+        float64: bool = False,
+        release: Release | Changes | None = None,
+        body: Body | Changes | None = None,
+    ) -> Recording:
+        """Simulate a body with one leg: apexes and efficiency.
 
-    def simulate(self, options: HoppingSimulation) -> RecordedRun:
-        """One rollout: apexes and efficiency."""
+        Args:
+            duration_s: simulated time [s].
+            omega: frequency ω [rad/s].
+            sigma: gain σ of the vanilla feedback [rad/(s N)].
+            drop_m: height by which the ground drops [m]; a negative one raises it.
+            drop_time_s: time of the drop [s].
+            work: definition of the actuator's work.
+            measure_from_s: start of the whole hops over which CoT⁻¹ is measured [s]; half of the
+                duration by default.
+            tick_s: control period [s].
+            hold: hold the controller over each tick, as a robot does.
+            float64: compute in double precision.
+            release: start of the episode, or changes of the controller's own.
+            body: another body, or changes of the controller's own.
+
+        Raises:
+            TegotaeError: for values that cannot be, before anything is computed.
+
+        Example:
+            >>> from tegotae.questions.controllers import load
+            >>> load("paper").simulate(duration_s=4.0, drop_m=0.1, drop_time_s=2.0).table.columns[1]
+            'height_m'
+        """
+        options = filled(locals(), self.own())
         result = self._rolled_out(options)
         summary, trajectory = result.summary(), result.trajectory
         heights = ", ".join(f"{height:.4f}" for height in result.apexes[1][-4:])
-        remarks = [f"no CoT⁻¹: {summary['reason']}"] if summary["reason"] else []
+        notes = [f"no CoT⁻¹: {summary['reason']}"] if summary["reason"] else []
         if summary["hops"]:
             start_s, end_s = summary["window_s"]  # type: ignore[misc]
-            remarks.append(f"The whole hops are from {start_s:.2f} to {end_s:.2f} s.")
+            notes.append(f"The whole hops are from {start_s:.2f} to {end_s:.2f} s.")
         if summary["failed"]:
-            remarks.append(
+            notes.append(
                 f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left, or the "
                 "numbers exceed their range"
             )
-        return RecordedRun(
+        return Recording(
             name=self.name,
-            outcome=f"{len(result.apexes[0])} apexes"
+            title=f"{len(result.apexes[0])} apexes"
             + (f"; the last at {heights} m" if heights else ""),
             raw=result,
             numbers=summary,
             columns=OF_HOPS if summary["hops"] else (),
-            table=lambda: {
+            rows=lambda: {
                 **{name: getattr(trajectory, name) for name in SERIES},
                 "work_j": work_total(trajectory, options.work),
             },
-            settings=options,
-            remarks=remarks,
+            settings=vars(options),
+            notes=notes,
         )
 
-    def _rolled_out(self, options: HoppingSimulation) -> Result:
+    def _rolled_out(self, options: SimpleNamespace) -> Result:
         tick_s, drops = options.tick_s, options.drop_m != 0.0
-        require_finite("tick", tick_s, above=0.0)
-        require_finite("drop_time", options.drop_time_s, least=0.0)
+        require_finite("tick_s", tick_s, above=0.0)
+        require_finite("drop_time_s", options.drop_time_s, least=0.0)
         if drops and options.drop_time_s >= options.duration_s:
             raise TegotaeError(
                 f"the ground is to drop at {options.drop_time_s:g} s, but the rollout ends at "
-                f"{options.duration_s:g} s; set --drop-time or --duration"
+                f"{options.duration_s:g} s; set drop_time_s or duration_s"
             )
-        saved = self.controller(options)
+        saved = self.changed(
+            omega=options.omega, sigma=options.sigma, release=options.release, body=options.body
+        )
         held = {"integrator": Hold()} if options.hold else {}
         frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
         return simulate(
@@ -174,22 +180,62 @@ class HoppingTask(Task):
             dtype="float64" if options.float64 else "float32",
         )
 
-    def evaluate_options(self) -> HoppingEvaluation:
-        """The options of an evaluation."""
-        runs = self.runs
-        return HoppingEvaluation(body=runs.body, protocol=runs.protocol, omega=runs.omega)
+    def evaluate(
+        self,
+        *others: Subject | LoadedController,
+        omega: float | None = None,
+        metric: Sequence[str] = (),
+        protocol: Protocol | Changes | None = None,
+        body: Body | Changes | None = None,
+    ) -> Table:
+        """Evaluate hopping as in the paper: at several frequencies, with a drop of the ground.
 
-    def check(self, options: HoppingEvaluation) -> None:
+        Args:
+            others: further controllers.
+            omega: frequency around which it is evaluated [rad/s].
+            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
+                all are computed and the usual ones shown.
+            protocol: protocol of the evaluation, or changes of the controller's own.
+            body: another body, or changes of the controller's own.
+
+        Raises:
+            TegotaeError: for values that cannot be, or controllers without a measure in common.
+        """
+        return self._evaluated(others, {**locals()})
+
+    def compare(
+        self,
+        *others: Subject | LoadedController,
+        omega: float | None = None,
+        metric: Sequence[str] = (),
+        protocol: Protocol | Changes | None = None,
+        body: Body | Changes | None = None,
+    ) -> Table:
+        """Compare hopping, evaluated as in the paper, and how it differs from the first controller.
+
+        Args:
+            others: controllers that are compared with this one.
+            omega: frequency around which it is evaluated [rad/s].
+            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
+                all are computed and the usual ones shown.
+            protocol: protocol of the evaluation, or changes of the controller's own.
+            body: another body, or changes of the controller's own.
+
+        Raises:
+            TegotaeError: for values that cannot be, or protocols that differ.
+        """
+        return self._evaluated(others, {**locals()}, compares=True)
+
+    def check(self, options: Any) -> None:
         _ = _metrics(options.metric)
         require_evaluable(self.runs.controller, options.body, options.protocol)
 
-    def alike(self, options: HoppingEvaluation) -> Mapping[str, Any]:
-        """All of the protocol but what belongs to the system: release and control period."""
+    def alike(self, options: Any) -> Mapping[str, Any]:
+        """Return the protocol without the options of the system: release and control period."""
         protocol = dataclasses.asdict(options.protocol)
         return {name: protocol[name] for name in protocol if name not in ("release_m", "tick_s")}
 
-    def evaluate(self, options: HoppingEvaluation) -> Answer:
-        """The metrics of every run and frequency."""
+    def measured(self, options: Any) -> EvaluationTable:
         runs, metrics = self.runs.replaced(body=options.body), _metrics(options.metric)
         result = evaluate(
             runs.controller,
@@ -204,17 +250,17 @@ class HoppingTask(Task):
         shown = metrics if options.metric else [m for m in metrics if TABLE in m.shown]
         labels, omegas = runs.labels, result.omega
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
-        return self.answer(
+        return self._measurements(
             rows | {name: values.ravel() for name, values in result.episodes.items()},
             columns(
                 *((m.name, m.label, m.unit, m.range, m.more_is_better, m in shown) for m in metrics)
             ),
             options,
-            remarks=(
+            notes=[
                 "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
                 "limit cycle has neither CoT⁻¹ nor transients, and counts in the share of limit "
-                "cycles. – is undefined, * means that some runs are.",
-            ),
+                "cycles. – is undefined, * means that some runs are."
+            ],
         )
 
 

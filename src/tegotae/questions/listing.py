@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
@@ -12,8 +11,8 @@ import pandas as pd
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.measures.hopping.registry import metrics
-from tegotae.questions.answer import UNDEFINED, TableAnswer, short
-from tegotae.questions.question import Names, question
+from tegotae.questions.parameters import in_shell
+from tegotae.questions.results import UNDEFINED, Table, short
 from tegotae.systems.designs import all_designs
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.laws import LAWS, ShortLaw
@@ -25,42 +24,38 @@ SHOWN = ("cot_inverse", "t0_s", "t1_s")
 ones. JSON has all."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ListingOptions:
-    """A pattern is a name with * and ? as in a shell, or an architecture such as ART. A pattern
-    with @ selects designs, such as '*@quadruped-c' or 'ART*@*'."""
-
-    zoo: bool = False
-    """List the trained controllers that come with the package, with their metrics: the best run of
-    each model. MODEL/all lists every run, STUDY:MODEL those of one study."""
-    budget: int = BUDGET
-    """Maximum number of trained parameters of a controller."""
-
-
-@question(subjects=Names, usual=("*",))
-def models(pattern: str, options: ListingOptions) -> TableAnswer:
+@in_shell(pictures=False)
+def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) -> Table:
     """List the models of the study and short laws, designs for legs, or trained controllers.
 
+    Args:
+        pattern: a name with * and ? as in a shell, or an architecture such as ART. A pattern with @
+            selects designs, such as '*@quadruped-c' or 'ART*@*'.
+        zoo: list the trained controllers that come with the package, with their metrics: the best
+            run of each model. MODEL/all lists every run, STUDY:MODEL those of one study.
+        budget: maximum number of trained parameters of a controller.
+
+    Raises:
+        TegotaeError: for a pattern that nothing matches.
+
     Example:
-        >>> models("V-sector-*").frame()["name"].tolist()
+        >>> list_models("V-sector-*").table["name"].tolist()
         ['V-sector-w4', 'V-sector-w8']
     """
-    if options.zoo:
-        if options.budget != BUDGET:
-            raise TegotaeError(
-                "--budget sizes controllers that are not trained; those of --zoo are"
-            )
+    if zoo:
+        if budget != BUDGET:
+            raise TegotaeError("budget sizes controllers that are not trained; those of zoo are")
         return _trained(pattern)
     if "@" in pattern:
         kind, known, headings, described = "design", all_designs(), _OF_DESIGNS, _of_design
     else:
-        known = {**all_models(), **_laws(options.budget)}
+        known = {**all_models(), **_laws(budget)}
         kind, headings, described = "model", _OF_MODELS, _of_model
     chosen = [x for name, x in known.items() if fnmatch.fnmatchcase(name, pattern)]
     chosen = chosen or [x for x in known.values() if _architecture(x) == pattern]
     if not chosen:
         raise unknown(kind, pattern, known)
-    rows = [described(x, options) for x in chosen]
+    rows = [described(x, budget) for x in chosen]
     laws = sum(isinstance(x, ShortLaw) for x in chosen)
     counts = {f"{kind}s": len(rows) - laws, "short laws": laws}
     remark = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
@@ -109,7 +104,7 @@ def _of_law(law: ShortLaw) -> JsonObject:
     }
 
 
-def _of_model(model: Any, options: ListingOptions) -> JsonObject:
+def _of_model(model: Any, budget: int) -> JsonObject:
     if isinstance(model, ShortLaw):
         return _of_law(model)
     return {
@@ -121,20 +116,20 @@ def _of_model(model: Any, options: ListingOptions) -> JsonObject:
         "gain_observation": model.terms.gain,
         "actuation": model.actuation,
         "omega_t_rad_per_s": model.omega_t,
-        "parameters": model.controller(options.budget).n_weights,
+        "parameters": model.controller(budget).n_weights,
     }
 
 
-def _of_design(design: Any, options: ListingOptions) -> JsonObject:
+def _of_design(design: Any, budget: int) -> JsonObject:
     return {
         "name": design.name,
         "about": design.family.about,
         "omega_rad_per_s": design.omega_t if design.family.has_rhythm else None,
-        "parameters": design.controller(options.budget).n_weights,
+        "parameters": design.controller(budget).n_weights,
     }
 
 
-def _trained(pattern: str) -> TableAnswer:
+def _trained(pattern: str) -> Table:
     """The trained controllers of `[STUDY:]MODEL[/RUN]`."""
     wanted = ZooName.of(pattern)
     zoos = (study_of(wanted.study),) if wanted.study else studies()
@@ -180,12 +175,12 @@ def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
             }
 
 
-def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> TableAnswer:
+def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Table:
     """The answer: on the screen the columns that have a heading."""
     shown = pd.DataFrame(rows)[[*headings]].map(_cell)
     shown.columns = [*headings.values()]
     shown = shown.set_index(shown.columns[0])
-    return TableAnswer(table=rows, shown=[shown], remarks=[remark], data=rows)
+    return Table(rows=rows, shown=[shown], notes=[remark], data=rows)
 
 
 def _cell(value: Any) -> str:

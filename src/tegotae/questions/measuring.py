@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+import reprlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,93 +19,62 @@ from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.plausibility import check_forces, check_over_ground
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Body, Hopper
-from tegotae.questions.answer import UNDEFINED, DrawnAnswer
-from tegotae.questions.options import without_unit
-from tegotae.questions.question import Recordings, question
-from tegotae.questions.task import Work
+from tegotae.questions.controller import Changes, Work
+from tegotae.questions.parameters import filled, in_shell
+from tegotae.questions.results import UNDEFINED, Table
 from tegotae.systems.body_file import body_called
-from tegotae.systems.models import preset
+from tegotae.systems.models import preset as preset_named
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib import figure
 
 
-@dataclass(frozen=True, kw_only=True)
-class RecordingOptions:
-    """What is known of a recording.
+RECORDINGS = "A name is a recording, FILE.csv, FILE.npz or FILE.parquet."
+"""Meaning of a recording's name, for help."""
 
-    Its first sample is the release. Column names end in their units: time_s (or ms, us, ns) and
-    height_m (cm, mm) are required; ground_m, phase_rad (deg) and actuator_force_n or force_n (kN,
-    mN, MN, kgf, gf, or kg and g for these) are optional. So are running totals, with values before
-    each sample: work_j (kJ, mJ, MJ) of the actuators, climb_flight_m of heights climbed in flight,
-    climb_m of all heights climbed. Files of `tegotae simulate --csv` fit.
+
+def check_recording(file: object) -> None:
+    """Raise `TegotaeError` for an object that is no name of a file."""
+    if not isinstance(file, str | Path):
+        raise TegotaeError(
+            f"a recording is called {reprlib.repr(file)}; it must be the name of a file, such as "
+            "'log.csv'"
+        )
+
+
+def _known_body(options: Any) -> Body | None:
+    """The recorded body, where it is named.
+
+    Raises:
+        TegotaeError: for an unknown name, or two.
     """
+    if options.preset is not None and options.body is not None:
+        raise TegotaeError("preset and body both say what the recording is of; name one")
+    if options.preset is not None:
+        return preset_named(options.preset).hopper
+    body = options.body
+    return body_called(body) if isinstance(body, str) else body
 
-    columns: tuple[str, ...] = ()
-    """Columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm], or height=-z[m] of
-    a column that points down. The quantities are time, height, ground, phase, force, work,
-    climb_flight and climb."""
-    rate: float | None = None
-    """Sampling rate [Hz], if there is no column of times."""
-    resample: float | None = None
-    """Rate for resampling by linear interpolation [Hz], if times are not uniform."""
-    lowpass: float | None = None
-    """Cutoff of the zero-phase low-pass filter of the height [Hz]; inf for no filter. By default a
-    noisy height is filtered at the cutoff with the least expected error, which is printed."""
-    preset: str | None = None
-    """Preset of the recorded hopper, such as paper: gives rest length, largest force and mass, and
-    adds the share of the optimum."""
-    body: str | None = None
-    """The recorded body in place of a preset, FILE.toml, FILE.py:OBJECT or MODULE:OBJECT."""
-    rest_length_m: float | None = None
-    """Rest length l0 [m]: the height over ground at liftoff."""
-    max_force_n: float | None = None
-    """Largest actuator force α [N], for the smoothness."""
-    mass_kg: float | None = None
-    """Mass [kg], for the efficiency without a unit, m g CoT⁻¹."""
-    gravity_m_per_s2: float | None = None
-    """Gravity [m/s²], for the same; by default the body's, or Earth's."""
-    omega: float | None = None
-    """Prescribed frequency ω [rad/s], for ΔΩ and Δw."""
-    disturbed_at: float | None = None
-    """Time of a disturbance in the recording [s]; T1 is measured from there."""
-    work: Work = "absolute"
-    """Definition of the actuator's work."""
-    limit_cycle: LimitCycle = field(default_factory=LimitCycle)
-    """What counts as settled."""
 
-    def known_body(self) -> Body | None:
-        """The recorded body, where it is named.
+def _of_the_leg(options: Any, body: Body | None) -> dict[str, float | None]:
+    """Its numbers: as they are given, or else the body's.
 
-        Raises:
-            TegotaeError: for an unknown name, or two.
-        """
-        if self.preset is not None and self.body is not None:
-            raise TegotaeError("--preset and --body both say what the recording is of; name one")
-        if self.preset is not None:
-            return preset(self.preset).hopper
-        return None if self.body is None else body_called(self.body)
-
-    def of_the_leg(self, body: Body | None) -> dict[str, float | None]:
-        """Its numbers: as they are given, or else the body's.
-
-        Raises:
-            TegotaeError: for two that contradict each other.
-        """
-        numbers: dict[str, float | None] = {}
-        for name in ("rest_length_m", "max_force_n", "mass_kg", "gravity_m_per_s2"):
-            given: float | None = getattr(self, name)
-            known: Any = getattr(body, name, None)
-            if given is not None and known is not None and given != float(known):
-                what = "body" if self.preset is None else f"preset {self.preset}"
-                option = without_unit(name).replace("_", "-")
-                raise TegotaeError(
-                    f"--{option} is {given:g}, and the {what} has {known:g}; leave one of them out"
-                )
-            numbers[name] = given if known is None else float(known)
-        if self.gravity_m_per_s2 is not None and numbers["mass_kg"] is None:
-            raise TegotaeError("--gravity belongs to a mass; set --mass [kg], too")
-        return numbers
+    Raises:
+        TegotaeError: for two that contradict each other.
+    """
+    numbers: dict[str, float | None] = {}
+    for name in ("rest_length_m", "max_force_n", "mass_kg", "gravity_m_per_s2"):
+        given: float | None = getattr(options, name)
+        known: Any = getattr(body, name, None)
+        if given is not None and known is not None and given != float(known):
+            what = "body" if options.preset is None else f"preset {options.preset}"
+            raise TegotaeError(
+                f"{name} is {given:g}, and the {what} has {known:g}; leave one of them out"
+            )
+        numbers[name] = given if known is None else float(known)
+    if options.gravity_m_per_s2 is not None and numbers["mass_kg"] is None:
+        raise TegotaeError("gravity_m_per_s2 belongs to a mass; set mass_kg, too")
+    return numbers
 
 
 def _weight_n(leg: Mapping[str, float | None]) -> float | None:
@@ -118,27 +88,8 @@ def _weight_n(leg: Mapping[str, float | None]) -> float | None:
     return mass * gravity
 
 
-@dataclass(frozen=True, repr=False, kw_only=True)
-class MeasuredRecording(DrawnAnswer):
-    """The metrics of a recording, or why they are undefined; `raw` has them by name."""
-
-    def plot(self, path: Path | str | None = None) -> Figure:
-        """The picture; written to a file with its numbers beside it (.csv) if one is named.
-
-        Raises:
-            TegotaeError: for another ending, or a file that cannot be written.
-        """
-        from tegotae.figures.recording import recording_tables
-        from tegotae.figures.style import write_tables
-
-        figure = super().plot(path)
-        if path is not None:
-            write_tables(Path(path), recording_tables(self.raw))
-        return figure
-
-
-def _answer(measured: Measured, rest_length_m: float, weight_n: float | None) -> MeasuredRecording:
-    """The answer.
+def _result(measured: Measured, rest_length_m: float, weight_n: float | None) -> Table:
+    """The result.
 
     Args:
         measured: the metrics.
@@ -160,34 +111,39 @@ def _answer(measured: Measured, rest_length_m: float, weight_n: float | None) ->
     formatted = [(label, _text(value, unit), about) for _, label, value, unit, about in rows]
     heads = ["metric", "value", "what it is, or why it is undefined"]
     shown = pd.DataFrame(formatted, columns=heads).set_index("metric")
-    remarks, efficiency = list(measured.notes), None
+    notes, efficiency = list(measured.notes), None
     if (of := measured.efficiency) is not None:
         scaled = math.nan if weight_n is None else weight_n * of.cot_inverse
         efficiency = {**asdict(of), "cot_inverse_times_weight": scaled}
         doubt = ", not settled: the value may depend on which hops were recorded"
         weighted = "" if weight_n is None else f" (m g CoT⁻¹ {scaled:.3g})"
         if math.isfinite(of.cot_inverse):
-            remarks.insert(
+            notes.insert(
                 0,
                 f"from {of.start_s:.2f} to {of.end_s:.2f} s: climbed {of.climb_flight_m:.4g} m in "
                 f"flight and {of.climb_m:.4g} m in all for {of.work_j:.4g} J, CoT⁻¹ "
                 f"{of.cot_inverse:.4g} m/J{weighted}{'' if of.settled else doubt}",
             )
 
-    def drawn() -> dict[str, Figure]:
+    def tables() -> Mapping[str, Any]:
+        from tegotae.figures.recording import recording_tables
+
+        return recording_tables(measured)
+
+    def drawn() -> dict[str, figure.Figure]:
         from tegotae.figures.recording import recording_figure
 
-        figure = recording_figure(measured, rest_length_m=rest_length_m, note=regime)
-        return {"recording": figure}
+        picture = recording_figure(measured, rest_length_m=rest_length_m, note=regime)
+        return {"recording": picture}
 
     values = {name: value for name, _, value, _, _ in rows}
     seconds = float(measured.frames.time_s[-1, 0])
     said = f"{regime}; {len(found.time_s)} hops in {seconds:.2f} s"
-    return MeasuredRecording(
+    return Table(
         raw=measured,
-        outcome=f"{said}; {why}" if why else said,
-        remarks=remarks,
-        table=table,
+        title=f"{said}; {why}" if why else said,
+        notes=notes,
+        rows=table,
         shown=[shown],
         data={
             "regime": regime,
@@ -200,6 +156,7 @@ def _answer(measured: Measured, rest_length_m: float, weight_n: float | None) ->
             "apex_phase_rad": found.phase_rad,
         },
         drawn=drawn,
+        beside=tables,
     )
 
 
@@ -207,38 +164,88 @@ def _text(value: float, unit: str) -> str:
     return UNDEFINED if math.isnan(value) else f"{value:.4g} {unit}".strip()
 
 
-@question(subjects=Recordings)
-def measure(file: str, options: RecordingOptions) -> MeasuredRecording:
+@in_shell(names=RECORDINGS, values={"limit_cycle": LimitCycle()})
+def measure(
+    file: str | Path,
+    *,
+    columns: Sequence[str] = (),
+    rate: float | None = None,
+    resample: float | None = None,
+    lowpass: float | None = None,
+    preset: str | None = None,
+    body: str | Body | None = None,
+    rest_length_m: float | None = None,
+    max_force_n: float | None = None,
+    mass_kg: float | None = None,
+    gravity_m_per_s2: float | None = None,
+    omega: float | None = None,
+    disturbed_at: float | None = None,
+    work: Work = "absolute",
+    limit_cycle: LimitCycle | Changes | None = None,
+) -> Table:
     """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined.
 
+    Its first sample is the release. Column names end in their units: time_s (or ms, us, ns) and
+    height_m (cm, mm) are required; ground_m, phase_rad (deg) and actuator_force_n or force_n (kN,
+    mN, MN, kgf, gf, or kg and g for these) are optional. So are running totals, with values before
+    each sample: work_j (kJ, mJ, MJ) of the actuators, climb_flight_m of heights climbed in flight,
+    climb_m of all heights climbed. Files of `tegotae simulate --csv` fit.
+
+    Args:
+        file: the recording (.csv, .parquet).
+        columns: columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm], or
+            height=-z[m] of a column that points down. The quantities are time, height, ground,
+            phase, force, work, climb_flight and climb.
+        rate: sampling rate [Hz], if there is no column of times.
+        resample: rate for resampling by linear interpolation [Hz], if times are not uniform.
+        lowpass: cutoff of the zero-phase low-pass filter of the height [Hz]; inf for no filter. By
+            default a noisy height is filtered at the cutoff with the least expected error, which is
+            printed.
+        preset: preset of the recorded hopper, such as paper: gives rest length, largest force and
+            mass, and adds the share of the optimum.
+        body: recorded body in place of a preset, FILE.toml, FILE.py:OBJECT or MODULE:OBJECT.
+        rest_length_m: rest length l0 [m]: the height over ground at liftoff.
+        max_force_n: largest actuator force α [N], for the smoothness.
+        mass_kg: mass [kg], for the efficiency without a unit, m g CoT⁻¹.
+        gravity_m_per_s2: gravity [m/s²], for the same; by default the body's, or Earth's.
+        omega: prescribed frequency ω [rad/s], for ΔΩ and Δw.
+        disturbed_at: time of a disturbance in the recording [s]; T1 is measured from there.
+        work: definition of the actuator's work.
+        limit_cycle: definition of a settled gait.
+
+    Raises:
+        TegotaeError: for a file that is no recording, or numbers that contradict each other.
+
     Example:
-        >>> measure("walk.csv", rest_length=1.0, omega=5.0).plot()  # doctest: +SKIP
+        >>> measure("walk.csv", rest_length_m=1.0, omega=5.0).plot()  # doctest: +SKIP
     """
-    body = options.known_body()
-    leg = options.of_the_leg(body)
-    weight_n, rest_length_m = _weight_n(leg), leg["rest_length_m"]
-    if rest_length_m is None:
+    options = filled(locals(), {"limit_cycle": LimitCycle()})
+    check_recording(file)
+    known = _known_body(options)
+    leg = _of_the_leg(options, known)
+    weight_n, length_m = _weight_n(leg), leg["rest_length_m"]
+    if length_m is None:
         raise TegotaeError(
             "the rest length is not given, the height over ground at which the foot leaves it; "
-            "set --rest-length [m]"
+            "set rest_length_m"
         )
-    require_finite("rest_length_m", rest_length_m, above=0.0, most=1e9)
+    require_finite("rest_length_m", length_m, above=0.0, most=1e9)
     read = read_recording(file, options.columns, rate_hz=options.rate, resample_hz=options.resample)
     samples = {str(name): read[name].to_numpy() for name in read}
-    doubts = check_over_ground(samples, rest_length_m)
+    doubts = check_over_ground(samples, length_m)
     if "force_n" in samples:
-        known = {"weight_n": weight_n, "max_force_n": leg["max_force_n"]}
-        doubts += check_forces(samples["force_n"], **known)
+        limits = {"weight_n": weight_n, "max_force_n": leg["max_force_n"]}
+        doubts += check_forces(samples["force_n"], **limits)
     measured = measured_of(
         **read,
-        rest_length_m=rest_length_m,
+        rest_length_m=length_m,
         omega=options.omega,
         max_force_n=leg["max_force_n"],
         disturbed_at_s=options.disturbed_at,
         limit_cycle=options.limit_cycle,
         lowpass_hz=options.lowpass,
         work=options.work,
-        body=body,
+        body=known,
     )
-    answer = _answer(measured, rest_length_m, weight_n)
-    return replace(answer, remarks=[*doubts, *answer.remarks])
+    result = _result(measured, length_m, weight_n)
+    return replace(result, notes=[*doubts, *result.notes])

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,14 +16,15 @@ from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require, require_all, require_count
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.measures.hopping.statistics import interval
-from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.questions.answer import Answer, AnswerBase
-from tegotae.questions.experiments import ExperimentOptions, Experiments
-from tegotae.questions.options import without_unit
-from tegotae.questions.question import question
-from tegotae.questions.verbs import evaluate, simulate
-from tegotae.questions.wiring import OnEnvironment, stem_of
-from tegotae.systems.controller_file import load
+from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
+from tegotae.parts.bodies import Body
+from tegotae.questions import experiments
+from tegotae.questions.controller import Changes, Work
+from tegotae.questions.controllers import load
+from tegotae.questions.parameters import HIDDEN, Values, changed, changes, filled, in_shell
+from tegotae.questions.results import Files, ResultBase
+from tegotae.questions.wiring import EnvironmentOptions, environment_of, stem_of
+from tegotae.systems.controller_file import load as load_file
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import name_of
@@ -41,7 +41,11 @@ from tegotae.training.run import COLUMNS, Run, curves_of, train as train_run
 from tegotae.training.settings import settings_named
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib import figure
+
+    from tegotae.questions.environment import EnvironmentController
+    from tegotae.questions.hopping import HopperController
+    from tegotae.questions.walking import WalkerController
 
 _ENDED = {
     PLATEAU: "on its plateau",
@@ -56,213 +60,218 @@ _EPISODES = 1000
 
 @dataclass(frozen=True)
 class Trainee:
-    """What is trained, and by which algorithm."""
+    """Experiment, and the settings of its learning algorithm."""
 
     experiment: Trainable
     settings: Algorithm | AgentSettings
-    workers: int | None = None
-    tensorboard: bool = False
+    environment: EnvironmentOptions
     place: str = ""
-    """Of another simulator the part of the folder's name."""
+    """Part of the folder's name for another simulator."""
 
     @property
-    def name(self) -> str:
-        """Of the experiment."""
-        return self.experiment.name
+    def is_agent(self) -> bool:
+        """True if the algorithm is an agent's."""
+        return isinstance(self.settings, AgentSettings)
 
     @property
     def folder(self) -> Path:
-        """Where it is trained unless another folder is asked for."""
+        """Default folder of the training."""
         algorithm = name_of(type(self.settings))
-        parts = (self.place, self.name, "" if algorithm == "pgpe" else algorithm)
+        parts = (self.place, self.experiment.name, "" if algorithm == "pgpe" else algorithm)
         return Path("runs") / "-".join(filter(None, parts))
 
+    def own(self) -> Values:
+        """Return the own values of the options of `train`."""
+        hidden = _OF_POPULATIONS if self.is_agent else _OF_AGENTS
+        own: dict[str, Any] = {"out": self.folder, "algorithm": self.settings}
+        own |= {
+            "generations": _USUAL.generations,
+            "plateau_share": _USUAL.share,
+            "plateau_tolerance": _USUAL.tolerance,
+            **dict.fromkeys(hidden, HIDDEN),
+        }
+        if isinstance(self.experiment, Experiment):
+            return {**experiments.own_values(self.experiment), **own}
+        from tegotae.questions import environment
 
-@dataclass(frozen=True, kw_only=True)
-class Trainees(OnEnvironment, Experiments):
-    """Models by name, where they are trained, and by what."""
+        return {**environment.own_values(self.experiment), **own}  # type: ignore[arg-type]
 
-    env: str | None = None
-    """The environment, in place of this package's engine: a Gymnasium id such as Hopper-v5;
-    FILE.py:FUNCTION or MODULE:FUNCTION that makes one; a MuJoCo model, FILE.xml or, in an installed
-    package, PACKAGE:FILE.xml; or hopper, leg or quadruped, which come with tegotae. A robot's file
-    needs no option: MODEL@FILE.toml."""
-    algorithm: str = "pgpe"
-    """Learning algorithm: pgpe, cma-es or openai-es (populations), sac or ppo (agents), or your
-    own, FILE.py:OBJECT or MODULE:OBJECT."""
-    tensorboard: bool = False
-    """Write TensorBoard logs beside the controllers (extra "tensorboard")."""
+    def adjusted(self, options: Mapping[str, Any]) -> Trainable:
+        """Return the experiment with other values.
 
-    def named(self, *names: Any) -> Sequence[Trainee]:
-        """What is trained.
-
-        Raises:
-            TegotaeError: for a name that means nothing here, or what does not fit together.
+        Args:
+            options: options of `train`.
         """
-        if names and all(isinstance(name, Trainee) for name in names):
-            return names
-        if len(names) == 1 and (on_robot := law_on_robot(str(names[0]))) is not None:
-            law, robot = on_robot
-            return replace(self, env=robot).named(law)
-        algorithm = self.algorithm if is_reference(self.algorithm) else self.algorithm.lower()
-        settings = settings_named(algorithm, (Algorithm, AgentSettings))
-        extras = {} if self.env is None else extras_of(self.env)
-        if isinstance(settings, AgentSettings):
-            extras["stable_baselines3"] = "sb3"
-        if self.tensorboard:
-            extras["tensorboardX"] = "tensorboard"
-        require_all(extras)
-        how = {"settings": settings, "workers": self.workers, "tensorboard": self.tensorboard}
-        if self.env is None:
-            self._refuse(OnEnvironment, "belongs to environments; give --env, too")
-            return [Trainee(experiment, **how) for experiment in super().named(*names)]
-        kept = {"budget": self.budget, "fitness": self.fitness}
-        replace(self, **dict.fromkeys(kept))._refuse(
-            Experiments, "belongs to this package's engine; leave --env out"
+        names = [x for x in self.own() if x in options and x not in _NOT_THE_EXPERIMENTS]
+        values = {name: options[name] for name in (*names, *_NUMBERS)}
+        for name in ("body", "fitness"):  # by name they are in the experiment
+            if not isinstance(options[name], Mapping):
+                values[name] = None
+        if isinstance(self.experiment, Experiment):
+            return experiments.adjusted(self.experiment, values)
+        from tegotae.questions import environment
+
+        return environment.adjusted(self.experiment, values)  # type: ignore[arg-type]
+
+    def learner(self, options: Any, experiment: Trainable) -> Evolution | AgentLearner:
+        """Return the learner.
+
+        Args:
+            options: options of `train`, with the algorithm's settings.
+            experiment: the experiment, with other values.
+        """
+        if self.is_agent:
+            return _agent(options, experiment)
+        return _population(options, experiment, self.environment.workers)
+
+
+_OF_POPULATIONS = ("generations", "to_cap", "plateau_share", "plateau_tolerance", "start")
+_OF_AGENTS = ("episodes", "as_long_as")
+_NOT_THE_EXPERIMENTS = ("", "out", "algorithm", "environment", *_OF_POPULATIONS, *_OF_AGENTS)
+_NUMBERS = (
+    *("cot_only", "vary", "sector_start_rad", "sector_duration_s", "newtons_per_feedback"),
+    *("body", "fitness"),
+)
+
+
+def _trainee(
+    model: Any,
+    *,
+    env: str | None = None,
+    environment: EnvironmentOptions | Changes | None = None,
+    algorithm: str | Algorithm | AgentSettings | Changes = "pgpe",
+    tensorboard: bool = False,
+    budget: int | None = None,
+    oscillator: str | None = None,
+    body: Any = None,
+    fitness: Any = None,
+    **_: Any,
+) -> Trainee:
+    """The experiment of a name, and its algorithm.
+
+    Raises:
+        TegotaeError: for a name that means nothing here, or values that do not fit together.
+    """
+    if isinstance(model, str) and (on_robot := law_on_robot(model)) is not None:
+        model, env = on_robot
+    there, settings = environment_of(environment), _settings(algorithm)
+    extras = {} if env is None else extras_of(env)
+    if isinstance(settings, AgentSettings):
+        extras["stable_baselines3"] = "sb3"
+    if tensorboard:
+        extras["tensorboardX"] = "tensorboard"
+    require_all(extras)
+    if env is None:
+        for name in changes(there, EnvironmentOptions()):
+            raise TegotaeError(f"{name} belongs to environments; give env, too")
+        experiment = experiments.experiment_named(
+            model, budget=budget, oscillator=oscillator, body=body, fitness=fitness
         )
-        given = {name: x for name, x in kept.items() if x is not None}
-        made = [self.experiment(self.env, name, duration_s=24.0, **given) for name in names]
-        return [Trainee(experiment, **how, place=stem_of(self.env)) for experiment in made]
+        return Trainee(experiment, settings, there)
+    fitness = fitness.get("name") if isinstance(fitness, Mapping) else fitness
+    for name, value in (("oscillator", oscillator), ("body", body)):
+        if value is not None:
+            raise TegotaeError(f"{name} belongs to this package's engine; leave env out")
+    named = {"budget": budget, "fitness": fitness if isinstance(fitness, str) else None}
+    given = {name: x for name, x in named.items() if x is not None}
+    made = there.experiment(env, model, duration_s=24.0, **given)
+    if fitness is not None and not isinstance(fitness, str):
+        made = replace(made, objective=fitness)
+    return Trainee(made, settings, there, place=stem_of(env))
 
-    def _refuse(self, owner: type, why: str) -> None:
-        """Raise `TegotaeError` for an option of a class that is given."""
-        for option in dataclasses.fields(owner):
-            if getattr(self, option.name) != option.default:
-                name = without_unit(option.name).replace("_", "-")
-                raise TegotaeError(f"--{name} {why}")
+
+def _settings(algorithm: str | Algorithm | AgentSettings | Changes) -> Algorithm | AgentSettings:
+    """The settings of an algorithm, by name or changed."""
+    if isinstance(algorithm, Mapping):
+        return changed(_settings(algorithm.get("name", "pgpe")), algorithm)
+    if isinstance(algorithm, str):
+        name = algorithm if is_reference(algorithm) else algorithm.lower()
+        return settings_named(name, (Algorithm, AgentSettings))
+    return algorithm
 
 
-@dataclass(frozen=True, kw_only=True)
-class PopulationOptions:
-    """How long a population evolves, and the settings of its algorithm."""
+def _population(options: Any, experiment: Trainable, workers: int | None) -> Evolution:
+    """The evolution of a population."""
+    share, tolerance = options.plateau_share, options.plateau_tolerance
+    if options.to_cap and (share, tolerance) != (_USUAL.share, _USUAL.tolerance):
+        raise TegotaeError("to_cap sees no plateau; leave plateau_share and plateau_tolerance out")
+    stopping = replace(_USUAL, generations=options.generations, share=share, tolerance=tolerance)
+    if options.to_cap:
+        stopping = Stopping.after(options.generations)
+    return Evolution(
+        algorithm=options.algorithm,
+        stopping=stopping,
+        workers=workers,
+        weights=() if options.start is None else _weights(options.start, experiment),
+    )
 
-    generations: int = _USUAL.generations
-    """Maximum number of generations."""
-    to_cap: bool = False
-    """Train for all generations; do not stop at the plateau."""
-    plateau_share: float = _USUAL.share
-    """Share of a run, at its end, in which the fitness must improve; otherwise the run has reached
-    its plateau and ends."""
-    plateau_tolerance: float = _USUAL.tolerance
-    """Smallest improvement that counts there [m/J]."""
-    start: str | None = None
-    """A controller of the same model, by file or name, whose weights each run begins with, in place
-    of random ones."""
-    settings: Algorithm
 
-    def learner(self, trainee: Trainee, experiment: Trainable) -> Evolution:
-        """The learner."""
-        rule = self.plateau_share, self.plateau_tolerance
-        if self.to_cap and rule != (_USUAL.share, _USUAL.tolerance):
-            raise TegotaeError("--to-cap sees no plateau; leave --plateau-share and -tolerance out")
-        stopping = replace(_USUAL, generations=self.generations, share=rule[0], tolerance=rule[1])
-        if self.to_cap:
-            stopping = Stopping.after(self.generations)
-        return Evolution(
-            algorithm=self.settings,
-            stopping=stopping,
-            workers=trainee.workers,
-            weights=() if self.start is None else self._weights(self.start, experiment),
+def _weights(name: str, experiment: Trainable) -> tuple[float, ...]:
+    """Weights of a controller by name, which must be of the same terms."""
+    saved = resolve(name).controller()
+    if saved.controller != experiment.controller:
+        raise TegotaeError(
+            f"{name} has other terms than {experiment.name}; start from a controller of the "
+            "same model"
         )
-
-    @staticmethod
-    def _weights(name: str, experiment: Trainable) -> tuple[float, ...]:
-        """Of a controller by name, which must be of the same terms."""
-        saved = resolve(name).controller()
-        if saved.controller != experiment.controller:
-            raise TegotaeError(
-                f"{name} has other terms than {experiment.name}; start from a controller of the "
-                "same model"
-            )
-        return tuple(map(float, np.ravel(saved.weights)))
+    return tuple(map(float, np.ravel(saved.weights)))
 
 
-@dataclass(frozen=True, kw_only=True)
-class AgentOptions:
-    """How long an agent learns, and the settings of its algorithm."""
-
-    episodes: int | None = None
-    """Episodes per seed; 1000 by default."""
-    as_long_as: Path | None = None
-    """Folder of another training: the agent gets the simulated time of its longest run."""
-    settings: AgentSettings
-
-    def learner(self, trainee: Trainee, experiment: Trainable) -> AgentLearner:
-        """The learner."""
-        episodes = _EPISODES if self.episodes is None else self.episodes
-        if self.as_long_as is not None:
-            if self.episodes is not None:
-                raise TegotaeError("--episodes and --as-long-as both say how long; leave one out")
-            episodes = round(longest_s(self.as_long_as) / experiment.duration_s)
-            if episodes < 1:
-                raise TegotaeError(f"nothing has been learned in {self.as_long_as} yet")
-        on_engine = isinstance(experiment, Experiment)
-        every = AgentLearner.evaluate_every if on_engine else 40
-        return AgentLearner(settings=self.settings, episodes=episodes, evaluate_every=every)
+def _agent(options: Any, experiment: Trainable) -> AgentLearner:
+    """The learner of an agent."""
+    episodes = _EPISODES if options.episodes is None else options.episodes
+    if options.as_long_as is not None:
+        if options.episodes is not None:
+            raise TegotaeError("episodes and as_long_as both say how long; leave one out")
+        episodes = round(longest_s(Path(options.as_long_as)) / experiment.duration_s)
+        if episodes < 1:
+            raise TegotaeError(f"nothing has been learned in {options.as_long_as} yet")
+    on_engine = isinstance(experiment, Experiment)
+    every = AgentLearner.evaluate_every if on_engine else 40
+    return AgentLearner(settings=options.algorithm, episodes=episodes, evaluate_every=every)
 
 
-@dataclass(frozen=True, kw_only=True)
-class TrainingOptions:
-    """Where a training is kept, from which seeds, of what and how long."""
-
-    out: Path | None = None
-    """Folder for controllers, curves and checkpoint; by default runs/MODEL, or
-    runs/MODEL-ALGORITHM."""
-    seeds: int = 3
-    """Number of runs from random weights."""
-    first_seed: int = 0
-    """First seed; the others follow it."""
-    anew: bool = False
-    """Start again, and move an existing training to a folder beside this one."""
-    experiment: Any
-    learner: PopulationOptions | AgentOptions
-
-    def __post_init__(self) -> None:
-        require_count("seeds", self.seeds, most=MOST_SEEDS)
-        require_count("first_seed", self.first_seed, least=0, most=2**31 - 1 - self.seeds)
-
-    @classmethod
-    def options_of(cls, trainee: Trainee) -> TrainingOptions:
-        """The options of an experiment and an algorithm, with their own values."""
-        experiment, settings = trainee.experiment, trainee.settings
-        learns = AgentOptions if isinstance(settings, AgentSettings) else PopulationOptions
-        learner: Any = learns(settings=settings)  # type: ignore[arg-type]
-        if isinstance(experiment, Experiment):
-            return cls(experiment=ExperimentOptions.options_of(experiment), learner=learner)
-        from tegotae.questions.environment import EnvironmentTraining
-
-        own = EnvironmentTraining.options_of(experiment)  # type: ignore[arg-type]
-        return cls(experiment=own, learner=learner)
-
-
-@dataclass(frozen=True, repr=False)
-class TrainedControllers(AnswerBase):
-    """What a training came to: controllers and learning curves in a folder."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class TrainedControllers(Files):
+    """Controllers and learning curves of a training, in a folder."""
 
     name: str
-    """Of the experiment."""
+    """Name of the experiment."""
     folder: Path
-    files: tuple[Path, ...]
-    """Of the controllers, one a run."""
+    paths: tuple[Path, ...]
+    """Controller files, one a run."""
     unit: str
-    """What is counted: generations or episodes."""
-    remarks: tuple[str, ...] = ()
+    """Unit of progress: generation or episode."""
+    write: Callable[[Path], Sequence[Path]] = field(default=lambda _: (), init=False)
+
+    @classmethod
+    def from_files(
+        cls, name: str, folder: Path, paths: Sequence[Path], unit: str
+    ) -> TrainedControllers:
+        """Return the outcome of a training, with what its controller files say.
+
+        Args:
+            name: name of the experiment.
+            folder: the training's folder.
+            paths: controller files, one a run.
+            unit: generation or episode.
+        """
+        trained = cls(name=name, folder=folder, paths=tuple(paths), unit=unit)
+        return replace(trained, notes=_remarks(trained))
 
     @cached_property
     def runs(self) -> list[Mapping[str, Any]]:
-        """What each run came to, as its controller file says."""
-        return [load(path).training for path in self.files]
+        """Outcome of each run, from its controller file."""
+        return [load_file(path).training for path in self.paths]
 
-    def evaluate(self, **options: Any) -> Answer:
-        """Evaluate the controllers.
+    @property
+    def controllers(self) -> HopperController | WalkerController | EnvironmentController:
+        """The controllers, to be evaluated and simulated."""
+        return load(self.folder)
 
-        Args:
-            options: of `tegotae.evaluate`.
-        """
-        return evaluate(self.folder, **options)
-
-    def frame(self) -> pd.DataFrame:
-        """The learning curves, a row a point; of a search none."""
+    @property
+    def table(self) -> pd.DataFrame:
+        """Learning curves, a row a point; empty for a search."""
         curves = self.folder / "curves.csv"
         return curves_of(curves) if curves.exists() else pd.DataFrame(columns=COLUMNS)
 
@@ -276,126 +285,225 @@ class TrainedControllers(AnswerBase):
                 f"{unit}s": f"{run[f'{unit}s']:g}",
                 **({"ended": _ENDED[run["ended"]]} if "ended" in run else {}),
             }
-            for path, run in zip(self.files, self.runs, strict=True)
+            for path, run in zip(self.paths, self.runs, strict=True)
         ]
         return [pd.DataFrame(rows).set_index("controller")]
 
-    @property
-    def notes(self) -> list[str]:
-        fitness = [float(run["best_fitness"]) for run in self.runs]
-        notes = []
-        if len(fitness) > 1:
-            best = interval(fitness)
-            notes.append(
-                f"fitness {best.mean:.4f}, 95 % interval of the mean over {len(fitness)} runs "
-                f"[{best.low:.4f}, {best.high:.4f}]"
-            )
-        if lost := sum(x < 0.5 * FAILED_FITNESS for x in fitness):
-            notes.append(
-                f"{lost} of {len(fitness)} learned nothing: no candidate survived its episode, "
-                "so the fitness has no other meaning."
-            )
-        unit = self.unit
-        if stuck := sum(run[f"best_{unit}"] == 0 and run[f"{unit}s"] > 20 for run in self.runs):
-            cure = "Try a smaller --learning-rate, a smaller --noise, and more --episodes."
-            if unit != AgentLearner.UNIT:
-                cure = "A law of a few numbers learns with --algorithm cma-es --std 0.08."
-            notes.append(
-                f"{stuck} of {len(fitness)} never got better than they began; their steps may be "
-                f"too large. {cure}"
-            )
-        return [*notes, *self.remarks]
-
-    def document(self) -> JsonObject:
-        """What each run came to, and where it is."""
+    def to_dict(self) -> JsonObject:
         runs = [
             {"controller": str(path), **run}
-            for path, run in zip(self.files, self.runs, strict=True)
+            for path, run in zip(self.paths, self.runs, strict=True)
         ]
         return as_json({"name": self.name, "folder": str(self.folder), "runs": runs})
 
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> Mapping[str, figure.Figure]:
         from tegotae.figures.learning_curves import algorithms_figure
 
-        if self.frame().empty:
+        if self.table.empty:
             return {}
         return {"curves": algorithms_figure(read_curves([self.folder], None))}
 
-    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
-        """Write picture and numbers into another folder; its own has all that was learned."""
-        return [] if Path(folder) == self.folder else super().save(folder, format)
+    def save(self, path: Path | str) -> list[Path]:
+        """Write curves and numbers elsewhere; the training's own folder has all already.
+
+        Args:
+            path: a file or a folder, as of other results.
+        """
+        return [] if Path(path) == self.folder else ResultBase.save(self, path)
 
 
-@question(
-    subjects=Trainees,
-    kinds={
+def _remarks(controllers: TrainedControllers) -> list[str]:
+    """Sentences about the outcome of a training."""
+    runs, unit = controllers.runs, controllers.unit
+    fitness = [float(run["best_fitness"]) for run in runs]
+    notes = []
+    if len(fitness) > 1:
+        best = interval(fitness)
+        notes.append(
+            f"fitness {best.mean:.4f}, 95 % interval of the mean over {len(fitness)} runs "
+            f"[{best.low:.4f}, {best.high:.4f}]"
+        )
+    if lost := sum(x < 0.5 * FAILED_FITNESS for x in fitness):
+        notes.append(
+            f"{lost} of {len(fitness)} learned nothing: no candidate survived its episode, "
+            "so the fitness has no other meaning."
+        )
+    if stuck := sum(run[f"best_{unit}"] == 0 and run[f"{unit}s"] > 20 for run in runs):
+        cure = "Try a smaller --learning-rate, a smaller --noise, and more --episodes."
+        if unit != AgentLearner.UNIT:
+            cure = "A law of a few numbers learns with --algorithm cma-es --std 0.08."
+        notes.append(
+            f"{stuck} of {len(fitness)} never got better than they began; their steps may be "
+            f"too large. {cure}"
+        )
+    return notes
+
+
+def _values(model: Any = "", **options: Any) -> Values:
+    """Own values of a model's training."""
+    return _trainee(model, **options).own()
+
+
+@in_shell(
+    own=_values,
+    values={"environment": EnvironmentOptions()},
+    loads=("budget", "oscillator", "body", "fitness", "env", "algorithm", "wiring", "tensorboard"),
+    names="A name is a model (see `tegotae models`), an architecture such as ART, a design for a "
+    "body with legs such as ART@quadruped-c, or an experiment of your own, FILE.py:OBJECT or "
+    "MODULE:OBJECT.",
+    examples={
         "One leg, such as ART": "ART",
         "Several legs, such as AR@quadruped-c": "AR@quadruped-c",
-        "In another simulator (--env)": lambda: _in_another_simulator(),
-        "An agent (--algorithm sac)": lambda: AgentOptions(settings=settings_named("sac")),
+        "In another simulator (--env)": "ART --env leg",
+        "An agent (--algorithm sac)": "AR --algorithm sac",
     },
 )
-def train(trainee: Trainee, options: TrainingOptions) -> TrainedControllers:
+def train(
+    model: str | Experiment,
+    *,
+    out: Path | str | None = None,
+    seeds: int = 3,
+    first_seed: int = 0,
+    restart: bool = False,
+    generations: int | None = None,
+    to_cap: bool = False,
+    plateau_share: float | None = None,
+    plateau_tolerance: float | None = None,
+    start: str | None = None,
+    episodes: int | None = None,
+    as_long_as: Path | str | None = None,
+    height_m: float | None = None,
+    duration_s: float | None = None,
+    tick_s: float | None = None,
+    hold: bool | None = None,
+    cot_only: bool = False,
+    vary: Sequence[str] = (),
+    episodes_per_candidate: int | None = None,
+    drop_m: float | None = None,
+    work: Work | None = None,
+    sector_start_rad: float | None = None,
+    sector_duration_s: float | None = None,
+    newtons_per_feedback: float | None = None,
+    tuned_over: Sequence[float] | None = None,
+    budget: int | None = None,
+    oscillator: str | None = None,
+    body: str | Body | Changes | None = None,
+    fitness: str | Objective | Changes | None = None,
+    algorithm: str | Algorithm | AgentSettings | Changes = "pgpe",
+    env: str | None = None,
+    environment: EnvironmentOptions | Changes | None = None,
+    tensorboard: bool = False,
+) -> TrainedControllers:
     """Train controllers of a model, one per seed; run it again on the same folder to continue.
+
+    Args:
+        model: model, architecture, design, or an experiment of your own.
+        out: folder for controllers, curves and checkpoint; by default runs/MODEL, or
+            runs/MODEL-ALGORITHM.
+        seeds: number of runs from random weights.
+        first_seed: first seed; the others follow it.
+        restart: start again, and move an existing training to a folder beside this one.
+        generations: maximum number of generations of a population.
+        to_cap: train for all generations; do not stop at the plateau.
+        plateau_share: share of a run, at its end, in which the fitness must improve; otherwise the
+            run has reached its plateau and ends.
+        plateau_tolerance: smallest improvement that counts there [m/J].
+        start: a controller of the same model, by file or name, whose weights each run begins with,
+            in place of random ones.
+        episodes: episodes per seed of an agent; 1000 by default.
+        as_long_as: folder of another training: the agent gets the simulated time of its longest
+            run.
+        height_m: height of the release [m], in training and evaluation.
+        duration_s: duration of a training episode [s].
+        tick_s: control period in training [s].
+        hold: hold the controller over each tick of the training, as a robot does.
+        cot_only: use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of
+            algorithms. Agents always do.
+        vary: conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any
+            value between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s).
+        episodes_per_candidate: number of episodes per candidate, if conditions vary.
+        drop_m: height by which the ground drops in the evaluation [m].
+        work: definition of the actuator's work.
+        sector_start_rad: phase at which a vanilla sector starts [rad].
+        sector_duration_s: duration of a vanilla sector at ω [s]; replaces its width in phase.
+        newtons_per_feedback: force of a vanilla reflex per unit of feedback [N s/rad].
+        tuned_over: offsets from ω_t at which the gain of a pure V is searched for [rad/s], such as
+            -2 -1 0 1 2 for all frequencies of the evaluation.
+        budget: maximum number of trained parameters of a model; the paper's by default.
+        oscillator: another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own,
+            FILE.py:OBJECT or MODULE:OBJECT. With the prefix learned- its parameters are trained,
+            too.
+        body: another body: your own, FILE.toml of `tegotae identify`, FILE.py:OBJECT or
+            MODULE:OBJECT; or changes of the experiment's own.
+        fitness: another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping
+            (CoT⁻¹ + ΔΩ), return (the sum of its rewards), or a function of an episode,
+            FILE.py:FUNCTION or MODULE:FUNCTION. Or changes of the experiment's own.
+        algorithm: learning algorithm: pgpe, cma-es or openai-es (populations), sac or ppo (agents),
+            or your own, FILE.py:OBJECT or MODULE:OBJECT; or its name with other settings,
+            {"name": "cma-es", "std": 0.08}.
+        env: environment in place of this package's engine: a Gymnasium id such as Hopper-v5;
+            FILE.py:FUNCTION or MODULE:FUNCTION that makes one; a MuJoCo model, FILE.xml or, in an
+            installed package, PACKAGE:FILE.xml; or hopper, leg or quadruped, which come with
+            tegotae. A robot's file needs no option: MODEL@FILE.toml.
+        environment: wiring of the limbs, and settings of the environment.
+        tensorboard: write TensorBoard logs beside the controllers (extra "tensorboard").
+
+    Raises:
+        TegotaeError: for a name that means nothing here, or values that do not fit together, before
+            the training begins.
 
     Example:
         >>> train("ART", seeds=4, out="runs/art").plot()  # doctest: +SKIP
     """
-    experiment = options.experiment.applied(trainee.experiment)
-    learner = options.learner.learner(trainee, experiment)
-    seeds = range(options.first_seed, options.first_seed + options.seeds)
-    run = Run(experiment=experiment, seeds=tuple(seeds), learner=learner)
-    out = trainee.folder if options.out is None else Path(options.out)
-    log = tensorboard_log(out) if trainee.tensorboard else None
+    options = dict(locals())
+    require_count("seeds", seeds, most=MOST_SEEDS)
+    require_count("first_seed", first_seed, least=0, most=2**31 - 1 - seeds)
+    trainee = _trainee(**options)
+    values = filled({**options, "algorithm": trainee.settings}, trainee.own())
+    experiment = trainee.adjusted(options)
+    learner = trainee.learner(values, experiment)
+    runs = tuple(range(first_seed, first_seed + seeds))
+    run, folder = Run(experiment=experiment, seeds=runs, learner=learner), Path(values.out)
+    log = tensorboard_log(folder) if tensorboard else None
     try:
-        files = train_run(run, out, anew=options.anew, on_step=log)
+        files = train_run(run, folder, restart=restart, on_step=log)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
-            f"interrupted; {out} keeps what was learned, the same command continues from there"
+            f"interrupted; {folder} keeps what was learned, the same command continues from there"
         ) from None
-    answer = TrainedControllers(experiment.name, out, tuple(files), learner.UNIT)
+    trained = TrainedControllers.from_files(experiment.name, folder, files, learner.UNIT)
     if isinstance(experiment, Experiment):
-        return replace(answer, remarks=tuple(without_hops(answer, experiment)))
-    least = _USUAL.tolerance
-    if isinstance(options.learner, PopulationOptions):
-        least = options.learner.plateau_tolerance
-    return replace(answer, remarks=tuple(advice(answer, least=least)))
+        return replace(trained, notes=[*trained.notes, *without_hops(trained, experiment)])
+    least = _USUAL.tolerance if trainee.is_agent else values.plateau_tolerance
+    return replace(trained, notes=[*trained.notes, *advice(trained, least=least)])
 
 
-def without_hops(answer: TrainedControllers, experiment: Experiment) -> list[str]:
-    """Return a line on runs whose result does not hop, and what to try.
+def without_hops(trained: TrainedControllers, experiment: Experiment) -> list[str]:
+    """Return a line on runs whose result does not hop, and a remedy.
 
     Args:
-        answer: controllers and learning curves.
-        experiment: what was trained; only of a body with one leg it is said.
+        trained: controllers and learning curves.
+        experiment: the experiment; only of a body with one leg there is a line.
     """
-    curves = answer.frame()
+    curves = trained.table
     if experiment.body.limbs > 1:
         return []
     if curves.empty:  # a search, of whose result there is no curve
-        resting = sum("no hop" in " ".join(simulate(path).remarks) for path in answer.files)
+        resting = sum("no hop" in " ".join(load(path).simulate().notes) for path in trained.paths)
     else:
         last = curves.groupby("seed")["cot_inverse"].last()
-        resting = sum(not cot > 0.0 for cot in last.iloc[-len(answer.files) :])
+        resting = sum(not cot > 0.0 for cot in last.iloc[-len(trained.paths) :])
     if not resting:
         return []
     body = experiment.body
     weight_n, force_n = getattr(body, "weight_n", math.nan), float(body.max_force_n)
     return [
-        f"{resting} of {len(answer.files)} do not hop: CoT⁻¹ is 0 where they end. The body weighs "
+        f"{resting} of {len(trained.paths)} do not hop: CoT⁻¹ is 0 where they end. The body weighs "
         f"{weight_n:.3g} N and pushes with {force_n:.3g} N, and is released at "
         f"{experiment.system.release.height_m:.3g} m over a leg of {body.rest_length_m:.3g} m. Try "
         "in this order: a name with ω near √(k/m), such as -w14; ART, which learns the push; a "
-        f"higher --height; more {answer.unit}s and --seeds."
+        f"higher --height-m; more {trained.unit}s and --seeds."
     ]
-
-
-def _in_another_simulator() -> Any:
-    """The options of a training there, which is an extra."""
-    from tegotae.questions.environment import EnvironmentTraining
-    from tegotae.training.environments.objectives import Hopping
-
-    return EnvironmentTraining(duration_s=24.0, episodes_per_candidate=1, objective=Hopping())
 
 
 def tensorboard_log(out: Path) -> Callable[[TrainingState], None]:
@@ -427,11 +535,11 @@ def advice(answer: TrainedControllers, *, least: float) -> list[str]:
     from tegotae.training.environments.replay import replay
 
     said = []
-    best = max(map(load, answer.files), key=lambda run: float(run.training["best_fitness"]))  # type: ignore[arg-type]
+    best = max(map(load_file, answer.paths), key=lambda run: float(run.training["best_fitness"]))  # type: ignore[arg-type]
     experiment = EnvExperiment.of(best)
     if experiment.spec.is_model and (why := replay(experiment, [best.weights])[0].why_on_ground()):
         said.append(f"The best run {why}.")
-    if answer.frame().empty:  # a search, in which nothing is learned
+    if answer.table.empty:  # a search, in which nothing is learned
         return said
     runs = read_curves([answer.folder], FITNESS).groupby("seed")[FITNESS]
     gain = max(float(run.max() - run.iloc[0]) for _, run in runs)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,84 +16,51 @@ from tegotae.analysis.gaits.releases import coordination_columns, release_all, s
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import unwrapped, with_fields
-from tegotae.questions.answer import Answer, RecordedRun, columns
-from tegotae.questions.task import Task
+from tegotae.questions.controller import Changes, LoadedController, Subject
+from tegotae.questions.parameters import Values, filled
+from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.systems.legged import Legged, felt, terrain_of
 
 
-@dataclass(frozen=True, kw_only=True)
-class WalkingOptions:
-    """What of a body with several legs can be otherwise."""
-
-    duration_s: float
-    """Simulated time [s]."""
-    terrain: tuple[str, ...] = ()
-    """Ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT, followed by its
-    parameters, such as rough rms_m=0.05."""
-    delay_s: float = 0.0
-    """Delay of the senses of the legs [s]."""
-    noise: float = 0.0
-    """Noise of the senses of the legs, relative to their scales."""
-    tolerance: float = TOLERANCE
-    """Tolerance around the lags of a named gait [cycles]."""
-    body: Body
-
-
-@dataclass(frozen=True, kw_only=True)
-class DrivenOptions(WalkingOptions):
-    """The same of one controller."""
-
-    omega: float | None
-    """Frequency ω [rad/s]."""
-    sigma: float | None
-    """Gain σ of the vanilla feedback [rad/(s N)]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class WalkingSimulation(DrivenOptions):
-    """Simulate a body with several legs: footfalls, lags and the name of its gait."""
-
-    phases: tuple[float, ...] = ()
-    """Phases of the legs at release [cycles], in the body's order; random ones by default."""
-    seed: int = 0
-    """Seed of the random phases at release."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class WalkingEvaluation(WalkingOptions):
-    """Evaluate how several legs walk from random phases: falls, speed, cost, gait."""
-
-    omega: tuple[float, ...]
-    """Frequencies [rad/s]."""
-    starts: int = 32
-    """Number of releases of each controller."""
-    seed: int = 1
-    """Seed of the random phases at release."""
-
-
 @dataclass(frozen=True)
-class WalkingTask(Task):
-    """Controllers on a body with several legs."""
+class WalkerController(LoadedController):
+    """Controllers of a body with several legs."""
 
     what = "walks on several legs"
 
     legged: Legged
     """Their system, timed so that it settles."""
 
-    def on(self, body: Body) -> WalkingTask:
+    def on(self, body: Body) -> WalkerController:
         return dataclasses.replace(self, legged=self.legged.with_body(body))
 
-    def system(self, options: WalkingOptions) -> Legged:
-        """The system with what was given.
+    def own(self) -> Values:
+        body = self.legged.body
+        senses: Values = {"delay_s": 0.0, "noise": 0.0}
+        if isinstance(body, Sensors):
+            body, senses = body.body, {"delay_s": body.delay_s, "noise": body.noise}
+        return {
+            "body": body,
+            "duration_s": self.legged.timing.duration_s,
+            **senses,
+            "omega": self.legged.omega,
+            "sigma": self.sigma,
+        }
+
+    def system(self, options: Any) -> Legged:
+        """Return the system with other values.
+
+        Args:
+            options: body, duration_s, terrain, delay_s, noise and tolerance.
 
         Raises:
-            TegotaeError: for what cannot be, before anything is computed.
+            TegotaeError: for values that cannot be, before anything is computed.
         """
         require_finite("tolerance", options.tolerance, above=0.0, most=0.5)
         body, legged = options.body, self.legged
         if getattr(body, "present", None) != getattr(unwrapped(legged.body), "present", None):
             raise TegotaeError(
-                "--present would remove legs that are then measured; tegotae gait lesion --lose "
+                "present would remove legs that are then measured; tegotae gait perturb --lose "
                 "removes legs"
             )
         if options.terrain:
@@ -106,32 +73,54 @@ class WalkingTask(Task):
             legged = legged.with_body(felt(legged, options.delay_s, options.noise))
         return legged
 
-    def _own(self) -> dict[str, Any]:
-        body, senses = self.legged.body, {}
-        if isinstance(body, Sensors):
-            body, senses = body.body, {"delay_s": body.delay_s, "noise": body.noise}
-        return {"body": body, "duration_s": self.legged.timing.duration_s, **senses}
+    def driven(self, options: Any) -> Legged:
+        """Return the system of the one controller with other values.
 
-    def driven_options(self) -> dict[str, Any]:
-        """The values of `DrivenOptions`."""
-        return {**self._own(), "omega": self.legged.omega, "sigma": self.sigma}
-
-    def driven(self, options: DrivenOptions) -> Legged:
-        """The system of the one controller with what was given."""
+        Args:
+            options: those of `system`, omega and sigma.
+        """
         legged = self.system(options).replaced(omega=options.omega)
         return dataclasses.replace(legged, weights=tuple(self.weights_at(options.sigma)))
 
-    def simulate_options(self) -> WalkingSimulation:
-        """The options of a simulation."""
-        return WalkingSimulation(**self.driven_options())
+    def simulate(
+        self,
+        *,
+        duration_s: float | None = None,
+        omega: float | None = None,
+        sigma: float | None = None,
+        phases: Sequence[float] = (),
+        seed: int = 0,
+        terrain: Sequence[str] = (),
+        delay_s: float | None = None,
+        noise: float | None = None,
+        tolerance: float = TOLERANCE,
+        body: Body | Changes | None = None,
+    ) -> Recording:
+        """Simulate a body with several legs: footfalls, lags and the name of its gait.
 
-    def simulate(self, options: WalkingSimulation) -> RecordedRun:
-        """One release: footfalls, lags and the gait."""
+        Args:
+            duration_s: simulated time [s].
+            omega: frequency ω [rad/s].
+            sigma: gain σ of the vanilla feedback [rad/(s N)].
+            phases: phases of the legs at release [cycles], in the body's order; random ones by
+                default.
+            seed: seed of the random phases at release.
+            terrain: ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT,
+                followed by its parameters, such as rough rms_m=0.05.
+            delay_s: delay of the senses of the legs [s].
+            noise: noise of the senses of the legs, relative to their scales.
+            tolerance: tolerance around the lags of a named gait [cycles].
+            body: another body, or changes of the system's own.
+
+        Raises:
+            TegotaeError: for values that cannot be, before anything is computed.
+        """
+        options = filled(locals(), self.own())
         legged = self.driven(options)
         if options.phases and options.seed:
-            raise TegotaeError("--seed is of random phases, and --phases says what they are")
-        phases = [2.0 * math.pi * phase for phase in options.phases] or None
-        run = simulate(legged, phases, seed=options.seed, tolerance=options.tolerance)
+            raise TegotaeError("seed is of random phases, and phases gives them; leave one out")
+        release = [2.0 * math.pi * phase for phase in options.phases] or None
+        run = simulate(legged, release, seed=options.seed, tolerance=options.tolerance)
         (length, time), last = legged.units, run.found
         numbers = {k: x[0].item() for k, x in coordination_columns(last, legged.names).items()}
         stances = {
@@ -146,9 +135,9 @@ class WalkingTask(Task):
             "duty factor": last.duty_factor[:, 0],
             f"steps [1/{time}]": last.step_frequency_hz[:, 0],
         }
-        return RecordedRun(
+        return Recording(
             name=self.name,
-            outcome=run.gait,
+            title=run.gait,
             raw=run,
             numbers={**numbers, **more},
             columns=columns(
@@ -159,21 +148,86 @@ class WalkingTask(Task):
                 ("froude", "Froude number"),
                 ("fall_time_s", "fell at", time),
             ),
-            table=lambda: run.series,
-            settings=options,
+            rows=lambda: run.series,
+            settings=vars(options),
             limbs=pd.DataFrame(of_legs),
         )
 
-    def evaluate_options(self) -> WalkingEvaluation:
-        """The options of an evaluation."""
-        omega = self.legged.omega
-        return WalkingEvaluation(**self._own(), omega=() if omega is None else (omega,))
+    def evaluate(
+        self,
+        *others: Subject | LoadedController,
+        omega: Sequence[float] | None = None,
+        starts: int = 32,
+        seed: int = 1,
+        duration_s: float | None = None,
+        terrain: Sequence[str] = (),
+        delay_s: float | None = None,
+        noise: float | None = None,
+        tolerance: float = TOLERANCE,
+        body: Body | Changes | None = None,
+    ) -> Table:
+        """Evaluate how several legs walk from random phases: falls, speed, cost, gait.
 
-    def alike(self, options: WalkingEvaluation) -> Mapping[str, Any]:
-        return {name: getattr(options, name) for name in ("starts", "seed", "omega")}
+        Args:
+            others: further controllers.
+            omega: frequencies [rad/s].
+            starts: number of releases of each controller.
+            seed: seed of the random phases at release.
+            duration_s: simulated time [s].
+            terrain: ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT,
+                followed by its parameters, such as rough rms_m=0.05.
+            delay_s: delay of the senses of the legs [s].
+            noise: noise of the senses of the legs, relative to their scales.
+            tolerance: tolerance around the lags of a named gait [cycles].
+            body: another body, or changes of the system's own.
 
-    def evaluate(self, options: WalkingEvaluation) -> Answer:
-        """How every run walks at every frequency."""
+        Raises:
+            TegotaeError: for values that cannot be, or controllers without a measure in common.
+        """
+        return self._evaluated(others, {**locals()})
+
+    def compare(
+        self,
+        *others: Subject | LoadedController,
+        omega: Sequence[float] | None = None,
+        starts: int = 32,
+        seed: int = 1,
+        duration_s: float | None = None,
+        terrain: Sequence[str] = (),
+        delay_s: float | None = None,
+        noise: float | None = None,
+        tolerance: float = TOLERANCE,
+        body: Body | Changes | None = None,
+    ) -> Table:
+        """Compare how several legs walk from random phases, and how it differs from the first.
+
+        Args:
+            others: controllers that are compared with this one.
+            omega: frequencies [rad/s].
+            starts: number of releases of each controller.
+            seed: seed of the random phases at release.
+            duration_s: simulated time [s].
+            terrain: ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT,
+                followed by its parameters, such as rough rms_m=0.05.
+            delay_s: delay of the senses of the legs [s].
+            noise: noise of the senses of the legs, relative to their scales.
+            tolerance: tolerance around the lags of a named gait [cycles].
+            body: another body, or changes of the system's own.
+
+        Raises:
+            TegotaeError: for values that cannot be, or controllers without a measure in common.
+        """
+        return self._evaluated(others, {**locals()}, compares=True)
+
+    def alike(self, options: Any) -> Mapping[str, Any]:
+        return {
+            "starts": options.starts,
+            "seed": options.seed,
+            "omega": _frequencies(options),
+        }
+
+    def measured(self, options: Any) -> EvaluationTable:
+        options.omega = _frequencies(options)
         legged, weights = self.system(options), self.runs.weights
         released = release_all(
             legged,
@@ -186,7 +240,7 @@ class WalkingTask(Task):
         rows = dict(released.summary)
         rows["run"] = np.array(self.runs.labels)[rows["run"]]
         (length, time), share, positive = legged.units, (0.0, 1.0), (0.0, math.inf)
-        return self.answer(
+        return self._measurements(
             rows,
             columns(
                 ("upright", "upright", "", share, True),
@@ -202,3 +256,9 @@ class WalkingTask(Task):
             options,
             groups=("controller", "omega"),
         )
+
+
+def _frequencies(options: Any) -> tuple[float, ...]:
+    """Frequencies of an evaluation [rad/s]; the system's own by default."""
+    omega = options.omega
+    return tuple(omega) if isinstance(omega, Sequence) else () if omega is None else (omega,)

@@ -14,17 +14,16 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.questions.answer import DrawnAnswer
-from tegotae.questions.question import Names, question
-from tegotae.systems.designs import Design, design, is_design
+from tegotae.questions.controller import Changes
+from tegotae.questions.parameters import Values, changed, in_shell
+from tegotae.questions.results import Table
 from tegotae.systems.env_task import extras_of, is_mujoco_model
-from tegotae.systems.laws import ShortLaw, short_law
-from tegotae.systems.models import Model, find
+from tegotae.systems.resolve import recipe
 from tegotae.systems.robot_file import is_robot_file
 from tegotae.systems.user_objects import is_reference
 
 if TYPE_CHECKING:  # which needs Gymnasium
-    from matplotlib.figure import Figure
+    from matplotlib import figure
 
     from tegotae.envs.env_spec import EnvSpec
     from tegotae.envs.wiring import Wiring
@@ -32,26 +31,13 @@ if TYPE_CHECKING:  # which needs Gymnasium
     from tegotae.training.scoring import VanillaSweep
 
 
-@dataclass(frozen=True, kw_only=True)
-class Environments(Names):
-    """Environments by name."""
-
-    NAMED = (
-        "A name is a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or MODULE:FUNCTION that "
-        "makes an environment; a MuJoCo model, FILE.xml or, in an installed package, "
-        "PACKAGE:FILE.xml; hopper, leg or quadruped, which come with tegotae; or a robot's file, "
-        "FILE.toml (tegotae wiring suggest)."
-    )
-
-    def named(self, *names: Any) -> Sequence[str]:
-        """The names.
-
-        Raises:
-            MissingExtraError: without Gymnasium, or MuJoCo where it is needed.
-        """
-        for env in names:
-            require_all(extras_of(env))
-        return names
+ENVIRONMENTS = (
+    "A name is a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or MODULE:FUNCTION that makes an "
+    "environment; a MuJoCo model, FILE.xml or, in an installed package, PACKAGE:FILE.xml; "
+    "hopper, leg or quadruped, which come with tegotae; or a robot's file, FILE.toml (tegotae "
+    "wiring suggest)."
+)
+"""Meaning of an environment's name, for help."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,8 +69,8 @@ class ModelOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnEnvironment(ModelOptions):
-    """How limbs are trained on an environment."""
+class EnvironmentOptions(ModelOptions):
+    """Wiring of limbs to an environment, and the way of their training there."""
 
     wiring: str | None = None
     """Senses and commands of the limbs: a .toml or .json file; the environment's by default, if it
@@ -134,7 +120,7 @@ class OnEnvironment(ModelOptions):
             )
         spec, wiring = self.wired(env)
         experiment = EnvExperiment.of_model(
-            _trainable(model),
+            recipe(model),
             spec,
             wiring,
             omega=self.omega,
@@ -175,9 +161,11 @@ class OnEnvironment(ModelOptions):
         return spec, wiring
 
 
-def _trainable(name: str) -> Model | ShortLaw | Design:
-    """What has a controller to be trained, by its name."""
-    return short_law(name) or (design(name) if is_design(name) else find(name))
+def environment_of(environment: EnvironmentOptions | Changes | None) -> EnvironmentOptions:
+    """Return the options of an environment, of which some may be given by name."""
+    if environment is None or isinstance(environment, EnvironmentOptions):
+        return environment or EnvironmentOptions()
+    return changed(EnvironmentOptions(), environment)
 
 
 def stem_of(env: str) -> str:
@@ -195,37 +183,14 @@ _SHARES = np.linspace(0.5, 1.5, 7)
 """Frequencies that are tried by default, over the wiring's."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class BaselineOptions(OnEnvironment):
-    """What is swept on an environment, and where the map is written."""
-
-    model: str = "V-sector-w8"
-    """A pure V model, whose only weight is σ."""
-    frequencies: tuple[float, ...] = ()
-    """Frequencies ω [rad/s]; by default those of --omega if it names several, or else seven, 0.5 to
-    1.5 times the wiring's."""
-    duration_s: float = 12.0
-    """Duration of an episode [s]."""
-    fitness: str | None = None
-    """Fitness: hopping, return, or FILE.py:FUNCTION; hopping by default where it can be
-    measured."""
-    out: Path
-    """Folder for the map and the best controller."""
-
-    @classmethod
-    def options_of(cls, env: str) -> BaselineOptions:
-        """A folder that is named as the environment."""
-        return cls(out=Path("runs") / f"{stem_of(env)}-vanilla")
-
-
 @dataclass(frozen=True, repr=False, kw_only=True)
-class VanillaBaseline(DrawnAnswer):
-    """What a vanilla controller reaches on an environment, over gain and frequency; `raw` is a
+class VanillaBaseline(Table):
+    """Fitness of a vanilla controller on an environment, over gain and frequency; `raw` is a
     `tegotae.training.scoring.VanillaSweep`."""
 
     experiment: EnvExperiment
 
-    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
+    def _fill(self, folder: Path) -> list[Path]:
         """Write the map, its numbers and the best controller into a folder."""
         from tegotae.training.evolution import SEARCH
         from tegotae.training.learner import LearnedController
@@ -242,13 +207,13 @@ class VanillaBaseline(DrawnAnswer):
             "best_generation": 0,
         }
         best = save_controller(
-            Path(folder),
+            folder,
             dataclasses.replace(experiment, wiring=wiring, omegas=(), episodes=1),
             LearnedController(experiment.controller, sweep.sigma[[row]], outcome),
             {"swept": {"sigma": sweep.sigma.tolist(), "omega": sweep.omega.tolist()}},
             {},
         )
-        return [*super().save(folder, format), best]
+        return [*super()._fill(folder), best]
 
 
 def _sweep_table(sweep: VanillaSweep) -> pd.DataFrame:
@@ -291,44 +256,74 @@ def _advice(sweep: VanillaSweep) -> list[str]:
     return said
 
 
-@question(
-    subjects=Environments,
-    kinds={"option": lambda: BaselineOptions.options_of("my_leg.xml")},
+def _baseline_values(env: str = "", **_: Any) -> Values:
+    """Folder that is named as the environment."""
+    return {"out": Path("runs") / f"{stem_of(env)}-vanilla"}
+
+
+@in_shell(
+    own=_baseline_values,
+    values={"environment": EnvironmentOptions()},
+    names=ENVIRONMENTS,
+    examples={"": "my_leg.xml"},
 )
-def wiring_baseline(env: str, options: BaselineOptions) -> VanillaBaseline:
+def wiring_baseline(
+    env: str,
+    *,
+    model: str = "V-sector-w8",
+    frequencies: Sequence[float] = (),
+    duration_s: float = 12.0,
+    fitness: str | None = None,
+    environment: EnvironmentOptions | Changes | None = None,
+    out: Path | str | None = None,
+) -> Table:
     """Sweep gain and frequency of the vanilla controller on an environment: the baseline for
     learned controllers.
 
+    Args:
+        env: name of the environment.
+        model: a pure V model, whose only weight is σ.
+        frequencies: frequencies ω [rad/s]; by default those of the environment's option omega if it
+            names several, or else seven, 0.5 to 1.5 times the wiring's.
+        duration_s: duration of an episode [s].
+        fitness: hopping, return, or FILE.py:FUNCTION; hopping by default where it can be measured.
+        environment: wiring of the limbs, and settings of the environment.
+        out: folder for the map and the best controller; nothing is written by default.
+
+    Raises:
+        MissingExtraError: without Gymnasium, or MuJoCo where it is needed.
+        TegotaeError: for a name, a wiring or values that cannot be.
+
     Example:
-        >>> wiring_baseline("leg", frequencies=(8.0, 10.0), duration=6.0).plot()  # doctest: +SKIP
+        >>> wiring_baseline("leg", frequencies=(8.0, 10.0), duration_s=6.0).plot()  # doctest: +SKIP
     """
+    require_all(extras_of(env))
+    options = environment_of(environment)
     from tegotae.training.scoring import sweep_vanilla
 
-    experiment = options.experiment(
-        env, options.model, duration_s=options.duration_s, fitness=options.fitness
-    )
+    experiment = options.experiment(env, model, duration_s=duration_s, fitness=fitness)
     experiment.check()
-    omega = options.frequencies or experiment.omegas
+    omega = tuple(frequencies) or experiment.omegas
     if not omega:
         assert experiment.omega is not None
         omega = tuple(float(f"{x:.3g}") for x in _SHARES * experiment.omega)
     sweep = sweep_vanilla(experiment, omega, options.workers)
     table, (row, column) = _sweep_table(sweep), sweep.best
 
-    def drawn() -> dict[str, Figure]:
+    def drawn() -> dict[str, figure.Figure]:
         from tegotae.figures.maps import vanilla_sweep_figure
         from tegotae.figures.style import literal
 
-        named = "fitness" if options.fitness is None else f"fitness: {options.fitness}"
+        named = "fitness" if fitness is None else f"fitness: {fitness}"
         return {"map": vanilla_sweep_figure(sweep, fitness=literal(named))}
 
     return VanillaBaseline(
         raw=sweep,
         experiment=experiment,
-        outcome=f"best: σ {sweep.sigma[row]:.3g} rad/(s N) at ω {sweep.omega[column]:g} rad/s, "
+        title=f"best: σ {sweep.sigma[row]:.3g} rad/(s N) at ω {sweep.omega[column]:g} rad/s, "
         f"fitness {sweep.fitness[row, column]:.4f}",
-        remarks=_advice(sweep),
-        table=table,
+        notes=_advice(sweep),
+        rows=table,
         shown=[_best_gains(sweep)],
         data={"environment": experiment.spec.env, "rows": table.to_dict("records")},
         drawn=drawn,

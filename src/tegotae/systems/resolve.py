@@ -40,10 +40,10 @@ from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.oscillators import PHASE, Oscillator, oscillator_named
 from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.designs import design, is_design
+from tegotae.systems.designs import Design, design, is_design
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
-from tegotae.systems.laws import LAWS, short_law
+from tegotae.systems.laws import LAWS, ShortLaw, short_law
 from tegotae.systems.legged import (
     SYSTEMS,
     Legged,
@@ -52,7 +52,7 @@ from tegotae.systems.legged import (
     settling,
     system as legged_by_name,
 )
-from tegotae.systems.models import PRESETS, all_models, at_another_omega, find, preset
+from tegotae.systems.models import PRESETS, Model, all_models, at_another_omega, find, preset
 from tegotae.systems.robot_file import law_on_robot
 from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import Release, System
@@ -195,8 +195,7 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
         return _of_robot(name, *on_robot)
     law = short_law(name)
     if law is not None or is_design(name) or _is_model(name):
-        recipe = law or (design(name) if is_design(name) else find(name))
-        experiment = recipe.experiment(budget=BUDGET if budget is None else budget)
+        experiment = recipe(name).experiment(budget=BUDGET if budget is None else budget)
         return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
     if budget is not None:
         raise TegotaeError(
@@ -220,6 +219,26 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
         return _of_file(name, path)
     names = [*_architectures(), *all_models(), *LAWS, *SYSTEMS, *PRESETS]
     raise unknown("model or system", name, names)
+
+
+Recipe = Model | ShortLaw | Design
+"""Controller to be trained: `controller()` makes it, and `experiment()` its training."""
+
+
+def recipe(name: str) -> Recipe:
+    """Return the recipe of a controller to be trained.
+
+    Args:
+        name: a model of the paper, an architecture, a short law, or a design for legs.
+
+    Raises:
+        TegotaeError: for an unknown name, with the nearest ones.
+
+    Example:
+        >>> recipe("V-reflex-w8").controller().n_weights, recipe("AR@quadruped-c").name
+        (1, 'AR-rF@quadruped-c')
+    """
+    return short_law(name) or (design(name) if is_design(name) else find(name))
 
 
 def legged_system(name: str) -> Legged:

@@ -55,7 +55,7 @@ COLUMNS = CurvePoint._fields
 """The columns of `curves.csv`."""
 _MOST_BYTES = 2**30
 """Size limit of an unpacked checkpoint [bytes]."""
-_OTHER = "choose another folder with --out, or start again with --anew"
+_OTHER = "choose another folder with --out, or start again with --restart"
 _REMEDY = "remove it to train anew, or choose another folder with --out"
 
 
@@ -111,7 +111,7 @@ def train(
     run: Run[LearnerT],
     out: Path,
     *,
-    anew: bool = False,
+    restart: bool = False,
     on_step: Callable[[TrainingState], None] | None = None,
 ) -> list[Path]:
     """Train, or train on, in the folder `out`; return the controller files, one per seed.
@@ -126,7 +126,7 @@ def train(
     Args:
         run: what, how and for how long, from which seeds.
         out: the folder.
-        anew: whether a training that is there before is set aside, in a folder beside it.
+        restart: whether a training that is there before is set aside, in a folder beside it.
         on_step: called with the state after each step.
 
     Raises:
@@ -136,7 +136,7 @@ def train(
     experiment.check()
     check_kept(learner)
     configuration, software = run.configuration, run.software
-    with alone(out, TRAINING, anew=anew):
+    with alone(out, TRAINING, restart=restart):
         claim(out, configuration, software)
         state = begun = read_checkpoint(out, run)
         saved_at = -np.inf

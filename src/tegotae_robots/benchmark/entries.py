@@ -168,7 +168,7 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
     if abs(manifest.tick_s / subject.step_s - 1.0) > 1e-3:
         raise TegotaeError(
             f"{path} is for a loop of {manifest.tick_s:g} s; export it for that of the subject, "
-            f"--tick {subject.step_s:g}"
+            f"--tick-s {subject.step_s:g}"
         )
     limbs, wired, commanded = manifest.limbs, manifest.wired, manifest.commanded
     inputs, outputs = ([x.name for x in numbers] for numbers in (manifest.inputs, manifest.outputs))

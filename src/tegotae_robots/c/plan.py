@@ -111,7 +111,7 @@ class Export(RobotController):
         )
         if isinstance(self.body, Hopper):
             warning += (
-                f"; see how it does there: tegotae simulate FILE --hold --tick {self.tick_s:g}"
+                f"; see how it does there: tegotae simulate FILE --hold --tick-s {self.tick_s:g}"
             )
         return [warning]
 

@@ -102,8 +102,8 @@ class LiveController:
     until the next step. At equal steps these are the numbers of the `Hold` integrator.
 
     A step takes a few microseconds, and no JAX. Make one from a file (`load`), or from any name of
-    a controller by `tegotae.export_native(NAME).live()`. A copy (`copy.copy`, `copy.deepcopy`,
-    pickle) goes on by itself from where this one is.
+    a controller by `tegotae.robots.export_native(NAME).live()`. A copy (`copy.copy`,
+    `copy.deepcopy`, pickle) goes on by itself from where this one is.
 
     Args:
         native: the compiled controller.
@@ -111,7 +111,7 @@ class LiveController:
 
     Example:
         >>> import tegotae
-        >>> live = tegotae.export_native("V-reflex-w8").live()
+        >>> live = tegotae.robots.export_native("V-reflex-w8").live()
         >>> live.step({"spring_force": 0.0}, dt_s=0.001).tolist()
         [0.0]
     """

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pandas as pd
 
 from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
-from tegotae.questions.answer import TableAnswer
-from tegotae.questions.question import Names, NoOptions, Tasks, question
+from tegotae.questions.controller import LoadedController
+from tegotae.questions.controllers import NAMES
+from tegotae.questions.parameters import Values, in_shell
+from tegotae.questions.results import Files, Table
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.resolve import resolve
+from tegotae.systems.resolve import Named, resolve
 from tegotae.training.collection import controller_of
 from tegotae_robots.c import LAYOUTS, Export, texts
 from tegotae_robots.c.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
@@ -25,132 +27,137 @@ from tegotae_robots.c.plan import facts, usual_tick_s
 from tegotae_robots.live.controller import LiveController, write_native
 from tegotae_robots.robot import compiled
 
-
-@dataclass(frozen=True, kw_only=True)
-class OneController(Names):
-    """A controller by name."""
-
-    NAMED = Tasks.NAMED
-
-    def named(self, *names: Any) -> Sequence[SavedController]:
-        """The controllers.
-
-        Raises:
-            TegotaeError: for a name that means nothing, or has no weights.
-        """
-        return [controller_of(resolve(name)) for name in names]
+Exportable = str | PathLike[str] | Named | LoadedController
+"""Controller by name, loaded, or an object with weights."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportNativeOptions:
-    """What the controller's file may lack."""
-
-    max_force_n: float | None = None
-    """The largest force [N], if the controller's file does not contain it."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExportCOptions(ExportNativeOptions):
-    """The robot's loop, and the form of the files."""
-
-    tick_s: float = 0.001
-    """Control period of the robot [s]."""
-    prefix: str = "tegotae"
-    """Prefix of all names in C and of the files."""
-    layout: LayoutName = "flat"
-    """All files in one folder (flat), or a library with a sketch (platformio, arduino)."""
-
-    @classmethod
-    def options_of(cls, saved: SavedController) -> ExportCOptions:
-        """A millisecond, or the control period of the training on an environment."""
-        return cls(tick_s=usual_tick_s(saved))
+def _saved(controller: Exportable) -> SavedController:
+    """The controller with its weights."""
+    if isinstance(controller, LoadedController):
+        return controller.saved
+    return controller_of(resolve(cast(Any, controller)))
 
 
-@dataclass(frozen=True, repr=False, kw_only=True)
-class ExportedC(TableAnswer):
-    """A controller as C, in memory until it is saved. Its table has the golden vectors: ticks of
-    the simulator's own run, which the C must repeat; its document is the manifest."""
-
-    files: dict[str, str]
-    """Texts of the files, by their paths in a folder."""
-
-    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
-        """Write the files into a folder."""
-        for name, text in self.files.items():
-            write_atomically(Path(folder) / name, text)
-        return [Path(folder) / name for name in self.files]
+def _tick(controller: Any = "", **_: Any) -> Values:
+    """A millisecond, or the control period of the training on an environment."""
+    return {"tick_s": usual_tick_s(_saved(controller)) if controller else 0.001}
 
 
-@question(subjects=OneController, kinds={"option": ExportCOptions}, written="folder")
-def export_c(saved: SavedController, options: ExportCOptions) -> ExportedC:
+@in_shell(own=_tick, names=NAMES, writes="folder", pictures=False, examples={"": "paper"})
+def export_c(
+    law: Exportable,
+    *,
+    tick_s: float | None = None,
+    prefix: str = "tegotae",
+    layout: LayoutName = "flat",
+    max_force_n: float | None = None,
+) -> Files:
     """Write a controller as C99: a header, a source, golden vectors and their test.
+
+    Its table has the golden vectors: ticks of the simulator's own run, which the C must repeat; its
+    document is the manifest.
+
+    Args:
+        law: controller, by name or loaded.
+        tick_s: control period of the robot [s]; a millisecond by default, or the control period of
+            the training on an environment.
+        prefix: prefix of all names in C and of the files.
+        layout: all files in one folder (flat), or a library with a sketch (platformio, arduino).
+        max_force_n: largest force [N], if the controller's file does not contain it.
+
+    Raises:
+        TegotaeError: for a name that means nothing, or values that cannot be.
 
     Example:
         >>> export_c("V-reflex-w8", prefix="leg").files["leg.h"].splitlines()[2]
         '#ifndef LEG_H'
     """
-    export = Export(saved, options.tick_s, options.prefix, max_force_n=options.max_force_n)
-    layout, known = LAYOUTS[options.layout], facts(export)
-    files = texts(export, layout)
+    saved = _saved(law)
+    tick_s = usual_tick_s(saved) if tick_s is None else tick_s
+    export = Export(saved, tick_s, prefix, max_force_n=max_force_n)
+    form, known = LAYOUTS[layout], facts(export)
+    files = texts(export, form)
     rows = [
         (way, x["member"], x["unit"], x["what"])
         for way, name in (("in", "senses"), ("out", "commands"))
         for x in known[name]
     ]
     named = f"{saved.name or 'a controller'} as C, for a loop of {export.tick_s:g} s"
-    return ExportedC(
+
+    def write(folder: Path) -> list[Path]:
+        for name, text in files.items():
+            write_atomically(folder / name, text)
+        return [folder / name for name in files]
+
+    return Files(
         raw=export,
         files=files,
-        outcome=f"{named}; check it in its folder:\n{layout.check(export.prefix)}",
-        remarks=[f"warning: {warning}" for warning in export.warnings()],
-        table=lambda: pd.read_csv(io.StringIO(files[layout.place("golden.csv")])),
+        write=write,
+        title=f"{named}; check it in its folder:\n{form.check(export.prefix)}",
+        notes=[f"warning: {warning}" for warning in export.warnings()],
+        rows=lambda: pd.read_csv(io.StringIO(files[form.place("golden.csv")])),
         shown=[pd.DataFrame(rows, columns=["", "name", "unit", "what"]).set_index("")],
         data=json.loads(files[f"{export.prefix}.json"]),
     )
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class ExportedNative(TableAnswer):
-    """A controller as native code, in memory until it is saved; `raw` is the code."""
-
-    ENDING = ".native"
+class NativeCode(Files):
+    """Controller as native code, in memory until it is saved; `raw` is the code."""
 
     def live(self) -> LiveController:
-        """The controller, to be stepped in this process."""
+        """Return the controller, to be stepped in this process."""
         return LiveController(self.raw)
 
-    def save(self, folder: Path | str, format: str = "native") -> list[Path]:
-        """Write the file of that name, such as leg.native."""
-        write_native(self.raw, Path(folder))
-        return [Path(folder)]
 
-
-@question(subjects=OneController, written="file")
-def export_native(saved: SavedController, options: ExportNativeOptions) -> ExportedNative:
+@in_shell(names=NAMES, writes="file", pictures=False, endings=(".native",), replaces=True)
+def export_native(law: Exportable, *, max_force_n: float | None = None) -> NativeCode:
     """Write a controller as native code for this kind of processor; it runs without JAX.
 
     The file is machine code, which `LiveController.load` runs: load only files from people that you
     trust.
+
+    Args:
+        law: controller, by name or loaded.
+        max_force_n: largest force [N], if the controller's file does not contain it.
+
+    Raises:
+        TegotaeError: for a name that means nothing, or a processor without native code.
     """
-    native = compiled(saved, options.max_force_n)
+    native = compiled(_saved(law), max_force_n)
     about = asdict(native)
     senses = ", ".join(native.senses) or "nothing"
-    return ExportedNative(
+
+    def write(file: Path) -> list[Path]:
+        write_native(native, file)
+        return [file]
+
+    return NativeCode(
         raw=native,
-        outcome=f"reads {senses}; commands {', '.join(native.commands)}",
-        remarks=['use it: tegotae_robots.live.LiveController.load("FILE")'],
+        write=write,
+        endings=(".native",),
+        replaces=True,
+        title=f"reads {senses}; commands {', '.join(native.commands)}",
+        notes=['use it: tegotae_robots.live.LiveController.load("FILE")'],
         data={name: about[name] for name in about if name not in ("code", "start")},
     )
 
 
-@question(subjects=Names, several=True, usual=("V-sector-w8", "AR", "ART", "ARGT", "T"))
-def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> TableAnswer:
+@in_shell(usual=("V-sector-w8", "AR", "ART", "ARGT", "T"), pictures=False, names=NAMES)
+def export_cost(*models: str) -> Table:
     """Measure size and instructions per tick of exported controllers on emulated Cortex-M cores.
 
     A tick of a law on a robot's legs ends with its joints. Weights of a model of the paper, which
     hardly affect the cost, are drawn. This needs the Arm compiler and QEMU:
     apt-get install gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm.
+
+    Args:
+        models: models of the paper, or controllers by name; a few of the paper's by default.
+
+    Raises:
+        TegotaeError: without the compiler or the emulator, or for a name that means nothing.
     """
+    models = models or ("V-sector-w8", "AR", "ART", "ARGT", "T")
     require_tools()
     exports = systems(models)
     counted: list[Cost] = []
@@ -166,11 +173,11 @@ def export_cost(models: Sequence[str], options: Sequence[NoOptions]) -> TableAns
     shown = table.assign(instructions=counts).rename(columns=names)
     shown = shown.assign(**{"at 1 kHz": share.map("{:.1%}".format)}).set_index("model")
     table = table.assign(share_at_1_khz=share)
-    return TableAnswer(
+    return Table(
         raw=counted,
-        table=table,
+        rows=table,
         shown=[shown],
-        remarks=[
+        notes=[
             "Instructions executed per tick, counted by an emulator: neither cycles nor a worst "
             f"case. The last column is their share of {CLOCK_HZ / 1e6:g} MHz at 1 kHz, if each "
             "took one cycle. Flash is what the controller adds to a program, with the parts of the "

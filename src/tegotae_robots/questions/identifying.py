@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -12,10 +13,11 @@ from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
-from tegotae.questions.question import Recordings, question
+from tegotae.questions.measuring import check_recording
+from tegotae.questions.parameters import Values, in_shell
+from tegotae.questions.results import Files, check_ending
 from tegotae.systems.body_file import body_text
 from tegotae_robots.identification import FITTED, Identified, identify as fitted_to, log_of
-from tegotae_robots.questions.model_file import ModelFile
 
 _MEANINGS = dict(
     zip(
@@ -28,50 +30,6 @@ _SIMULATED_TICK_S = 0.001
 _NEEDED = ("height", "spring_force", "command")
 
 
-@dataclass(frozen=True, kw_only=True)
-class IdentificationOptions:
-    """What is known of the log, and where the body is written.
-
-    Column names end in their units: time_s (or ms, us, ns), height_m (cm, mm) over level ground,
-    spring_force_n (kN, mN, MN, kgf, gf, or kg and g for these), and command_share (or percent), the
-    command of the actuator as a share of its largest force.
-    """
-
-    columns: tuple[str, ...] = ()
-    """Columns with other names: QUANTITY=COLUMN[UNIT], such as command=pwm[percent]. The quantities
-    are time, height, spring_force and command."""
-    rate: float | None = None
-    """Sampling rate [Hz], if there is no column of times."""
-    resample: float | None = None
-    """Rate for resampling by linear interpolation [Hz], if times are not uniform."""
-    gravity_m_per_s2: float = Hopper.gravity_m_per_s2
-    """Gravity g [m/s²], which is not fitted."""
-    out: Path
-    """The file of the body (.toml), which must not be there yet."""
-
-    @classmethod
-    def options_of(cls, file: str) -> IdentificationOptions:
-        """A file that is named as the log."""
-        return cls(out=Path(f"{Path(file).stem}.toml"))
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class IdentifiedBody(ModelFile):
-    """A body, .toml, that `--body` takes. `raw` is the fit, a
-    `tegotae_robots.identification.Identified`."""
-
-    body: Sensors
-    """The hopper behind its late sensors."""
-
-    def _write(self, file: Path) -> None:
-        fit: Identified = self.raw
-        reasons = {
-            name: f"{unit}, 95 %: {fit.low[name]:.4g} to {fit.high[name]:.4g}"
-            for name, unit in FITTED.items()
-        }
-        write_atomically(file, body_text(self.body, reasons))
-
-
 def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
     """The hopper of a fit; what noise leaves below zero is zero."""
     numbers = {name: float(f"{max(x, 0.0):.6g}") for name, x in fit.values.items()}
@@ -81,31 +39,63 @@ def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
     return Sensors(body=hopper, delay_s=delay_s, most_ticks=ticks)
 
 
-@question(
-    subjects=Recordings,
-    kinds={"option": lambda: IdentificationOptions.options_of("log.csv")},
+def _out(file: Any = "", **_: Any) -> Values:
+    """File that is named as the log."""
+    return {"out": Path(f"{Path(file).stem}.toml")}
+
+
+@in_shell(
+    own=_out,
+    endings=(".toml",),
+    pictures=False,
+    examples={"": "log.csv"},
+    names="A name is a log (.csv, .parquet).",
 )
-def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
+def identify(
+    file: str | Path,
+    *,
+    columns: Sequence[str] = (),
+    rate: float | None = None,
+    resample: float | None = None,
+    gravity_m_per_s2: float = Hopper.gravity_m_per_s2,
+    out: Path | str | None = None,
+) -> Files:
     """Fit mass, stiffness, damping, rest length, delay and force limit of a hopper to its log.
 
     The last fifth of the hops is not fitted and checks the prediction. The body is a name for
-    --body from then on.
+    --body from then on. Column names end in their units: time_s (or ms, us, ns), height_m (cm, mm)
+    over level ground, spring_force_n (kN, mN, MN, kgf, gf, or kg and g for these), and
+    command_share (or percent), the command of the actuator as a share of its largest force.
+
+    Args:
+        file: the log (.csv, .parquet).
+        columns: columns with other names: QUANTITY=COLUMN[UNIT], such as command=pwm[percent]. The
+            quantities are time, height, spring_force and command.
+        rate: sampling rate [Hz], if there is no column of times.
+        resample: rate for resampling by linear interpolation [Hz], if times are not uniform.
+        gravity_m_per_s2: gravity g [m/s²], which is not fitted.
+        out: name of the body's file (.toml) for the text; `save` writes it.
+
+    Raises:
+        TegotaeError: for a file that is no log, or too few hops.
 
     Example:
         >>> identify("log.csv").save("log.toml")  # doctest: +SKIP
     """
-    IdentifiedBody.check_name(options.out)
-    require_finite("gravity", options.gravity_m_per_s2, above=0.0, most=1e9)
+    check_recording(file)
+    out = Path(_out(file)["out"] if out is None else out)
+    check_ending(out, (".toml",))
+    require_finite("gravity_m_per_s2", gravity_m_per_s2, above=0.0, most=1e9)
     samples = read_recording(
         file,
-        options.columns,
-        rate_hz=options.rate,
-        resample_hz=options.resample,
+        columns,
+        rate_hz=rate,
+        resample_hz=resample,
         quantities=("time", *_NEEDED),
         needed=_NEEDED,
     )
-    fit = fitted_to(log_of(samples), options.gravity_m_per_s2)
-    body = _body_of(fit, options.gravity_m_per_s2)
+    fit = fitted_to(log_of(samples), gravity_m_per_s2)
+    body = _body_of(fit, gravity_m_per_s2)
     numbers = pd.DataFrame(
         [(_MEANINGS[n], fit.values[n], fit.low[n], fit.high[n], FITTED[n]) for n in FITTED],
         columns=["number", "value", "low", "high", "unit"],
@@ -125,17 +115,28 @@ def identify(file: str, options: IdentificationOptions) -> IdentifiedBody:
     checked = fit.prediction.set_index("hops ahead").map(lambda x: f"{x:.2f}")
     omega = float(f"{fit.values['stiffness_n_per_m'] / fit.values['mass_kg']:.6g}") ** 0.5
     height = 1.2 * fit.values["rest_length_m"]
-    return IdentifiedBody(
+    reasons = {
+        name: f"{unit}, 95 %: {fit.low[name]:.4g} to {fit.high[name]:.4g}"
+        for name, unit in FITTED.items()
+    }
+
+    def write(path: Path) -> list[Path]:
+        write_atomically(path, body_text(body, reasons))
+        return [path]
+
+    return Files(
         raw=fit,
-        body=body,
-        outcome=f"fitted to {fit.hops[0]} hops; {fit.hops[1]} others check the prediction",
-        table=numbers,
+        made=body,
+        write=write,
+        endings=(".toml",),
+        title=f"fitted to {fit.hops[0]} hops; {fit.hops[1]} others check the prediction",
+        rows=numbers,
         shown=[shown.set_index("number"), checked],
-        remarks=[
+        notes=[
             f"Noise of the height {fit.noise[0]:.3g} m, of the load {fit.noise[1]:.3g} N. A "
             "prediction is as good as the noise allows where its error is 1.",
             "Next, at a frequency ω near that of stance:",
-            f"tegotae train ART-rF-tphif-w{omega:.0f} --body {options.out} --height {height:.3g}",
+            f"tegotae train ART-rF-tphif-w{omega:.0f} --body {out} --height-m {height:.3g}",
         ],
         data={
             "values": fit.values,

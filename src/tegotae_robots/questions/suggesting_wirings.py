@@ -3,42 +3,22 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from tegotae._support.errors import TegotaeError
-from tegotae.questions.question import question
-from tegotae.questions.wiring import Environments
-from tegotae.systems.env_task import is_mujoco_model
-from tegotae_robots.questions.model_file import ModelFile, ModelFileOptions
+from tegotae._support.errors import TegotaeError, require_all
+from tegotae.questions.parameters import in_shell
+from tegotae.questions.results import Files, check_ending
+from tegotae.questions.wiring import ENVIRONMENTS, ModelOptions, stem_of
+from tegotae.systems.env_task import extras_of, is_mujoco_model
 
 if TYPE_CHECKING:  # which needs Gymnasium
-    from matplotlib.figure import Figure
+    from matplotlib import figure
 
-    from tegotae.envs.env_spec import EnvSpec
     from tegotae_robots.models.suggesting import Suggestion
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class SuggestedWiring(ModelFile):
-    """A robot's file, .toml, with a first wiring. `raw` is a
-    `tegotae_robots.models.suggesting.Suggestion`, and the document that of the wiring."""
-
-    spec: EnvSpec
-
-    def figures(self) -> dict[str, Figure]:
-        """The workspace of feet that are commanded to places; none of joints."""
-        from tegotae_robots.models.workspace import workspace_figure
-
-        return {} if self.raw.legs is None else {"workspace": workspace_figure(self.raw)}
-
-    def _write(self, file: Path) -> None:
-        from tegotae.envs.robot_file import save_robot
-
-        save_robot(self.spec, self.raw.wiring, file, reasons=self.raw.reasons)
 
 
 def _entries(suggestion: Suggestion) -> pd.DataFrame:
@@ -64,22 +44,44 @@ def _said(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else ", ".join(map(_said, value))
 
 
-@question(
-    subjects=Environments,
-    kinds={"option": lambda: ModelFileOptions.options_of("my_leg.xml")},
+@in_shell(
+    own=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
+    names=ENVIRONMENTS,
+    endings=(".toml",),
+    examples={"": "my_leg.xml"},
 )
-def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
+def suggest_wiring(
+    env: str,
+    *,
+    feet: Sequence[str] = (),
+    settings: Sequence[str] = (),
+    out: Path | str | None = None,
+) -> Files:
     """Suggest a wiring for a MuJoCo model of your own: feet, limbs, pushes, scales, rest length.
 
     The file is a robot's: it has the model with its settings, too, and `LAW@FILE.toml` is a law on
     it for every command. Every entry has its reason beside it, in the terminal and as a comment in
     the file. The wiring is a first guess: correct every entry that you know better.
 
+    Args:
+        env: MuJoCo model, FILE.xml.
+        feet: bodies or geoms that touch the ground; by default the lowest ones at the end of a
+            chain.
+        settings: further settings of the environment: NAME=VALUE, values as in JSON, such as
+            ground=true.
+        out: name of the robot's file (.toml) for the text; `save` writes it.
+
+    Raises:
+        MissingExtraError: without MuJoCo.
+        TegotaeError: for another environment than a MuJoCo model, or one without feet.
+
     Example:
-        >>> wiring_suggest("my_leg.xml").save("my_leg.toml")  # doctest: +SKIP
+        >>> suggest_wiring("my_leg.xml").save("my_leg.toml")  # doctest: +SKIP
     """
+    require_all(extras_of(env))
+    from tegotae.envs.robot_file import save_robot
     from tegotae.envs.wiring import wiring_document
-    from tegotae_robots.models.suggesting import suggest_wiring
+    from tegotae_robots.models.suggesting import suggest_wiring as suggested
     from tegotae_robots.models.suggesting_legs import suggest_legs
 
     if not is_mujoco_model(env):
@@ -87,12 +89,13 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
             f"{env} is no MuJoCo model (FILE.xml); for another environment write the wiring by "
             "hand, and check it with tegotae.envs.check_wiring"
         )
-    SuggestedWiring.check_name(options.out)
-    spec = options.spec(env, options.feet)
-    settings = spec.model_settings
-    suggestion = suggest_legs(settings) if settings.legs else suggest_wiring(settings)
-    robot = shlex.quote(str(options.out))
-    if settings.legs:
+    out = Path(f"{stem_of(env)}.toml" if out is None else out)
+    check_ending(out, (".toml",))
+    spec = ModelOptions(settings=tuple(settings)).spec(env, tuple(feet))
+    model = spec.model_settings
+    suggestion = suggest_legs(model) if model.legs else suggested(model)
+    robot = shlex.quote(str(out))
+    if model.legs:
         ways = [f"simulate zoo:AR-rF+range@{robot}", f"train AR@{robot}"]
     else:
         # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
@@ -101,12 +104,24 @@ def wiring_suggest(env: str, options: ModelFileOptions) -> SuggestedWiring:
         paid = f" --fitness {fitness}" if fitness else ""
         ways = [f"wiring baseline {robot}{paid}", f"train ART@{robot}{paid}"]
     table = _entries(suggestion)
-    return SuggestedWiring(
+
+    def write(file: Path) -> list[Path]:
+        save_robot(spec, suggestion.wiring, file, reasons=suggestion.reasons)
+        return [file]
+
+    def drawn() -> dict[str, figure.Figure]:
+        from tegotae_robots.models.workspace import workspace_figure
+
+        return {} if suggestion.legs is None else {"workspace": workspace_figure(suggestion)}
+
+    return Files(
         raw=suggestion,
-        spec=spec,
-        table=table,
+        write=write,
+        endings=(".toml",),
+        drawn=drawn,
+        rows=table,
         shown=[table.set_index("entry")],
-        remarks=[
+        notes=[
             *suggestion.remarks,
             "Next:",
             *(f"tegotae {way}" for way in ways),

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import write_atomically
-from tegotae.questions.answer import UNDEFINED
-from tegotae.questions.question import question
-from tegotae.questions.wiring import Environments, stem_of
-from tegotae.systems.env_task import is_mujoco_model
+from tegotae.questions.parameters import in_shell
+from tegotae.questions.results import UNDEFINED, Files, check_ending
+from tegotae.questions.wiring import ENVIRONMENTS, ModelOptions, stem_of
+from tegotae.systems.env_task import extras_of, is_mujoco_model
 from tegotae.systems.robot_file import is_robot_file
-from tegotae_robots.questions.model_file import ModelFile, ModelFileOptions
 
 if TYPE_CHECKING:  # which needs MuJoCo
     from tegotae_robots.models.template import Template
@@ -26,15 +26,6 @@ _RESPONSES = {
     "bounce": "under its weight",
     "sway": "under a tenth of it ahead",
 }
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class FittedTemplate(ModelFile):
-    """A template, .toml, whose name is that of a system from then on. `raw` is a
-    `tegotae_robots.models.template.Template`, and the document that of the walker."""
-
-    def _write(self, file: Path) -> None:
-        write_atomically(file, self.raw.text)
 
 
 def _numbers(template: Template) -> pd.DataFrame:
@@ -75,26 +66,49 @@ def _said(value: float | np.ndarray | tuple[float, ...]) -> str:
     return ", ".join(numbers)
 
 
-@question(
-    subjects=Environments,
-    kinds={"option": lambda: ModelFileOptions.options_of("robot.xml")},
+@in_shell(
+    own=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
+    names=ENVIRONMENTS,
+    endings=(".toml",),
+    pictures=False,
+    examples={"": "robot.xml"},
 )
-def template(env: str, options: ModelFileOptions) -> FittedTemplate:
+def fit_template(
+    env: str,
+    *,
+    feet: Sequence[str] = (),
+    settings: Sequence[str] = (),
+    out: Path | str | None = None,
+) -> Files:
     """Fit a walker of this package to a legged robot, a MuJoCo model: its template.
 
     A law is trained on it in minutes: `tegotae train AR@robot.toml`. Every number has its reason
     beside it; a step response compares the walker with the robot.
 
+    Args:
+        env: MuJoCo model, FILE.xml, or a robot's file, FILE.toml.
+        feet: bodies or geoms that touch the ground; by default the lowest ones at the end of a
+            chain.
+        settings: further settings of the environment: NAME=VALUE, values as in JSON, such as
+            ground=true.
+        out: name of the template's file (.toml) for the text; `save` writes it.
+
+    Raises:
+        MissingExtraError: without MuJoCo.
+        TegotaeError: for another environment than a MuJoCo model with legs.
+
     Example:
-        >>> template("robot.xml").save("robot.toml")  # doctest: +SKIP
+        >>> fit_template("robot.xml").save("robot.toml")  # doctest: +SKIP
     """
-    from tegotae_robots.models.template import fit_template
+    require_all(extras_of(env))
+    from tegotae_robots.models.template import fit_template as fitted
 
     if not is_mujoco_model(env) and not is_robot_file(env):
         raise TegotaeError(f"{env} is no MuJoCo model, FILE.xml, and no robot's file, FILE.toml")
-    FittedTemplate.check_name(options.out)
-    settings = options.spec(env, options.feet).model_settings
-    found = fit_template(replace(settings, legs=False), stem_of(env))
+    out = Path(f"{stem_of(env)}.toml" if out is None else out)
+    check_ending(out, (".toml",))
+    model = ModelOptions(settings=tuple(settings)).spec(env, tuple(feet)).model_settings
+    found = fitted(replace(model, legs=False), stem_of(env))
     numbers, check = _numbers(found), _check(found)
     shown = numbers.assign(template=numbers.template.map(_said), robot=numbers.robot.map(_said))
     checked = check.assign(
@@ -102,16 +116,23 @@ def template(env: str, options: ModelFileOptions) -> FittedTemplate:
         robot=check.robot.map(_said),
         error=[UNDEFINED if math.isnan(x) else f"{x:+.0%}" for x in check.error],
     )
-    return FittedTemplate(
+
+    def write(file: Path) -> list[Path]:
+        write_atomically(file, found.text)
+        return [file]
+
+    return Files(
         raw=found,
-        outcome=found.about,
-        table=numbers,
+        write=write,
+        endings=(".toml",),
+        title=found.about,
+        rows=numbers,
         shown=[shown.set_index("number"), checked.set_index("step response")],
-        remarks=[
+        notes=[
             *found.remarks,
             "Next:",
-            f"tegotae simulate {options.out}",
-            f"tegotae train AR@{options.out}",
+            f"tegotae simulate {out}",
+            f"tegotae train AR@{out}",
         ],
         data={**found.document, "check": check.to_dict("records")},
     )

@@ -2,59 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.parts.units import Units
-from tegotae.questions.question import Names, question
-from tegotae.questions.wiring import OnEnvironment, stem_of
+from tegotae.questions.controller import Changes
+from tegotae.questions.parameters import Values, in_shell
+from tegotae.questions.results import Files, check_ending
+from tegotae.questions.wiring import EnvironmentOptions, environment_of, stem_of
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.resolve import resolve
 from tegotae.systems.robot_file import law_on_robot
-from tegotae_robots.questions.model_file import ModelFile
 
-
-@dataclass(frozen=True, kw_only=True)
-class Transferable(Names):
-    """A controller by name."""
-
-    NAMED = (
-        "A name is one of a controller with weights: a file, a trained controller such as "
-        "zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml."
-        " NAME@FILE.toml puts it on the robot of a file."
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class TransferOptions(OnEnvironment):
-    """Where the controller goes, and its file there."""
-
-    env: str
-    """The environment, unless the name says the robot: a Gymnasium id, with a --wiring."""
-    duration_s: float = 8.0
-    """Duration of an episode [s]."""
-    out: Path
-    """The controller's file (.json), which must not be there yet."""
-
-    @classmethod
-    def options_of(cls, law: str) -> TransferOptions:
-        """A file that is named as the controller."""
-        name = law.rpartition(":")[2].replace("@", "-")
-        return cls(env="", out=Path(f"{stem_of(name)}-there.json"))
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class TransferredController(ModelFile):
-    """A controller on an environment, .json. `raw` is the `SavedController`."""
-
-    ENDING = ".json"
-
-    def _write(self, file: Path) -> None:
-        save(self.raw, file)
+if TYPE_CHECKING:  # which needs Gymnasium
+    pass
 
 
 def _conversions(saved: SavedController, omega: float | None, units: Units) -> pd.DataFrame:
@@ -68,41 +33,75 @@ def _conversions(saved: SavedController, omega: float | None, units: Units) -> p
     return pd.DataFrame(rows, columns=["number", "its own", "there", "unit"])
 
 
-@question(
-    subjects=Transferable,
-    kinds={"option": lambda: TransferOptions.options_of("my_law.json")},
+def _out(law: Any = "", **_: Any) -> Values:
+    """File that is named as the controller."""
+    name = str(law).rpartition(":")[2].replace("@", "-")
+    return {"out": Path(f"{stem_of(name)}-there.json")}
+
+
+@in_shell(
+    own=_out,
+    values={"environment": EnvironmentOptions()},
+    names="A name is one of a controller with weights: a file, a trained controller such as "
+    "zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml. "
+    "NAME@FILE.toml puts it on the robot of a file.",
+    pictures=False,
+    endings=(".json",),
+    examples={"": "my_law.json"},
 )
-def wiring_transfer(law: str, options: TransferOptions) -> TransferredController:
+def transfer(
+    law: str,
+    *,
+    env: str = "",
+    duration_s: float = 8.0,
+    environment: EnvironmentOptions | Changes | None = None,
+    out: Path | str | None = None,
+) -> Files:
     """Put a controller from elsewhere on the limbs of an environment, without training.
 
     With units in the wiring (`tegotae wiring suggest MODEL.xml --settings legs=true`) it is scaled
     by Froude's similarity: lengths over l0, times over √(l0 / g), forces over the weight. Its file
     is then a name for every command, such as simulate, evaluate or train --start.
 
+    Args:
+        law: controller, by name.
+        env: environment, unless the name says the robot: a Gymnasium id, with a wiring.
+        duration_s: duration of an episode [s].
+        environment: wiring of the limbs, and settings of the environment.
+        out: name of the controller's file (.json) for the text; `save` writes it.
+
+    Raises:
+        TegotaeError: for a name, a wiring or values that cannot be.
+
     Example:
-        >>> wiring_transfer("quadruped-c@robot.toml").save("walks.json")  # doctest: +SKIP
+        >>> transfer("quadruped-c@robot.toml").save("walks.json")  # doctest: +SKIP
     """
     from tegotae.training.environments.transfer import transferred
 
-    env = options.env
     if (on_robot := law_on_robot(law)) is not None:
         law, env = on_robot
     if not env:
         raise TegotaeError("no robot is given; name its file, LAW@FILE.toml, or an --env")
-    TransferredController.check_name(options.out)
+    options, out = environment_of(environment), Path(_out(law)["out"] if out is None else out)
+    check_ending(out, (".json",))
     require_all(extras_of(env))
     saved = resolve(law).controller()
     spec, wiring = options.wired(env)
     name = f"{saved.name or Path(law).stem}-on-{stem_of(env)}"
-    put = transferred(
-        saved, spec, wiring, name=name, omega=options.omega, duration_s=options.duration_s
-    )
+    put = transferred(saved, spec, wiring, name=name, omega=options.omega, duration_s=duration_s)
     table = pd.DataFrame() if wiring.units is None else _conversions(saved, put.omega, wiring.units)
-    return TransferredController(
+
+    def write(file: Path) -> list[Path]:
+        save(put, file)
+        return [file]
+
+    return Files(
         raw=put,
-        outcome=f"{saved.name or law}, {put.controller.n_weights} weights, on {spec.env}",
-        table=table,
+        write=write,
+        endings=(".json",),
+        title=f"{saved.name or law}, {put.controller.n_weights} weights, on {spec.env}",
+        rows=table,
         shown=[] if table.empty else [table.set_index("number")],
-        remarks=["Next:", f"tegotae simulate {options.out}", f"tegotae evaluate {options.out}"],
+        notes=["Next:", f"tegotae simulate {out}", f"tegotae evaluate {out}"],
         data={"name": name, "omega_rad_per_s": put.omega},
     )

@@ -141,7 +141,7 @@ def generalise(
     disturbances: Sequence[Disturbance],
     out: Path,
     *,
-    anew: bool = False,
+    restart: bool = False,
 ) -> list[Done]:
     """Test all controllers under all disturbances, or continue, in the folder `out`.
 
@@ -152,7 +152,7 @@ def generalise(
         controllers: those to be tested.
         disturbances: under what.
         out: the folder.
-        anew: whether what is there before is set aside, in a folder beside it.
+        restart: whether what is there before is set aside, in a folder beside it.
 
     Raises:
         TegotaeError: for no controllers, two sets of the same name, none that can meet any of the
@@ -161,8 +161,8 @@ def generalise(
     """
     _check(controllers, disturbances)
     trials = [Trial(tested, tuple(disturbances)) for tested in controllers]
-    remedy = "choose another folder with --out, or start again with --anew"
-    with alone(out, GENERALISATION, anew=anew):
+    remedy = "choose another folder with --out, or start again with --restart"
+    with alone(out, GENERALISATION, restart=restart):
         study = Study(out / "records", trials, "generalise", "controllers", ".trial.npz", remedy)
         cores = min(available_cores(), len(bundles(trials)))
         study.run(here if cores <= 1 else on_cores)

@@ -287,7 +287,7 @@ def check_controller(controller: Controller, body: Body) -> None:
 
     Example:
         >>> import tegotae
-        >>> check_controller(tegotae.build("V-reflex-w4"), tegotae.Hopper())
+        >>> check_controller(tegotae.recipe("V-reflex-w4").controller(), tegotae.Hopper())
     """
     trial = PartTrial(type(controller).__name__)
     right = "make one of terms: Controller(actuation, oscillator, Tegotae(action, reaction, gain))"

@@ -122,7 +122,7 @@ class EnvExperiment(Part):
         if self.spec.is_model and episode_s != self.duration_s:
             raise TegotaeError(
                 f"{self.spec.env} is made with duration_s={episode_s!r}, and the experiment's "
-                f"duration_s is {self.duration_s:g}; say it of the experiment alone (--duration)"
+                f"duration_s is {self.duration_s:g}; say it of the experiment alone (--duration-s)"
             )
 
     @classmethod

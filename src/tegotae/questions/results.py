@@ -1,6 +1,6 @@
-"""Answers: a table of runs with its summary, or the recording of one run.
+"""Results: a table, the recording of one run, a figure with its numbers, or files.
 
-All are shown, drawn and written by the same words: `print(x)`, `x.plot()`, `x.save(folder)`.
+All have the same members: `.table`, `.plot(path)`, `.save(path)`, `.to_dict()`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -28,17 +28,19 @@ from tegotae.measures.hopping import statistics
 from tegotae.measures.hopping.statistics import UNDEFINED, Interval
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib import figure as matplotlib_figure
 
-    from tegotae.figures.style import Table
+    from tegotae.figures.style import Table as Columns
 
 DIGITS = 9
-"""Significant digits of what is written: more than single precision has."""
+"""Significant digits in a file: more than single precision has."""
+NUMBERS = (".csv", ".parquet", ".json")
+"""Endings of files of numbers."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A measured quantity: its name in files, and how people read it."""
+    """Measured quantity: its name in files, and its label for people."""
 
     name: str
     label: str
@@ -47,7 +49,7 @@ class Column:
     """Least and largest possible value."""
     more_is_better: bool | None = None
     shown: bool = True
-    """On the screen; files have all."""
+    """True if the screen shows it; files have all columns."""
 
     @property
     def heading(self) -> str:
@@ -56,18 +58,18 @@ class Column:
 
 
 def columns(*rows: tuple[Any, ...]) -> tuple[Column, ...]:
-    """Columns, each by the arguments of `Column`."""
+    """Return columns, each made of the arguments of `Column`."""
     return tuple(Column(*row) for row in rows)
 
 
 @dataclass(frozen=True, repr=False)
 class Film:
-    """An animation, which a notebook shows."""
+    """Animation that a notebook shows."""
 
     content: bytes
-    """A GIF, or an MP4 where its path says so."""
+    """GIF, or an MP4 where the path says so."""
     path: Path | None = None
-    """The file that was written, if any."""
+    """Written file, if any."""
 
     def __repr__(self) -> str:
         return str(self.path or f"a film of {len(self.content)} bytes")
@@ -79,204 +81,162 @@ class Film:
         return f'<img src="data:image/gif;base64,{content}">'
 
 
-class AnswerBase:
-    """What a question gives."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class ResultBase:
+    """Numbers, the text about them, and their figures."""
 
-    ENDING: ClassVar[str] = ""
-    """Of the one file that `save` writes, if it is not a folder."""
-
-    @classmethod
-    def check_file(cls, file: Path) -> None:
-        """Raise `TegotaeError` before long work for a file or a folder that cannot be written."""
-        (output_file if cls.ENDING else check_folder)(file)
+    raw: Any = None
+    """Result of the computation, such as a `tegotae.systems.simulation.Result`."""
+    title: str = ""
+    """Outcome in a few words."""
+    notes: Sequence[str] = ()
+    """Sentences below the tables."""
+    rows: Any = ()
+    """Numbers: columns by name, or rows; or a function that makes them."""
+    shown: Sequence[pd.DataFrame] = ()
+    """Tables for people; their index names the rows."""
+    data: Any = None
+    """Content of the document."""
+    drawn: Callable[[], Mapping[str, matplotlib_figure.Figure]] | None = None
+    """Function that draws the figures, by name."""
+    beside: Mapping[str, Columns] | Callable[[], Mapping[str, Columns]] = field(
+        default_factory=dict
+    )
+    """Tables that are written beside a picture, by name; "" is the main one."""
 
     @property
-    def title(self) -> str:
-        """The outcome in a few words."""
-        return ""
-
-    def frame(self) -> pd.DataFrame:
-        """The numbers, a row a run or a sample."""
-        raise NotImplementedError
+    def table(self) -> pd.DataFrame:
+        """Numbers, a row a run or a sample."""
+        rows = self.rows() if callable(self.rows) else self.rows
+        return pd.DataFrame(dict(rows) if isinstance(rows, Mapping) else rows)
 
     def texts(self) -> list[pd.DataFrame]:
-        """Tables as people read them; their index names the rows."""
-        raise NotImplementedError
+        """Return the tables for people; their index names the rows."""
+        return [*self.shown]
 
-    @property
-    def notes(self) -> list[str]:
-        """Sentences below the tables."""
-        return []
+    def to_dict(self) -> JsonObject:
+        """Return all as JSON values: null for an undefined number."""
+        return as_json(self.data)
 
-    def document(self) -> JsonObject:
-        """All as JSON values: null for what is undefined."""
-        raise NotImplementedError
+    def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
+        """Draw the figures, by name, the most telling one first."""
+        return {} if self.drawn is None else self.drawn()
 
-    def figures(self) -> dict[str, Figure]:
-        """Pictures by name, the most telling one first; none by default."""
-        return {}
+    def plot(self, path: Path | str | None = None) -> matplotlib_figure.Figure:
+        """Draw the figure, and write it to a file (.png, .pdf, .svg) if there is a path.
 
-    def plot(self, path: Path | str | None = None) -> Figure:
-        """The picture, written to a file (.png, .pdf, .svg) if one is named; others go beside it.
+        Args:
+            path: the file; further figures and the figure's tables go beside it.
 
         Raises:
-            TegotaeError: for an answer without pictures, another ending, or a file that cannot be
+            TegotaeError: for a result without figures, another ending, or a file that cannot be
                 written.
         """
-        from tegotae.figures.style import save_figure
+        return self._plotted(path)[0]
+
+    def _plotted(self, path: Path | str | None) -> tuple[matplotlib_figure.Figure, list[Path]]:
+        from tegotae.figures.style import save_figure, write_tables
 
         figures = self.figures()
         if not figures:
             raise TegotaeError("there is no picture of this; its numbers can be written")
-        first = next(iter(figures))
+        first, written = next(iter(figures)), []
         if path is not None:
             path = Path(path)
             for name, figure in figures.items():
-                beside = path.with_name(f"{path.stem}-{name}{path.suffix}")
-                save_figure(figure, path if name == first else beside)
-        return figures[first]
+                other = path.with_name(f"{path.stem}-{name}{path.suffix}")
+                written.append(save_figure(figure, path if name == first else other))
+            written += write_tables(path, self._tables())
+        return figures[first], written
 
-    def write(self, path: Path | str) -> Path:
-        """Write the numbers (.csv, .parquet), or all as a document (.json).
+    def _tables(self) -> Mapping[str, Columns]:
+        return self.beside() if callable(self.beside) else self.beside
+
+    def save(self, path: Path | str) -> list[Path]:
+        """Write a file or a folder; the ending decides.
+
+        Args:
+            path: a file of numbers (.csv, .parquet), the whole document (.json), a picture (.png,
+                .pdf, .svg), or a folder for all of it.
 
         Raises:
-            TegotaeError: if it cannot be written.
+            TegotaeError: for another ending, or if it cannot be written.
         """
         path = Path(path)
         if path.suffix == ".json":
-            write_atomically(path, json.dumps(self.document(), allow_nan=False) + "\n")
+            write_atomically(path, json.dumps(self.to_dict(), allow_nan=False) + "\n")
         elif path.suffix == ".parquet":
-            tables.write_parquet(path, dict(self.frame()))
+            tables.write_parquet(path, dict(self.table))
+        elif path.suffix == ".csv":
+            tables.write_csv(path, dict(self.table), digits=DIGITS)
+        elif path.suffix and not path.is_dir():
+            return self._plotted(path)[1]
         else:
-            tables.write_csv(path, dict(self.frame()), digits=DIGITS)
-        return path
+            return self._fill(path)
+        return [path]
 
-    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
-        """Write pictures, numbers and document into a folder.
-
-        Args:
-            folder: made if it is not there.
-            format: of the pictures, png, svg or pdf.
-
-        Raises:
-            TegotaeError: if it cannot be written.
-        """
+    def _fill(self, folder: Path) -> list[Path]:
+        """Write figures, numbers and document into a folder."""
         from tegotae.figures.style import save_figure
 
-        folder = Path(folder)
-        written = [
-            save_figure(x, folder / f"{name}.{format}") for name, x in self.figures().items()
+        drawn = [save_figure(x, folder / f"{name}.png") for name, x in self.figures().items()]
+        return [
+            *drawn,
+            *(path for x in ("csv", "json") for path in self.save(folder / f"numbers.{x}")),
         ]
-        return [*written, *(self.write(folder / f"numbers.{x}") for x in ("csv", "json"))]
 
     def __repr__(self) -> str:
         parts = [text.reset_index().to_string(index=False) for text in self.texts()]
         return "\n".join(filter(None, [self.title, *parts, *self.notes]))
 
     def _repr_html_(self) -> str:
-        said = (f"<p>{escape(note)}</p>" for note in self.notes)
+        notes = (f"<p>{escape(note)}</p>" for note in self.notes)
         parts = [text.reset_index().to_html(index=False, border=0) for text in self.texts()]
         title = escape(self.title).replace("\n", "<br>")
-        return "".join([f"<b>{title}</b>" if title else "", *parts, *said])
-
-
-def check_output(path: Path | None, *endings: str) -> None:
-    """Raise `TegotaeError` before long work if a file could not be written.
-
-    Args:
-        path: the file, if one is asked for.
-        endings: that it may have.
-    """
-    if path is None:
-        return
-    if path.suffix.lower() not in endings:
-        raise TegotaeError(f"cannot write {str(path)!r}; the name ends in {' or '.join(endings)}")
-    output_file(path)
+        return "".join([f"<b>{title}</b>" if title else "", *parts, *notes])
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class TableAnswer(AnswerBase):
-    """An answer that is a table, and what is said of it."""
-
-    raw: Any = None
-    """What it was made from, such as a `tegotae.systems.simulation.Result`."""
-    outcome: str = ""
-    """In a few words."""
-    remarks: Sequence[str] = ()
-    """Sentences below the tables."""
-    table: Any = ()
-    """The numbers: columns by name, or rows; or a function that makes them."""
-    shown: Sequence[pd.DataFrame] = ()
-    """Tables as people read them; their index names the rows."""
-    data: Any = None
-    """What the document says."""
-
-    @property
-    def title(self) -> str:
-        return self.outcome
-
-    @property
-    def notes(self) -> list[str]:
-        return [*self.remarks]
-
-    def frame(self) -> pd.DataFrame:
-        """The numbers."""
-        table = self.table() if callable(self.table) else self.table
-        return pd.DataFrame(dict(table) if isinstance(table, Mapping) else table)
-
-    def texts(self) -> list[pd.DataFrame]:
-        return [*self.shown]
-
-    def document(self) -> JsonObject:
-        return as_json(self.data)
+class Table(ResultBase):
+    """Table with a row a run, a metric or a name."""
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class DrawnAnswer(TableAnswer):
-    """A table with pictures."""
-
-    drawn: Callable[[], dict[str, Figure]]
-    """Draws them, by name."""
-
-    def figures(self) -> dict[str, Figure]:
-        return self.drawn()
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class RecordedRun(TableAnswer):
-    """One run, closely. `raw`, what the simulator gave, chooses the figures
-    (`tegotae.questions.pictures`), and `table` is the time series."""
+class Recording(ResultBase):
+    """Recording of one rollout. Its table is the time series; `raw` is the simulator's result,
+    which chooses the figures (`tegotae.questions.pictures`)."""
 
     name: str
-    """Of the controller."""
+    """Name of the controller."""
     numbers: Mapping[str, Any]
     columns: tuple[Column, ...]
-    """Which of the numbers are shown."""
-    settings: Any
-    """The options."""
+    """Columns that the screen shows of the numbers."""
+    settings: Mapping[str, Any]
+    """Options of the rollout."""
     limbs: pd.DataFrame | None = None
-    """What is known of each limb."""
+    """Numbers of each limb."""
 
     def texts(self) -> list[pd.DataFrame]:
-        known = [(c.heading, self.numbers.get(c.name)) for c in self.columns]
-        shown = [(heading, number) for heading, number in known if number is not None]
+        values = [(c.heading, self.numbers.get(c.name)) for c in self.columns]
+        shown = [(heading, number) for heading, number in values if number is not None]
         numbers = pd.DataFrame(shown, columns=["quantity", "value"])
         made = [frame.map(short) for frame in (self.limbs, numbers) if frame is not None]
         return [frame.set_index(frame.columns[0]) for frame in made if len(frame)]
 
-    def document(self) -> JsonObject:
-        settings = dataclasses.asdict(self.settings)
-        about = {"name": self.name, "outcome": self.outcome, "settings": settings}
+    def to_dict(self) -> JsonObject:
+        about = {"name": self.name, "outcome": self.title, "settings": self.settings}
         return as_json({**about, **self.numbers})
 
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
         from tegotae.questions.pictures import figures
 
-        return figures(self.raw, f"{self.name}: {self.outcome}")
+        return figures(self.raw, f"{self.name}: {self.title}")
 
     def animate(self, path: Path | str | None = None) -> Film:
-        """Make an animation, and write it to a file (.gif; of one leg also .mp4, which needs
-        ffmpeg) if one is named.
+        """Make an animation, and write it to a file if there is a path.
+
+        Args:
+            path: the file (.gif; of one leg also .mp4, which needs ffmpeg).
 
         Raises:
             TegotaeError: for another ending, or a file that cannot be written.
@@ -291,37 +251,111 @@ class RecordedRun(TableAnswer):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Picture(TableAnswer):
-    """A figure, and the numbers that it shows."""
+class Figure(ResultBase):
+    """Figure, and the numbers that it shows; its table is the main one of `beside`."""
 
-    ENDING = ".png"
+    settings: Mapping[str, Any]
+    """Options of the figure."""
 
-    drawn: Callable[[], Figure]
-    """Draws it."""
-    tables: Mapping[str, Table]
-    """What the figure shows: the main table, named "", and others."""
-    settings: Any
-    """The options."""
+    @property
+    def table(self) -> pd.DataFrame:
+        return pd.DataFrame(dict(self._tables()[""]))
 
-    def document(self) -> JsonObject:
-        """The settings, and what was found; the tables are files of their own."""
-        said = {"outcome": self.outcome, "remarks": self.remarks}
-        return as_json({"settings": dataclasses.asdict(self.settings), **said, **(self.data or {})})
+    def to_dict(self) -> JsonObject:
+        said = {"outcome": self.title, "remarks": self.notes}
+        return as_json({"settings": self.settings, **said, **(self.data or {})})
 
-    def frame(self) -> pd.DataFrame:
-        """The main table of what the figure shows."""
-        return pd.DataFrame(dict(self.tables[""]))
+    def save(self, path: Path | str) -> list[Path]:
+        """Write a file or a folder; the ending decides.
 
-    def figures(self) -> dict[str, Figure]:
-        return {"figure": self.drawn()}
+        Args:
+            path: a picture (.png, .pdf, .svg), with its tables and its document beside it; a file
+                of numbers (.csv, .parquet), the document (.json), or a folder for all of it.
 
-    def save(self, folder: Path | str, format: str = "png") -> list[Path]:
-        """Write the picture as the file of this name, and beside it its tables and its document."""
-        from tegotae.figures.style import save_figure, write_tables
+        Raises:
+            TegotaeError: for another ending, or if it cannot be written.
+        """
+        path, written = Path(path), super().save(path)
+        if path.suffix and not path.is_dir() and path.suffix not in NUMBERS:
+            written += super().save(path.with_suffix(".json"))
+        return written
 
-        file = Path(folder)
-        written = [save_figure(self.plot(), file), *write_tables(file, self.tables)]
-        return [*written, self.write(file.with_suffix(".json"))]
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Files(ResultBase):
+    """Files in memory until they are saved."""
+
+    write: Callable[[Path], Sequence[Path]]
+    """Function that writes them to a file or into a folder."""
+    endings: tuple[str, ...] = ()
+    """Endings that the file may have; none of a folder."""
+    replaces: bool = False
+    """True if an existing file may be written over."""
+    made: Any = None
+    """Object in the file, such as a body."""
+    files: Mapping[str, str] = field(default_factory=dict)
+    """Texts by their paths in a folder, where they are texts."""
+
+    def save(self, path: Path | str) -> list[Path]:
+        """Write the file of this name, or into the folder of this name.
+
+        Args:
+            path: the file or the folder; a file of numbers (.csv) or the document (.json) where
+                the files themselves have other endings.
+
+        Raises:
+            TegotaeError: for another ending, or if it is there already or cannot be written.
+        """
+        path = Path(path)
+        if path.suffix in NUMBERS and path.suffix not in self.endings:
+            return super().save(path)
+        check_new_file(path, self.endings, replaces=self.replaces)
+        return [*self.write(path)]
+
+
+def check_new_file(path: Path | str, endings: Sequence[str], *, replaces: bool = False) -> None:
+    """Raise `TegotaeError` before long work for a file that cannot be written.
+
+    Args:
+        path: the file, or a folder if there are no endings.
+        endings: endings that the file may have.
+        replaces: True if an existing file may be written over.
+    """
+    path = Path(path)
+    if not endings:
+        check_folder(path)
+        return
+    check_ending(path, endings)
+    output_file(path)
+    if path.exists() and not replaces:
+        raise TegotaeError(f"{path} exists already; name another file with --out")
+
+
+def check_ending(path: Path | str, endings: Sequence[str]) -> None:
+    """Raise `TegotaeError` for a file of another ending.
+
+    Args:
+        path: the file.
+        endings: endings that it may have.
+    """
+    if not isinstance(path, str | Path):
+        raise TegotaeError(f"out is {path!r}; it must be the name of a file")
+    if Path(path).suffix not in endings:
+        raise TegotaeError(f"{path} must end in {' or '.join(endings)}")
+
+
+def check_output(path: Path | None, *endings: str) -> None:
+    """Raise `TegotaeError` before long work if a file could not be written.
+
+    Args:
+        path: the file, if there is one.
+        endings: endings that it may have.
+    """
+    if path is None:
+        return
+    if path.suffix.lower() not in endings:
+        raise TegotaeError(f"cannot write {str(path)!r}; the name ends in {' or '.join(endings)}")
+    output_file(path)
 
 
 def short(value: Any) -> str:
@@ -331,14 +365,14 @@ def short(value: Any) -> str:
     return str(value)
 
 
-@dataclass(frozen=True, repr=False)
-class Answer(AnswerBase):
-    """What was measured of runs, and its mean over them."""
+@dataclass(frozen=True, repr=False, kw_only=True)
+class EvaluationTable(Table):
+    """Measurements of runs, and their means."""
 
-    table: pd.DataFrame
+    rows: pd.DataFrame = field(default_factory=pd.DataFrame)
     """Rows named by `controller`, `run` and more, such as the frequency or the start."""
     columns: tuple[Column, ...]
-    """What was measured."""
+    """Measured quantities."""
     groups: tuple[str, ...] = ("controller",)
     """Name a row of the summary. Runs are independent; over all else, such as starts, the mean of a
     run is taken first."""
@@ -348,26 +382,21 @@ class Answer(AnswerBase):
     exact: frozenset[str] = frozenset()
     """Controllers that no other run would differ from, as a search finds them."""
     settings: Mapping[str, Any] = field(default_factory=dict)
-    """The options of each controller."""
-    remarks: tuple[str, ...] = ()
+    """Options of each controller."""
     base: str = ""
     """The controller that others are compared with, if any."""
 
     @classmethod
-    def joined(cls, answers: Sequence[Answer]) -> Answer:
+    def joined(cls, answers: Sequence[EvaluationTable]) -> EvaluationTable:
         """One of several answers to the same question."""
         return dataclasses.replace(
             answers[0],
-            table=pd.concat([answer.table for answer in answers], ignore_index=True),
+            rows=pd.concat([answer.rows for answer in answers], ignore_index=True),
             columns=tuple({c.name: c for answer in answers for c in answer.columns}.values()),
             trained={name: x for answer in answers for name, x in answer.trained.items()},
             exact=frozenset[str]().union(*(answer.exact for answer in answers)),
             settings={name: x for answer in answers for name, x in answer.settings.items()},
         )
-
-    def frame(self) -> pd.DataFrame:
-        """The table."""
-        return self.table
 
     def summary(self) -> pd.DataFrame:
         """Mean over runs of each column with its 95 % interval; of texts, the commonest ones."""
@@ -391,7 +420,7 @@ class Answer(AnswerBase):
         if not pairs:
             raise TegotaeError(f"nothing compares with {self.base}: no frequency is the same")
         how = [self._compared_as(key[0], rows) for key, (rows, _) in pairs.items()]
-        numeric = [c for c in self.columns if self.table[c.name].dtype.kind in "fi"]
+        numeric = [c for c in self.columns if self.rows[c.name].dtype.kind in "fi"]
         cells = {
             c.name: [_difference(c, *p, kind) for p, kind in zip(pairs.values(), how, strict=True)]
             for c in numeric
@@ -405,32 +434,33 @@ class Answer(AnswerBase):
             tables.append(more.rename_axis(index={"controller": f"minus {self.base}"}))
         return tables
 
-    @property
-    def notes(self) -> list[str]:
-        more = [] if not self.base else COMPARED
-        if self.base and self.exact:
-            more = [*more, EXACTLY]
-        return [*self.remarks, *more]
+    def compared_with(self, base: str) -> EvaluationTable:
+        """Return the same with the differences to one controller.
 
-    def document(self) -> JsonObject:
-        settings = {name: dataclasses.asdict(x) for name, x in self.settings.items()}
-        document = {"settings": settings, "rows": self.table.to_dict("records")}
+        Args:
+            base: its name.
+        """
+        notes = [*self.notes, *COMPARED, *([EXACTLY] if self.exact else [])]
+        return dataclasses.replace(self, base=base, notes=notes)
+
+    def to_dict(self) -> JsonObject:
+        document = {"settings": self.settings, "rows": self.rows.to_dict("records")}
         document["summary"] = self.summary().reset_index().to_dict("records")
         if self.base:
             rows = self.differences().reset_index().assign(minus=self.base)
             document["differences"] = rows.to_dict("records")
         return as_json(document)
 
-    def figures(self) -> dict[str, Figure]:
+    def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
         from tegotae.figures.intervals import intervals_figure
 
-        shown = [c for c in self.columns if c.shown and self.table[c.name].dtype.kind in "fi"]
+        shown = [c for c in self.columns if c.shown and self.rows[c.name].dtype.kind in "fi"]
         frame = self.summary()
         names = [", ".join(map(short, key)) for key in frame.index]
         return {"intervals": intervals_figure(names, {c.heading: frame[c.name] for c in shown})}
 
     def _grouped(self) -> dict[tuple[Any, ...], pd.DataFrame]:
-        rows = self.table.groupby(list(self.groups), sort=False, dropna=False)
+        rows = self.rows.groupby(list(self.groups), sort=False, dropna=False)
         return {tuple(None if pd.isna(x) else x for x in key): part for key, part in rows}  # type: ignore[attr-defined]
 
     def _indexed(self, keys: list[tuple[Any, ...]], cells: Mapping[str, Any]) -> pd.DataFrame:

@@ -1,0 +1,164 @@
+"""OutputOptions of a command: the printed result, and its files."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tegotae.cli.console import print_rows, print_text
+from tegotae.questions.parameters import InShell, Option, hints_of, leaves
+from tegotae.questions.results import (
+    NUMBERS,
+    Figure,
+    Files,
+    Recording,
+    ResultBase,
+    check_new_file,
+    check_output,
+)
+from tegotae.systems.zoo import is_zoo_name, stem
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions:
+    """Way of showing a result, and the files that are written."""
+
+    json: bool = False
+    """Print one JSON object."""
+    csv: Path | None = None
+    """Write the numbers (.csv, .parquet) or all of the result (.json)."""
+    plot: Path | None = None
+    """Write a figure (.png, .pdf, .svg); further figures and their tables go beside it."""
+    out: Path | None = None
+    """Folder for all figures, the numbers and the document."""
+    animate: Path | None = None
+    """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
+
+    def check(self, made: type[ResultBase], facts: InShell) -> None:
+        """Raise `TegotaeError` before long work for a file that cannot be written.
+
+        Args:
+            made: class of the result.
+            facts: facts about the function.
+        """
+        check_output(self.csv, *NUMBERS)
+        pictures = [self.plot]
+        if self.out is not None:
+            if issubclass(made, Files):
+                check_new_file(self.out, facts.endings, replaces=facts.replaces)
+            elif self.out.suffix in NUMBERS:
+                check_output(self.out, *NUMBERS)
+            elif self.out.suffix and not self.out.is_dir():
+                pictures.append(self.out)
+            else:
+                check_new_file(self.out, ())
+        for picture in filter(None, pictures):
+            from tegotae.figures.style import figure_file
+
+            figure_file(picture)
+        if self.animate is not None:
+            from tegotae.figures.animation import animation_file
+
+            animation_file(self.animate)
+
+    def usual(
+        self, made: type[ResultBase], facts: InShell, command: str, name: str
+    ) -> OutputOptions:
+        """Return the same, with the usual file of a command if no other output is named."""
+        if facts.writes == "nothing" or self.json or self.csv or self.plot or self.out:
+            return self
+        ending = ".png" if issubclass(made, Figure) else "".join(facts.endings[:1])
+        kind = command.removeprefix("figure ").replace(" ", "-")
+        stem = "-".join(filter(None, [kind, file_stem(name)]))
+        return dataclasses.replace(
+            self, out=Path(stem + (ending if facts.writes == "file" else ""))
+        )
+
+    def show(self, result: ResultBase) -> None:
+        """Print a result, and then write its files: a picture may fail."""
+        if self.json:
+            print(json.dumps(result.to_dict(), allow_nan=False), flush=True)
+        else:
+            _print(result)
+        written = [] if self.csv is None else [*result.save(self.csv)]
+        if self.plot is not None:
+            result.plot(self.plot)
+            written.append(self.plot)
+        if self.out is not None:
+            written += result.save(self.out)
+        if self.animate is not None and isinstance(result, Recording):
+            result.animate(self.animate)
+            written.append(self.animate)
+        if written and not self.json:
+            print("wrote " + ", ".join(map(str, written)))
+
+
+def _print(result: ResultBase) -> None:
+    if result.title:
+        print(result.title)
+    for table in result.texts():
+        keys, cells = table.index.nlevels, table.reset_index()
+        print_rows(map(str, cells.columns), cells.to_numpy(str), key=keys)
+    for note in result.notes:
+        print_text(note)
+    sys.stdout.flush()
+
+
+def result_of(function: Callable[..., Any]) -> type[ResultBase]:
+    """Return the class of the result of a function."""
+    return hints_of(function)["return"]
+
+
+def output_options(function: Callable[..., Any], facts: InShell) -> dict[str, Option]:
+    """Return the options of `OutputOptions` that the result of a function has.
+
+    Args:
+        function: the function.
+        facts: facts about it.
+    """
+    options = {
+        option.name: dataclasses.replace(option, heading="") for option in leaves(OutputOptions())
+    }
+    made = result_of(function)
+    if not facts.pictures:
+        del options["plot"]
+    if not issubclass(made, Recording):
+        del options["animate"]
+    what = ""
+    if facts.endings:
+        what = f"File of the result ({', '.join(facts.endings)})."
+    elif facts.writes == "file":
+        what = "Picture (.png, .pdf, .svg), its numbers beside it; or a folder for all."
+    elif issubclass(made, Files):
+        what = "Folder of the files."
+    if facts.writes != "nothing":
+        what = f"{what or options['out'].about} Named after command and name by default."
+    if what:
+        options["out"] = dataclasses.replace(options["out"], about=what)
+    return options
+
+
+_LONGEST_STEM = 80
+"""Letters of a name that are a part of a file's name, which has few."""
+
+
+def file_stem(name: str) -> str:
+    r"""Return a name as a part of a file's name.
+
+    Example:
+        >>> file_stem("runs/art/ART-rF-w8-seed0.json"), file_stem("mine.py:hopper")
+        ('ART-rF-w8-seed0', 'hopper')
+        >>> file_stem("zoo:ART-rF-tphif-w8/3")
+        'ART-rF-tphif-w8-3'
+    """
+    if is_zoo_name(name):
+        name = stem(name)
+    last = re.split(r"[/\\:]", name)[-1]
+    plain = re.sub(r"\.(json|zip|onnx|py)$", "", last)
+    return re.sub(r"[^\w.@+-]+", "-", plain)[:_LONGEST_STEM].strip("-.")

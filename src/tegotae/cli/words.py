@@ -1,0 +1,177 @@
+"""Words of the shell as values of options, and the help about them."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.cli.program import WIDTH
+from tegotae.questions.parameters import Option
+
+_WIDE = 26
+"""Width of the column of options in help."""
+
+
+def split(words: Sequence[str]) -> tuple[tuple[str, ...], list[tuple[str, list[str]]]]:
+    """Return the words before the first option, and each option with the words after it.
+
+    Args:
+        words: of the shell.
+
+    Example:
+        >>> split(["paper", "--drop-m", "-0.1", "--work=net"])
+        (('paper',), [('--drop-m', ['-0.1']), ('--work', ['net'])])
+    """
+    names: list[str] = []
+    options: list[tuple[str, list[str]]] = []
+    for word in words:
+        if word.startswith("--") or word == "-h":
+            flag, equals, value = word.partition("=")
+            options.append((flag, [value] if equals else []))
+        elif options:
+            options[-1][1].append(word)
+        else:
+            names.append(word)
+    return tuple(names), options
+
+
+def flag_of(option: Option) -> str:
+    """Return the spelling of an option in the shell; one that is true by default is turned off."""
+    return f"--{'no-' if option.value is True else ''}{option.name.replace('_', '-')}"
+
+
+def values_of(
+    options: Sequence[tuple[str, list[str]]],
+    known: Iterable[Option],
+    subject: str,
+    *,
+    several: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Return the values of the options by path.
+
+    Args:
+        options: each with the words after it.
+        known: options that there are.
+        subject: name of their subject, for errors.
+        several: names of options that may be repeated, each time with further words.
+
+    Raises:
+        TegotaeError: for an unknown option, with the nearest one, or a value that cannot be.
+    """
+    flags = {flag_of(option): option for option in known}
+    values: dict[str, Any] = {}
+    for flag, words in options:
+        if flag not in flags:
+            names = [flag[2:].replace("-", "_") for flag in flags]
+            raise unknown(f"option of {subject}", flag.lstrip("-").replace("-", "_"), names)
+        option = flags[flag]
+        value = _value(flag, option.kind, words)
+        value = option.value is not True if option.kind is bool else value
+        if option.name in several:
+            value = (*values.get(option.path, ()), value)
+        values[option.path] = value
+    return values
+
+
+def known_options(
+    options: Sequence[tuple[str, list[str]]], known: Iterable[Option], subject: str
+) -> dict[str, Any]:
+    """Return the values of the options that are known already, and pass over the others."""
+    known = [*known]
+    flags = {*map(flag_of, known)}
+    return values_of([(flag, x) for flag, x in options if flag in flags], known, subject)
+
+
+def metavar(kind: Any) -> str:
+    """Return what is written after an option, such as FLOAT.
+
+    Example:
+        >>> metavar(tuple[float, float]), metavar(tuple[str, ...]), metavar(Literal["a", "b"])
+        ('FLOAT FLOAT', 'STR ...', '{a,b}')
+    """
+    if get_origin(kind) is Literal:
+        return f"{{{','.join(map(str, get_args(kind)))}}}"
+    if get_origin(kind) is tuple:
+        first, *others = get_args(kind)
+        if others == [Ellipsis]:
+            return f"{metavar(first)} ..."
+        return " ".join(map(metavar, (first, *others)))
+    return "" if kind is bool else kind.__name__.upper().replace("POSIXPATH", "PATH")
+
+
+def _value(flag: str, kind: Any, words: Sequence[str]) -> Any:
+    """The words after an option as a value."""
+    if get_origin(kind) is tuple:
+        kinds = get_args(kind)
+        if kinds[-1] is Ellipsis:
+            return tuple(_one(flag, kinds[0], kind, word, words) for word in words)
+        if len(words) != len(kinds):
+            raise TegotaeError(
+                f"{flag} has {len(words)} values of {len(kinds)}; write {flag} {metavar(kind)}"
+            )
+        return tuple(_one(flag, x, kind, word, words) for x, word in zip(kinds, words, strict=True))
+    least = 0 if kind is bool else 1
+    if len(words) < least:
+        raise TegotaeError(f"{flag} has no value; write {flag} {metavar(kind)}")
+    if len(words) > least:
+        raise TegotaeError(
+            f"{words[least]!r} after {flag} is unexpected; names come before the options"
+        )
+    return _one(flag, kind, kind, words[0], words) if least else True
+
+
+def _one(flag: str, kind: Any, whole: Any, word: str, words: Sequence[str]) -> Any:
+    """A word as a value."""
+    if get_origin(kind) is Literal:
+        made = {str(choice): choice for choice in get_args(kind)}
+        if word in made:
+            return made[word]
+    else:
+        try:
+            return Path(word) if kind is Path else int(word, 10) if kind is int else kind(word)
+        except ValueError:
+            pass
+    raise TegotaeError(f"{flag} is {' '.join(words)!r}; write {flag} {metavar(whole)}")
+
+
+def help_text(
+    usage: str, about: str, groups: Mapping[str, Iterable[Option]], examples: Sequence[str]
+) -> str:
+    """Return the help of a command.
+
+    Args:
+        usage: how it is called.
+        about: its docstring.
+        groups: options by heading.
+        examples: lines that a user can type.
+    """
+    paragraphs = inspect.cleandoc(about).split("\n\n")
+    parts = [f"usage: {usage}", *(textwrap.fill(" ".join(x.split()), WIDTH) for x in paragraphs)]
+    for heading, options in groups.items():
+        lines = [line for option in options for line in _lines(option)]
+        if lines:
+            parts.append("\n".join([f"{heading}:", *lines]))
+    if examples:
+        parts.append("\n".join(["Examples:", *(f"  {example}" for example in examples)]))
+    return "\n\n".join(parts)
+
+
+def _lines(option: Option) -> list[str]:
+    """The lines of help about an option."""
+    first = f"  {flag_of(option)} {metavar(option.kind)}".rstrip()
+    text = option.about + _default(option.value)
+    indent = " " * _WIDE
+    below = textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=indent) or [""]
+    if len(first) <= _WIDE - 2:
+        return [first.ljust(_WIDE) + below[0].lstrip(), *below[1:]]
+    return [first, *below]
+
+
+def _default(value: Any) -> str:
+    if value is None or isinstance(value, bool) or value in ((), ""):
+        return ""
+    return f" (default: {' '.join(map(str, value)) if isinstance(value, tuple) else value})"

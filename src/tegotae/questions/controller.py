@@ -1,0 +1,299 @@
+"""Loaded controllers: one class for a body with one leg, with several, and in another simulator.
+
+Each has the same verbs as methods, with options of its own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
+
+import numpy as np
+import pandas as pd
+
+from tegotae._support.errors import TegotaeError
+from tegotae._support.progress import reporting
+from tegotae.parts.bodies import Body
+from tegotae.questions.parameters import Values, filled, in_shell
+from tegotae.questions.results import Column, EvaluationTable, Recording, Table
+from tegotae.systems.controller_file import ControllerSet, SavedController
+from tegotae.systems.legged import Legged
+
+if TYPE_CHECKING:
+    from tegotae.analysis.generalisation.disturbances import Tested
+
+Work = Literal["absolute", "positive", "net"]
+"""Definitions of an actuator's work."""
+Subject = str | PathLike[str] | SavedController | Legged | ControllerSet
+"""Name of controllers (`tegotae.systems.resolve`), or an object with weights."""
+T = TypeVar("T")
+Changes = Mapping[str, Any]
+"""Values by field that differ from the controller's own, such as {"mass_kg": 0.2}."""
+
+
+@dataclasses.dataclass(frozen=True)
+class LoadedController:
+    """Controllers with their body: one, or all runs of a training."""
+
+    what: ClassVar[str]
+    """Predicate of a sentence about them, after their name."""
+    runs: ControllerSet
+    source: str = dataclasses.field(default="", kw_only=True)
+    """Name that they were loaded by."""
+
+    def own(self) -> Values:
+        """Return the controller's own values of the options."""
+        return {}
+
+    @in_shell(usual=("paper",))
+    def simulate(self) -> Recording:
+        """Simulate a controller: one run, closely."""
+        raise NotImplementedError
+
+    @in_shell()
+    def evaluate(self, *others: Subject | LoadedController) -> Table:
+        """Evaluate controllers: means over the runs of a training with their 95 % intervals.
+
+        Args:
+            others: further controllers.
+        """
+        raise NotImplementedError
+
+    @in_shell()
+    def compare(self, *others: Subject | LoadedController) -> Table:
+        """Compare controllers: how good each is, and how it differs from the first.
+
+        Args:
+            others: controllers that are compared with this one.
+        """
+        raise NotImplementedError
+
+    @in_shell()
+    def explain(
+        self,
+        *,
+        duration_s: float | None = None,
+        releases: int = 15,
+        seed: int = 0,
+        retune: int = 60,
+        retune_seeds: int = 3,
+        first_seed: int = 0,
+    ) -> Table:
+        """Explain a controller on one page.
+
+        The page has its curves over the states of its gait, the phases at which it waits and
+        pushes, its score with and without its feedback, and its response to the command ω.
+
+        Args:
+            duration_s: simulated time of an episode [s]; that of an evaluation by default.
+            releases: number of releases, none of which a training saw.
+            seed: seed of their heights and phases.
+            retune: generations for which each short form is retuned; 0 tries none.
+            retune_seeds: number of runs of each, of which the one of highest fitness in its
+                training is taken.
+            first_seed: first seed of the retuning; the others follow it.
+
+        Raises:
+            TegotaeError: for a controller elsewhere than on a body of this package, or values that
+                cannot be.
+        """
+        options = filled(locals(), self.own())
+        from tegotae.questions.explaining import explain
+
+        return explain(self, options)
+
+    @in_shell()
+    def robustness(
+        self,
+        *others: Subject | LoadedController,
+        conditions: Sequence[str] = (),
+        only: str = "*",
+        starts: int = 4,
+        out: Path | str = Path("robustness"),
+        restart: bool = False,
+    ) -> Table:
+        """Test trained controllers in conditions outside of their training.
+
+        The controllers stay unchanged. Run it again on the same folder to continue.
+
+        Args:
+            others: further controllers.
+            conditions: names, such as delay noise, or with your own levels, delay=0.01/0.02; all
+                by default.
+            only: test only controllers whose names match this pattern, with * and ? as in a shell.
+            starts: number of releases, for several legs or a MuJoCo model with noise.
+            out: folder for records, tables and the picture; the same one again continues.
+            restart: start again, and move existing records to a folder beside this one.
+
+        Raises:
+            TegotaeError: for a condition that there is not, or a folder of something else.
+        """
+        from tegotae.questions.controllers import load_all
+        from tegotae.questions.robustness import robustness
+
+        return robustness(
+            load_all(self, *others),
+            conditions=conditions,
+            only=only,
+            starts=starts,
+            out=Path(out),
+            restart=restart,
+        )
+
+    def check(self, options: Any) -> None:
+        """Raise `TegotaeError` before long work for options that cannot be evaluated."""
+
+    def alike(self, options: Any) -> Mapping[str, Any]:
+        """Return the options that two evaluations must share to be compared."""
+        return {}
+
+    def measured(self, options: Any) -> EvaluationTable:
+        """Evaluate these controllers alone.
+
+        Args:
+            options: all options of `evaluate`, without None.
+        """
+        raise NotImplementedError
+
+    def tested(self, starts: int) -> Tested:
+        """Return the runs, ready to be disturbed (`tegotae.analysis.generalisation.disturbances`).
+
+        Args:
+            starts: number of releases.
+        """
+        from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
+
+        return ControllersUnderTest.of(self.runs, starts)
+
+    def on(self, body: Body) -> Self:
+        """Return the same controllers on another body."""
+        return dataclasses.replace(self, runs=self.runs.replaced(body=body))
+
+    @property
+    def name(self) -> str:
+        """Name of the controllers."""
+        return self.runs.name
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weights of the one controller, shape [n_weights].
+
+        Raises:
+            TegotaeError: if there are several.
+        """
+        if len(self.runs.weights) > 1:
+            raise TegotaeError(
+                f"{self.name} holds {len(self.runs.weights)} controllers; name one of them"
+            )
+        return self.runs.weights[0]
+
+    @property
+    def saved(self) -> SavedController:
+        """System and weights of the one controller."""
+        runs = self.runs
+        return SavedController(
+            runs.system, self.weights, self.name, runs.experiment, task=runs.task
+        )
+
+    @property
+    def sigma(self) -> float | None:
+        """Gain of a vanilla controller [rad/(s N)]; None of any other."""
+        one = self.runs.controller.has_a_gain_alone and len(self.runs.weights) == 1
+        return float(self.runs.weights[0, 0]) if one else None
+
+    def weights_at(self, sigma: float | None) -> np.ndarray:
+        """Return the weights of the one controller, with another gain if it is vanilla.
+
+        Raises:
+            TegotaeError: for a gain of any other.
+        """
+        if sigma is None:
+            return self.weights
+        if self.sigma is None:
+            raise TegotaeError(f"sigma belongs to vanilla controllers; {self.name} is none")
+        return np.array([sigma])
+
+    def require(self, kind: type[T], why: str) -> T:
+        """Return the controller as one of a class.
+
+        Args:
+            kind: the class.
+            why: reason that others do not fit.
+
+        Raises:
+            TegotaeError: if it is another.
+        """
+        if not isinstance(self, kind):
+            raise TegotaeError(f"{self.name} {self.what}, and {why}")
+        return self
+
+    def _evaluated(
+        self, others: Sequence[Any], options: Mapping[str, Any], *, compares: bool = False
+    ) -> EvaluationTable:
+        """The controllers, each evaluated with its own values of the options."""
+        from tegotae.questions.controllers import load_all
+
+        options = {name: x for name, x in options.items() if name not in ("others", "__class__")}
+        controllers: list[LoadedController] = [*load_all(self, *others)]
+        first, *rest = controllers
+        if compares and not rest:
+            raise TegotaeError("a comparison needs at least two sets of controllers; 1 found")
+        each = [filled(options, x.own()) for x in controllers]
+        for controller, values in zip(controllers, each, strict=True):
+            if type(controller) is not type(first):
+                raise TegotaeError(
+                    f"{first.name} {first.what}, and {controller.name} {controller.what}: they "
+                    "have no measure in common"
+                )
+            controller.check(values)
+        if compares:
+            _require_alike(
+                controllers, [x.alike(y) for x, y in zip(controllers, each, strict=True)]
+            )
+        tables: list[EvaluationTable] = []
+        with reporting("evaluate", len(controllers)) as reporter:
+            for controller, values in zip(controllers, each, strict=True):
+                tables.append(controller.measured(values))
+                reporter.update(len(tables), controller.name)
+        joined = EvaluationTable.joined(tables)
+        return joined.compared_with(first.name) if compares else joined
+
+    def _measurements(
+        self, rows: Any, columns: tuple[Column, ...], options: Any, **more: Any
+    ) -> EvaluationTable:
+        """The measurements of the runs, with the facts about their training.
+
+        Args:
+            rows: columns by name, or a dict a row.
+            columns: measured quantities.
+            options: options of the evaluation.
+            more: fields of the result.
+        """
+        runs, training = self.runs, self.runs.training
+        drawn = (training.get("conditions") or [], training.get("episodes", 1))
+        how = (runs.labels, runs.controller, training.get("algorithm"), drawn)
+        table = pd.DataFrame(rows)
+        table.insert(0, "controller", self.name)
+        single = len(runs.labels) == 1 and runs.controller.has_a_gain_alone
+        return EvaluationTable(
+            rows=table,
+            columns=tuple(column for column in columns if column.name in table),
+            trained={self.name: how if "algorithm" in training else None},
+            exact=frozenset([self.name] if single else []),
+            settings={self.name: vars(options)},
+            **more,
+        )
+
+
+def _require_alike(
+    controllers: Sequence[LoadedController], alike: Sequence[Mapping[str, Any]]
+) -> None:
+    for controller, values in zip(controllers, alike, strict=True):
+        for option in [option for option in values if values[option] != alike[0][option]]:
+            raise TegotaeError(
+                f"{controllers[0].name} and {controller.name} are evaluated with another {option}, "
+                f"{alike[0][option]} and {values[option]}; an option sets one for all"
+            )

@@ -1,0 +1,336 @@
+"""Options: the parameters of a function, and the fields of the dataclasses among them."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import inspect
+import reprlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import NoneType, SimpleNamespace, UnionType
+from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+
+import docstring_parser
+
+from tegotae._support.engines import check_jax
+from tegotae._support.errors import TegotaeError, unknown
+from tegotae.parts.fields import with_paths
+
+T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
+
+_PLAIN = (bool, int, float, str, Path)
+HIDDEN = ...
+"""Own value of a parameter that does not apply to a subject."""
+Values = Mapping[str, Any]
+"""Own values of a subject by parameter."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """A value that words can give."""
+
+    path: str
+    """Parameter, or the way to a field, such as body.mass_kg."""
+    kind: Any
+    """Type."""
+    value: Any
+    """Default: the subject's own value."""
+    about: str = ""
+    """Meaning."""
+    heading: str = ""
+    """Class of the field; empty for a parameter."""
+
+    @property
+    def name(self) -> str:
+        """Name in the shell, with underscores."""
+        return self.path.rpartition(".")[2]
+
+
+@dataclass(frozen=True)
+class InShell:
+    """Facts about a function that the shell needs and its signature does not say."""
+
+    own: Callable[..., Values] | None = None
+    """Function of the name and of the plain options so far: the subject's own values."""
+    writes: Literal["nothing", "folder", "file"] = "nothing"
+    """Output if no other is named."""
+    pictures: bool = True
+    """False if its result has no figure."""
+    values: Values = dataclasses.field(default_factory=dict)
+    """Values of nested parameters that are the same for all subjects."""
+    usual: tuple[str, ...] = ()
+    """Names where none is given."""
+    names: str = ""
+    """Meaning of a name, for help."""
+    loads: tuple[str, ...] = ()
+    """Parameters that decide which options a subject has, for help without a name."""
+    endings: tuple[str, ...] = ()
+    """Endings that a file of the result may have."""
+    replaces: bool = False
+    """True if an existing file may be written over."""
+    examples: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    """Words after the command for each kind of subject, for a reference."""
+
+
+_IN_SHELL: dict[Any, InShell] = {}
+
+
+def in_shell(**facts: Any) -> Callable[[F], F]:
+    """Return a decorator that leaves a function as it is and remembers facts for the shell.
+
+    Args:
+        facts: fields of `InShell`.
+    """
+
+    def remembering(function: F) -> F:
+        _IN_SHELL[function] = InShell(**facts)
+        return function
+
+    return remembering
+
+
+def facts_of(function: Callable[..., Any]) -> InShell:
+    """Return the facts about a function for the shell."""
+    return _IN_SHELL.get(function, InShell())
+
+
+def options_of(function: Callable[..., Any], own: Values) -> dict[str, Option]:
+    """Return the options of a function by name; of two of one name that of the outer value.
+
+    Args:
+        function: a function or a method with typed keyword parameters.
+        own: the subject's own values by parameter; `HIDDEN` for one that does not apply.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> def fall(*, height_m: float = 1.0, body: Hopper | None = None) -> None: ...
+        >>> [option.path for option in options_of(fall, {"body": Hopper()}).values()][:2]
+        ['height_m', 'body.mass_kg']
+    """
+    hints, texts = hints_of(function), _texts(function)
+    found: list[Option] = []
+    for name, parameter in inspect.signature(function).parameters.items():
+        usual = own.get(name)
+        if parameter.kind is not inspect.Parameter.KEYWORD_ONLY or usual is HIDDEN:
+            continue
+        own_wins = parameter.default is None or dataclasses.is_dataclass(usual)
+        value = usual if own_wins else parameter.default
+        if dataclasses.is_dataclass(value):
+            found += leaves(value, f"{name}.")
+            value = None if parameter.default is None else parameter.default
+        if (kind := kind_of(hints[name], value)) is not None:
+            found.append(Option(name, kind, value, texts.get(name, "")))
+    options: dict[str, Option] = {}
+    for option in sorted(found, key=lambda option: option.path.count(".")):
+        options.setdefault(option.name, option)
+    return options
+
+
+def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
+    """Return the annotations, None for a class that only type checkers import.
+
+    Args:
+        function: a function or a method.
+    """
+    hints: dict[str, Any] = {}
+    for name, text in inspect.get_annotations(getattr(function, "__func__", function)).items():
+        hints[name] = None
+        with contextlib.suppress(NameError):
+            hints[name] = eval(text, function.__globals__)  # type: ignore[attr-defined]
+    return hints
+
+
+def leaves(value: Any, way: str = "") -> Iterator[Option]:
+    """Yield the fields of a dataclass that words can give, and those of the dataclasses in it.
+
+    Args:
+        value: the dataclass.
+        way: the path to it.
+    """
+    hints = get_type_hints(type(value))
+    for field in dataclasses.fields(value):
+        inner, path = getattr(value, field.name), f"{way}{field.name}"
+        if dataclasses.is_dataclass(inner):
+            yield from leaves(inner, f"{path}.")
+        elif field.init and (kind := kind_of(hints[field.name], inner)) is not None:
+            heading = type(value).__name__.removesuffix("Options")
+            yield Option(path, kind, inner, field_text(type(value), field.name), heading)
+
+
+def kind_of(hint: Any, value: Any) -> Any:
+    """Return the type that words make, None for a value that they cannot.
+
+    Args:
+        hint: the annotation.
+        value: the default.
+
+    Example:
+        >>> kind_of(float | None, None), kind_of(Sequence[str], ())
+        (<class 'float'>, tuple[str, ...])
+    """
+    choices = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    choices = [x for x in choices if x is not NoneType]
+    if isinstance(value, tuple) and value:
+        fixed = [x for x in choices if get_origin(x) is tuple and Ellipsis not in get_args(x)]
+        (first, *others) = {type(entry) for entry in value}
+        alike = tuple[first, ...] if not others and first in _PLAIN else None
+        return _made_of_words(fixed[0]) if fixed else alike
+    if value is not None and not isinstance(value, tuple):
+        literal = [x for x in choices if get_origin(x) is Literal]
+        plain = [x for x in choices if _is_plain(x) and isinstance(value, x)]
+        if literal or plain:
+            return (literal or plain)[0]
+    return next((made for x in choices if (made := _made_of_words(x)) is not None), None)
+
+
+def _is_plain(hint: Any) -> bool:
+    return isinstance(hint, type) and hint in _PLAIN
+
+
+def _made_of_words(hint: Any) -> Any:
+    if _is_plain(hint) or get_origin(hint) is Literal:
+        return hint
+    inner = [x for x in get_args(hint) if x is not Ellipsis]
+    if get_origin(hint) not in (tuple, list, Sequence):
+        return None
+    if not inner or not all(map(_is_plain, inner)):
+        return None
+    several = Ellipsis in get_args(hint) or get_origin(hint) is not tuple
+    return tuple[inner[0], ...] if several else hint
+
+
+def filled(options: Mapping[str, Any], own: Values) -> SimpleNamespace:
+    """Return options with the subject's own values in place of None.
+
+    Args:
+        options: parameters by name; `self` and private ones are left out. Changes of a nested
+            dataclass, a mapping by field, are made to the subject's own.
+        own: own values.
+
+    Raises:
+        TegotaeError: for a change of a field that there is not.
+    """
+    check_jax()
+    made: dict[str, Any] = {}
+    for name, value in options.items():
+        if name == "self" or name.startswith("_"):
+            continue
+        usual = own.get(name)
+        if usual is HIDDEN and not (value is None or value is False or value == ()):
+            fitting = [x for x in options if own.get(x) is not HIDDEN]
+            raise unknown(f"option of {own.get('', 'this')}", name, fitting)
+        if value is None and usual is not HIDDEN:
+            value = usual
+        elif isinstance(value, Mapping) and dataclasses.is_dataclass(usual):
+            value = changed(usual, value)
+        made[name] = tuple(value) if isinstance(value, list) else value
+    return SimpleNamespace(**made)
+
+
+def changed(value: T, changes: Mapping[str, Any]) -> T:
+    """Return a dataclass with other fields, which may be those of dataclasses in it.
+
+    Args:
+        value: the dataclass.
+        changes: values by field, or by path; of two of one name the outer one.
+
+    Raises:
+        TegotaeError: for an unknown field, or a value that the dataclass refuses.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> changed(Hopper(), {"mass_kg": 0.2}).mass_kg
+        0.2
+    """
+    paths: dict[str, str] = {}
+    for option in sorted(leaves(value), key=lambda option: option.path.count(".")):
+        paths.setdefault(option.name, option.path)
+    known = paths | {path: path for path in paths.values()}
+    known |= {field.name: field.name for field in dataclasses.fields(cast(Any, value))}
+    changes = {name: x for name, x in changes.items() if name != "name"}  # of the whole
+    kinds = {option.path: option.kind for option in leaves(value)}
+    for name, other in changes.items():
+        if name not in known:
+            raise unknown(f"field of a {type(value).__name__}", name, paths)
+        if known[name] in kinds:
+            require_kind_of(name, kinds[known[name]], other)
+    return with_paths(value, {known[name]: x for name, x in changes.items()})
+
+
+def changes(options: Any, usual: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass that differ from another's.
+
+    Args:
+        options: the dataclass.
+        usual: another one of the same class.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> changes(Hopper(mass_kg=0.2), Hopper())
+        {'mass_kg': 0.2}
+    """
+    values = ((f.name, getattr(options, f.name)) for f in dataclasses.fields(options) if f.init)
+    return {name: value for name, value in values if value != getattr(usual, name)}
+
+
+def require_kind_of(name: str, kind: Any, value: object) -> None:
+    """Raise `TegotaeError` for a text or a truth value where a number is due, and the like.
+
+    Args:
+        name: name of the option.
+        kind: its type.
+        value: the value.
+    """
+    many = get_origin(kind) in (tuple, Sequence)
+    if many and isinstance(value, int | float) and not isinstance(value, bool):
+        return  # which holds for each
+    wrong = {
+        float: (bool, str, bytes, list, tuple, dict),
+        int: (bool, str, bytes, list, tuple, dict),
+        str: (bool, int, float, bytes, list, tuple, dict),
+    }
+    if many and (isinstance(value, str | bytes) or not isinstance(value, Iterable)):
+        right = "a list"
+    elif not many and isinstance(value, wrong.get(kind, ())):
+        right = "a text" if kind is str else "a number"
+    else:
+        return
+    raise TegotaeError(f"{name} is {reprlib.repr(value)}; it must be {right}")
+
+
+@cache
+def field_text(owner: type, name: str) -> str:
+    """Return the meaning of a field: the text below it, or in the list of arguments.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> field_text(Hopper, "mass_kg")
+        'Mass m [kg].'
+    """
+    for kind in owner.__mro__:
+        if name in vars(kind).get("__annotations__", {}):
+            said = docstring_parser.parse_from_object(kind).params
+            text = next((x.description for x in said if x.arg_name == name), "")
+            return _sentence(text)
+    return ""
+
+
+def about(function: Callable[..., Any]) -> str:
+    """Return the docstring of a function before its arguments and examples."""
+    said = docstring_parser.parse(inspect.getdoc(function) or "")
+    return "\n\n".join(filter(None, [said.short_description, said.long_description]))
+
+
+def _texts(function: Callable[..., Any]) -> dict[str, str]:
+    """The meanings of parameters."""
+    said = docstring_parser.parse(inspect.getdoc(function) or "").params
+    return {x.arg_name: _sentence(x.description) for x in said}
+
+
+def _sentence(text: str | None) -> str:
+    text = " ".join((text or "").split())
+    return text[:1].upper() + text[1:]

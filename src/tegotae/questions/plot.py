@@ -1,0 +1,571 @@
+"""Figures that explain a controller: its cycle, its surface, its basin, its response to pushes.
+
+All take a controller by name or loaded; None stands for the controller's own value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from tegotae._support import limits
+from tegotae._support.errors import TegotaeError, require_all, require_count, require_finite
+from tegotae.analysis.orbit import (
+    NoLimitCycleError,
+    Orbit,
+    find_orbit,
+    paths_of,
+    require_hopper,
+)
+from tegotae.parts.bodies import Body
+from tegotae.questions.controller import Changes, Subject
+from tegotae.questions.controllers import one
+from tegotae.questions.hopping import HopperController
+from tegotae.questions.parameters import HIDDEN, Values, filled, in_shell
+from tegotae.questions.results import Figure
+from tegotae.simulation.rollout import Timing, Trajectory
+from tegotae.systems.controller_file import SavedController
+from tegotae.systems.models import PRESETS
+from tegotae.systems.system import Release
+
+if TYPE_CHECKING:
+    from matplotlib import figure as matplotlib_figure
+
+    from tegotae.envs.policies import Meaning, Policy
+
+__all__ = [
+    "basin",
+    "learning_curves",
+    "phase_locking",
+    "phase_response",
+    "poincare",
+    "portrait",
+    "surface",
+]
+Hopping = Subject | HopperController
+"""Controller of a body with one leg, by name or loaded."""
+_FILE: dict[str, Any] = {"writes": "file"}
+
+
+def _hopper(controller: Hopping) -> HopperController:
+    """The controller, which must be one of a body with one leg."""
+    why = "this figure is of one leg; for others there are simulate, evaluate, gait"
+    return one(controller, HopperController, why)
+
+
+def _figure(
+    raw: Any,
+    drawn: Callable[[], matplotlib_figure.Figure],
+    tables: Mapping[str, Any],
+    options: Any,
+    **more: Any,
+) -> Figure:
+    """A figure with its tables and options."""
+    settings = {name: x for name, x in vars(options).items() if name != "controller"}
+    if callable(settings.get("policy")):
+        settings["policy"] = settings["policy"].__name__
+    return Figure(
+        raw=raw, drawn=lambda: {"figure": drawn()}, beside=tables, settings=settings, **more
+    )
+
+
+def _options(options: Mapping[str, Any]) -> Any:
+    """The options, with the controller's own values in place of None."""
+    if options.get("policy") is not None:
+        return filled(options, {})
+    hopping = _hopper(options["controller"])
+    return filled({**options, "controller": hopping}, hopping.own())
+
+
+def _changed(options: Any) -> SavedController:
+    """The controller with the options."""
+    return options.controller.changed(
+        omega=options.omega, sigma=options.sigma, release=options.release, body=options.body
+    )
+
+
+def _titled(driver: SavedController | Policy) -> str:
+    """A controller or a policy in a few words, for a figure."""
+    from tegotae.figures.style import literal
+
+    words, omega = [literal(driver.name or "controller")], driver.omega
+    if isinstance(driver, SavedController) and driver.controller.has_a_gain_alone:
+        words.append(f"σ = {driver.weights[0]:.4g}")
+    return ", ".join([*words, *([] if omega is None else [f"ω = {omega:g} rad/s"])])
+
+
+_POLICY_HIDDEN: Values = {"omega": HIDDEN, "sigma": HIDDEN, "body": HIDDEN}
+
+
+def _driver_values(controller: Any = None, policy: Any = None, **_: Any) -> Values:
+    """Own values of a controller, or the usual meaning of a policy."""
+    if policy is None:
+        return {"meaning": HIDDEN}
+    _require_policy(controller, policy)
+    from tegotae.envs.policies import Meaning
+
+    meaning = Meaning(omega=PRESETS["paper"].omega_rad_per_s)
+    return {"meaning": meaning, "release": Release(), **_POLICY_HIDDEN}
+
+
+def _require_policy(controller: Any, policy: Any) -> None:
+    """Raise `TegotaeError` for a controller beside the policy, or a missing extra."""
+    if controller not in (None, "paper") and getattr(controller, "name", "") != "paper":
+        name = getattr(controller, "name", controller)
+        raise TegotaeError(f"{name} is a controller, and policy names a policy; name one")
+    ending = Path(str(policy)).suffix.lower()
+    more = {".zip": {"stable_baselines3": "sb3"}, ".onnx": {"onnxruntime": "onnx"}}
+    require_all({"gymnasium": "gym", **more.get(ending, {})})
+
+
+_DRIVEN: dict[str, Any] = {
+    "own": _driver_values,
+    "loads": ("policy",),
+    "examples": {
+        "One leg, such as paper": "paper",
+        "A policy": "--policy policy.zip",
+    },
+    **_FILE,
+}
+
+
+def _driver(options: Any) -> SavedController | Policy:
+    """The controller with the options, or the policy."""
+    if options.policy is None:
+        if options.meaning is not None:
+            raise TegotaeError("meaning belongs to a policy, and none is named")
+        return _changed(options)
+    from tegotae.envs.policies import load_policy
+
+    own = _driver_values(options.controller, options.policy)
+    for name in _POLICY_HIDDEN:
+        if getattr(options, name) is not None:
+            raise TegotaeError(f"{name} belongs to a controller; a policy has it in its meaning")
+    values = filled({"meaning": options.meaning, "release": options.release}, own)
+    options.meaning, options.release = values.meaning, values.release
+    return load_policy(options.policy, options.meaning)
+
+
+@in_shell(**_DRIVEN)
+def surface(
+    controller: Hopping = "paper",
+    *,
+    velocity_m_per_s: float = 0.0,
+    spring_force_n: float | None = None,
+    resolution: int = 200,
+    settle_s: float = 60.0,
+    omega: float | None = None,
+    sigma: float | None = None,
+    release: Release | Changes | None = None,
+    body: Body | Changes | None = None,
+    policy: str | Callable[..., Any] | None = None,
+    meaning: Meaning | Changes | None = None,
+) -> Figure:
+    """Draw the actuator force over phase and spring force, with the limit cycle on it (Fig. 5).
+
+    Args:
+        controller: controller of a body with one leg.
+        velocity_m_per_s: velocity of the slice [m/s], for controllers that sense the velocity.
+        spring_force_n: largest spring force [N]; a tenth above the limit cycle's by default.
+        resolution: points along either axis.
+        settle_s: simulated time before the limit cycle is measured [s].
+        omega: frequency ω [rad/s].
+        sigma: gain σ of the vanilla feedback [rad/(s N)].
+        release: start of the episode, or changes of the controller's own.
+        body: another body, or changes of the controller's own.
+        policy: a policy in place of a controller: a .zip of Stable-Baselines3, an .onnx file, or
+            FILE.py:FUNCTION, a function of some of phase_rad, spring_force_n, velocity_m_per_s and
+            height_m. FILE.py runs as code, and other files are read by large libraries: take them
+            from people that you trust.
+        meaning: what the numbers of the policy mean.
+
+    Raises:
+        TegotaeError: for values that cannot be, before anything is computed.
+
+    Example:
+        >>> surface("V-reflex-w8", resolution=5).table.columns[0]
+        'spring_force_n'
+    """
+    options = _options(locals())
+    from tegotae.analysis.surface import actuation_surface, sees_velocity
+    from tegotae.figures.cycles import surface_figure, surface_tables
+
+    require_count("resolution", options.resolution, least=2, most=limits.MOST_POINTS)
+    limits.require_within("velocity_m_per_s", options.velocity_m_per_s, limits.MOST_M)
+    driver = _driver(options)
+    body, note = require_hopper(driver.body, "an actuation surface"), _titled(driver)
+    shortest_n = body.most_spring_n
+    if options.spring_force_n is not None:
+        require_finite("spring_force_n", options.spring_force_n, above=0.0, most=shortest_n)
+    notes: tuple[str, ...] = ()
+    try:
+        orbit = _orbit(driver, options)
+    except NoLimitCycleError as none:
+        orbit, notes = None, (f"{none}; the surface is drawn without it",)
+    most_n = options.spring_force_n
+    if most_n is None:
+        typical_n = 3.0 * body.weight_n if orbit is None else 1.1 * orbit.spring_force_n.max()
+        most_n = min(typical_n, shortest_n)
+    fastest = 4.0 if orbit is None else 1.1 * float(np.abs(orbit.velocity_m_per_s).max())
+    surface = actuation_surface(
+        driver,
+        np.linspace(0.0, most_n, options.resolution),
+        columns=options.resolution,
+        velocity_m_per_s=options.velocity_m_per_s,
+        velocity_range_m_per_s=(-fastest, fastest),
+    )
+    if surface.phase_rad is not None and sees_velocity(driver):
+        note += f", slice at ẏ = {options.velocity_m_per_s:g} m/s"
+    most_force_n = float(body.max_force_n)
+    return _figure(
+        surface,
+        lambda: surface_figure(surface, orbit, max_force_n=most_force_n, note=note),
+        surface_tables(surface, orbit),
+        options,
+        notes=notes,
+    )
+
+
+def _orbit(driver: SavedController | Policy, options: Any) -> Orbit:
+    if isinstance(driver, SavedController):
+        return find_orbit(driver, settle_s=options.settle_s)
+    from tegotae.analysis.policy import measured_policy, policy_orbit
+
+    height = np.array([options.release.height_m])
+    paths = _paths(driver, options, height, options.settle_s)
+    return policy_orbit(paths, measured_policy(driver, paths))
+
+
+def _paths(
+    driver: SavedController | Policy, options: Any, heights: np.ndarray, duration_s: float
+) -> Trajectory:
+    if isinstance(driver, SavedController):
+        return paths_of(driver, heights, duration_s=duration_s)
+    from tegotae.analysis.policy import policy_paths
+
+    phase_rad = options.release.phase_rad
+    return policy_paths(driver, heights, phase_rad=phase_rad, duration_s=duration_s)
+
+
+@in_shell(**_DRIVEN)
+def portrait(
+    controller: Hopping = "paper",
+    *,
+    heights: Sequence[float] = (1.05, 1.2, 1.6),
+    duration_s: float = 30.0,
+    omega: float | None = None,
+    sigma: float | None = None,
+    release: Release | Changes | None = None,
+    body: Body | Changes | None = None,
+    policy: str | Callable[..., Any] | None = None,
+    meaning: Meaning | Changes | None = None,
+) -> Figure:
+    """Draw phase portraits of a controller or a policy: (y, ẏ), and spring force over phase.
+
+    Args:
+        controller: controller of a body with one leg.
+        heights: release heights, at rest [m].
+        duration_s: simulated time [s].
+        omega: frequency ω [rad/s].
+        sigma: gain σ of the vanilla feedback [rad/(s N)].
+        release: start of the episode, or changes of the controller's own.
+        body: another body, or changes of the controller's own.
+        policy: a policy in place of a controller: a .zip of Stable-Baselines3, an .onnx file, or
+            FILE.py:FUNCTION, a function of some of phase_rad, spring_force_n, velocity_m_per_s and
+            height_m. FILE.py runs as code, and other files are read by large libraries: take them
+            from people that you trust.
+        meaning: what the numbers of the policy mean.
+
+    Raises:
+        TegotaeError: for values that cannot be, before anything is computed.
+    """
+    options = _options(locals())
+    from tegotae.figures.cycles import portrait_figure, portrait_table
+
+    driver = _driver(options)
+    rest_length_m = float(require_hopper(driver.body, "a phase portrait").rest_length_m)
+    paths = _paths(driver, options, np.array(options.heights), options.duration_s)
+    return _figure(
+        paths,
+        lambda: portrait_figure(paths, rest_length_m=rest_length_m, note=_titled(driver)),
+        {"": portrait_table(paths)},
+        options,
+    )
+
+
+@in_shell(**_FILE)
+def poincare(
+    controller: Hopping = "paper",
+    *,
+    settle_s: float = 60.0,
+    step: float = 1e-4,
+    nudge: float = 0.01,
+    turns: int = 40,
+    omega: float | None = None,
+    sigma: float | None = None,
+    release: Release | Changes | None = None,
+    body: Body | Changes | None = None,
+) -> Figure:
+    """Draw apexes from the release on, Floquet multipliers, and the decay of a small deviation.
+
+    Args:
+        controller: controller of a body with one leg.
+        settle_s: simulated time before the limit cycle is measured [s].
+        step: step of the finite differences [m, rad].
+        nudge: initial deviation from the limit cycle for the observed decay [m].
+        turns: number of cycles over which the decay is observed.
+        omega: frequency ω [rad/s].
+        sigma: gain σ of the vanilla feedback [rad/(s N)].
+        release: start of the episode, or changes of the controller's own.
+        body: another body, or changes of the controller's own.
+
+    Raises:
+        TegotaeError: for values that cannot be, before anything is computed.
+
+    Example:
+        >>> poincare("V-reflex-w8", turns=5).raw.hops
+        1
+    """
+    options = _options(locals())
+    from tegotae.analysis.poincare import check_disturbances, poincare_section, transient
+    from tegotae.figures.cycles import poincare_figure, poincare_tables
+
+    check_disturbances(step, nudge, turns)
+    saved = _changed(options)
+    orbit = find_orbit(saved, settle_s=settle_s)
+    section = poincare_section(saved, orbit, step=step, nudge=nudge, turns=turns)
+    apexes = transient(saved, duration_s=settle_s)
+    modulus = np.abs(section.multipliers)
+    multipliers = [f"{x.real:.4f}" if x.imag == 0.0 else f"{x:.4f}" for x in section.multipliers]
+    notes = []
+    if not section.refined:
+        notes.append(
+            "the fixed point was not refined; the apex at which the gait settled replaces it"
+        )
+    if np.isfinite(section.observed):
+        notes.append(f"observed decay: {section.observed:.4f} per turn")
+    if np.isfinite(section.decay_s):
+        notes.append(f"a disturbance shrinks to 1/e in {section.decay_s:.3f} s")
+    hops = "1 hop" if section.hops == 1 else f"{section.hops} hops"
+    shown = pd.DataFrame({"Floquet multiplier": multipliers, "|λ|": modulus.round(4)})
+    return _figure(
+        section,
+        lambda: poincare_figure(section, apexes, _titled(saved)),
+        poincare_tables(section, apexes),
+        options,
+        title=f"limit cycle of {hops}, {section.period_s:.4f} s",
+        notes=notes,
+        shown=[shown.set_index("Floquet multiplier")],
+        data={"multiplier_modulus": modulus, "observed_factor": section.observed},
+    )
+
+
+@in_shell(**_FILE)
+def phase_response(
+    controller: Hopping = "paper",
+    *,
+    push: Sequence[float] = (0.005, -0.005),
+    points: int = 60,
+    cycles: int = 40,
+    settle_s: float = 60.0,
+    omega: float | None = None,
+    sigma: float | None = None,
+    release: Release | Changes | None = None,
+    body: Body | Changes | None = None,
+) -> Figure:
+    """Draw the shift of the rhythm by a short push, over the phase of the push in the limit cycle.
+
+    Args:
+        controller: controller of a body with one leg.
+        push: impulses [N s]; positive ones act upward.
+        points: number of points of the limit cycle.
+        cycles: number of cycles to wait.
+        settle_s: simulated time before the limit cycle is measured [s].
+        omega: frequency ω [rad/s].
+        sigma: gain σ of the vanilla feedback [rad/(s N)].
+        release: start of the episode, or changes of the controller's own.
+        body: another body, or changes of the controller's own.
+
+    Raises:
+        TegotaeError: for values that cannot be, before anything is computed.
+    """
+    options = _options(locals())
+    from tegotae.analysis.phase_response import check_pushes, measure_phase_response
+    from tegotae.figures import cycles as drawings
+
+    saved, pushes = _changed(options), np.array(push)
+    check_pushes(pushes, require_hopper(saved.body, "a push"), points, cycles)
+    orbit = find_orbit(saved, settle_s=settle_s)
+    response = measure_phase_response(saved, orbit, pushes, points=points, cycles=cycles)
+    notes = []
+    for impulse, own in response.groupby("push_ns", sort=False):
+        shift = own["shift_rad"].to_numpy()
+        pushed, lost = f"push of {impulse:g} N s: ", float(np.mean(np.isnan(shift)))
+        if lost == 1.0:
+            notes.append(f"{pushed}no return to the limit cycle")
+            continue
+        most = int(np.nanargmax(np.abs(shift)))
+        where = own["cycle_phase_rad"].iloc[most] / (2.0 * np.pi)
+        tiny = ", which is negligible" if abs(shift[most]) < drawings.NEGLIGIBLE_RAD else ""
+        gone = f"; no return from {lost:.0%} of the points" if lost else ""
+        notes.append(
+            f"{pushed}largest shift {shift[most]:+.3g} rad at t/T = {where:.2f}{tiny}{gone}"
+        )
+    return _figure(
+        response,
+        lambda: drawings.phase_response_figure(response, _titled(saved)),
+        {"": response},
+        options,
+        notes=notes,
+    )
+
+
+@in_shell(**_FILE)
+def phase_locking(
+    controller: Hopping = "paper",
+    *,
+    sigma: tuple[float, float] = (0.0, 12.0),
+    omega: tuple[float, float] = (2.0, 10.0),
+    cut: float = 4.0,
+    resolution: int = 100,
+    duration_s: float = 40.0,
+    body: Body | Changes | None = None,
+) -> Figure:
+    """Draw the oscillator's turns per hop over gain σ and frequency ω, and both rates along a cut.
+
+    Args:
+        controller: controller of a body with one leg.
+        sigma: range of the gain σ [rad/(s N)].
+        omega: range of the frequency ω [rad/s].
+        cut: gain of the cut [rad/(s N)].
+        resolution: points along either axis.
+        duration_s: simulated time [s]; an unsettled gait counts as one without limit cycle.
+        body: another body, or changes of the controller's own.
+
+    Raises:
+        TegotaeError: for values that cannot be, before anything is computed.
+    """
+    hopping = _hopper(controller)
+    options = filled(locals(), hopping.own())
+    del options.hopping
+    from tegotae.analysis.maps import axis, sweep_gain
+    from tegotae.figures.maps import phase_locking_figure, phase_locking_table
+    from tegotae.figures.style import literal
+
+    limits.require_within("cut", cut, limits.MOST_GAIN)
+    sweep = sweep_gain(
+        hopping.runs.controller,
+        axis("sigma", *sigma, resolution),
+        axis("omega", *omega, resolution, upper=limits.MOST_RAD_PER_S),
+        options.body,
+        timing=Timing(duration_s=duration_s),
+        height_m=hopping.runs.system.release.height_m,
+    )
+    note = f"{literal(hopping.name)} ({type(hopping.runs.controller.actuation).__name__})"
+    return _figure(
+        sweep,
+        lambda: phase_locking_figure(sweep, cut, note),
+        {"": phase_locking_table(sweep)},
+        options,
+    )
+
+
+@in_shell(**_FILE)
+def basin(
+    controller: Hopping = "paper",
+    *,
+    height_m: tuple[float, float] = (0.4, 2.5),
+    velocity_m_per_s: tuple[float, float] = (-4.0, 4.0),
+    resolution: int = 60,
+    duration_s: float = 40.0,
+    omega: float | None = None,
+    sigma: float | None = None,
+    release: Release | Changes | None = None,
+    body: Body | Changes | None = None,
+) -> Figure:
+    """Draw the limit cycle that each release of one leg ends in, over height and phase.
+
+    `tegotae.gaits.basin` draws the gaits of several legs.
+
+    Args:
+        controller: controller of a body with one leg.
+        height_m: range of the release height [m].
+        velocity_m_per_s: range of the release velocity [m/s]; replaces the phase without an
+            oscillator.
+        resolution: points along either axis.
+        duration_s: simulated time [s]; an unsettled gait counts as one without limit cycle.
+        omega: frequency ω [rad/s].
+        sigma: gain σ of the vanilla feedback [rad/(s N)].
+        release: start of the episode, or changes of the controller's own.
+        body: another body, or changes of the controller's own.
+
+    Raises:
+        TegotaeError: for values that cannot be, before anything is computed.
+    """
+    options = _options(locals())
+    from tegotae.analysis.maps import axis, map_basin
+    from tegotae.figures.maps import basin_figure, describe
+
+    saved = _changed(options)
+    heights = axis("height_m", *height_m, resolution, above=0.0, upper=limits.MOST_M)
+    across = (
+        axis("velocity_m_per_s", *velocity_m_per_s, resolution, upper=limits.MOST_M)
+        if saved.controller.oscillator is None
+        else axis("phase", 0.0, 2.0 * math.pi, resolution)
+    )
+    timing = saved.system.timing_over(duration_s)
+    basin = map_basin(saved, heights, across, timing=timing)
+    rows: list[Any] = list(basin.cycles.itertuples())
+    without = 1.0 - sum(x.share for x in rows)
+    cycles = [f"{describe(x)}, CoT⁻¹ {x.cot_inverse_a_m_per_j:.3f} m/J" for x in rows]
+    return _figure(
+        basin,
+        lambda: basin_figure(basin, _titled(saved)),
+        {
+            "": basin.frame,
+            "cycles": basin.cycles.rename_axis("limit_cycle").reset_index(),
+        },
+        options,
+        notes=(*cycles, f"no limit cycle: {without:.1%} of the releases"),
+        data={"limit_cycles": basin.cycles.to_dict("records")},
+    )
+
+
+@in_shell(**_FILE)
+def learning_curves(
+    first: str | Path, *others: str | Path, of: Literal["cot_inverse", "fitness"] | None = None
+) -> Figure:
+    """Draw CoT⁻¹ or fitness during training, over episodes and over simulated time (Fig. 3).
+
+    Names are folders of trainings, searched with their subfolders, or tables that this command
+    wrote.
+
+    Args:
+        first: folder or table.
+        others: further ones.
+        of: quantity of the curves; by default CoT⁻¹ if all measured it, else the fitness.
+
+    Raises:
+        TegotaeError: for folders without a training.
+    """
+    options = filled({"of": of}, {})
+    from tegotae.figures import learning_curves as drawings
+    from tegotae.training.curves import read_curves
+
+    curves = read_curves([Path(first), *map(Path, others)], of)
+    return _figure(
+        curves,
+        lambda: drawings.algorithms_figure(curves),
+        drawings.algorithms_tables(curves),
+        options,
+        notes=(
+            "Mean over runs of the mean over the last tenth of training [95 % interval]; equal "
+            "time: that of the shortest run of the model.",
+        ),
+        shown=[drawings.algorithms_compared(curves)],
+    )

@@ -1,0 +1,163 @@
+"""Robustness: trained controllers, unchanged, in conditions outside of their training."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from tegotae._support.documents import JsonObject, as_json
+from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.tables import write_csv
+from tegotae._support.workplace import GENERALISATION, require_free_for
+from tegotae.analysis.generalisation import run
+from tegotae.analysis.generalisation.disturbances import Disturbance, disturbances_named
+from tegotae.questions.controller import LoadedController
+from tegotae.questions.parameters import in_shell
+from tegotae.questions.results import Table, short
+
+if TYPE_CHECKING:
+    from matplotlib import figure
+
+
+@in_shell(pictures=False)
+def list_conditions(*conditions: str) -> Table:
+    """List the conditions outside of training and their levels.
+
+    MuJoCo models have conditions of their own: mass, gravity, friction, frequency, pushes, blows,
+    and delay and noise of the senses.
+
+    Args:
+        conditions: names, such as delay, or with your own levels, delay=0.01/0.02; all by default.
+
+    Raises:
+        TegotaeError: for a name that there is not.
+
+    Example:
+        >>> list_conditions("delay=0.01/0.02").table["levels"].tolist()
+        ['0.01/0.02']
+    """
+    named = _chosen(conditions)
+    rows = [(x.name, x.label, x.unit, f"{x.neutral:g}", _listed(x.levels)) for x in named]
+    table = pd.DataFrame(rows, columns=["condition", "what", "unit", "none", "levels"])
+    shown, data = table.set_index("condition"), {"conditions": table.to_dict("records")}
+    return Table(rows=table, shown=[shown], data=data)
+
+
+def _chosen(conditions: Iterable[str]) -> tuple[Disturbance, ...]:
+    """The conditions of names; all by default."""
+    return disturbances_named([name for x in conditions for name in x.split(",")])
+
+
+def _listed(levels: Iterable[float]) -> str:
+    return "/".join(f"{level:g}" for level in sorted(levels))
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Robustness(Table):
+    """Range of each condition in which controllers keep their gait."""
+
+    done: Sequence[run.Done]
+    chosen: tuple[Disturbance, ...]
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Margins, a row a controller, condition and side."""
+        return self._margins([""]).drop(columns="measure")
+
+    def texts(self) -> list[pd.DataFrame]:
+        frame = self.table.rename(columns={"low": "from", "high": "to"})
+        return [frame.map(short).set_index(["controller", "condition", "side"])]
+
+    def to_dict(self) -> JsonObject:
+        left_out = {tested.name: outcome.left_out for tested, outcome in self.done}
+        return as_json({"margins": self.table.to_dict("records"), "left_out": left_out})
+
+    def figures(self) -> Mapping[str, figure.Figure]:
+        from tegotae.figures.generalisation import curves_figure
+
+        return {"curves": curves_figure(self.done, self.chosen)}
+
+    def _margins(self, measures: Iterable[str]) -> pd.DataFrame:
+        rows = [
+            (tested.name, measure, *margin)
+            for tested, outcome in self.done
+            for measure in measures
+            for margin in run.margins(outcome, self.chosen, measure)
+        ]
+        return pd.DataFrame(rows, columns=["controller", "measure", *run.Margin._fields])
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Margins by each measure, curves, and what was left out."""
+        curves = {tested.name: run.curve(outcome) for tested, outcome in self.done}
+        left_out = [
+            (tested.name, condition, why)
+            for tested, outcome in self.done
+            for condition, why in outcome.left_out.items()
+        ]
+        return {
+            "margins": self._margins(run.MEASURES),
+            "curves": pd.concat(curves, names=["controller"]).reset_index("controller"),
+            "left_out": pd.DataFrame(left_out, columns=["controller", "condition", "why"]),
+        }
+
+    def _fill(self, folder: Path) -> list[Path]:
+        from tegotae.figures.style import save_figure
+
+        written = []
+        for name, table in self.tables().items():
+            path = folder / f"{name}.csv"
+            path.unlink(missing_ok=True)  # of another run in this folder
+            if len(table):
+                write_csv(path, dict(table), digits=4)
+                written.append(path)
+        return [*written, save_figure(self.figures()["curves"], folder / "curves.png")]
+
+
+def robustness(
+    controllers: Sequence[LoadedController],
+    *,
+    conditions: Sequence[str],
+    only: str,
+    starts: int,
+    out: Path,
+    restart: bool,
+) -> Robustness:
+    """Test controllers in conditions outside of their training (`LoadedController.robustness`).
+
+    Args:
+        controllers: the controllers.
+        conditions: names of the conditions, perhaps with levels.
+        only: pattern of the names of the controllers to test.
+        starts: number of releases.
+        out: folder for the records.
+        restart: start again.
+    """
+    chosen = _chosen(conditions)
+    require_count("starts", starts, most=64)
+    require_free_for(out, GENERALISATION)
+    names = sorted({controller.name for controller in controllers})
+    matching = [controller for controller in controllers if _matches(controller.name, only)]
+    if not matching:
+        raise TegotaeError(f"no model matches {only}; there are {', '.join(names[:3])}")
+    tested = [controller.tested(starts) for controller in matching]
+    done = run.generalise(tested, chosen, out, restart=restart)
+    left_out = [(x.name, y.left_out) for x, y in done if y.left_out]
+    notes = [
+        *(f"{name} was left out of {json.dumps(why)[1:-1]}" for name, why in left_out),
+        "Survived: the last level up to which more than half of the runs keep their "
+        "undisturbed gait; failed: the next one tested, inf beyond the last. From, to: 95 % "
+        "interval over runs.",
+    ]
+    return Robustness(done=done, chosen=chosen, notes=notes)
+
+
+def _matches(name: str, pattern: str) -> bool:
+    """True if a name matches, or its model without the difference of its training."""
+    model = name.partition(" (")[0]
+    return any(fnmatch.fnmatchcase(candidate, pattern) for candidate in (name, model))
