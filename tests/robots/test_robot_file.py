@@ -65,6 +65,7 @@ def test_a_suggested_robot_has_model_settings_and_wiring_and_reads_back(leg):
     assert wiring == load_wiring(leg)
     assert 'env = "leg.xml"' in leg.read_text(encoding="utf-8")
     assert is_robot_file(leg)
+    assert not is_robot_file("a" * 5000 + ".toml")
 
 
 def test_a_robot_is_found_beside_its_file_from_any_folder(leg, monkeypatch):

@@ -6,6 +6,8 @@ without a body of its own is that of `WALKER`, so that `AR@go1.toml` is `AR@quad
 
 from __future__ import annotations
 
+import contextlib
+import os
 from pathlib import Path
 
 import msgspec
@@ -55,8 +57,9 @@ def is_robot_file(name: str | Path) -> bool:
         >>> is_robot_file("quadruped-c"), is_robot_file("no_such_file.toml")
         (False, False)
     """
-    path = Path(name)
-    return path.suffix == ".toml" and path.is_file() and _MARK in path.read_bytes()
+    with contextlib.suppress(OSError, ValueError):  # which a reader of the file puts into words
+        return str(name).endswith(".toml") and _MARK in Path(name).read_bytes()
+    return False
 
 
 def robot_document(path: Path | str) -> RobotDocument:
@@ -98,7 +101,7 @@ def law_on_robot(name: str) -> tuple[str, str] | None:
         raise TegotaeError(
             f"{file} is a robot, without a law; name one on it, such as {such_as}@{file}"
         )
-    has_body = "@" in law or law in SYSTEMS or is_front_name(law) or Path(law).exists()
+    has_body = "@" in law or law in SYSTEMS or is_front_name(law) or os.path.exists(law)
     if on_legs and not has_body and (is_zoo_name(law) or not is_reference(law)):
         law = f"{law}@{WALKER}"
     return law, file
