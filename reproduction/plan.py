@@ -184,15 +184,27 @@ def plan(scale: str, models: str | Sequence[str] = "*", extra: Sequence[Experime
     if scale not in _SCALES:
         raise unknown("scale", scale, _SCALES)
     full = _SCALES[scale]()
-    names = [experiment.name for experiment in full.experiments]
-    selected: set[str] = set()
-    for pattern in [models] if isinstance(models, str) else models:
-        matching = {name for name in names if fnmatch.fnmatchcase(name, pattern)}
-        if not matching and (pattern or not extra):
-            raise unknown("model of this scale", pattern, names)
-        selected |= matching
-    experiments = tuple(entry for entry in full.experiments if entry.name in selected)
+    patterns = [models] if isinstance(models, str) else models
+    experiments = matching(full.experiments, patterns, or_none=bool(extra))
     return dataclasses.replace(full, experiments=(*experiments, *extra))
+
+
+def matching(
+    experiments: Sequence[Experiment], patterns: Sequence[str], *, or_none: bool
+) -> tuple[Experiment, ...]:
+    """Return the experiments whose names match patterns; an empty one may match none.
+
+    Raises:
+        TegotaeError: for a pattern that matches none.
+    """
+    names = [experiment.name for experiment in experiments]
+    selected: set[str] = set()
+    for pattern in patterns:
+        matched = {name for name in names if fnmatch.fnmatchcase(name, pattern)}
+        if not matched and (pattern or not or_none):
+            raise unknown("model of this scale", pattern, names)
+        selected |= matched
+    return tuple(entry for entry in experiments if entry.name in selected)
 
 
 SMOKE = PGPE(population=8, std=0.3, std_lr=0.1, learning_rate=0.2, max_speed=0.4)

@@ -52,7 +52,7 @@ class Count:
             >>> Count(omega_t="4").label
             'dropped, mean of runs, ω_t 4, by design'
         """
-        omega = "both ω_t" if self.omega_t == ALL else f"ω_t {self.omega_t}"
+        omega = "all ω_t" if self.omega_t == ALL else f"ω_t {self.omega_t}"
         return f"{self.unsettled}, {self.run}, {omega}, {self.average}"
 
 

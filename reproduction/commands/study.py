@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from reproduction.commands.output import PictureFormat
 from reproduction.folder import Folder
 from reproduction.options import Several
-from reproduction.plan import Plan, plan
+from reproduction.plan import Plan, matching, plan
 from reproduction.readings.named import STUDY, ReadingOptions, reading_named
 from reproduction.record import Record
+from tegotae._support.documents import Document
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
@@ -92,10 +93,10 @@ class StudyRun(ReadingOptions):
     def plan(self) -> Plan:
         """The plan of the run."""
         extra = [entry for name in chain(*self.experiments) for entry in experiments_at(name)]
-        names = {entry.name for entry in extra}
-        base = plan(self.scale, [*chain(*self.models)] if self.models else "*", extra)
+        base = plan(self.scale)
         options = self._read
-        models = options.at_frequencies([e for e in base.experiments if e.name not in names])
+        patterns = [*chain(*self.models)] if self.models else "*"
+        models = matching(options.at_frequencies(base.experiments), patterns, or_none=bool(extra))
         experiments = [*map(options.applied, models), *extra]
         for experiment in experiments:
             experiment.check()
@@ -129,7 +130,7 @@ class StudyStatus:
         """Print it."""
         folder = Folder(self.dir)
         document = folder.document
-        planned = [unit.run.experiment.name for unit in plan(document["scale"]).units]
+        planned = planned_at(document)
         models = list(dict.fromkeys([*planned, *document["experiments"]]))
         records, damaged = folder.all()
         recorded = {record.model for record in records}
@@ -140,6 +141,27 @@ class StudyStatus:
             print(f"missing: {', '.join(missing[:8])}{' ...' if len(missing) > 8 else ''}")
         for message in damaged:
             print(message)
+
+
+def planned_at(document: Document) -> list[str]:
+    """Return the names of a scale's models, at the frequencies of the study's own reading."""
+    experiments = plan(document["scale"]).experiments
+    usual = {experiment.omega for experiment in experiments}
+    models = {_model(experiment.name) for experiment in experiments}
+    omegas = {
+        entry["system"]["omega"]
+        for name, entry in document["experiments"].items()
+        if _model(name) in models
+    }
+    if omegas - usual:
+        reading = ReadingOptions(omega_t=tuple(sorted(omegas - {None})))
+        experiments = reading.at_frequencies(experiments)
+    return [experiment.name for experiment in experiments]
+
+
+def _model(name: str) -> str:
+    """The name of a model without its frequency."""
+    return name.rpartition("-w")[0] or name
 
 
 @dataclass(frozen=True)

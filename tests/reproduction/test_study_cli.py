@@ -115,6 +115,17 @@ def test_a_reading_names_the_frequencies_at_which_its_models_are_trained(tmp_pat
     }
 
 
+def test_patterns_and_the_status_go_by_the_frequencies_of_a_reading(tmp_path, capsys):
+    words = ["reproduction", "run", "--dir", "x", "--scale", "smoke", "--omega-t", "3", "6"]
+    run = parsed([*words, "--models", "V-*-w3", "T-Fv"])
+    assert [experiment.name for experiment in run.plan.experiments] == ["V-sector-w3", "T-Fv"]
+    (tmp_path / "records").mkdir()
+    Folder(tmp_path).describe(parsed([*words, "--models", "V-*"]).plan.document)
+    assert main(["reproduction", "status", "--dir", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "0 of 5 models done\nmissing: V-sector-w3, V-sector-w6, ART-rF-tphif-w3, ART" in said
+
+
 def test_the_reading_to_fill_in_is_at_first_the_studys_own():
     paper = ("--scale", "paper")  # the smoke scale has shorter episodes
     assert keys(*paper, "--reading", str(ROOT / "reading.toml")) == keys(*paper)

@@ -102,7 +102,7 @@ def test_pushes_and_gains_are_those_of_the_bodys_weight(name, leg):
     ("name", "short"),
     [
         ("AR-rF-reflex-w14", {"generations": 1, "algorithm": {"population": 2}}),
-        ("V-reflex-w8", {}),
+        ("V-reflex-w2", {}),
     ],
 )
 def test_a_training_whose_result_does_not_hop_says_so_and_what_to_try(name, short, leg, tmp_path):
