@@ -32,6 +32,14 @@ def test_a_file_is_replaced_and_nothing_else_is_left_behind(tmp_path):
     assert os.listdir(tmp_path) == ["file"]
 
 
+def test_the_longest_name_that_a_file_can_have_is_written(tmp_path):
+    path = tmp_path / ("ω" * 125 + ".json")
+    write_atomically(path, "written")
+    write_atomically(path, "again")
+    assert len(os.fsencode(path.name)) == 255
+    assert os.listdir(tmp_path) == [path.name]
+
+
 def test_what_a_killed_process_left_beside_a_file_is_removed_and_what_is_at_work_is_not(tmp_path):
     abandoned, at_work = tmp_path / ".file.0a1b2c3d", tmp_path / ".file.4e5f6071"
     others = [tmp_path / ".other.0a1b2c3d", tmp_path / ".file.json", tmp_path / ".file.notes"]

@@ -84,10 +84,16 @@ _BINARY = getattr(os, "O_BINARY", 0)
 """A flag of Windows, which else changes the ends of lines."""
 
 
+def _hidden(path: Path) -> str:
+    """Return how the names of temporary files of `path` begin, short enough for what follows."""
+    room = LONGEST_NAME - len("..") - 2 * _RANDOM_BYTES
+    return f".{os.fsdecode(os.fsencode(path.name)[:room])}."
+
+
 def _temporary(path: Path, mode: int) -> tuple[Path, BinaryIO]:
     """A new file beside `path`, locked for as long as it is open."""
     while True:
-        place = path.with_name(f".{path.name}.{secrets.token_hex(_RANDOM_BYTES)}")
+        place = path.with_name(_hidden(path) + secrets.token_hex(_RANDOM_BYTES))
         number = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _BINARY, mode)
         stream = os.fdopen(number, "wb")
         with contextlib.suppress(BlockingIOError):
@@ -99,7 +105,7 @@ def _temporary(path: Path, mode: int) -> tuple[Path, BinaryIO]:
 
 def _remove_abandoned(path: Path) -> None:
     """Remove temporary files of `path` whose writers have ended without doing so."""
-    for place in path.parent.glob(f".{glob.escape(path.name)}.{'[0-9a-f]' * 2 * _RANDOM_BYTES}"):
+    for place in path.parent.glob(glob.escape(_hidden(path)) + "[0-9a-f]" * 2 * _RANDOM_BYTES):
         with contextlib.suppress(OSError), place.open("rb") as stream:
             if hold(stream.fileno()):
                 place.unlink()

@@ -491,7 +491,7 @@ def without_hops(trained: TrainedControllers, experiment: Experiment) -> list[st
     if curves.empty:  # a search, of whose result there is no curve
         resting = sum("no hop" in " ".join(load(path).simulate().notes) for path in trained.paths)
     else:
-        last = curves.groupby("seed")["cot_inverse"].last()
+        last = curves.groupby("seed")["cot_inverse"].nth(-1)  # which may be NaN
         resting = sum(not cot > 0.0 for cot in last.iloc[-len(trained.paths) :])
     if not resting:
         return []
@@ -502,7 +502,7 @@ def without_hops(trained: TrainedControllers, experiment: Experiment) -> list[st
         f"{weight_n:.3g} N and pushes with {force_n:.3g} N, and is released at "
         f"{experiment.system.release.height_m:.3g} m over a leg of {body.rest_length_m:.3g} m. Try "
         "in this order: a name with ω near √(k/m), such as -w14; ART, which learns the push; a "
-        f"higher --height-m; more {trained.unit}s and --seeds."
+        "higher --height-m" + f"; more {trained.unit}s and --seeds" * (not curves.empty) + "."
     ]
 
 
