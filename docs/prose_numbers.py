@@ -186,7 +186,7 @@ def optimum(omega: float) -> float:
     """CoT⁻¹ of the best known gait that repeats with every hop, at one hop frequency [m/J]."""
     from tegotae.measures.optimum import curve
 
-    return float(curve().at("cot_inverse", omega))
+    return float(curve().interpolate("cot_inverse", omega))
 
 
 def learned(omega_t: float) -> float:

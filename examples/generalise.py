@@ -24,7 +24,7 @@ for actuation in ("sector", "reflex"):
     system = System(controller=build(f"V-{actuation}-w8"), omega=8.0)
     gains = ControllerSet(actuation, system, GAINS, tuple(f"σ {x:.1f}" for x in GAINS[:, 0]))
     subject = dataclasses.replace(
-        ControllersUnderTest.of(gains), looked_at=Timing(duration_s=20.0, tick_s=0.002)
+        ControllersUnderTest.from_runs(gains), looked_at=Timing(duration_s=20.0, tick_s=0.002)
     )
     done.append((subject, tried(subject, disturbances)))
 save_figure(curves_figure(done, disturbances), "generalise.png")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tegotae.envs import save_wiring
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.mujoco.settings import ModelSettings, models
+from tegotae.envs.mujoco.settings import ModelSettings, model_files
 from tegotae.figures.rollout import episode_figure
 from tegotae.figures.style import save_figure
 from tegotae.systems.models import find
@@ -18,7 +18,7 @@ from tegotae.training.environments.replay import replay
 from tegotae.training.scoring import sweep_vanilla
 from tegotae_robots.models.suggesting import suggest_wiring
 
-Path("my_leg.xml").write_text(models()["leg"])
+Path("my_leg.xml").write_text(model_files()["leg"])
 
 # Feet, limbs, pushes, scales, frequency and rest length follow from the model.
 suggested = suggest_wiring(ModelSettings(model="my_leg.xml"))

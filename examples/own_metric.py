@@ -13,7 +13,7 @@ from tegotae import register
 from tegotae.figures.style import new_figure, save_figure, styled
 from tegotae.measures.hopping import Episode, GaitMetric
 from tegotae.measures.hopping.check import check_metric
-from tegotae.study import here
+from tegotae.study import run_locally
 
 
 def compute(episode: Episode) -> jnp.ndarray:
@@ -35,7 +35,7 @@ register(mean_force)
 check_metric(mean_force)
 
 small = dataclasses.replace(plan("smoke", "ART-*"), metrics=(mean_force,))
-run_study(small, Path("study"), here)  # in this process; without `here` on all cores
+run_study(small, Path("study"), run_locally)  # in this process; without it on all cores
 records, _ = Folder(Path("study")).all()
 table = tabulate(records)
 

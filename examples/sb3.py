@@ -19,7 +19,7 @@ from tegotae_robots.models.suggesting import suggest_wiring
 
 name, steps, *file = [*sys.argv[1:], *["ppo", "1200"][len(sys.argv) - 1 :]]
 if file:
-    wiring, trained = Wiring.from_controller(file[0]), EnvExperiment.of(load(file[0]))
+    wiring, trained = Wiring.from_controller(file[0]), EnvExperiment.from_controller(load(file[0]))
     spec, seconds = trained.spec, trained.duration_s
 else:  # the vanilla feedback with a gain that `tegotae wiring baseline` found; the agent adds to it
     found = suggest_wiring(ModelSettings(model="leg")).wiring

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from lanewise.nodes import Node, given, keeping_calls
+from lanewise.nodes import Node, input_node, keeping_calls
 from playground.layout import LayoutEntry, word_expressions
 from playground.loops import LoopReader
 from playground.program import Program
@@ -38,10 +38,10 @@ def functions(program: Program) -> tuple[EngineFunction, ...]:
     trace = _Trace({e.name: _nodes(e, program.shape_of(e)) for e in program.inputs})
     state = program.state
     lane = _arrays(state, program.shapes[0])
-    ticks = np.array(given("l->ticks[0]", "int32_t"), object)
+    ticks = np.array(input_node("l->ticks[0]", "int32_t"), object)
     events = [entry for entry in state if entry.name.startswith("state.events.")]
     no_event = [_no_number(entry) for entry in events]
-    point = [np.array([given(name)], object) for name in ASKED]
+    point = [np.array([input_node(name)], object) for name in ASKED]
     released = trace(program.released)
     ticked = trace(program.ticked, ticks, lane)
     recorded = trace(program.recorded, ticks, lane)
@@ -87,7 +87,7 @@ def _dtype(array: np.ndarray) -> str:
 
 def _nodes(entry: LayoutEntry, shape: tuple[int, ...]) -> np.ndarray:
     array = np.empty(entry.words, object)
-    array[:] = [given(text, _KINDS[entry.kind]) for text in word_expressions(entry)]
+    array[:] = [input_node(text, _KINDS[entry.kind]) for text in word_expressions(entry)]
     return array.reshape(shape)
 
 

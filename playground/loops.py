@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lanewise.graph import Arrays, in_shapes
-from lanewise.nodes import Node, Parameters, Traced, given, scalars
+from lanewise.nodes import Node, Parameters, Traced, input_node, scalars
 from tegotae_robots.c.reader import Call, CReader, Procedure
 from tegotae_robots.c.statements import Library, Statements
 from tegotae_robots.c.text import c_name
@@ -29,7 +29,7 @@ class LoopReader(CReader):
     def _loop(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
         n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
         taken: set[str] = set()
-        inputs = [given(c_name("x", taken), node.kind) for node in scalars(arguments)]
+        inputs = [input_node(c_name("x", taken), node.kind) for node in scalars(arguments)]
         inside = in_shapes(inputs, [array.shape for array in arguments])
         carry = inside[n_test + n_step :]
 

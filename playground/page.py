@@ -23,7 +23,7 @@ from playground.scripts import bundle_scripts, read_source
 from tegotae import __version__
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae._support.pages import as_script, filled
+from tegotae._support.pages import as_script, filled_page
 from tegotae.measures.hopping.hopping import HOP_CLEARANCE, REST_SHARE
 from tegotae.measures.hopping.signals import MAIN_LOBE_BINS, REST_RANGE_M
 from tegotae.measures.objectives.fitness import (
@@ -91,7 +91,7 @@ class Page:
         Raises:
             TegotaeError: for an engine that cannot be made.
         """
-        return filled(
+        return filled_page(
             read_source("page.html"),
             {
                 "STYLE": read_source("style.css"),

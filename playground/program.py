@@ -111,7 +111,7 @@ class Program:
 
     @cached_property
     def _recorder(self) -> Recorder:
-        return Recorder.of(self.controller, self.body)
+        return Recorder.for_loop(self.controller, self.body)
 
     @cached_property
     def shapes(self) -> tuple[Now, dict[str, jax.Array]]:

@@ -12,7 +12,7 @@ from tegotae_robots.c.statements import (
     comment_of,
     wrapped,
 )
-from tegotae_robots.c.text import plain
+from tegotae_robots.c.text import ascii_text
 
 _OWN = (
     "l",
@@ -98,7 +98,7 @@ def program_source(program: Program) -> str:
     imports = [_lent(name, "float") for name in MATHS if _calls(code, name)]
     imports += [_lent(name, "float, float") for name in MATHS_OF_TWO if _calls(code, name)]
     head = comment_of(
-        plain(
+        ascii_text(
             f"{type(program.controller.actuation).__name__} on a {type(program.body).__name__}, "
             f"{program.limbs} legs. Written by tegotae from the code that its simulator runs."
         )

@@ -79,7 +79,7 @@ def _column(path: Path, name: str, cells: np.ndarray) -> np.ndarray:
         return (
             np.array([*map(whole_number, cells)])
             if name in ("run", "parameters")
-            else tables.numbers(cells)
+            else tables.parse_numbers(cells)
         )
     except ValueError:
         raise TegotaeError(

@@ -81,7 +81,7 @@ class Record:
         Raises:
             TegotaeError: if it has a part that is not registered.
         """
-        return Experiment.of(self.configuration["experiment"])
+        return Experiment.from_document(self.configuration["experiment"])
 
     @property
     def result(self) -> CellResult:

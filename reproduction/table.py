@@ -13,7 +13,7 @@ from reproduction.hop_rates import nearer_resonance, rate_slope
 from reproduction.record import Record
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.metric import Conditions, DerivedMetric, Metric
-from tegotae.measures.hopping.registry import derived, metrics, names
+from tegotae.measures.hopping.registry import derived, metric_names, metrics
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.optimum import has_table
 from tegotae.systems.experiment import Experiment
@@ -224,7 +224,10 @@ def table_of_runs(
     """
     sets = list(sets)
     reported = {name for _, _, values in sets for name in values}
-    held = [*(name for name in names() if name in reported), *sorted(reported.difference(names()))]
+    held = [
+        *(name for name in metric_names() if name in reported),
+        *sorted(reported.difference(metric_names())),
+    ]
     rows: dict[str, list] = {}
     for place, training, measured in sets:
         for i in range(len(training["best_fitness"])):

@@ -19,7 +19,7 @@ from tegotae._support.documents import CODE, Document
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import evaluate, require_evaluable
 from tegotae.measures.hopping.metric import Metric
-from tegotae.measures.hopping.registry import built_in, code_noted
+from tegotae.measures.hopping.registry import built_in, metric_code_noted
 from tegotae.simulation.world import Scenario
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
@@ -102,14 +102,14 @@ def metrics_document(metrics: Iterable[Metric]) -> Document:
     """Return the descriptions of a user's metrics, names and code; empty for none."""
     documents = {}
     for metric in metrics:
-        code = code_noted(metric)
+        code = metric_code_noted(metric)
         documents[metric.name] = {"name": metric.name} | ({} if code is None else {CODE: code})
     return {"metrics": documents} if documents else {}
 
 
 def record_key(configuration: Document) -> str:
     """The name of a record with this configuration: the experiment's, and a hash of it all."""
-    return study.key_of(configuration["experiment"]["name"], configuration)
+    return study.cell_key(configuration["experiment"]["name"], configuration)
 
 
 class _Learned(NamedTuple):

@@ -77,7 +77,7 @@ def _write_c(exported: Any, place: str, prefix: str) -> None:
 
 def _without_heading(law: SavedController) -> SavedController:
     """The clock with balance on Go1's feet, at the wanted speed; the track has no heading."""
-    weights, trained = np.array(law.weights), EnvExperiment.of(law)
+    weights, trained = np.array(law.weights), EnvExperiment.from_controller(law)
     names = [path[-1] for path in law.system.controller.weight_names]
     weights[..., names.index("yaw")] = 0.0
     assert trained.wiring.units is not None

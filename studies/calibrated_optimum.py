@@ -23,7 +23,7 @@ from reproduction.export import read_study_csv as read_study
 from reproduction.optimum import optimise
 from reproduction.readings.named import reading_named
 from reproduction.table import StudyTable
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.models import find
@@ -50,7 +50,7 @@ class CalibratedOptimum:
         if not self.drawn_only:
             write_rows(FOLDER / "optimum.csv", [self._row(omega) for omega in OMEGAS], digits=6)
         columns = read_csv(FOLDER / "optimum.csv", COLUMNS)
-        omega, best = numbers(columns["omega"]), numbers(columns["cot_inverse"])
+        omega, best = parse_numbers(columns["omega"]), parse_numbers(columns["cot_inverse"])
         gaits = best_runs(read_study(FOLDER / "calibrated.csv"))
         save_figure(draw(omega, best, gaits), FOLDER / "optimum.png")
         for name, (rate, value) in gaits.items():

@@ -33,7 +33,7 @@ from tegotae.measures.hopping.statistics import interval
 from tegotae.simulation.world import Uniform
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
@@ -65,7 +65,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args(words)
     disturbances = tuple(CATALOGUE.values())
-    steady = {runs.name: runs for runs in read(arguments.study)}
+    steady = {runs.name: runs for runs in read_runs(arguments.study)}
     pairs, controllers = [], []
     for name in MODELS:
         baseline = steady[name]
@@ -74,9 +74,12 @@ def main(words: Sequence[str] | None = None) -> None:
         )
         folder = arguments.out / "training" / name
         train(run_of(varied(find(name).experiment())), folder)
-        (retrained,) = read(folder)
+        (retrained,) = read_runs(folder)
         pairs.append((baseline, retrained))
-        controllers += [ControllersUnderTest.of(baseline), ControllersUnderTest.of(retrained)]
+        controllers += [
+            ControllersUnderTest.from_runs(baseline),
+            ControllersUnderTest.from_runs(retrained),
+        ]
     outcomes = generalise(controllers, disturbances, arguments.out / "trials")
     tables(outcomes, pairs)
 

@@ -75,7 +75,7 @@ def trained(folder: Path) -> dict[str, SavedController]:
     for record in Folder(folder).all()[0]:
         experiment = record.experiment
         weights = record.weights[int(np.nanargmax(record.best_fitness))]
-        controllers[record.model] = SavedController.of(
+        controllers[record.model] = SavedController.from_weights(
             experiment.controller, np.asarray(weights, float), experiment.omega, experiment.body
         )
     return controllers
@@ -111,7 +111,9 @@ def hoppers(best: dict[str, SavedController]) -> list[dict[str, Any]]:
 def walker(name: str) -> dict[str, Any]:
     """A row for a legged system: how far apart the two bodies are at any time."""
     legs = system(name)
-    saved = SavedController.of(legs.controller, np.array(legs.weights), legs.omega, legs.body)
+    saved = SavedController.from_weights(
+        legs.controller, np.array(legs.weights), legs.omega, legs.body
+    )
     phases = np.linspace(0.0, 5.0, legs.body.limbs)
     path = own_run(saved, _WALK, height_m=legs.system.release.height_m, phase_rad=phases[:, None])
     with tempfile.TemporaryDirectory() as folder:

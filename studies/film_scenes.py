@@ -18,7 +18,7 @@ from matplotlib.patches import Circle, Rectangle
 from gallop import RISE, risen
 from law_map_laws import TITLES, Laws, system_of, weights_of
 from lost_leg_film import LOST_S, loses
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.analysis.maps import OutcomeSummary
 from tegotae.figures.animation import FRAMES_PER_S, film
 from tegotae.figures.gaits.animation import LegPositions, pose
@@ -187,8 +187,8 @@ def latch(figure: Figure, seconds: float) -> Playing:
     """The five-number law that parks its phase: once in flight, once in stance."""
     table = read_csv(STATIC / "law_map" / "laws.csv")
     of_form = (table["form"] == "latch") & (table["subject"] == "study")
-    of_law = of_form & (numbers(table["omega"]) == 4.0)
-    laws = Laws(*(numbers(table[name])[of_law][2:3] for name in TITLES))
+    of_law = of_form & (parse_numbers(table["omega"]) == 4.0)
+    laws = Laws(*(parse_numbers(table[name])[of_law][2:3] for name in TITLES))
     system, settle = system_of("study", "latch").replaced({"omega": 4.0}), 20.0
     run = rollout(system, weights_of("study", "latch", laws), settle + 0.5 * seconds)
     phase, time = np.unwrap(run["phase_rad"]), run.time_s
@@ -435,7 +435,7 @@ def go1(figure: Figure, seconds: float) -> Playing:
     from tegotae.training.environments.replay import replay
 
     saved = resolve(str(GO1)).controller()
-    experiment = EnvExperiment.of(saved)
+    experiment = EnvExperiment.from_controller(saved)
     experiment = dataclasses.replace(
         experiment, omegas=(), episodes=1, duration_s=0.5 * seconds + 0.1
     )

@@ -30,7 +30,7 @@ def main() -> None:
     """Find and write."""
     rows = []
     for omega in OMEGAS:
-        reference = float(curve().at("cot_inverse", omega))
+        reference = float(curve().interpolate("cot_inverse", omega))
         finer = optimise(Hopper(), omega, starts=STARTS, intervals=INTERVALS, seed=1).cot_inverse
         rows.append({"omega": omega, "kept": reference, "finer": finer, "ratio": finer / reference})
         print(rows[-1], flush=True)

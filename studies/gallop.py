@@ -28,13 +28,13 @@ from matplotlib.lines import Line2D
 from kept import write_rows
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.analysis.gaits.sweep import DETUNING, LevelsSummary, staircase_timing
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import moving
 from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.gaits.names import NO_GAIT, gait_of, named
+from tegotae.measures.gaits.names import NO_GAIT, gait_of, nearest_pattern
 from tegotae.parts.bodies import Walker
 from tegotae.parts.fields import with_fields
 from tegotae.simulation.recorder import needing
@@ -134,7 +134,7 @@ def averaged(matrix: np.ndarray, legged: Legged) -> str:
         phasors = np.exp(1j * (phase[None] - phase[:, None]))
         phase = phase - 0.05 * np.real((matrix[:, :, None] * phasors).sum(axis=1))
     lag = (phase[legged.reference] - phase) / (2.0 * np.pi) % 1.0
-    names, counts = np.unique(named(lag, legged.names), return_counts=True)
+    names, counts = np.unique(nearest_pattern(lag, legged.names), return_counts=True)
     return str(names[counts.argmax()])
 
 
@@ -419,7 +419,7 @@ def best() -> None:
     """
     legged, starts = system("quadruped-g"), 8
     table = read_csv(FOLDER / "gallop-search.csv")
-    columns = {name: numbers(x) for name, x in table.items() if name != "gallop"}
+    columns = {name: parse_numbers(x) for name, x in table.items() if name != "gallop"}
     pays = columns["gallop_cost"] < columns["trot_cost"]
     # A trot that hardly moves is no rival.
     pays &= columns["trot_speed"] > 0.2
@@ -524,9 +524,9 @@ _TITLES = ("r varied by ω", "r varied by inertia, ω = 7.2")
 
 def _modes(axes: Axes) -> None:
     table = read_csv(FOLDER / "gallop-modes.csv")
-    omega = numbers(table["omega"])
+    omega = parse_numbers(table["omega"])
     for k, name in enumerate(MODES):
-        axes.plot(omega, numbers(table[f"kappa_{name}"]), color=COLOURS[k], label=name)
+        axes.plot(omega, parse_numbers(table[f"kappa_{name}"]), color=COLOURS[k], label=name)
     axes.axhline(0.0, color="0.6", lw=0.6)
     low = -0.34
     for w, gait in zip(omega, table["gait"], strict=True):
@@ -538,9 +538,9 @@ def _modes(axes: Axes) -> None:
 
 def _map(axes: Axes, table: dict[str, np.ndarray], axis: str) -> list[str]:
     rows = table["by"] == axis
-    x, y = numbers(table["com_x"][rows]), numbers(table["r"][rows])
+    x, y = parse_numbers(table["com_x"][rows]), parse_numbers(table["r"][rows])
     gaits = [str(name) for name in table["gait"][rows]]
-    share = numbers(table["starts"][rows]) / 4.0
+    share = parse_numbers(table["starts"][rows]) / 4.0
     colours = [to_rgba(gait_colour(gait), float(s)) for gait, s in zip(gaits, share, strict=True)]
     width, height = COM_X[1] - COM_X[0], R[1] - R[0]
     axes.bar(x, height, width, y - 0.5 * height, color=colours, lw=0)

@@ -29,11 +29,11 @@ from tegotae.analysis.generalisation.run import (
     MEASURES,
     Done,
     Retention,
-    curve,
     generalise,
     levels_survived,
     margin,
     margins,
+    retention_curve,
 )
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
@@ -44,7 +44,7 @@ from tegotae.simulation.rollout import (
     Trajectory,
 )
 from tegotae.systems.models import all_models
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 
 KEPT = Path(__file__).parents[1] / "docs" / "_static" / "generalisation"
 GROUPS = ("V", "VG", "AR", "ART", "ARG", "ARGT", "T")
@@ -70,9 +70,9 @@ def main(words: Sequence[str] | None = None) -> None:
     if arguments.study is None or arguments.out is None:
         parser.error("needs a study's folder and --out, or --show")
     disturbances = tuple(CATALOGUE.values())
-    controllers = ordered([ControllersUnderTest.of(runs) for runs in read(arguments.study)])[
-        : arguments.only
-    ]
+    controllers = ordered(
+        [ControllersUnderTest.from_runs(runs) for runs in read_runs(arguments.study)]
+    )[: arguments.only]
     results = generalise(controllers, disturbances, arguments.out)
     tables(results)
 
@@ -287,7 +287,7 @@ def deploy_text(outcome: Retention) -> str:
     """Tabulate the disturbances of one model for docs/deploy/index.md, in Markdown."""
     head = ("condition", "level", "still hop", "keep their limit cycle", "efficiency kept")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
-    for row in curve(outcome).to_dict("records"):
+    for row in retention_curve(outcome).to_dict("records"):
         if row["condition"] in ("delay", "noise", "lag", "strength"):
             unit = f" {CATALOGUE[row['condition']].unit}".rstrip()
             # Under noise no hop is like the last.

@@ -415,7 +415,7 @@ def wired(run: SavedController) -> Wiring:
     """The robot's limbs under a controller: its own if it was trained here."""
     if run.task is None:
         return load_wiring(WIRING).holding(run)
-    return dataclasses.replace(EnvExperiment.of(run).wiring, weights=run.weights)
+    return dataclasses.replace(EnvExperiment.from_controller(run).wiring, weights=run.weights)
 
 
 def pace_of(wiring: Wiring) -> Pace:

@@ -62,9 +62,9 @@ from tegotae.cli.console import exit_status
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.simulation.rollout import Timing
-from tegotae.study import MOST_BYTES, Arrays, CellResult, Study, here
+from tegotae.study import MOST_BYTES, Arrays, CellResult, Study, run_locally
 from tegotae.systems.legged import random_phases
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 BLOCK = 2**14
@@ -149,7 +149,7 @@ class Outcomes:
 def outcomes(folder: Path, subject: str, form: str, laws: int) -> Outcomes:
     """Measure what the folder lacks of a form's blocks, and read all of them."""
     study = Study(folder / "records", blocks(subject, form, laws), "law map", "blocks")
-    study.run(here)
+    study.run(run_locally)
     parts: dict[float, list[Arrays]] = {}
     for result in study.results():
         parts.setdefault(result.document["omega"], []).append(result.arrays)
@@ -262,7 +262,7 @@ def trained(subject: str, law: str, omega: float, folder: Path, seeds: int) -> t
     """A named law as PGPE trained it, in the terms of the map, and its form."""
     name = f"{law}@quadruped-c" if subject == "quadruped" else f"{law}-w{omega:g}"
     tg.train(name, seeds=seeds, out=folder / name)
-    (runs,) = read(folder / name)
+    (runs,) = read_runs(folder / name)
     layout, weights = runs.system.controller.layout, np.asarray(runs.weights, float)
     action, reaction, gain, sector = (
         weights[:, layout[part]].T for part in ("action", "reaction", "gain", "actuation")

@@ -17,7 +17,7 @@ from tegotae.measures.objectives.walking import TRACKING, log_gain
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.systems.controller_file import ControllerSet, load
 from tegotae.systems.legged import Legged, settling, system
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 
 OMEGAS = tuple(float(x) for x in np.arange(1.0, 3.51, 0.25))
 """Commands that a law for a range is evaluated at [rad/s]."""
@@ -43,7 +43,7 @@ FALLEN = -10.0
 
 def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
     """The controllers of a cell, and the system that they drive."""
-    (runs,) = read(folder / cell.name)
+    (runs,) = read_runs(folder / cell.name)
     return runs, settling(runs.system, runs.weights[0])
 
 

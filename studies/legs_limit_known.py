@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import require_finite, unknown
-from tegotae._support.tables import numbers, parse_csv
+from tegotae._support.tables import parse_csv, parse_numbers
 from tegotae.parts.bodies import Walker
 
 KEPT = Path(__file__).resolve().parents[1] / "docs" / "_static" / "legs_limit" / "known.csv"
@@ -107,7 +107,7 @@ def limit_table() -> dict[str, np.ndarray]:
     """
     table = parse_csv(KEPT.read_text(encoding="utf-8"))
     words = ("feet", "gait", "source")
-    return {n: np.asarray(x, str) if n in words else numbers(x) for n, x in table.items()}
+    return {n: np.asarray(x, str) if n in words else parse_numbers(x) for n, x in table.items()}
 
 
 def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:

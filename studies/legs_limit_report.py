@@ -21,7 +21,7 @@ from tegotae.figures.gaits.style import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.fronts import front
 from tegotae.measures.gaits.lags import stances
-from tegotae.measures.gaits.names import named
+from tegotae.measures.gaits.names import nearest_pattern
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
@@ -211,7 +211,7 @@ def look(gait: Gait) -> Look:
     ]
     return Look(
         lag=lag,
-        gait=str(named(lag[:, None], NAMES, 0.1)[0]),
+        gait=str(nearest_pattern(lag[:, None], NAMES, 0.1)[0]),
         duty=duty,
         longest_s=longest,
         flight=float((gained.max(axis=1) <= 0.0).mean()),

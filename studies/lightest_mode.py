@@ -70,7 +70,7 @@ def listen(law: str) -> Leg:
     H(ψ) = (1/T) ∫ Z(t) F(t + ψ T / 2π) dt, with Z the shift of phase by an impulse [rad/(N s)], and
     F the force of the leg on the body [N], here the mass times its acceleration and gravity.
     """
-    saved = SavedController.of(build(LAWS[law]), np.array([SIGMA]), OMEGA)
+    saved = SavedController.from_weights(build(LAWS[law]), np.array([SIGMA]), OMEGA)
     orbit = find_orbit(saved)
     pushes = np.array([PUSH_NS, -PUSH_NS])
     response = measure_phase_response(saved, orbit, pushes, points=POINTS, cycles=60)

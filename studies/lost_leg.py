@@ -36,7 +36,7 @@ from tegotae.simulation.world import OneOf, Step, Uniform, with_changes
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.legged import SYSTEMS, Legged, random_phases, settling, walking
 from tegotae.training.algorithms import CMAES
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 
@@ -253,7 +253,7 @@ class Train:
             if self.only and cell.name not in self.only:
                 continue
             train(cell.run, self.dir / cell.name)
-            (runs,) = read(self.dir / cell.name)
+            (runs,) = read_runs(self.dir / cell.name)
             weights = dict(zip(map(str, runs.labels), np.asarray(runs.weights), strict=True))
             rows = leg_loss_rows(cell.name, settling(runs.system, runs.weights[0]), weights)
             write_rows(TABLES / "learned.csv", rows, digits=4, by=("body",))

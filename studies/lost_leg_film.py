@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from tegotae.analysis.gaits.releases import GaitRun, simulate
+from tegotae.analysis.gaits.releases import GaitRun, simulate_gaits
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import LegPositions, moving, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
@@ -52,7 +52,7 @@ def loses(legged: Legged, leg: str) -> GaitRun:
     trajectory = legged.run(_Whole(), scenario, TIMING)
     intact = legged.replaced(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
     return dataclasses.replace(
-        simulate(intact, phase[:, 0].tolist()),
+        simulate_gaits(intact, phase[:, 0].tolist()),
         legged=legged.replaced(timing=TIMING),
         trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory),
     )

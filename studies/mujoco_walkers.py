@@ -32,7 +32,7 @@ from tegotae.systems.controller_file import load
 from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Return
-from tegotae.training.environments.rollouts import EnvRollouts, lanes_of, play
+from tegotae.training.environments.rollouts import EnvRollouts, environment_lanes, play
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
@@ -177,7 +177,7 @@ def still(body: Body) -> EnvExperiment:
 
 def episodes(task: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
     """The episode from each of the starts that judge."""
-    lanes = lanes_of(task, 1)
+    lanes = environment_lanes(task, 1)
     pilot = Pilot(task.wires, task.wiring, weights[:, None])
     for start in STARTS:
         yield play(lanes, pilot, task.wires, seed=start)

@@ -69,7 +69,7 @@ def programs() -> dict[str, Program]:
 def episode(controller: Controller, subject: Body) -> TracedEpisode:
     """The closed loop with its totals."""
     loop = ClosedLoop(controller, PredictorCorrector())
-    recorder = Recorder.of(controller, subject, NEEDS)
+    recorder = Recorder.for_loop(controller, subject, NEEDS)
 
     def spread(lanes: Any) -> Any:
         weights, scenario = lanes

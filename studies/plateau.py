@@ -28,7 +28,7 @@ from matplotlib.figure import Figure
 
 from tegotae._support.errors import unknown
 from tegotae._support.files import output_folder, write_atomically
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.models import find
@@ -125,7 +125,7 @@ class Plateau:
             cells = []
             for model, budget in itertools.product(models, ("5120", "15360")):
                 mask = (rows["setting"] == name) & (rows["model"] == model)
-                best = np.maximum(numbers(rows[budget][mask]), 0.0)
+                best = np.maximum(parse_numbers(rows[budget][mask]), 0.0)
                 cells.append(f"{best.mean():.2f} ({best.min():.2f})")
             lines.append(f"| {name} | " + " | ".join(cells) + " |")
         write_atomically(self.out / "plateau.md", "\n".join(lines) + "\n")
@@ -208,7 +208,8 @@ def draw(table: Mapping[str, np.ndarray]) -> Figure:
                 mask = (table["setting"] == name) & (table["model"] == model)
                 # What does not hop yet would drown what does.
                 early, last = (
-                    np.maximum(numbers(table[title][mask]), 0.0) for title in ("5120", "15360")
+                    np.maximum(parse_numbers(table[title][mask]), 0.0)
+                    for title in ("5120", "15360")
                 )
                 panel.plot(last, np.full(len(last), row), ".", color="0.6", ms=3)
                 panel.plot(early.mean(), row, "|", color=COLOURS[1], ms=9, mew=1.6)

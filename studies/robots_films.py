@@ -86,7 +86,7 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
         options = ["--omega", str(omega), "--out", law]
         assert not main(["wiring", "transfer", f"{LAW}@{wiring}", *options])
         saved = resolve(law).controller()
-        task = dataclasses.replace(EnvExperiment.of(saved), duration_s=2.0 + SECONDS)
+        task = dataclasses.replace(EnvExperiment.from_controller(saved), duration_s=2.0 + SECONDS)
         (episode,) = replay(task, np.asarray(saved.weights)[None], seed=START)
         yield from film(episode)[round(2.0 * FRAMES_PER_S) :: EVERY]
 
@@ -96,7 +96,7 @@ def of_go1(
 ) -> Iterator[np.ndarray]:
     """Go1 under a law of `docs/_static/go1_feet`."""
     saved = resolve(str(FOLDER / name)).controller()
-    wiring = dataclasses.replace(EnvExperiment.of(saved).wiring, weights=saved.weights)
+    wiring = dataclasses.replace(EnvExperiment.from_controller(saved).wiring, weights=saved.weights)
     omega = calibrated(run_of(saved)).pace.omega_at(np.array([speed_m_per_s]))
     course, alive = Course(condition, [START], begin_s + SECONDS), np.ones(1, bool)
     course.reset(np.array([START]), alive)

@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from kept import write_rows
 from learned_legs_figures import FAMILIES
 from tegotae._support.progress import reporting
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.analysis.gaits.sweep import DOWN, UP, GaitSweep, sweep
 from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLUMN_IN, new_figure, save_figure, styled
@@ -97,7 +97,7 @@ def figure() -> None:
             for direction, low in ((UP, 0.42), (DOWN, 0.06)):
                 mask = (table["run"] == label) & (table["way"] == direction)
                 for omega, gait in zip(
-                    numbers(table["omega"][mask]), table["gait"][mask], strict=True
+                    parse_numbers(table["omega"][mask]), table["gait"][mask], strict=True
                 ):
                     name = str(gait)
                     width = LEVELS[1] - LEVELS[0]

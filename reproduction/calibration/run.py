@@ -72,7 +72,7 @@ def read_scores(path: Path) -> dict[int, list[float]]:
     cells = tables.read_csv(path, _HEAD, kind=_KIND)
     try:
         bodies = [whole_number(cell) for cell in cells["body"]]
-        rows = np.stack([tables.numbers(cells[name]) for name in SCORES], axis=1)
+        rows = np.stack([tables.parse_numbers(cells[name]) for name in SCORES], axis=1)
     except ValueError:
         raise TegotaeError(f"{path} is no {_KIND}: a score or a body is no number") from None
     if min(bodies) < 0 or max(bodies) > _MOST_BODIES:

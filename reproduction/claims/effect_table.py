@@ -56,7 +56,7 @@ def read_effects(path: Path) -> list[Finding]:
     claims = {claim.name: claim for claim in ATOMIC_CLAIMS}
     estimates: dict[str, dict[Count, EffectEstimate]] = {}
     try:
-        numbers = [tables.numbers(cells[name]).tolist() for name in _EFFECT]
+        numbers = [tables.parse_numbers(cells[name]).tolist() for name in _EFFECT]
         counts = zip(*(cells[name].tolist() for name in _COUNT), strict=True)
         rows = zip(cells["claim"].tolist(), counts, *numbers, strict=True)
         for name, count, *values in rows:

@@ -77,7 +77,7 @@ def _of_gaits(effect: OfTrainings, path: Path) -> EffectEstimate:
     """A metric of an algorithm's trained gaits, averaged over the policies, each over its runs."""
     cells = tables.read_csv(path, ("algorithm", "model", effect.metric), kind="table of gaits")
     ours = cells["algorithm"] == effect.ours
-    values = tables.numbers(cells[effect.metric])
+    values = tables.parse_numbers(cells[effect.metric])
     pairs = [
         (values[ours & (cells["model"] == model)], [0.0])
         for model in dict.fromkeys(cells["model"].tolist())

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reproduction.optimum.problem import small_hop_limit
-from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
 from tegotae.measures.optimum import Curve
 from tegotae.parts.bodies import Hopper
 
@@ -90,9 +90,11 @@ def optimum_figure(
             if name in points:
                 if len(points[name][0]) == 1:  # one among many
                     style |= {"ms": 7, "mec": "white", "mew": 0.6, "zorder": 5}
-                left.plot(*points[name], **{"mew": 0, "alpha": 0.9} | style, label=literal(name))
+                left.plot(
+                    *points[name], **{"mew": 0, "alpha": 0.9} | style, label=literal_text(name)
+                )
             if name in longer:
-                label = literal(f"{name}, cycle of several hops")
+                label = literal_text(f"{name}, cycle of several hops")
                 left.plot(*longer[name], **{"mew": 0.6} | style | {"mfc": "none"}, label=label)
         left.set(xlim=(1.0, 16.0), ylim=(0.0, 1.4))
         left.set_xlabel("hop frequency ω [rad/s]")
@@ -105,7 +107,7 @@ def optimum_figure(
                 where="post",
                 ls=lines[number % 4],
                 color=("black", COLOURS[0], COLOURS[4], COLOURS[5])[number % 4],
-                label=literal(name),
+                label=literal_text(name),
             )
         right.set_ylim(0.0, (1.1 + 0.1 * len(stances)) * max_force_n)
         right.set_xlim(left=0.0)

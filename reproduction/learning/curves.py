@@ -21,7 +21,7 @@ from tegotae.analysis.explanation import (
     reaction_fits,
     visits,
 )
-from tegotae.analysis.short_forms import started
+from tegotae.analysis.short_forms import starting_forms
 from tegotae.study import CellResult
 from tegotae.systems.controller_file import SavedController
 from tegotae.training.evolution import Evolution
@@ -116,7 +116,7 @@ class CurvesOfRuns:
             rows.append(
                 curve_numbers(v, run.system.omega or math.nan)
                 | {f"untrained_{name}": fits[name] for name in FITS}
-                | {f"start_{name}": x for name, (_, x) in started(run, [v]).items()}
+                | {f"start_{name}": x for name, (_, x) in starting_forms(run, [v]).items()}
             )
         arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         return CellResult(self.document, self.record.software, arrays)

@@ -18,7 +18,7 @@ from tegotae.measures.hopping.metric import Episode, GaitMetric, Metric
 from tegotae.measures.hopping.registry import forget, register
 from tegotae.measures.hopping.statistics import UNBOUNDED, mean_defined
 from tegotae.parts.controller import Controller
-from tegotae.parts.held import held
+from tegotae.parts.held import with_held_feedback
 from tegotae.simulation.world import Scenario
 from tegotae.study import Arrays, CellResult
 from tegotae.systems.experiment import Experiment
@@ -87,7 +87,7 @@ def _variants(experiment: Experiment, weights: np.ndarray) -> Arrays:
     feedback = mean_defined(np.moveaxis(by_release(complete, mean_feedback.name), 1, -1))
     variants = [complete]
     if experiment.controller.tegotae is not None:
-        clock, cut = held(experiment.controller, weights)
+        clock, cut = with_held_feedback(experiment.controller, weights)
         variants.append(episodes_of(experiment, clock, cut, experiment.protocol))
         variants.append(_frozen(experiment, weights, np.nan_to_num(feedback)))
     arrays = {"mean_feedback": feedback.astype("float32")}
@@ -103,7 +103,7 @@ def _frozen(experiment: Experiment, weights: np.ndarray, feedback: np.ndarray) -
     """Every frequency with its own constant feedback, [runs, ω]."""
     alone = []
     for i, offset in enumerate(experiment.protocol.offsets):
-        clock, frozen = held(experiment.controller, weights, feedback[:, i])
+        clock, frozen = with_held_feedback(experiment.controller, weights, feedback[:, i])
         protocol = dataclasses.replace(experiment.protocol, offsets=(offset,))
         alone.append(episodes_of(experiment, clock, frozen, protocol))
     episodes = {

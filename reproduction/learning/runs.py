@@ -82,7 +82,7 @@ def read_runs(path: Path) -> pd.DataFrame:
     cells = tables.read_csv(path, _COLUMNS, kind=_KIND)
     try:
         columns = {
-            name: column if name in DESIGN[:-1] else tables.numbers(column)
+            name: column if name in DESIGN[:-1] else tables.parse_numbers(column)
             for name, column in cells.items()
         }
     except ValueError:

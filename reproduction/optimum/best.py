@@ -10,7 +10,7 @@ import numpy as np
 from reproduction.optimum.problem import check
 from reproduction.optimum.trajectory import optimise
 from tegotae._support.errors import TegotaeError
-from tegotae._support.tables import numbers, parse_csv
+from tegotae._support.tables import parse_csv, parse_numbers
 from tegotae.measures.optimum import curve, has_table
 from tegotae.parts.bodies import Body
 
@@ -26,7 +26,7 @@ def optimal_stances() -> dict[float, dict[str, np.ndarray]]:
     from that time to the next.
     """
     text = STANCES.read_text(encoding="utf-8")
-    columns = {column: numbers(cells) for column, cells in parse_csv(text).items()}
+    columns = {column: parse_numbers(cells) for column, cells in parse_csv(text).items()}
     omegas = columns.pop("omega")
     return {
         float(omega): {name: column[omegas == omega] for name, column in columns.items()}
@@ -66,7 +66,9 @@ def largest_cot_inverse(
             raise TegotaeError(
                 f"omega is {omega:g}; this hopper hops at {optimum['omega'][-1]:.1f} rad/s at most"
             )
-        value = float(optimum.at("cot_inverse" if period == 1 else "cot_inverse_two", omega))
+        value = float(
+            optimum.interpolate("cot_inverse" if period == 1 else "cot_inverse_two", omega)
+        )
         if np.isfinite(value):
             return value
     return optimise(body, omega, period=period, work=work).cot_inverse

@@ -143,7 +143,7 @@ def reading_of(row: Mapping[str, str], choices: Iterable[AnalysisChoice]) -> Rea
 
 def _value(choice: AnalysisChoice, cell: str) -> Any:
     if not choice.levels:
-        return tables.number(cell)
+        return tables.parse_number(cell)
     for value in choice.values:
         if str(value) == cell:
             return value

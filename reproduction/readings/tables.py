@@ -68,7 +68,7 @@ def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
     by_reading: dict[int, dict[str, list[Finding]]] = {}
     for row in _rows(folder / EFFECTS, "reading", "omega_t", "claim"):
         try:
-            effect = EffectEstimate(*(tables.number(row[name]) for name in _NUMBERS))
+            effect = EffectEstimate(*(tables.parse_number(row[name]) for name in _NUMBERS))
             count = Count(run=row["run"], omega_t=row["omega_t"])
             finding = Finding(claims[row["claim"]], {count: effect})
             by_omega = by_reading.setdefault(whole_number(row["reading"]), {})

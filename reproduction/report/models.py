@@ -98,7 +98,7 @@ def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np
         has_cycle = False
     timing = Timing(duration_s=_UNTIL_S)
     engine = Engine(controller=saved.controller, timing=timing)
-    path = engine.run(saved.weights, Scenario.of(saved.omega), saved.body)
+    path = engine.run(saved.weights, Scenario.at_frequency(saved.omega), saved.body)
     last = slice(-round(LAST_S / timing.frame_s), None)
     return has_cycle, {name: x[last, 0] for name, x in path.channels.items()}
 

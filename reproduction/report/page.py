@@ -47,7 +47,7 @@ from reproduction.report.models import (
 from reproduction.report.values import embedded_figure, embedded_file, json_number
 from reproduction.table import StudyTable, record_place, tabulate, tabulate_sampled
 from tegotae._support.documents import JsonObject
-from tegotae._support.pages import as_script, filled
+from tegotae._support.pages import as_script, filled_page
 from tegotae.measures.hopping.metric import REPORT
 from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
@@ -117,7 +117,7 @@ def report_page(
         },
     }
     page = files("reproduction.report").joinpath("page.html").read_text(encoding="utf-8")
-    return filled(page, {"DATA": as_script(data)})
+    return filled_page(page, {"DATA": as_script(data)})
 
 
 _SAID = {

@@ -141,14 +141,14 @@ class Emitter:
         if self._is_small(yes_side):
             self._emit(yes_side)
             self._values[-1].update(
-                (part, self._chosen(masks, part, self.values(fork.yes[i]), no[part]))
+                (part, self._selected(masks, part, self.values(fork.yes[i]), no[part]))
                 for part, i in parts.items()
             )
         else:
             yes = {part: fork.yes[i] for part, i in parts.items()}
             self._values[-1].update(self._if_any(masks, yes_side, yes, no))
 
-    def _chosen(
+    def _selected(
         self, masks: Sequence[str], part: Node, yes: Sequence[str], no: Sequence[str]
     ) -> list[str]:
         w = self._writer
@@ -178,7 +178,7 @@ class Emitter:
         for part, node in results.items():
             merged[part] = self.values(node)
             if otherwise is not None:
-                merged[part] = self._chosen(masks, part, merged[part], otherwise[part])
+                merged[part] = self._selected(masks, part, merged[part], otherwise[part])
         self._values.pop()
         end = w.block
         w.go(rejoin)

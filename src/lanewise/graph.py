@@ -245,7 +245,7 @@ def elementwise(node: Callable[..., Node], arrays: Arrays) -> np.ndarray:
     return np.asarray(np.frompyfunc(node, len(arrays), 1)(*arrays), object)
 
 
-def called(parameters: Parameters) -> tuple[Traced, Sequence[ArrayLike], str]:
+def callee(parameters: Parameters) -> tuple[Traced, Sequence[ArrayLike], str]:
     """Return the trace that an operation calls, its constants, and its origin."""
     closed = parameters.get("jaxpr", parameters.get("call_jaxpr"))
     jaxpr, constants = getattr(closed, "jaxpr", closed), getattr(closed, "consts", ())
@@ -316,7 +316,7 @@ def _moved(equation: Traced, arguments: Arrays) -> list[np.ndarray]:
             entries += list(array.reshape(-1))
         else:
             dtype = equation.invars[position].aval.dtype
-            numbers = np.asarray([_known(node, name) for node in array.reshape(-1)], dtype)
+            numbers = np.asarray([_static_index(node, name) for node in array.reshape(-1)], dtype)
         numbered.append(numbers.reshape(array.shape))
     parameters = dict(equation.params)
     if "fill_value" in parameters:
@@ -328,7 +328,7 @@ def _moved(equation: Traced, arguments: Arrays) -> list[np.ndarray]:
     return [nodes[np.asarray(x)] for x in (results if primitive.multiple_results else [results])]
 
 
-def _known(node: Node, name: str) -> int:
+def _static_index(node: Node, name: str) -> int:
     if node.operation != "literal":
         reason = "it picks an entry by a number that is computed; pick it by jnp.where"
         raise CannotLower(name, reason=reason)

@@ -86,11 +86,11 @@ def _host(name: str) -> Target:
 class Store(Protocol):
     """Storage of machine code between processes."""
 
-    def kept(self, key: str) -> bytes | None:
+    def stored_code(self, key: str) -> bytes | None:
         """The code under a key; None if there is none, or none that is whole."""
         ...
 
-    def keep(self, key: str, content: bytes) -> None:
+    def store_code(self, key: str, content: bytes) -> None:
         """Keep code under a key, if that is possible."""
         ...
 
@@ -129,11 +129,11 @@ class Code:
         """
         parts = text, repr(target), f"{_llvm().llvm_version_info} {optimisation}"
         key = hashlib.sha256("\0".join(parts).encode()).hexdigest()
-        code = store.kept(key) if store else None
+        code = store.stored_code(key) if store else None
         if code is None:
             code = object_file(text, target, optimisation)
             if store:
-                store.keep(key, code)
+                store.store_code(key, code)
         return cls.loaded(code)
 
     @classmethod
@@ -280,7 +280,7 @@ class NativeStep:
         """Go one step on."""
         self._function(*self._pointers)
 
-    def kept(self) -> tuple[np.ndarray, ...]:
+    def buffers(self) -> tuple[np.ndarray, ...]:
         """All memory as it is."""
         return tuple(memory.copy() for memory in self._memory)
 

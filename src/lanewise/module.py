@@ -192,7 +192,7 @@ class EpisodeModule:
         return 8 * len(self.stages.uniform)
 
     @cached_property
-    def _kept(self) -> dict[Node, int]:
+    def _invariant_offsets(self) -> dict[Node, int]:
         offsets = self.invariant_rows.offsets
         return {n: self.block * offsets[i] for i, n in enumerate(self.stages.invariant)}
 
@@ -206,7 +206,7 @@ class EpisodeModule:
             w.store("%uniform", offset, node.kind, *emitted.values(node))
         return w.function("@uniform(ptr %shared, ptr %uniform)")
 
-    def _given(self, node: Node) -> Address:
+    def _input_address(self, node: Node) -> Address:
         return "%lanes", self.block * self.lane_rows.offsets[node.detail[1]], False
 
     def _start(self, w: FunctionWriter) -> str:
@@ -215,11 +215,11 @@ class EpisodeModule:
         def leaf(node: Node) -> Address | None:
             if node.stage == UNIFORM:
                 return "%uniform", self._shared[node], True
-            return self._given(node) if node.operation == "given" else None
+            return self._input_address(node) if node.operation == "given" else None
 
         released = [stages.start[slot] for slot in stages.slots]
         emitted = Emitter(w, self.vectors, (*stages.invariant, *released), leaf)
-        for node, offset in self._kept.items():
+        for node, offset in self._invariant_offsets.items():
             w.store("%invariant", offset, node.kind, *emitted.values(node))
         self._store_state(w, released, emitted)
         return w.function("@start(ptr %lanes, ptr %uniform, ptr %invariant, ptr %state)")
@@ -269,9 +269,9 @@ class EpisodeModule:
             if node.stage == UNIFORM:
                 return "%uniform", self._shared[node], True
             if node.stage == LANE and node.operation == "given":
-                return self._given(node)
+                return self._input_address(node)
             if node.stage == LANE:
-                return "%invariant", self._kept[node], False
+                return "%invariant", self._invariant_offsets[node], False
             if node.operation != "given":
                 return None
             name, number = node.detail

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from lanewise.functions import function
-from lanewise.graph import Arrays, Reader, called, elementwise, in_shapes, scan_sizes
+from lanewise.graph import Arrays, Reader, callee, elementwise, in_shapes, scan_sizes
 from lanewise.nodes import (
     DTYPES,
     FLOATS,
@@ -23,7 +23,7 @@ from lanewise.nodes import (
     Traced,
     Tree,
     array_of,
-    given,
+    input_node,
     is_of_jax,
     scalars,
 )
@@ -115,7 +115,7 @@ class NativeReader(Reader):
         return elementwise(entry, arguments)
 
     def _call(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
-        jaxpr, constants, info = called(parameters)
+        jaxpr, constants, info = callee(parameters)
         constant_nodes = [self._constant(value, origin) for value in constants]
         return self._run(jaxpr, constant_nodes, arguments, origin if is_of_jax(info) else None)
 
@@ -146,7 +146,7 @@ class NativeReader(Reader):
         n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
         begins = arguments[n_test + n_step :]
         shapes = [array.shape for array in begins]
-        carried = [given(("carried",), node.kind) for node in scalars(begins)]
+        carried = [input_node(("carried",), node.kind) for node in scalars(begins)]
 
         def run(trace: Traced, fixed: Arrays) -> list[Node]:
             inputs = [*fixed, *in_shapes(carried, shapes)]
@@ -171,9 +171,9 @@ class NativeReader(Reader):
         plain = plain and all(node.kind in FLOATS for node in scalars(begins))
         if not (plain and columns and all(map(_is_given, columns))):
             return super()._rounds(parameters, arguments, origin)
-        number = given(("carried",), "int32_t")
+        number = input_node(("carried",), "int32_t")
         shapes = [array.shape for array in begins]
-        carried = [given(("carried",), node.kind) for node in scalars(begins)]
+        carried = [input_node(("carried",), node.kind) for node in scalars(begins)]
         read = [
             array_of([self._row(number, column) for column in array.T], row.shape[1:])
             for array, row in zip(columns, rows, strict=True)
@@ -223,7 +223,7 @@ def given_arrays(name: str, tree: Tree, stage: int = TICK) -> list[np.ndarray]:
     return [
         array_of(
             [
-                given((name, next(numbers)), KINDS[str(leaf.dtype)], stage)
+                input_node((name, next(numbers)), KINDS[str(leaf.dtype)], stage)
                 for _ in range(math.prod(leaf.shape))
             ],
             leaf.shape,

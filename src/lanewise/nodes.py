@@ -28,7 +28,7 @@ Detail: TypeAlias = Any
 P = ParamSpec("P")
 T = TypeVar("T")
 
-_kept: ContextVar[bool] = ContextVar("kept", default=False)
+_keeps_calls: ContextVar[bool] = ContextVar("kept", default=False)
 
 
 def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
@@ -42,7 +42,7 @@ def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
-        return (compiled if _kept.get() else function)(*args, **kwargs)
+        return (compiled if _keeps_calls.get() else function)(*args, **kwargs)
 
     return call
 
@@ -62,11 +62,11 @@ def keeping_calls() -> Generator[None]:
         >>> trace.eqns[0].params["name"]
         'doubled'
     """
-    token = _kept.set(True)
+    token = _keeps_calls.set(True)
     try:
         yield
     finally:
-        _kept.reset(token)
+        _keeps_calls.reset(token)
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ class Loop:
         return tuple(x for x in read if x not in self.changing and x.operation != "literal")
 
 
-def given(name: Detail, kind: str = "float", stage: int = TICK) -> Node:
+def input_node(name: Detail, kind: str = "float", stage: int = TICK) -> Node:
     """A scalar that comes from outside; of C, the text that it has there."""
     return Node("given", kind, detail=name, stage=stage)
 

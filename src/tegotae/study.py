@@ -203,7 +203,7 @@ class Study:
 
     def place(self, cell: Cell) -> Path:
         """Where a cell's file is or will be."""
-        return self.folder / f"{key_of(cell.name, cell.document)}{self.suffix}"
+        return self.folder / f"{cell_key(cell.name, cell.document)}{self.suffix}"
 
     def result(self, cell: Cell) -> CellResult | None:
         """A cell's result; None if it is not there. A damaged file is set aside.
@@ -248,7 +248,7 @@ def measured_in_turn(
         return study.results()
 
 
-def key_of(name: str, document: Document) -> str:
+def cell_key(name: str, document: Document) -> str:
     """The name of a cell's file: its own, and a hash of its document."""
     digest = hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
     return f"{Path(name).name}-{digest[:12]}"
@@ -276,7 +276,7 @@ def measure_all(cells: Sequence[Cell]) -> list[CellResult]:
         forget_programs()  # the programs of a bundle are no other's, and a hundred of them are GiB
 
 
-def here(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, CellResult], None, None]:
+def run_locally(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, CellResult], None, None]:
     """Measure bundles in this process, one after the other."""
     for bundle in work:
         for cell in bundle:

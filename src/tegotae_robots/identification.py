@@ -120,7 +120,7 @@ def log_of(samples: pd.DataFrame) -> Log:
     return Log(step, values["height_m"], values["spring_force_n"], share)
 
 
-def hops_of(log: Log) -> tuple[np.ndarray, np.ndarray]:
+def hop_middles(log: Log) -> tuple[np.ndarray, np.ndarray]:
     """The sample in the middle of every flight, and how many are in flight on each side of it.
 
     A hop lies between two of the middles.
@@ -376,7 +376,7 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
         TegotaeError: for a recording without stance or flight, with too few hops, or one that no
             hopper explains.
     """
-    middles, sides = hops_of(log)
+    middles, sides = hop_middles(log)
     check_flight(log, middles, sides)
     begun = _begun(log, middles, sides, gravity_m_per_s2)
     theta = start_of(log, middles, begun, gravity_m_per_s2)

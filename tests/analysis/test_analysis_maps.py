@@ -18,7 +18,7 @@ from tegotae.analysis.maps import (
     Outcome,
     OutcomeSummary,
     axis,
-    distinct,
+    distinct_cycles,
     locking_ratios,
     map_basin,
     sweep_gain,
@@ -273,7 +273,7 @@ def test_limit_cycles_are_told_apart_by_period_turns_and_height():
         winding=[1, 1, 1, 2, 1, 1, 1.2, np.nan],
         apex=[1.50, 1.51, 1.70, 1.50, 1.50, 1.505, 1.5, np.nan],
     )
-    index, cycles = distinct(outcome)
+    index, cycles = distinct_cycles(outcome)
     assert index[[0, 1, 5]].tolist() == [0, 0, 0]
     assert sorted(index[2:5].tolist()) == [1, 2, 3]
     assert index[6:].tolist() == [-1, -1]
@@ -284,14 +284,14 @@ def test_limit_cycles_are_told_apart_by_period_turns_and_height():
 
 
 def test_no_limit_cycle_at_all():
-    index, cycles = distinct(_outcomes([FAILED, AT_REST], [np.nan] * 2, [np.nan] * 2))
+    index, cycles = distinct_cycles(_outcomes([FAILED, AT_REST], [np.nan] * 2, [np.nan] * 2))
     assert index.tolist() == [-1, -1]
     assert cycles.empty
 
 
 def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
     """Reflex, σ 3, ω 5: high releases end in one turn per high hop, others in two per low hop."""
-    saved = SavedController.of(build("V-reflex-w4"), np.array([3.0]), 5.0)
+    saved = SavedController.from_weights(build("V-reflex-w4"), np.array([3.0]), 5.0)
     timing = Timing(duration_s=30.0, tick_s=0.002)
     basin = map_basin(saved, np.array([1.05, 2.2]), np.array([0.0, 0.5]), timing=timing)
     number = basin.grid("limit_cycle")
@@ -305,7 +305,7 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
 @pytest.mark.thorough
 def test_without_an_oscillator_velocities_take_the_place_of_phases():
     controller = build("T")
-    saved = SavedController.of(controller, np.zeros(controller.n_weights), None)
+    saved = SavedController.from_weights(controller, np.zeros(controller.n_weights), None)
     basin = map_basin(saved, np.array([1.1, 1.2]), np.array([-1.0, 0.0, 1.0]), timing=TIMING)
     assert basin.frame["velocity_m_per_s"].tolist() == [-1.0, 0.0, 1.0] * 2
     assert set(basin.frame["regime"]) == {"at rest"}

@@ -12,7 +12,7 @@ from springs import Hertz
 from oracle import fly, vanilla
 from tegotae import Hopper, TegotaeError, Timing
 from tegotae.analysis.maps import turn
-from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit, paths_of
+from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit, release_paths
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import (
     Poincare,
@@ -27,8 +27,8 @@ from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import build
 
-REFLEX = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
-SECTOR = SavedController.of(build("V-sector-w4"), np.array([4.0]), 6.0)
+REFLEX = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+SECTOR = SavedController.from_weights(build("V-sector-w4"), np.array([4.0]), 6.0)
 CASES = {"reflex": REFLEX, "sector": SECTOR}
 
 
@@ -83,7 +83,7 @@ def test_the_samples_of_an_orbit_go_once_round(name):
 
 
 def test_a_cycle_of_two_hops_has_two_apexes():
-    cycle = find_orbit(SavedController.of(build("V-reflex-w8"), np.array([8.0]), 6.0))
+    cycle = find_orbit(SavedController.from_weights(build("V-reflex-w8"), np.array([8.0]), 6.0))
     assert cycle.hops == 2
     assert cycle.apex_height_m.shape == cycle.apex_phase_rad.shape == (2,)
     assert abs(np.diff(cycle.apex_height_m)[0]) > 0.1
@@ -93,7 +93,7 @@ def test_a_cycle_of_two_hops_has_two_apexes():
     ("weights", "reason"), [([0.0], "at rest"), ([np.inf], "failed")], ids=("no gain", "infinite")
 )
 def test_a_gait_without_limit_cycle_is_an_error_that_says_what_it_does(weights, reason):
-    saved = SavedController.of(build("V-reflex-w8"), np.array(weights), 8.0)
+    saved = SavedController.from_weights(build("V-reflex-w8"), np.array(weights), 8.0)
     with pytest.raises(
         NoLimitCycleError, match=f"has no limit cycle after 60 s: {reason}"
     ) as error:
@@ -126,7 +126,7 @@ def test_every_figure_of_a_held_controller_keeps_its_period_and_its_hold():
     assert section.distance[0] == pytest.approx(0.01)
     shift = measure_phase_response(HELD, cycle, np.array([0.0]), points=3, cycles=4).shift_rad
     np.testing.assert_allclose(shift, 0.0, atol=1e-9)
-    assert paths_of(HELD, np.array([1.2]), duration_s=1.0).time_s[0, 0] == pytest.approx(0.008)
+    assert release_paths(HELD, np.array([1.2]), duration_s=1.0).time_s[0, 0] == pytest.approx(0.008)
 
 
 def test_a_gait_that_settles_nowhere_is_said_to_be_released_as_its_system_says():
@@ -148,7 +148,7 @@ FORCES = np.linspace(0.0, 2.0, 9)
 @pytest.mark.parametrize(("body", "digits"), [(Hopper(), 1e-12), (Hertz(), 1e-3)])
 def test_the_surface_of_a_reflex_in_closed_form(body, digits):
     """f = -σ cos φ F_k and F_a = -min(0, f), at most α, whatever the spring."""
-    saved = SavedController.of(REFLEX.controller, np.array([3.0]), 8.0, body)
+    saved = SavedController.from_weights(REFLEX.controller, np.array([3.0]), 8.0, body)
     surface = actuation_surface(saved, FORCES, columns=17)
     feedback = -3.0 * np.cos(surface.phase_rad)[None] * FORCES[:, None]
     np.testing.assert_allclose(surface.feedback_rad_per_s, feedback, atol=digits)
@@ -179,7 +179,9 @@ def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
     generator = np.random.default_rng(0)
     for name, sees in (("AR-rFv-reflex-w8", True), ("AR-rF-reflex-w8", False)):
         controller = build(name)
-        saved = SavedController.of(controller, generator.normal(size=controller.n_weights), 8.0)
+        saved = SavedController.from_weights(
+            controller, generator.normal(size=controller.n_weights), 8.0
+        )
         assert sees_velocity(saved) is sees
         slices = [
             actuation_surface(saved, FORCES, columns=9, velocity_m_per_s=v).feedback_rad_per_s
@@ -191,7 +193,7 @@ def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
 def test_the_single_network_has_a_surface_over_velocity_instead_of_phase():
     controller = build("T-Fv")
     weights = np.random.default_rng(1).normal(size=controller.n_weights)
-    saved = SavedController.of(controller, weights, None)
+    saved = SavedController.from_weights(controller, weights, None)
     surface = actuation_surface(saved, FORCES, columns=5, velocity_range_m_per_s=(-2.0, 2.0))
     assert surface.phase_rad is None
     assert surface.velocity_m_per_s.tolist() == [-2.0, -1.0, 0.0, 1.0, 2.0]

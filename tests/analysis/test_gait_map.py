@@ -11,7 +11,7 @@ import pytest
 from matplotlib.image import imread
 
 from tegotae import TegotaeError, Timing
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.analysis.gaits.map import (
     NO_BODY,
     Axis,
@@ -23,7 +23,7 @@ from tegotae.analysis.gaits.map import (
 )
 from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli import main
-from tegotae.measures.gaits.lags import apart
+from tegotae.measures.gaits.lags import lag_difference
 from tegotae.questions import gaits
 from tegotae.systems.resolve import legged_system as system
 
@@ -63,7 +63,9 @@ def test_a_cell_is_what_a_basin_finds_there(bars):
     body = dataclasses.replace(BAR.body, inertia_ratio=1.6)
     alone = release_all(BAR.replaced(body=body), starts=3).frame
     lag = bars.grid("lag_cycles_F")[1, 2]
-    assert np.abs(apart(lag, alone["lag_cycles_F"].to_numpy())).max() < 1e-4  # but for rounding
+    assert (
+        np.abs(lag_difference(lag, alone["lag_cycles_F"].to_numpy())).max() < 1e-4
+    )  # but for rounding
     np.testing.assert_allclose(bars.grid("power_w")[1, 2], alone["power_w"], rtol=1e-4)
 
 
@@ -167,7 +169,7 @@ def test_the_command_writes_a_picture_and_the_same_rows_twice_and_keeps_its_part
     document = json.loads((tmp_path / "numbers.json").read_text())
     assert [row["gait"] for row in document["rows"]] == table["gait"].tolist()
     lags = [row["lag_cycles_F"] for row in document["rows"]]
-    expected = numbers(table["lag_cycles_F"])
+    expected = parse_numbers(table["lag_cycles_F"])
     np.testing.assert_allclose([np.nan if x is None else x for x in lags], expected, rtol=1e-8)
     assert table["gait"].tolist().count(NO_BODY) == 2
     assert imread(tmp_path / "figure.png").std() > 0.01

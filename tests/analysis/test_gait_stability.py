@@ -9,7 +9,7 @@ import pytest
 from tegotae import TegotaeError, Timing
 from tegotae.analysis.gaits.map import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
-from tegotae.measures.gaits.lags import TURN, apart, lags_at_sections
+from tegotae.measures.gaits.lags import TURN, lag_difference, lags_at_sections
 from tegotae.questions import gaits
 from tegotae.systems.resolve import legged_system as system
 
@@ -81,7 +81,7 @@ def test_lags_at_sections_are_exact_for_even_paces_and_undefined_beyond_the_end(
     frame = jnp.arange(400.0)[:, None, None]
     turns = 0.3 + 0.0123 * frame - jnp.array([[[0.0], [0.25], [0.9]]])
     lag = np.asarray(lags_at_sections(TURN * turns % TURN, 8, 0))[..., 0]
-    assert np.abs(apart(lag[:5], np.array([[0.0, 0.25, 0.9]]))).max() < 1e-5
+    assert np.abs(lag_difference(lag[:5], np.array([[0.0, 0.25, 0.9]]))).max() < 1e-5
     assert np.isnan(lag[5:]).all()
 
 

@@ -11,14 +11,14 @@ import pytest
 from matplotlib.image import imread
 
 from tegotae import System, TegotaeError, Timing
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.analysis.gaits.lesion import GaitLesion
-from tegotae.analysis.gaits.releases import release_all, simulate
+from tegotae.analysis.gaits.releases import release_all, simulate_gaits
 from tegotae.analysis.gaits.sweep import GaitSweep, hysteresis, staircase_timing, sweep
 from tegotae.cli import main
 from tegotae.figures.gaits.animation import pose
 from tegotae.figures.gaits.style import gait_colour
-from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, apart
+from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, lag_difference
 from tegotae.measures.gaits.names import NO_GAIT, PATTERNS, gait_of
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.measures.hopping.statistics import wilson
@@ -70,7 +70,7 @@ def test_lanes_do_not_know_of_each_other(light):
             for name in ("release_phase_rad", "lag_cycles")
         )
         alone = SHORT.run(SHORT.summary(), SHORT.scenario(phase[:, None]))
-        off = apart(np.asarray(alone.lag)[:, 0], lag.astype("float32"))
+        off = lag_difference(np.asarray(alone.lag)[:, 0], lag.astype("float32"))
         np.testing.assert_allclose(off, 0.0, atol=1e-4)
 
 
@@ -222,7 +222,9 @@ def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground()
 def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tmp_path):
     walker = system("quadruped-a")
     weights = np.array(walker.weights)
-    saved = SavedController.of(walker.controller, weights, walker.omega, Sensors(body=walker.body))
+    saved = SavedController.from_weights(
+        walker.controller, weights, walker.omega, Sensors(body=walker.body)
+    )
     save(saved, tmp_path / "walker.json")
     loaded = system(str(tmp_path / "walker.json"))
     assert loaded.system.release == walker.system.release
@@ -233,7 +235,7 @@ def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tm
 @pytest.mark.thorough
 def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
     behind = SHORT.replaced(body=Sensors(body=SHORT.body, delay_s=0.002))
-    run = simulate(behind, (0.0, 2.0))
+    run = simulate_gaits(behind, (0.0, 2.0))
     assert run.gait == "antiphase"
     assert behind.names == ("H", "F")
     assert pose(behind.body, run.trajectory).hips_m.shape[1:] == (2, 3)
@@ -295,7 +297,7 @@ def test_the_table_of_a_basin_agrees_with_its_document(folder):
         if name == "gait":
             assert cells.tolist() == values
         else:
-            np.testing.assert_allclose(numbers(cells), np.array(values, float), rtol=1e-8)
+            np.testing.assert_allclose(parse_numbers(cells), np.array(values, float), rtol=1e-8)
 
 
 def test_the_document_says_what_was_run_and_what_came_about(folder, light):
@@ -400,7 +402,7 @@ def test_each_gait_of_a_quadruped_has_a_colour_of_its_own():
 def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name, tmp_path):
     legged = system(name)
     timing = dataclasses.replace(legged.timing, duration_s=100 * legged.timing.frame_s)
-    run = simulate(legged.replaced(timing=timing))
+    run = simulate_gaits(legged.replaced(timing=timing))
     shape = pose(legged.body, run.trajectory)
     assert shape.hips_m.shape == (100, legged.body.limbs, 3)
     middle = shape.hips_m[:, :, 2].mean(axis=1)

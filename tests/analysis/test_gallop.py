@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from places import ROOT
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.measures.gaits.names import gait_of
 from tegotae.systems.legged import lanes_of, random_phases
 from tegotae.systems.resolve import legged_system as system
@@ -32,7 +32,7 @@ def test_it_walks_trots_and_gallops_from_random_starts():
 def test_the_kept_account_has_trots_where_heave_and_pitch_push_legs_apart():
     table = read_csv(KEPT / "gallop-modes.csv")
     gait = table["gait"]
-    heave, pitch = numbers(table["kappa_heave"]), numbers(table["kappa_pitch"])
+    heave, pitch = parse_numbers(table["kappa_heave"]), parse_numbers(table["kappa_pitch"])
     trot, gallop = gait == "trot", gait == "rotary gallop"
     assert trot.sum() > 5
     assert gallop.sum() > 4

@@ -17,10 +17,10 @@ from tegotae.analysis.generalisation.retention import GaitRetention, Walked
 from tegotae.analysis.generalisation.run import (
     Retention,
     Trial,
-    curve,
     generalise,
     margin,
     margins,
+    retention_curve,
     tried,
 )
 from tegotae.cli import main
@@ -134,7 +134,9 @@ STAYS = {
 
 
 def walks(**values) -> dict[str, np.ndarray]:
-    retention = GaitRetention(Walked(looks=True), 1.0).kept(STAYS, STAYS | values, np.ones(1))
+    retention = GaitRetention(Walked(looks=True), 1.0).shares_kept(
+        STAYS, STAYS | values, np.ones(1)
+    )
     return {name: x.item() for name, x in retention.items()}
 
 
@@ -247,7 +249,7 @@ def test_a_margin_beyond_the_last_level_is_infinite_and_of_no_gait_undefined():
 
 
 def test_a_curve_has_the_share_of_those_that_had_a_gait():
-    first = curve(outcome_of([[True, False, True], [False, False, True]])).iloc[0]
+    first = retention_curve(outcome_of([[True, False, True], [False, False, True]])).iloc[0]
     assert (first["level"], first["had"], first["keeps"]) == (0.005, 2, 0.5)
     assert 0.0 < first["keeps_low"] < 0.5 < first["keeps_high"] < 1.0
 
@@ -255,7 +257,7 @@ def test_a_curve_has_the_share_of_those_that_had_a_gait():
 def test_releases_of_one_run_do_not_make_the_interval_narrower():
     once = outcome_of([[True] * 3, [False] * 3])
     often = Retention(pd.concat([once.table] * 4), {})
-    single, four = curve(once), curve(often)
+    single, four = retention_curve(once), retention_curve(often)
     assert (four["lanes"] == 4 * single["lanes"]).all()
     assert (four.filter(like="keeps") == single.filter(like="keeps")).all(axis=None)
 
@@ -289,7 +291,9 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
 def test_the_command_writes_margins_curves_and_a_picture(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("tegotae.analysis.generalisation.on_engine.HOPPING", TIMING)
     file = tmp_path / "mine.json"
-    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
+    controller_file.save(
+        SavedController.from_weights(REFLEX, np.array([2.0]), 8.0, name="mine"), file
+    )
     names = "mass=0.9/3.5,release=0.1,delay=0.004,lost-leg,omega=1.01"
     words = ["robustness", str(file), "--conditions", names, "--out", str(tmp_path / "out")]
     assert main(words) == 0
@@ -312,7 +316,7 @@ def test_runs_that_are_the_same_are_tried_once():
         np.array([[2.0], [2.0], [1.0]]),
         ("0", "1", "2"),
     )
-    assert ControllersUnderTest.of(runs).controllers.labels == ("0", "2")
+    assert ControllersUnderTest.from_runs(runs).controllers.labels == ("0", "2")
 
 
 # What is refused.
@@ -358,7 +362,7 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     assert tried(neighbour, two).left_out == reason
     (tmp_path / "left_out.csv").write_text("of another run")
     empty = tried(neighbour, two)
-    assert curve(empty).empty
+    assert retention_curve(empty).empty
     held = (hopper(), outcome_of([[True] * 3]))
     files = Robustness(done=[(neighbour, empty), held], chosen=(LAG,)).save(tmp_path)
     assert [path.name for path in files][:3] == ["margins.csv", "curves.csv", "left_out.csv"]
@@ -375,7 +379,9 @@ def test_a_body_of_another_simulator_is_refused_in_one_line():
 
 def test_the_command_tries_those_whose_names_match(tmp_path):
     file = tmp_path / "mine.json"
-    controller_file.save(SavedController.of(REFLEX, np.array([2.0]), 8.0, name="mine"), file)
+    controller_file.save(
+        SavedController.from_weights(REFLEX, np.array([2.0]), 8.0, name="mine"), file
+    )
     with pytest.raises(TegotaeError, match=r"no model matches T-\*; there are mine"):
         tegotae.load(file).robustness(only="T-*", out=tmp_path / "out")
 

@@ -90,7 +90,7 @@ def test_an_oscillator_is_trained_saved_and_resumed(tmp_path):
     experiment = find("V+learned-van-der-pol").experiment(
         timing=Timing(duration_s=3.0, tick_s=0.002), objective=Fitness(settle_s=1.0)
     )
-    assert Experiment.of(experiment.document) == experiment
+    assert Experiment.from_document(experiment.document) == experiment
 
     def trained(generations, folder):
         run = Run(
@@ -109,7 +109,7 @@ def test_an_oscillator_is_trained_saved_and_resumed(tmp_path):
 
 def test_a_controller_file_keeps_the_oscillators_own_numbers(tmp_path):
     controller = driven(AdaptiveHopf(mu=2.0, learning_per_s=0.1))
-    save(SavedController.of(controller, np.array([2.0]), 8.0), tmp_path / "adaptive.json")
+    save(SavedController.from_weights(controller, np.array([2.0]), 8.0), tmp_path / "adaptive.json")
     assert load(tmp_path / "adaptive.json").controller == controller
 
 
@@ -161,7 +161,7 @@ def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator()
     gamma = 1.0
     sections = []
     for controller in (build("V-reflex-w8"), driven(Hopf(recovery_per_s=gamma), "V-reflex-w8")):
-        saved = SavedController.of(controller, np.array([2.0]), 8.0)
+        saved = SavedController.from_weights(controller, np.array([2.0]), 8.0)
         orbit = find_orbit(saved, settle_s=40.0)
         sections.append(poincare_section(saved, orbit, turns=3))
     plain, hopf = (np.sort(np.abs(section.multipliers)) for section in sections)
@@ -172,7 +172,9 @@ def test_an_amplitude_adds_its_own_multiplier_to_those_of_the_phase_oscillator()
 
 @pytest.mark.thorough
 def test_a_phase_response_starts_with_all_of_the_oscillators_state():
-    saved = SavedController.of(driven(VanDerPol(mu=0.5), "V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.from_weights(
+        driven(VanDerPol(mu=0.5), "V-reflex-w8"), np.array([2.0]), 8.0
+    )
     orbit = find_orbit(saved)
     assert np.ptp(orbit.oscillator_state["radius"]) > 0.05
     response = measure_phase_response(saved, orbit, np.array([0.0, 0.02]), points=5, cycles=20)

@@ -63,7 +63,9 @@ def completed(tmp_path_factory):
     file = tmp_path_factory.mktemp("completion") / "tegotae.bash"
     (file.parent / "my leg.json").touch()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tegotae.cli.completion.names", lambda: ("zoo:ART-w8", "zoo:AR-w8", "zoo:V"))
+        patch.setattr(
+            "tegotae.cli.completion.zoo_names", lambda: ("zoo:ART-w8", "zoo:AR-w8", "zoo:V")
+        )
         file.write_text(script(), encoding="utf-8")
 
     def offers(line: str) -> list[str]:

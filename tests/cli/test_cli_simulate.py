@@ -268,7 +268,10 @@ def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
     from tegotae.systems.models import build
 
     single = build("T-Fv", 8)
-    save(SavedController.of(single, np.full(single.n_weights, 0.5), None), tmp_path / "t.json")
+    save(
+        SavedController.from_weights(single, np.full(single.n_weights, 0.5), None),
+        tmp_path / "t.json",
+    )
     picture = tmp_path / "t.png"
     simulate(str(tmp_path / "t.json"), "--plot", str(picture))
     assert is_readable(picture)

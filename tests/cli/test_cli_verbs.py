@@ -19,7 +19,7 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import build, find
 from tegotae.systems.system import Release
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_an_evaluation_takes_the_system_and_the_protocol_of_the_file(held, monke
 
 
 def test_a_model_of_the_paper_is_evaluated_by_the_papers_protocol():
-    (runs,) = read("V-reflex-w8")
+    (runs,) = read_runs("V-reflex-w8")
     assert runs.protocol == Protocol()
 
 

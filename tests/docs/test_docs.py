@@ -73,7 +73,7 @@ def test_the_page_on_controller_files_names_every_entry_of_one():
     tables = re.findall(r"^\| entry.*\n\|[-|]+\n((?:\|.*\n)+)", page, re.M)
     named = [re.findall(r"`(\w+)`", "".join(re.findall(r"^\|([^|]*)\|", x, re.M))) for x in tables]
     document = described(
-        SavedController.of(build("ART"), np.zeros(build("ART").n_weights), 8.0), ""
+        SavedController.from_weights(build("ART"), np.zeros(build("ART").n_weights), 8.0), ""
     )
     system = document["system"]
     assert named == [list(document), list(system), list(system["controller"])]

@@ -26,7 +26,7 @@ from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.scaling import place_of, started
+from tegotae.envs.scaling import foot_place, started
 from tegotae.envs.wires import look_up
 from tegotae.envs.wrapper import Pilot
 from tegotae.parts.scaled import in_si
@@ -60,7 +60,7 @@ def posed(model, legs, joints):
 
 def places(model, legs, data):
     """Where feet are from the trunk, in its axes, [legs, 3]."""
-    feet = np.array([place_of(model, data, foot) for foot in legs.feet])
+    feet = np.array([foot_place(model, data, foot) for foot in legs.feet])
     return (feet - data.xpos[1]) @ data.xmat[1].reshape(3, 3)
 
 
@@ -136,7 +136,7 @@ def test_a_force_on_a_foot_is_felt_in_the_torques_that_balance_it(kind):
         trunk = data.xmat[1].reshape(3, 3)
         for leg, foot in enumerate(legs.feet):
             jacobian, body = np.zeros((3, model.nv)), model.body(foot).id
-            mujoco.mj_jac(model, data, jacobian, None, place_of(model, data, foot), body)
+            mujoco.mj_jac(model, data, jacobian, None, foot_place(model, data, foot), body)
             own_dofs = model.jnt_dofadr[legs.joints[leg]]
             torques[lane, leg] = -jacobian[:, own_dofs].T @ (trunk @ force)
     assert np.median(np.abs(legs.forces_n(joints, torques) - force)) < 0.2
@@ -563,7 +563,7 @@ def test_the_foot_of_a_shank_is_the_end_that_it_stands_on():
     model = mujoco.MjModel.from_xml_string(text)
     data = started(model)
     knee, along = data.body("FL_shank").xpos, data.body("FL_shank").xmat.reshape(3, 3)[:, 2]
-    np.testing.assert_allclose(place_of(model, data, "FL_shank"), knee - 0.13 * along)
+    np.testing.assert_allclose(foot_place(model, data, "FL_shank"), knee - 0.13 * along)
 
 
 @pytest.mark.parametrize(("turn", "said"), [("1 0 0 0", False), ("0.7071 0 0 0.7071", True)])

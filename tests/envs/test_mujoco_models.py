@@ -26,7 +26,7 @@ from tegotae.systems.legged import system
 from tegotae.systems.models import build, find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
-from tegotae.training.environments.rollouts import lanes_of, play
+from tegotae.training.environments.rollouts import environment_lanes, play
 from tegotae.training.evaluator import Generation
 from tegotae.training.scoring import evaluator_of
 
@@ -49,7 +49,7 @@ def apexes(height, least=1.01):
 def hopped():
     """The MuJoCo hopper under the vanilla controller: its record."""
     own = experiment(omega=OMEGA, objective=UserObjective("nobody:asks"))
-    lanes = lanes_of(own, 1)
+    lanes = environment_lanes(own, 1)
     pilot = Pilot(own.wires, own.wiring, np.array([[SIGMA]]))
     return play(lanes, pilot, own.wires, seed=0)
 
@@ -97,7 +97,7 @@ def test_feet_at_rest_bear_the_weight():
 
 def test_an_environment_is_one_lane_of_a_batch():
     own = experiment(duration_s=1.0)
-    lanes, env = lanes_of(own, 3), ModelEnv(model="hopper", duration_s=1.0)
+    lanes, env = environment_lanes(own, 3), ModelEnv(model="hopper", duration_s=1.0)
     assert lanes.steps == env.fate.steps
     alive = np.ones(3, bool)
     seen, _ = env.reset(seed=0)
@@ -166,7 +166,7 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
         objective=UserObjective("nobody:asks"),
         duration_s=6.0,
     )
-    lanes = lanes_of(own, 2)
+    lanes = environment_lanes(own, 2)
     pilot = Pilot(own.wires, own.wiring, np.array([[sigma, 0.0]]))
     record = play(lanes, pilot, own.wires, seed=0)
     assert (record.lasted == 1.0).all()
@@ -212,7 +212,7 @@ def test_misuse_of_the_interface_is_told():
 @pytest.mark.parametrize("value", [np.nan, 1e30])
 def test_a_state_that_explodes_ends_the_episode_and_is_told(value):
     own = experiment(duration_s=1.0)
-    lanes = lanes_of(own, 2)
+    lanes = environment_lanes(own, 2)
     alive = np.ones(2, bool)
     lanes.reset(0, alive)
     lanes.batch._states[1] = value

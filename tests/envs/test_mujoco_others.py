@@ -26,7 +26,7 @@ from tegotae.parts.terms import Sector
 from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
-from tegotae.training.environments.rollouts import lanes_of, play
+from tegotae.training.environments.rollouts import environment_lanes, play
 
 WIRINGS = ROOT / "examples" / "wirings"
 ROBOT = """
@@ -174,7 +174,7 @@ def test_under_its_bare_rhythm_the_body_of_an_example_steps_forward_and_stands(
         duration_s=4.0,
     )
     own = dataclasses.replace(own, objective=UserObjective("nobody:asks"))
-    lanes = lanes_of(own, 1)
+    lanes = environment_lanes(own, 1)
     pilot = Pilot(own.wires, own.wiring, np.zeros((1, 1)))
     record = play(lanes, pilot, own.wires, seed=0)
     lanes.close()

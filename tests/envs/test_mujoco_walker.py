@@ -10,8 +10,8 @@ import pytest
 import walkers
 from benchmarks import mujoco_walker, walker_model
 from tegotae import Timing
-from tegotae.envs.mujoco.settings import models
-from tegotae.measures.gaits.lags import apart, circular_mean
+from tegotae.envs.mujoco.settings import model_files
+from tegotae.measures.gaits.lags import circular_mean, lag_difference
 from walker_oracle import SET_A, SET_C
 
 pytest.importorskip("mujoco")
@@ -45,7 +45,7 @@ def test_the_packages_quadruped_is_the_walker_at_the_size_of_a_small_robot():
         mujoco.mj_saveModel(model, None, content)
         return content
 
-    np.testing.assert_array_equal(saved(models()["quadruped"]), saved(walker_model.mjcf()))
+    np.testing.assert_array_equal(saved(model_files()["quadruped"]), saved(walker_model.mjcf()))
 
 
 def test_the_twin_stands_at_the_walkers_height():
@@ -65,7 +65,7 @@ def test_the_twin_trots_and_walks_where_the_walker_does():
         lag, speed = last(*own)
         seen = twin(SET_C, omega, phases, 60.0)
         lag_of_twin, speed_of_twin = last(seen.time_s, seen.phase_rad, *seen.place_m[:, :2].T)
-        assert np.abs(apart(lag_of_twin, lag)).max() < 0.06
+        assert np.abs(lag_difference(lag_of_twin, lag)).max() < 0.06
         assert speed_of_twin == pytest.approx(speed, rel=0.12)
         hind_lags.append(lag[2])
     # A trot, a walk in diagonal sequence, a trot.

@@ -21,7 +21,7 @@ from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.figures import animation as filming
 from tegotae.questions.pictures import animate
 from tegotae.systems import controller_file
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.replay import replay
 from tegotae.training.scoring import sweep_vanilla
@@ -45,7 +45,7 @@ def file(swept):
 @pytest.fixture(scope="module")
 def played(file):
     saved = controller_file.load(file)
-    return replay(EnvExperiment.of(saved), [saved.weights])[0]
+    return replay(EnvExperiment.from_controller(saved), [saved.weights])[0]
 
 
 def test_a_baseline_leaves_map_table_and_its_best_controller(swept, file):
@@ -74,7 +74,7 @@ def test_the_numbers_of_a_replay_are_those_of_its_episode(played):
 
 
 def test_a_baseline_takes_a_model_whose_only_weight_is_the_gain(file):
-    learned = EnvExperiment.of(controller_file.load(file))
+    learned = EnvExperiment.from_controller(controller_file.load(file))
     with pytest.raises(TegotaeError, match="omega is -1"):
         sweep_vanilla(learned, [-1.0])
 
@@ -135,8 +135,8 @@ def test_generalise_tries_what_was_learned_on_a_model_under_disturbances(swept, 
 
 
 def test_a_model_is_changed_by_what_a_disturbance_says(file):
-    runs = read(file)[0]
-    tested: Any = ModelUnderTest.of(runs)
+    runs = read_runs(file)[0]
+    tested: Any = ModelUnderTest.from_runs(runs)
     heavy, pushed = disturbances_named(["mass=2", "push-ahead=0.5"])
     changed = _models(tested, np.array([1.0, 2.0]), np.ones(2), np.ones(2))
     assert changed[1].body_mass.sum() == pytest.approx(2.0 * tested.body.mass_kg)

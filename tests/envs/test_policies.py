@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError
-from tegotae.analysis.orbit import NoLimitCycleError, paths_of
+from tegotae.analysis.orbit import NoLimitCycleError, release_paths
 from tegotae.analysis.policy import (
     measured_policy,
     policy_orbit,
@@ -78,7 +78,7 @@ def test_a_feedback_function_has_the_surface_of_the_controller_that_it_copies():
     """Vanilla feedback as somebody's function, beside the package's own controller of it."""
     meaning = Meaning(acts="feedback", actuation="reflex", omega=8.0)
     found = actuation_surface(from_function(slowing, meaning), FORCES, columns=9)
-    own = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    own = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
     expected = actuation_surface(own, FORCES, columns=9)
     np.testing.assert_allclose(found.actuator_force_n, expected.actuator_force_n, atol=1e-6)
     np.testing.assert_allclose(found.feedback_rad_per_s, expected.feedback_rad_per_s, atol=1e-6)
@@ -141,8 +141,8 @@ def test_a_portrait_shows_every_release(hopping, with_phase):
 
 
 def test_a_controller_has_a_portrait_too():
-    saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
-    paths = paths_of(saved, np.array([1.1, 1.3]), duration_s=2.0)
+    saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    paths = release_paths(saved, np.array([1.1, 1.3]), duration_s=2.0)
     assert paths.spring_force_n.shape == (200, 2)
     assert paths.height_m[0] == pytest.approx([1.1, 1.3], abs=0.01)
 

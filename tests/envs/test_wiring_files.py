@@ -108,7 +108,7 @@ def saved_hopper(path, model: str = "AR-rF-sector-w8"):
     controller = build(model)
     weights = np.random.default_rng(0).normal(size=controller.n_weights)
     controller_file.save(
-        SavedController.of(controller, weights, 8.0, Hopper(max_force_n=3.5)), path
+        SavedController.from_weights(controller, weights, 8.0, Hopper(max_force_n=3.5)), path
     )
     return controller, weights
 

@@ -410,7 +410,7 @@ def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, cap
 
 @pytest.mark.thorough
 def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
-    saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
     controller_file.save(saved, tmp_path / "c.json")
     for out, source in (
         ("a.svg", [str(tmp_path / "c.json")]),

@@ -20,7 +20,7 @@ def example(name: str = "ART-rFv-tphif-w8", budget: int = 30) -> SavedController
     model = find(name)
     controller = model.controller(budget)
     weights = np.random.default_rng(0).normal(size=controller.n_weights)
-    return SavedController.of(
+    return SavedController.from_weights(
         controller,
         weights.astype("float32"),
         model.omega_t,

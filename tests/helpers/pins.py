@@ -168,7 +168,9 @@ def export_to_c() -> Results:
         model = find(name)
         controller = model.controller(30)
         weights = np.random.default_rng(1).normal(size=controller.n_weights)
-        saved = SavedController.of(controller, weights, model.omega_t, Hopper(), name=name)
+        saved = SavedController.from_weights(
+            controller, weights, model.omega_t, Hopper(), name=name
+        )
         made = Export(saved)
         results |= {f"{name}.c": source(made), f"{name}.h": header(made)}
     return results

@@ -9,7 +9,7 @@ import numpy as np
 from reproduction.record import Record
 from reproduction.unit import Unit
 from tegotae._support.engines import selected
-from tegotae.measures.hopping.registry import names, range_of
+from tegotae.measures.hopping.registry import metric_names, range_of
 from tegotae.study import CellResult
 
 
@@ -32,9 +32,9 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         np.array(["cap"] * runs),
         {"centre_fitness": random.normal(size=(3, runs)).astype("float32")},
         np.array([7.0, 9.0]),
-        {name: metric(name, runs, 2) for name in names()},
-        {name: metric(name, 1, runs, 2) for name in names()},
-        {name: metric(name, runs, 2) for name in names()},
+        {name: metric(name, runs, 2) for name in metric_names()},
+        {name: metric(name, 1, runs, 2) for name in metric_names()},
+        {name: metric(name, runs, 2) for name in metric_names()},
     )
 
 

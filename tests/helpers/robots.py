@@ -22,7 +22,9 @@ HELD = Timing(duration_s=DURATION_S, tick_s=TICK_S, frame_s=0.02)
 def own_run(saved: SavedController, timing: Timing, **release: Any) -> Any:
     """The package's own run of a controller, held over the ticks."""
     engine = Engine(controller=saved.controller, integrator=Hold(), timing=timing)
-    return engine.run(np.asarray(saved.weights), Scenario.of(saved.omega, **release), saved.body)
+    return engine.run(
+        np.asarray(saved.weights), Scenario.at_frequency(saved.omega, **release), saved.body
+    )
 
 
 def apexes_of_the_package(saved: SavedController, **release: Any) -> tuple[np.ndarray, np.ndarray]:

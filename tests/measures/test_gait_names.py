@@ -10,10 +10,10 @@ from tegotae import TegotaeError
 from tegotae.measures.gaits.lags import (
     OfPhases,
     OfTouchdowns,
-    apart,
     circular_mean,
     circular_spread,
-    moved,
+    lag_difference,
+    largest_drift,
     over_strides,
     stances,
     step_frequency_hz,
@@ -25,8 +25,8 @@ from tegotae.measures.gaits.names import (
     distance,
     gait_of,
     leg_names,
-    named,
     names_of,
+    nearest_pattern,
     patterns_for,
 )
 from tegotae.measures.gaits.summary import Coordination
@@ -67,7 +67,7 @@ def test_lags_are_measured_from_the_reference_leg():
     path = striding([0.0, 0.25, 0.9])
     for rhythm in (OfPhases(), OfTouchdowns()):
         lag = np.asarray(rhythm.lag(path, 1))[-1, :, 0]
-        off = apart(lag, np.array([0.75, 0.0, 0.65], "float32"))
+        off = lag_difference(lag, np.array([0.75, 0.0, 0.65], "float32"))
         np.testing.assert_allclose(off, 0.0, atol=1e-5)
 
 
@@ -124,7 +124,7 @@ def test_what_is_away_at_the_end_is_not_locked():
 
 def test_lags_that_stand_still_have_not_moved():
     lag = jnp.stack([jnp.full((9, 1), 0.3), 0.3 + 0.05 * jnp.arange(9.0)[:, None]], axis=-1)
-    np.testing.assert_allclose(moved(lag), [0.0, 0.4], atol=1e-6)
+    np.testing.assert_allclose(largest_drift(lag), [0.0, 0.4], atol=1e-6)
 
 
 def test_steps_are_counted_from_the_first_touchdown_to_the_last():
@@ -173,7 +173,7 @@ def test_every_pattern_has_its_own_name_from_any_reference_leg_and_mirrored(patt
     for each in (pattern, pattern.mirrored()):
         lags = np.array([[each.lags[leg]] for leg in legs])
         for reference in range(len(legs)):
-            assert named((lags - lags[reference]) % 1.0, legs) == pattern.name
+            assert nearest_pattern((lags - lags[reference]) % 1.0, legs) == pattern.name
 
 
 @pytest.mark.parametrize("legs", [("H", "F"), ("L", "R"), FOUR, SIX], ids=len)
@@ -190,31 +190,31 @@ def test_no_pattern_has_the_lags_of_another_within_the_tolerance(legs):
     [(0.1, "in phase"), (0.11, "in between"), (0.39, "in between"), (0.4, "antiphase")],
 )
 def test_a_lag_up_to_the_tolerance_away_has_the_name_and_one_beyond_it_has_none(fore, name):
-    assert named([[0.0], [fore]], ("H", "F")) == name
-    assert named([[0.0], [1.0 - fore]], ("H", "F")) == name
+    assert nearest_pattern([[0.0], [fore]], ("H", "F")) == name
+    assert nearest_pattern([[0.0], [1.0 - fore]], ("H", "F")) == name
 
 
 def test_a_diagonal_walk_becomes_a_trot_with_something_in_between():
     behind = np.array([0.73, 0.67, 0.625, 0.58, 0.5])  # the fore leg, the hind leg of its side
     lags = np.stack([0 * behind, behind, 0.5 + 0 * behind, 0.5 + behind]) % 1.0
     walk, trot = "diagonal-sequence walk", "trot"
-    assert named(lags, FOUR).tolist() == [walk, walk, "in between", trot, trot]
+    assert nearest_pattern(lags, FOUR).tolist() == [walk, walk, "in between", trot, trot]
 
 
 def test_legs_that_no_pattern_knows_are_in_phase_or_in_between():
     lags = [[0.0, 0.0], [0.02, 0.4], [0.97, 0.7]]
-    assert named(lags, ("1", "2", "3")).tolist() == ["in phase", "in between"]
+    assert nearest_pattern(lags, ("1", "2", "3")).tolist() == ["in phase", "in between"]
 
 
 def test_undefined_lags_are_in_between():
-    assert named([[0.0], [np.nan]], ("H", "F")) == "in between"
+    assert nearest_pattern([[0.0], [np.nan]], ("H", "F")) == "in between"
 
 
 def test_lags_of_another_number_of_legs_are_refused():
     with pytest.raises(TegotaeError, match=r"lags have shape \(2, 1\); of 4 legs"):
-        named([[0.0], [0.5]], FOUR)
+        nearest_pattern([[0.0], [0.5]], FOUR)
     with pytest.raises(TegotaeError, match=r"tolerance is 0\.7"):
-        named([[0.0], [0.5]], ("H", "F"), 0.7)
+        nearest_pattern([[0.0], [0.5]], ("H", "F"), 0.7)
 
 
 def found(**entries) -> Coordination:

@@ -9,7 +9,7 @@ import pytest
 
 from tegotae import TegotaeError
 from tegotae.measures.hopping import LimitCycle
-from tegotae.measures.hopping.hopping import Hops, hops, settled
+from tegotae.measures.hopping.hopping import Hops, find_limit_cycle, hops
 from tegotae.simulation.recorder import COMMON, Trajectory
 
 ROWS = 60
@@ -31,7 +31,7 @@ def table(*lanes: tuple) -> Hops:
 
 def find(of: Hops, settings: LimitCycle | None = None, start_s=-math.inf, end_s=None):
     end_s = np.nanmax(of.time_s, axis=0) if end_s is None else end_s
-    return settled(of, settings or LimitCycle(), start_s, end_s)
+    return find_limit_cycle(of, settings or LimitCycle(), start_s, end_s)
 
 
 def test_the_smallest_period_counts():

@@ -170,7 +170,7 @@ def test_the_built_in_metrics_say_what_they_are():
 
 @pytest.mark.parametrize("name", ["limit_cycle_share", "optimum_share", "cpgu", "t0_s"])
 def test_metrics_of_each_kind_pass_the_check(name):
-    check_metric(there.find(name))
+    check_metric(there.find_metric(name))
 
 
 def test_a_users_metric_passes_the_check(registered):

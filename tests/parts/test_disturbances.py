@@ -139,7 +139,7 @@ def test_they_are_written_down_and_read_again():
     experiment = Experiment(
         name="weak", system=System(controller=REFLEX, omega=8.0, body=late, timing=EPISODE)
     )
-    assert Experiment.of(experiment.document) == experiment
+    assert Experiment.from_document(experiment.document) == experiment
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Hopper
-from tegotae.parts.held import held
+from tegotae.parts.held import with_held_feedback
 from tegotae.simulation.rollout import Engine, KeptChannels, Scenario, Timing
 from tegotae.systems.models import find
 
@@ -26,22 +26,25 @@ def learned(name="ART-rF-tphi-w4", runs=2):
 
 
 def test_without_its_feedback_the_phase_runs_at_omega():
-    clock = rolled_out(*held(*learned()), omega=4.0)
+    clock = rolled_out(*with_held_feedback(*learned()), omega=4.0)
     phase = np.asarray(clock.phase_rad)
     assert np.unwrap(phase, axis=0)[-1] == pytest.approx([4.0, 4.0], abs=1e-3)
 
 
 def test_a_constant_feedback_is_another_frequency():
     controller, weights = learned()
-    slower = rolled_out(*held(controller, weights, [-0.5, 0.25]), omega=4.0)
-    reference = rolled_out(*held(controller, weights), omega=np.array([3.5, 4.25]))
+    slower = rolled_out(*with_held_feedback(controller, weights, [-0.5, 0.25]), omega=4.0)
+    reference = rolled_out(*with_held_feedback(controller, weights), omega=np.array([3.5, 4.25]))
     for name in ("height_m", "phase_rad"):
         np.testing.assert_allclose(getattr(slower, name), getattr(reference, name), atol=1e-3)
 
 
 def test_an_actuation_on_the_feedback_reads_the_constant():
     controller, weights = learned("ART-rF-tphif-w4")
-    paths = {f: rolled_out(*held(controller, weights, f), omega=4.0 - f) for f in (0.0, 1.0)}
+    paths = {
+        f: rolled_out(*with_held_feedback(controller, weights, f), omega=4.0 - f)
+        for f in (0.0, 1.0)
+    }
     np.testing.assert_allclose(paths[0.0].phase_rad, paths[1.0].phase_rad, atol=1e-3)
     assert not np.allclose(paths[0.0].impulse_ns, paths[1.0].impulse_ns)
 
@@ -49,12 +52,12 @@ def test_an_actuation_on_the_feedback_reads_the_constant():
 def test_each_set_of_weights_keeps_its_own_actuation():
     controller, rows = learned()
     four = dataclasses.replace(controller, limbs=4, sharing=(0, 0, 1, 1))
-    clock, weights = held(four, rows.reshape(-1), 0.5)
-    alone = [held(controller, row, 0.5)[1] for row in rows]
+    clock, weights = with_held_feedback(four, rows.reshape(-1), 0.5)
+    alone = [with_held_feedback(controller, row, 0.5)[1] for row in rows]
     assert clock.sharing == four.sharing
     np.testing.assert_array_equal(weights, np.concatenate(alone))
 
 
 def test_one_network_has_no_feedback_to_hold():
     with pytest.raises(TegotaeError, match="no feedback that could be held"):
-        held(find("T-F").controller(), np.zeros(find("T-F").controller().n_weights))
+        with_held_feedback(find("T-F").controller(), np.zeros(find("T-F").controller().n_weights))

@@ -77,13 +77,13 @@ def test_what_needs_a_phase_is_refused_without_one():
 
 def test_analyses_that_enter_an_orbit_refuse_an_oscillator_with_state_that_nothing_tells():
     assert PhaseOscillator().is_open
-    orbit = find_orbit(SavedController.of(VANILLA, np.array([2.0]), 8.0))
-    swelling = SavedController.of(SWELLING, np.array([2.0, 0.5]), 8.0)
+    orbit = find_orbit(SavedController.from_weights(VANILLA, np.array([2.0]), 8.0))
+    swelling = SavedController.from_weights(SWELLING, np.array([2.0, 0.5]), 8.0)
     with pytest.raises(TegotaeError, match="LearnedAmplitude has more state than it names"):
         poincare_section(swelling, orbit)
     with pytest.raises(TegotaeError, match="LearnedAmplitude has more state than it names"):
         measure_phase_response(swelling, orbit, np.array([0.01]))
-    phaseless = SavedController.of(PHASELESS, np.zeros(PHASELESS.n_weights), 8.0)
+    phaseless = SavedController.from_weights(PHASELESS, np.zeros(PHASELESS.n_weights), 8.0)
     with pytest.raises(TegotaeError, match="Relaxation has no phase"):
         poincare_section(phaseless, orbit)
 
@@ -91,7 +91,7 @@ def test_analyses_that_enter_an_orbit_refuse_an_oscillator_with_state_that_nothi
 def test_the_alarm_of_a_wary_oscillator_is_recorded_and_is_part_of_its_orbit():
     wary = dataclasses.replace(VANILLA, oscillator=WaryOscillator(fall_s=0.3))
     assert run(wary, [-2.0]).alarm_rad_per_s.max() > 0.0
-    saved = SavedController.of(wary, np.array([-2.0]), 8.0)
+    saved = SavedController.from_weights(wary, np.array([-2.0]), 8.0)
     orbit = find_orbit(saved)
     assert list(orbit.apex_oscillator_state) == ["alarm_rad_per_s"]
     assert len(poincare_section(saved, orbit).fixed_point) == 3

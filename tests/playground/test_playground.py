@@ -303,7 +303,7 @@ def test_no_two_modules_of_a_script_give_a_name_away_twice():
 def saved_at(path, controller=None, body=None, omega=8.0):
     controller = build("V-sector-w8") if controller is None else controller
     weights = np.full(controller.n_weights, 1.0)
-    save(SavedController.of(controller, weights, omega, body or Hopper()), path)
+    save(SavedController.from_weights(controller, weights, omega, body or Hopper()), path)
     return path
 
 
@@ -327,7 +327,7 @@ def data_of(html: str) -> dict:
 def test_a_controller_for_several_legs_is_offered_on_its_own_body_alone():
     body = Plate(pitch_inertia_ratio=1.6)
     legs = dataclasses.replace(VANILLA.controller, limbs=4)
-    four = SavedController.of(legs, VANILLA.weights, 8.0, body)
+    four = SavedController.from_weights(legs, VANILLA.weights, 8.0, body)
     data = data_of(Page([ControllerChoice("four", four), ControllerChoice("V", VANILLA)]).html())
     first, vanilla = data["controllers"]
     assert list(first["engines"]) == ["quadruped"]
@@ -395,8 +395,8 @@ def test_a_body_that_a_page_cannot_draw_is_refused_by_its_name():
     from tegotae.parts.terms.foot import EllipticFoot
 
     feet = Controller(EllipticFoot(), PhaseOscillator(), VANILLA.controller.tegotae, limbs=4)
-    walking = SavedController.of(feet, np.ones(1), 2.0, Walker())
-    on_spheres = SavedController.of(VANILLA.controller, VANILLA.weights, 4.0, Hertz())
+    walking = SavedController.from_weights(feet, np.ones(1), 2.0, Walker())
+    on_spheres = SavedController.from_weights(VANILLA.controller, VANILLA.weights, 4.0, Hertz())
     for saved, name in ((walking, "Walker"), (on_spheres, "Hertz")):
         with pytest.raises(TegotaeError, match=f"cannot draw a {name}"):
             Page([ControllerChoice("walk", saved)])

@@ -114,7 +114,7 @@ def two_folders(tmp_path, monkeypatch):
     for folder, gain, seeds in (("first", 2.0, 3), ("second", 3.0, 4)):
         (tmp_path / folder).mkdir()
         for seed in range(seeds):
-            saved = SavedController.of(
+            saved = SavedController.from_weights(
                 REFLEX, np.array([gain + 0.1 * seed]), 8.0, name="V-reflex-w8",
                 training={"seed": seed},
             )  # fmt: skip

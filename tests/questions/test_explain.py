@@ -49,7 +49,9 @@ LOAD = np.maximum(0.0, np.sin(PHASE)) * 3.0
 
 
 def test_a_clock_is_called_one():
-    clock = SavedController.of(tg.recipe("V-sector-w8").controller(), [0.0], 8.0, name="clock")
+    clock = SavedController.from_weights(
+        tg.recipe("V-sector-w8").controller(), [0.0], 8.0, name="clock"
+    )
     page = tg.load(clock).explain(**SHORT)
     assert page.evaluated["cut"].mean == page.evaluated["whole"].mean
     assert any("a clock with a sector" in note for note in page.sentences())
@@ -165,7 +167,7 @@ def test_what_cannot_be_explained_is_refused_in_one_line(words, said, one_line_e
 
 
 def law(name: str, weights) -> SavedController:
-    return SavedController.of(LAWS[name].on_a_leg(), np.array(weights), 4.0, name=name)
+    return SavedController.from_weights(LAWS[name].on_a_leg(), np.array(weights), 4.0, name=name)
 
 
 def test_a_form_starts_from_the_curves_that_it_would_have():
@@ -175,14 +177,14 @@ def test_a_form_starts_from_the_curves_that_it_would_have():
         force = 4.0 * ((PHASE > 1.0) & (PHASE < 2.0))
         action, reaction = -(np.cos(PHASE) + 0.3), 5.0 * reactions[name]
         v = visited(PHASE, LOAD, force=force, action=action, reaction=reaction)
-        _, start = short_forms.started(law(name, expected), [v])[name]
+        _, start = short_forms.starting_forms(law(name, expected), [v])[name]
         assert start == pytest.approx(expected, rel=0.1, abs=0.06)
 
 
 def test_the_place_of_the_action_moves_the_push_with_it():
     force = 4.0 * ((PHASE > 1.0) & (PHASE < 2.0))
     v = visited(PHASE, LOAD, force=force, action=-np.cos(PHASE - 0.5), reaction=LOAD)
-    _, start = short_forms.started(law("offset", [0.0, 1.0, 1.0, 1.0]), [v])["offset"]
+    _, start = short_forms.starting_forms(law("offset", [0.0, 1.0, 1.0, 1.0]), [v])["offset"]
     assert start[2] == pytest.approx(0.5, abs=0.06)
 
 
@@ -208,7 +210,7 @@ def test_a_form_is_chosen_by_half_of_the_releases_as_retuned_and_judged_by_the_o
     released = Released()
     released.saved = saved  # type: ignore[attr-defined]
     starts = {"clock": (saved.controller, np.array([0.1, 0.2]))}
-    monkeypatch.setattr(short_forms, "started", lambda *_: starts)
+    monkeypatch.setattr(short_forms, "starting_forms", lambda *_: starts)
     found = np.array([[0.3, 0.2], [0.9, 0.6], [0.4, 0.4]]), np.array([1.0, 3.0, 2.0])
     monkeypatch.setattr(short_forms, "retuned", lambda *_: found)
     whole = scored(np.ones((4, 1)))
@@ -223,7 +225,7 @@ def test_a_form_is_written_as_a_formula_as_terms_and_as_c():
         r"\dot\phi = \omega - 6.25\, (1 - 2.78 N)\, (\cos\phi + 0.04),\quad "
         r"F = \alpha\, [\phi \in (1.74, 2.49)]"
     )
-    assert short_forms.plain(latch) == (
+    assert short_forms.plain_law(latch) == (
         "φ̇ = ω - 6.25 (1 - 2.78 N) (cos φ + 0.04), with full force at φ = 1.74 ... 2.49 rad"
     )
     assert "-6.25f * (1.0f - 2.78f * load) * (cosf(phase) + 0.04f)" in short_forms.c_line(latch)
@@ -238,8 +240,8 @@ def test_a_form_is_written_as_a_formula_as_terms_and_as_c():
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_no_form_is_written_with_two_signs_in_a_row(name, sign):
     controller = short_forms.forms_of_a_leg()[name].on_a_leg()
-    form = SavedController.of(controller, np.full(controller.n_weights, sign * 0.5), 4.0)
-    for written in (short_forms.plain(form), short_forms.latex(form), short_forms.c_line(form)):
+    form = SavedController.from_weights(controller, np.full(controller.n_weights, sign * 0.5), 4.0)
+    for written in (short_forms.plain_law(form), short_forms.latex(form), short_forms.c_line(form)):
         assert not re.search(r"[+-] ?[+-]", written)
 
 
@@ -260,10 +262,10 @@ def test_a_reflex_starts_and_is_written_with_its_scale():
     falls = (LOAD > 0.0) & (PHASE > 2.5)
     force = np.where(inside, 9.0, np.where(falls, 3.0, 0.0))
     v = visited(PHASE, LOAD, force=force, action=-np.cos(PHASE), f=np.where(falls, -2.0, 0.0))
-    controller, start = short_forms.started(law("clock", [1.0, 1.0]), [v])["latch+reflex"]
+    controller, start = short_forms.starting_forms(law("clock", [1.0, 1.0]), [v])["latch+reflex"]
     assert start[-1] == pytest.approx(1.5)
-    form = SavedController.of(controller, start, 4.0)
-    assert "and 1.5 max(0, -f) N besides" in short_forms.plain(form)
+    form = SavedController.from_weights(controller, start, 4.0)
+    assert "and 1.5 max(0, -f) N besides" in short_forms.plain_law(form)
     assert r"+ 1.5 \max(0, -f)" in short_forms.latex(form)
     assert "float reflex = 1.5f * fmaxf(0.0f, -feedback);" in short_forms.c_line(form)
 
@@ -271,7 +273,7 @@ def test_a_reflex_starts_and_is_written_with_its_scale():
 def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
     legs = tg.load("zoo:legs:ART-rF-t+phif+range@quadruped-c", tg.WalkerController).saved
     controller = short_forms.forms_of_legs()["decay"].on_legs(legs.controller, 1.0)
-    saved = SavedController.of(controller, np.zeros(controller.n_weights), 2.0, legs.body)
+    saved = SavedController.from_weights(controller, np.zeros(controller.n_weights), 2.0, legs.body)
     form = short_forms.TriedForm("decay", saved, None, None, 1.0, 1.0)  # type: ignore[arg-type]
     assert (form.numbers, form.of_feet) == (4, legs.controller.actuation.n_weights)
 
@@ -342,7 +344,7 @@ def test_one_release_tells_nothing_of_the_feedback():
 
 def test_a_fast_phase_is_counted_turn_by_turn():
     """At 200 rad/s the phase passes 4 rad in a frame of 20 ms."""
-    clock = SavedController.of(
+    clock = SavedController.from_weights(
         tg.recipe("V-sector-w8").controller(), [0.0], 200.0, name="fast clock"
     )
     (v,) = tg.load(clock).explain(**{**SHORT, "duration_s": 4.01, "releases": 2}).visited
@@ -350,7 +352,9 @@ def test_a_fast_phase_is_counted_turn_by_turn():
 
 
 def test_frozen_is_the_clock_of_the_frequency_that_the_mean_feedback_makes():
-    clock = SavedController.of(tg.recipe("V-sector-w8").controller(), [0.0], 6.0, name="clock")
+    clock = SavedController.from_weights(
+        tg.recipe("V-sector-w8").controller(), [0.0], 6.0, name="clock"
+    )
     released = tg.load(clock).explain(**SHORT).released
     variants = without_feedback(released, np.full(len(released.omega), 2.0))
     faster = dataclasses.replace(released, omega=released.omega + 2.0)
@@ -373,7 +377,7 @@ def test_only_a_force_without_a_phase_is_said_to_follow_the_feedback_alone(vanil
         controller = dataclasses.replace(
             vanilla.released.saved.controller, actuation=terms.LearnedActuation(inputs, hidden=2)
         )
-        saved = SavedController.of(controller, np.zeros(controller.n_weights), 8.0)
+        saved = SavedController.from_weights(controller, np.zeros(controller.n_weights), 8.0)
         page = with_merits(vanilla, whole=0.1, cut=0.0, frozen=0.0)
         page = dataclasses.replace(page, released=dataclasses.replace(page.released, saved=saved))
         assert ("follows the feedback alone" in " ".join(page._of_feedback())) is alone
@@ -381,7 +385,7 @@ def test_only_a_force_without_a_phase_is_said_to_follow_the_feedback_alone(vanil
 
 def test_of_a_folder_of_several_controllers_one_is_named_by_its_path(tmp_path, one_line_error):
     for seed in (0, 1):
-        saved = SavedController.of(
+        saved = SavedController.from_weights(
             tg.recipe("V-sector-w8").controller(), [1.0 + seed], 8.0, name="V"
         )
         tg.save(saved, tmp_path / f"V-seed{seed}.json")

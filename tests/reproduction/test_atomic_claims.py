@@ -9,7 +9,7 @@ from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, LESS, MORE
 from reproduction.claims.effects import Correlation, Difference, DoubleDifference, Unmeasured
 from reproduction.claims.quotations import hashes_of, stands_in
 from reproduction.table import ARCHITECTURES
-from tegotae.measures.hopping.registry import names
+from tegotae.measures.hopping.registry import metric_names
 
 KNOWN = set((Path(__file__).parents[1] / "kept" / "paper-words.txt").read_text().split())
 
@@ -48,9 +48,9 @@ def test_what_no_table_has_says_so():
 def test_effects_name_metrics_and_architectures_that_there_are():
     for effect in (claim.effect for claim in ATOMIC_CLAIMS):
         if isinstance(effect, Correlation):
-            assert {effect.a, effect.b} <= set(names())
+            assert {effect.a, effect.b} <= set(metric_names())
         if isinstance(effect, Difference | DoubleDifference):
-            assert effect.metric in names()
+            assert effect.metric in metric_names()
         if isinstance(effect, Difference):
             groups = [group for group in (effect.ours, effect.theirs) if group]
             assert {name for each in groups for name in each.architectures} <= set(ARCHITECTURES)

@@ -25,7 +25,7 @@ from tegotae.systems.models import build
 
 @pytest.fixture(scope="module")
 def panels() -> list[PolicyPanel]:
-    saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
     surface = actuation_surface(saved, np.linspace(0.0, 2.0, 5), columns=6)
     orbit = find_orbit(saved, settle_s=20.0, tick_s=0.002)
     metrics = dict.fromkeys(NORMALISED, 0.25) | {"feedback_share": 0.07, "phase_share": np.nan}

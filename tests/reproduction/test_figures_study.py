@@ -18,7 +18,7 @@ from reproduction.figures.study import (
 )
 from reproduction.table import StudyTable, design_place, table_of_runs
 from study_tables import table
-from tegotae.measures.hopping.registry import names
+from tegotae.measures.hopping.registry import metric_names
 from tegotae.systems.models import all_models
 
 HELD = ("V", "ART", "T")
@@ -27,7 +27,7 @@ HELD = ("V", "ART", "T")
 
 def with_own() -> StudyTable:
     """The same, and an experiment of one's own beside them, which senses the velocity."""
-    runs = {metric: np.linspace(0.8, 1.0, 5) for metric in names()}
+    runs = {metric: np.linspace(0.8, 1.0, 5) for metric in metric_names()}
     own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
     place = {"model": "mine", "architecture": "mine", **own, "observation": "Fv", "omega_t": 6.0}
     rows = table().columns | {}
@@ -41,7 +41,7 @@ def bars(panel) -> list[tuple[float, float]]:
 
 
 def panel(figure, metric: str, column: int):
-    return figure.axes[2 * names("figure").index(metric) + column]
+    return figure.axes[2 * metric_names("figure").index(metric) + column]
 
 
 def test_a_frequency_does_not_dilute_another():
@@ -117,7 +117,7 @@ def test_an_experiment_beside_the_models_has_its_place_after_them():
     at = len(HELD)
     assert not [bar for bar in bars(left) if abs(bar[0] - at) < 0.5]
     assert [bar for bar in bars(right) if abs(bar[0] - at) < 0.5] == [(at, pytest.approx(0.9))]
-    lowest = figure.axes[2 * len(names("figure")) - 1]
+    lowest = figure.axes[2 * len(metric_names("figure")) - 1]
     shown = [label.get_text() for label in lowest.get_xticklabels()]
     assert shown == [*HELD, "mine"]
 
@@ -139,7 +139,7 @@ def test_a_table_of_one_frequency_has_bars_of_one():
 
 def some(*models: str, runs: int = 2) -> StudyTable:
     """A few runs of these models, each metric one."""
-    values = {metric: np.ones(runs) for metric in names()}
+    values = {metric: np.ones(runs) for metric in metric_names()}
     known = all_models()
     return table_of_runs(
         (design_place(known[each]), {"best_fitness": np.zeros(runs)}, values) for each in models

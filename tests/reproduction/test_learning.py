@@ -38,7 +38,7 @@ from reproduction.plan import MAIN, OMEGAS, plan
 from reproduction.table import record_place
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.hopping.registry import measured_own
-from tegotae.study import here
+from tegotae.study import run_locally
 from tegotae.systems.laws import LAWS
 from tegotae.systems.models import find
 
@@ -204,7 +204,7 @@ def test_another_window_is_another_cell(tmp_path):
 
 
 def _records_of_smoke(tmp_path):
-    runner.run_study(plan("smoke", "V-*"), tmp_path / "smoke", here)
+    runner.run_study(plan("smoke", "V-*"), tmp_path / "smoke", run_locally)
     return Folder(tmp_path / "smoke").all()[0]
 
 
@@ -241,11 +241,11 @@ def test_an_atlas_replaces_a_vanilla_law_by_the_short_law_that_it_is(tmp_path, m
     monkeypatch.setattr(atlas, "forms_of_a_leg", lambda: forms)
     (record,) = _records_of_smoke(tmp_path)
     retuning = Retuning(generations=1)
-    runs = measure_atlas(tmp_path / "smoke", [record], retuning, here)
+    runs = measure_atlas(tmp_path / "smoke", [record], retuning, run_locally)
     (run,) = runs.to_dict("records")
     assert run["action_1"] == run["load"] == pytest.approx(1.0)
     assert run["swing"] > 0.0
     assert run["kept load"] > run["kept clock"]
-    again = measure_atlas(tmp_path / "smoke", [record], retuning, here)
+    again = measure_atlas(tmp_path / "smoke", [record], retuning, run_locally)
     pd.testing.assert_frame_equal(again, runs)
     assert "| load |" in atlas_tables(runs)

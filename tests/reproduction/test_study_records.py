@@ -22,7 +22,7 @@ from reproduction.table import tabulate
 from reproduction.unit import work
 from tegotae import Timing, study
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.registry import names
+from tegotae.measures.hopping.registry import metric_names
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.models import find
 from tegotae.systems.resolve import resolve
@@ -32,7 +32,7 @@ from tegotae.training.evolution import Stopping
 
 def same(a: Record, b: Record) -> bool:
     arrays = [(a.weights, b.weights), (a.best_fitness, b.best_fitness)]
-    arrays += [(a.episodes[name], b.episodes[name]) for name in names()]
+    arrays += [(a.episodes[name], b.episodes[name]) for name in metric_names()]
     return a.configuration == b.configuration and all(
         np.array_equal(x, y, equal_nan=True) for x, y in arrays
     )
@@ -95,7 +95,7 @@ def test_a_period_that_cannot_be_measured_is_refused_before_training() -> None:
 
 def test_a_studys_folder_is_a_name_of_its_controllers(folder: Folder, tmp_path: Path) -> None:
     records = folder.all()[0]
-    sets = collection.read(folder.path)
+    sets = collection.read_runs(folder.path)
     assert [runs.name for runs in sets] == [record.model for record in records]
     for runs, record in zip(sets, records, strict=True):
         assert runs.experiment == record.experiment

@@ -72,13 +72,15 @@ def gaits() -> dict[str, SavedController]:
         Tegotae(my_parts.HarmonicAction(), VanillaReaction(), ConstantGain()),
     )
     return {
-        "a sector": SavedController.of(build("V-sector-w8"), np.array([1.0]), 8.0),
-        "a reflex": SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0),
-        "networks for all terms": SavedController.of(
+        "a sector": SavedController.from_weights(build("V-sector-w8"), np.array([1.0]), 8.0),
+        "a reflex": SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0),
+        "networks for all terms": SavedController.from_weights(
             learned, with_weights(learned, like_vanilla), 8.0
         ),
-        "the single network": SavedController.of(single, with_weights(single, pushes), None),
-        "a user's oscillator": SavedController.of(
+        "the single network": SavedController.from_weights(
+            single, with_weights(single, pushes), None
+        ),
+        "a user's oscillator": SavedController.from_weights(
             harmonic, np.array([-1.0, 0.0, 0.0, 0.0, 2.0]), 8.0
         ),
     }
@@ -136,7 +138,7 @@ def test_the_force_of_contact_in_place_of_the_springs_is_another_gait_and_the_co
 def test_two_compiled_legs_under_a_bar_hop_as_the_simulated_ones_do(tmp_path):
     terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
     controller = Controller(Sector(), PhaseOscillator(), terms, limbs=2)
-    saved = SavedController.of(controller, np.array([1.0]), 8.0, Bar(inertia_ratio=1.6))
+    saved = SavedController.from_weights(controller, np.array([1.0]), 8.0, Bar(inertia_ratio=1.6))
     phases = np.array([0.0, 1.0])
     times, heights = apexes_of_the_package(saved, phase_rad=phases[:, None])
     (found,) = apexes_of_the_robots([Compiled(Export(saved), tmp_path)], saved.body, 1.2, phases)
@@ -152,7 +154,7 @@ def on_another(oscillator: str) -> SavedController:
     controller = dataclasses.replace(build(plain), oscillator=OSCILLATORS[oscillator])
     weights = np.array(controller.initial(jax.random.key(0)))
     weights[controller.weight_names.index(("gain", "sigma"))] = sigma
-    return SavedController.of(controller, weights, 8.0)
+    return SavedController.from_weights(controller, weights, 8.0)
 
 
 @needs_gcc
@@ -174,7 +176,7 @@ def test_every_oscillator_hops_compiled_as_it_does_simulated(oscillator, tmp_pat
 def test_learned_legs_of_a_walker_move_compiled_as_they_do_simulated(tmp_path):
     own = design("ARGT-t+phif@quadruped-c").experiment()
     weights = np.array(own.controller.initial(jax.random.key(1)))
-    saved = SavedController.of(own.controller, weights, own.omega, own.body)
+    saved = SavedController.from_weights(own.controller, weights, own.omega, own.body)
     timing = Timing(duration_s=4.0, tick_s=0.004, frame_s=0.04)
     phases = np.linspace(0.0, 5.0, own.body.limbs)
     path = own_run(saved, timing, height_m=1.1, phase_rad=phases[:, None])

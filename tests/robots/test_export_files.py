@@ -25,7 +25,7 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
 from tegotae.systems.models import build, find
-from tegotae_robots.c import Export, texts
+from tegotae_robots.c import Export, package_texts
 from tegotae_robots.c.cost import COMPILER, EMULATOR
 from tegotae_robots.c.source import source
 
@@ -47,7 +47,7 @@ def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
     model = find(name)
     controller = model.controller(30)
     weights = np.asarray(controller.initial(jax.random.key(1)))
-    return SavedController.of(controller, weights, model.omega_t, name=name, **entries)
+    return SavedController.from_weights(controller, weights, model.omega_t, name=name, **entries)
 
 
 def trained(tick_s: float, name: str = "ART-rF-tphif-w8") -> SavedController:
@@ -61,7 +61,7 @@ def with_action(term: Term) -> SavedController:
     """The vanilla controller with another action."""
     controller = build("V-reflex-w8")
     law = dataclasses.replace(controller.tegotae, action=term)
-    return SavedController.of(
+    return SavedController.from_weights(
         dataclasses.replace(controller, tegotae=law), np.array([2.0]), 8.0, Hopper()
     )
 
@@ -241,8 +241,8 @@ def test_the_check_that_a_library_names_runs(tmp_path):
 
 @pytest.mark.parametrize(("body", "written"), [(Hopper(), True), (Hertz(), False)])
 def test_the_spring_is_written_out_in_c_where_it_is_linear(body, written):
-    export = Export(SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0, body))
-    header = next(text for name, text in texts(export).items() if str(name).endswith(".h"))
+    export = Export(SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0, body))
+    header = next(text for name, text in package_texts(export).items() if str(name).endswith(".h"))
     assert ("STIFFNESS_N_PER_M" in header) is written
 
 
@@ -294,7 +294,7 @@ def test_elementary_functions_stand_in_c_by_their_names():
 def over_all_limbs() -> SavedController:
     own = design("W-F@quadruped-c").experiment()
     weights = np.zeros(own.controller.n_weights)
-    return SavedController.of(own.controller, weights, own.omega, own.body)
+    return SavedController.from_weights(own.controller, weights, own.omega, own.body)
 
 
 @pytest.mark.parametrize(
@@ -317,7 +317,7 @@ def over_all_limbs() -> SavedController:
 )
 def test_what_cannot_be_exported_is_refused_in_a_line(controller, options, why):
     with pytest.raises(TegotaeError, match=why):
-        texts(Export(controller(), **options))
+        package_texts(Export(controller(), **options))
 
 
 def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_line(

@@ -64,7 +64,7 @@ def saved(controller: Controller, body=None, omega: float | None = 8.0, seed: in
     """A controller with random weights."""
     weights = np.asarray(controller.initial(jax.random.key(seed)), float)
     omega = None if controller.oscillator is None else omega
-    return SavedController.of(controller, 2.0 * weights, omega, body or Hopper())
+    return SavedController.from_weights(controller, 2.0 * weights, omega, body or Hopper())
 
 
 def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):

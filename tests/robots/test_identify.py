@@ -318,7 +318,7 @@ def test_intervals_of_few_hops_are_those_of_student(table, monkeypatch):
 def test_the_state_that_predicts_is_not_fitted_to_the_hops_that_it_predicts(table, identified):
     """Then what is added to those heights is in the error, and nothing makes up for it."""
     log, found = identification.log_of(table), identified.raw
-    middles, sides = (part[-5:] for part in identification.hops_of(log))
+    middles, sides = (part[-5:] for part in identification.hop_middles(log))
     begun = identification._begun(log, middles, sides, 9.81)
     value, sigma, added_m = np.array([*found.values.values()]), np.array(found.noise), 0.05
 

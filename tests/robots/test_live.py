@@ -37,7 +37,7 @@ SIGMA = 2.0
 
 
 def vanilla() -> SavedController:
-    return SavedController.of(build("V-reflex-w8"), np.array([SIGMA]), 8.0)
+    return SavedController.from_weights(build("V-reflex-w8"), np.array([SIGMA]), 8.0)
 
 
 def live_of(saved: SavedController, max_force_n: float | None = None) -> LiveController:
@@ -48,13 +48,13 @@ def learned(model: str) -> SavedController:
     controller = find(model).experiment().system.controller
     weights = np.random.default_rng(0).normal(0.0, 0.3, controller.n_weights)
     omega = None if controller.oscillator is None else 8.0
-    return SavedController.of(controller, weights, omega)
+    return SavedController.from_weights(controller, weights, omega)
 
 
 def with_oscillator(oscillator: object) -> SavedController:
     own = build("V-reflex-w8")
     controller = Controller(Reflex(), oscillator, tegotae=own.tegotae)
-    return SavedController.of(controller, np.full(controller.n_weights, SIGMA), 8.0)
+    return SavedController.from_weights(controller, np.full(controller.n_weights, SIGMA), 8.0)
 
 
 def walker() -> SavedController:
@@ -117,8 +117,8 @@ def test_a_unit_feels_and_drives_the_limb_that_its_wiring_names():
     one = build("V-reflex-w8")
     three = dataclasses.replace(one, limbs=3, sharing=(0, 1, 2), wiring=wiring)
     body = SeparateHoppers(hoppers=3)
-    together = live_of(SavedController.of(three, np.array(gains), 8.0, body))
-    of_units = [live_of(SavedController.of(one, np.array([x]), 8.0)) for x in gains]
+    together = live_of(SavedController.from_weights(three, np.array(gains), 8.0, body))
+    of_units = [live_of(SavedController.from_weights(one, np.array([x]), 8.0)) for x in gains]
     for _ in range(3):
         commands = together.step({"spring_force": forces}, 0.05)
         for live, limb in zip(of_units, wiring, strict=True):

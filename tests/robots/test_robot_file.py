@@ -16,7 +16,7 @@ from tegotae.systems.robot_file import is_robot_file, law_on_robot
 
 pytest.importorskip("mujoco")
 from tegotae.envs import load_wiring
-from tegotae.envs.mujoco.settings import models
+from tegotae.envs.mujoco.settings import model_files
 from tegotae.envs.robot_file import load_robot
 
 FEET = ("FL_foot", "FR_foot", "RL_foot", "RR_foot")
@@ -27,7 +27,7 @@ SHORT = ["--duration-s", "0.5", "--population", "4", "--generations", "2", "--se
 def suggested(tmp_path_factory):
     """The folder of a robot whose joints are driven: its file, beside its model."""
     folder = tmp_path_factory.mktemp("robots")
-    (folder / "leg.xml").write_text(models()["leg"], encoding="utf-8")
+    (folder / "leg.xml").write_text(model_files()["leg"], encoding="utf-8")
     words = ["--settings", "noise=0.01", 'start={"knee": -0.5}']
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)

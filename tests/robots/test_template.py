@@ -123,7 +123,7 @@ def test_the_walker_bounces_and_sways_as_the_robot_does_in_mujoco(name, request)
 
 def test_a_response_without_an_overshoot_has_no_frequency():
     time = np.linspace(0.0, 30.0, 3000)
-    travel, frequency, damping = StepResponse.of(time, np.exp(-time))
+    travel, frequency, damping = StepResponse.from_motion(time, np.exp(-time))
     assert (travel, damping) == (pytest.approx(1.0), 1.0)
     assert math.isnan(frequency)
 

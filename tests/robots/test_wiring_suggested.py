@@ -20,10 +20,10 @@ from tegotae.envs import check_wiring, load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
-from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, models
+from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, model_files
 from tegotae_robots.models.suggesting import suggest_wiring
 
-LEG = models()["leg"]
+LEG = model_files()["leg"]
 GEOM_FOOT = LEG.replace(
     '<geom type="sphere" size="0.018"', '<geom name="sole" type="sphere" size="0.018"'
 )

@@ -57,7 +57,7 @@ def test_what_belongs_to_limbs_is_drawn_limb_by_limb_and_a_leg_is_lost_as_a_whol
     phases = draw([Uniform("phase_rad", low=0.0, high=6.0)], bar, 4, (1,))["phase_rad"]
     assert phases.shape == (2, 4)
     assert not np.array_equal(*phases)
-    assert OneOf("x", values=((1.0, 2.0), (3.0, 4.0))).at(np.array([0.9, 0.1])).tolist() == [
+    assert OneOf("x", values=((1.0, 2.0), (3.0, 4.0))).quantile(np.array([0.9, 0.1])).tolist() == [
         [3.0, 1.0],
         [4.0, 2.0],
     ]
@@ -173,7 +173,7 @@ def test_the_document_has_the_conditions():
     window = Uniform("gravity_m_per_s2", low=9.0, high=9.81, from_s=1.0)
     experiment = varied(MASS, OneOf("omega", values=(7.0, 8.0)), window, episodes=3)
     document = json.loads(json.dumps(experiment.document, allow_nan=False))
-    assert Experiment.of(document) == experiment
+    assert Experiment.from_document(document) == experiment
     assert tiny.RUN.experiment.document["conditions"] == []
 
 

@@ -122,7 +122,7 @@ def test_late_times_are_whole_ticks_in_single_precision_too():
     for time in np.arange(300.0, 600.0, 0.37).round(2):
         tick = round(time / 0.01)
         heights = [
-            float(Step(1.0, np.float32(time)).at(jnp.asarray(t), 0.0, jnp.float32(0.01)))
+            float(Step(1.0, np.float32(time)).value_at(jnp.asarray(t), 0.0, jnp.float32(0.01)))
             for t in (tick - 1, tick)
         ]
         assert heights == [0.0, 1.0], time

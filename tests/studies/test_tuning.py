@@ -42,7 +42,7 @@ from tegotae.training.settings import (
     configuration,
     evolutions,
     learner,
-    load,
+    load_configuration,
     settings_named,
     tuned,
 )
@@ -326,7 +326,7 @@ def trained_for(task: dict) -> int:
     return len(task.get("experiments") or task["models"])
 
 
-@pytest.mark.parametrize("name", configurations.names())
+@pytest.mark.parametrize("name", configurations.configuration_names())
 def test_every_configuration_of_the_package_says_how_it_was_found(name):
     saved = configuration(name)
     assert isinstance(saved.settings, learner(saved.algorithm))
@@ -354,7 +354,7 @@ def test_the_algorithms_of_fig_3_were_tuned_with_the_same_simulated_time():
 @pytest.mark.parametrize("algorithm", [*evolutions(), *agents()])
 def test_every_algorithm_has_tuned_settings_or_those_of_its_class(algorithm):
     kind = learner(algorithm)
-    is_tuned = algorithm in configurations.names()
+    is_tuned = algorithm in configurations.configuration_names()
     assert tuned(algorithm) == (configuration(algorithm).settings if is_tuned else kind())
 
 
@@ -381,15 +381,15 @@ def test_a_damaged_configuration_is_refused(tmp_path, change, message):
     document = {"algorithm": "pgpe", "settings": {"population": 8}, "found": {}}
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(document))
-    assert load(path).settings == PGPE(population=8)
+    assert load_configuration(path).settings == PGPE(population=8)
     path.write_text(json.dumps({**document, **change}))
     with pytest.raises(TegotaeError, match=message):
-        load(path)
+        load_configuration(path)
 
 
 def test_a_missing_configuration_is_refused(tmp_path):
     with pytest.raises(TegotaeError, match="cannot read"):
-        load(tmp_path / "none.json")
+        load_configuration(tmp_path / "none.json")
     with pytest.raises(TegotaeError, match="no configuration is called 'pgep'"):
         configuration("pgep")
     with pytest.raises(TegotaeError, match="no algorithm is called 'pgep'"):
@@ -424,7 +424,7 @@ def test_the_command_keeps_settings_that_are_a_configuration(tmp_path, capsys):
     arguments += ["--trials", "2", "--seeds", "2", "--confirm", "2", "--simulated-s", "768"]
     arguments += ["--duration", "3", "--tick", "0.004", "--settle", "1", "--budget", "8"]
     assert main([*arguments, "--algorithm", "openai-es"]) == 0
-    saved = load(tmp_path / "k.json")
+    saved = load_configuration(tmp_path / "k.json")
     assert saved.algorithm == "openai-es"
     assert saved.found["trials"] == {"complete": 2, "pruned": 0, "fail": 0}
     assert [entry["name"] for entry in saved.found["task"]["experiments"]] == ["AR-rF-reflex-w8"]

@@ -35,7 +35,7 @@ from tegotae._support.pages import as_script
 from tegotae.systems import controller_file
 from tegotae.training.curves import read_curves
 from tegotae.training.run import claim, write_curves
-from tegotae.training.settings import load
+from tegotae.training.settings import load_configuration
 
 
 class Inner(msgspec.Struct):
@@ -242,7 +242,7 @@ def test_kept_settings_are_held_against_their_algorithm(tmp_path, settings, said
     path = tmp_path / "mine.json"
     path.write_text(json.dumps({"algorithm": "pgpe", "settings": settings, "found": {}}))
     with pytest.raises(TegotaeError, match=said) as raised:
-        load(path)
+        load_configuration(path)
     assert str(path) in str(raised.value)
 
 

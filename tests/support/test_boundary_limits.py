@@ -17,7 +17,7 @@ from tegotae._support.files import write_atomically
 from tegotae._support.limits import available_memory, require_memory
 from tegotae.analysis.maps import axis, lanes
 from tegotae.figures.animation import animation_file, save_animation
-from tegotae.figures.style import literal, new_figure, save_figure, styled
+from tegotae.figures.style import literal_text, new_figure, save_figure, styled
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.systems.models import build
 from tegotae.training.run import Run, train as train_run
@@ -128,7 +128,7 @@ NAMES = [
 def test_a_name_is_drawn_as_it_is_whatever_it_has(tmp_path, name, recwarn):
     with styled():
         figure = new_figure(1.0, 1.0)
-        figure.subplots().set_title(literal(name))
+        figure.subplots().set_title(literal_text(name))
     for ending in ("png", "svg", "pdf"):
         assert save_figure(figure, tmp_path / f"a.{ending}").stat().st_size > 100
     assert not recwarn.list
@@ -137,7 +137,7 @@ def test_a_name_is_drawn_as_it_is_whatever_it_has(tmp_path, name, recwarn):
 def test_a_dollar_is_a_dollar(tmp_path):
     with styled():
         figure = new_figure(2.0, 1.0)
-        figure.subplots().set_title(literal("a$b$c"))
+        figure.subplots().set_title(literal_text("a$b$c"))
     assert "a$b$c" in save_figure(figure, tmp_path / "a.svg").read_text()
 
 

@@ -42,9 +42,9 @@ def test_damaged_code_is_compiled_again(place):
     whole = bytearray(file.read_bytes())
     whole[-1] ^= 1
     file.write_bytes(whole)
-    assert compiled.kept(file.stem) is None
+    assert compiled.stored_code(file.stem) is None
     assert put(Code.compiled(MODULE, target_of("host"), store=compiled)) == 7
-    assert compiled.kept(file.stem) is not None
+    assert compiled.stored_code(file.stem) is not None
 
 
 KEYS = [compiled.key_of(name) for name in "abcd"]
@@ -54,18 +54,18 @@ def test_of_code_that_there_is_no_space_for_nothing_is_left(place, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    compiled.keep(KEYS[0], b"code")
+    compiled.store_code(KEYS[0], b"code")
     monkeypatch.setattr("os.fsync", full)
-    compiled.keep(KEYS[1], b"code")
+    compiled.store_code(KEYS[1], b"code")
     assert sorted(file.name for file in place.iterdir()) == sorted([f"{KEYS[0]}.o", "CACHEDIR.TAG"])
 
 
 @pytest.mark.parametrize("where", ["off", os.devnull])
 def test_where_nothing_can_be_kept_nothing_is(where, monkeypatch):
     monkeypatch.setenv(compiled.VARIABLE, where)
-    compiled.keep(KEYS[0], b"code")
-    assert compiled.kept(KEYS[0]) is None
-    compiled.check_folder()
+    compiled.store_code(KEYS[0], b"code")
+    assert compiled.stored_code(KEYS[0]) is None
+    compiled.check_code_folder()
 
 
 @pytest.mark.parametrize("variable", ["HOME", "XDG_CACHE_HOME"])
@@ -81,14 +81,14 @@ def test_an_empty_variable_is_no_folder(variable, monkeypatch, tmp_path):
 def test_the_oldest_code_goes_first_and_files_of_the_user_never(place, monkeypatch):
     monkeypatch.setattr(compiled, "_MOST_FILES", 2)
     for age, key in enumerate(KEYS[:3]):
-        compiled.keep(key, b"code")
+        compiled.store_code(key, b"code")
         os.utime(place / f"{key}.o", (age, age))
     theirs = [place / "thesis.o", place / "papers" / f"{KEYS[0]}.o"]
     for file in theirs:
         file.parent.mkdir(exist_ok=True)
         file.touch()
         os.utime(file, (0, 0))
-    compiled.keep(KEYS[3], b"code")
+    compiled.store_code(KEYS[3], b"code")
     assert {f.stem for f in place.glob("*.o")} == {*KEYS[2:], "thesis"}
     assert all(file.exists() for file in theirs)
 
@@ -97,8 +97,8 @@ def test_a_folder_with_files_of_the_user_is_refused_and_left_as_it_is(place, one
     place.mkdir()
     (place / "thesis.tex").touch()
     (place / "thesis.tex").chmod(0o600)
-    compiled.keep(KEYS[0], b"code")
-    assert compiled.kept(KEYS[0]) is None
+    compiled.store_code(KEYS[0], b"code")
+    assert compiled.stored_code(KEYS[0]) is None
     said = one_line_error("simulate", "paper")
     assert "TEGOTAE_CACHE is" in said
     assert "has a file of another program or user, 'thesis.tex'; name a new folder, or off" in said
@@ -116,14 +116,14 @@ def pointed(file):
 
 @pytest.mark.parametrize("change", [lambda file: file.chmod(0o666), linked, pointed])
 def test_a_file_that_another_user_can_have_made_is_not_run(place, change):
-    compiled.keep(KEYS[0], b"code")
-    assert compiled.kept(KEYS[0]) == b"code"
+    compiled.store_code(KEYS[0], b"code")
+    assert compiled.stored_code(KEYS[0]) == b"code"
     change(place / f"{KEYS[0]}.o")
-    assert compiled.kept(KEYS[0]) is None
+    assert compiled.stored_code(KEYS[0]) is None
 
 
 def test_a_file_of_another_user_is_not_run(place, monkeypatch):
-    compiled.keep(KEYS[0], b"code")
+    compiled.store_code(KEYS[0], b"code")
     whole = os.fstat
 
     def foreign(file):
@@ -131,21 +131,21 @@ def test_a_file_of_another_user_is_not_run(place, monkeypatch):
         return os.stat_result([*found[:4], found[4] + 1, *found[5:]])
 
     monkeypatch.setattr("os.fstat", foreign)
-    assert compiled.kept(KEYS[0]) is None
+    assert compiled.stored_code(KEYS[0]) is None
 
 
 def test_a_file_under_the_name_of_another_is_not_run(place):
-    compiled.keep(KEYS[0], b"code")
+    compiled.store_code(KEYS[0], b"code")
     (place / f"{KEYS[0]}.o").rename(place / f"{KEYS[1]}.o")
-    assert compiled.kept(KEYS[1]) is None
+    assert compiled.stored_code(KEYS[1]) is None
 
 
 def test_a_folder_that_others_can_write_to_is_not_used(place, one_line_error):
-    compiled.keep(KEYS[0], b"code")
+    compiled.store_code(KEYS[0], b"code")
     place.chmod(0o777)
     assert compiled.folder() is None
-    assert compiled.kept(KEYS[0]) is None
-    compiled.keep(KEYS[1], b"code")
+    assert compiled.stored_code(KEYS[0]) is None
+    compiled.store_code(KEYS[1], b"code")
     assert not (place / f"{KEYS[1]}.o").exists()
     said = one_line_error("simulate", "paper")
     assert "which others can write to; name a new folder, or off" in said

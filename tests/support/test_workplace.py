@@ -23,7 +23,7 @@ from tegotae._support.workplace import (
 from tegotae.analysis.generalisation.run import generalise
 from tegotae.systems.models import find
 from tegotae.training.agents.learner import AgentLearner
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 from tegotae.training.run import Run, train
 
 HELD = {
@@ -99,8 +99,8 @@ def test_a_training_that_is_begun_anew_sets_the_earlier_one_aside(tmp_path, caps
     assert tiny.contents(aside) == before
     saved = json.loads((out / "run.json").read_text())["configuration"]["experiment"]
     assert saved["system"]["body"]["mass_kg"] == 0.12
-    assert [len(runs.labels) for runs in read(tmp_path)] == [2]  # of the new one alone
-    assert [len(runs.labels) for runs in read(aside)] == [2]
+    assert [len(runs.labels) for runs in read_runs(tmp_path)] == [2]  # of the new one alone
+    assert [len(runs.labels) for runs in read_runs(aside)] == [2]
 
 
 def test_so_do_a_study_and_what_controllers_generalise_to(tmp_path):

@@ -28,7 +28,7 @@ from tegotae.systems.legged import walker_of
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
-from tegotae.training.settings import load
+from tegotae.training.settings import load_configuration
 from wired_experiment import WIRING, experiment
 
 CODE = """
@@ -44,7 +44,7 @@ def place(tmp_path, monkeypatch):
     """The user's folder, with code of somebody else's in it, `evil.py`, which leaves `ran`."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    monkeypatch.setattr(user_objects, "_named", set())
+    monkeypatch.setattr(user_objects, "_loaded", set())
     monkeypatch.delitem(sys.modules, "evil", raising=False)
     Path("evil.py").write_text(CODE)
     Path("evil.py:run").touch()  # a file of this name makes a reference of no other
@@ -62,7 +62,7 @@ def trained(**settings: Any) -> dict[str, Any]:
 
 def used(path: Path) -> None:
     """All that a controller of an environment is read for."""
-    EnvExperiment.of(controller_file.load(path)).spec.make()
+    EnvExperiment.from_controller(controller_file.load(path)).spec.make()
 
 
 DOCUMENTS = {
@@ -73,7 +73,7 @@ DOCUMENTS = {
     "study": (lambda: {"experiments": {"a": tegotae.recipe("ART").experiment().document}}, resolve),
     "settings": (
         lambda: {"algorithm": "pgpe", "settings": {"population": 8}, "found": {"by": "hand"}},
-        load,
+        load_configuration,
     ),
     "body": (
         lambda: documents.parse_toml(body_text(Hopper())),
@@ -147,14 +147,16 @@ def test_code_of_a_file_runs_after_the_user_has_registered_it(name):
     reference = f"{name.removeprefix('./')}:run"
     path = with_task(objective={"kind": "UserObjective", "function": reference})
     with pytest.raises(TegotaeError, match="the objective of AR refers to code"):
-        EnvExperiment.of(controller_file.load(path))
+        EnvExperiment.from_controller(controller_file.load(path))
     tegotae.register(name)
-    assert EnvExperiment.of(controller_file.load(path)).objective == UserObjective(reference)
+    assert EnvExperiment.from_controller(controller_file.load(path)).objective == UserObjective(
+        reference
+    )
     assert Path("ran").exists()
 
 
 def test_a_reference_that_the_user_named_is_of_no_other_object():
-    user_objects.named("evil.py:run", object, "function")
+    user_objects.load_object("evil.py:run", object, "function")
     user_objects.require_named(f"{Path.cwd()}/evil.py:run", "leg.json")
     with pytest.raises(TegotaeError, match=r"'evil\.py:stop'"):
         user_objects.require_named("evil.py:stop", "leg.json")

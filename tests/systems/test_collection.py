@@ -19,7 +19,7 @@ from tegotae.simulation.world import Uniform
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import build, find
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 
 
 @pytest.fixture
@@ -30,13 +30,13 @@ def folder(tmp_path) -> Path:
     for gain, name in enumerate(("a", "b", "more/c"), 1):
         weights = np.array([float(gain)])
         controller_file.save(
-            SavedController.of(controller, weights, 8.0), tmp_path / f"{name}.json"
+            SavedController.from_weights(controller, weights, 8.0), tmp_path / f"{name}.json"
         )
     return tmp_path
 
 
 def gains(folder: Path) -> list[float]:
-    return [float(weight) for runs in read(folder) for weight in runs.weights.ravel()]
+    return [float(weight) for runs in read_runs(folder) for weight in runs.weights.ravel()]
 
 
 def test_all_controllers_of_a_folder_are_read(folder):
@@ -86,7 +86,7 @@ def test_a_file_that_may_have_been_a_controller_is_named(folder, damage, name):
     spoil, said = UNUSABLE[damage]
     path.write_bytes(spoil(path.read_bytes()))
     with pytest.raises(TegotaeError) as raised:
-        read(folder)
+        read_runs(folder)
     assert str(raised.value).startswith(f"{path} {said}")
     assert "\n" not in str(raised.value)
 
@@ -101,14 +101,14 @@ def test_a_file_that_cannot_be_read_is_named(folder, monkeypatch):
 
     monkeypatch.setattr(Path, "open", denied)
     with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'b.json'}: Permission denied$"):
-        read(folder)
+        read_runs(folder)
 
 
 def test_a_link_to_nothing_is_named(folder):
     (folder / "b.json").unlink()
     (folder / "b.json").symlink_to(folder / "gone")
     with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'b.json'}: No such file"):
-        read(folder)
+        read_runs(folder)
 
 
 def test_a_subfolder_that_cannot_be_read_is_named(folder, monkeypatch):
@@ -121,7 +121,7 @@ def test_a_subfolder_that_cannot_be_read_is_named(folder, monkeypatch):
 
     monkeypatch.setattr(os, "scandir", denied)
     with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'more'}: Permission denied$"):
-        read(folder)
+        read_runs(folder)
 
 
 def test_evaluate_names_it_in_one_line_from_a_plain_shell(folder):
@@ -175,7 +175,7 @@ def leave(folder: Path, runs: tuple[int, ...] = (0, 1), **changed: Any):
 
 
 def told(folder: Path) -> list[tuple[str, tuple[str, ...]]]:
-    return [(runs.name, runs.labels) for runs in read(folder)]
+    return [(runs.name, runs.labels) for runs in read_runs(folder)]
 
 
 OTHERS = {

@@ -83,7 +83,7 @@ def test_weights_of_several_sets_and_a_coupling_come_back_in_their_order(tmp_pat
     controller = dataclasses.replace(
         build("V-reflex-w8"), limbs=2, sharing=(0, 1), coupling=LearnedCoupling()
     )
-    saved = SavedController.of(controller, np.arange(6.0), 8.0, Bar())
+    saved = SavedController.from_weights(controller, np.arange(6.0), 8.0, Bar())
     save(saved, tmp_path / "controller.json")
     document = json.loads((tmp_path / "controller.json").read_text())
     assert document["weights"] == {

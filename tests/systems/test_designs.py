@@ -38,7 +38,7 @@ def test_every_listed_design_has_a_name_that_finds_it_and_makes_an_experiment():
         assert design(name).name == name
         made = found.experiment()
         assert 1 <= made.controller.n_weights <= BUDGET, name
-        assert Experiment.of(json.loads(json.dumps(made.document))) == made
+        assert Experiment.from_document(json.loads(json.dumps(made.document))) == made
 
 
 def test_a_bare_architecture_is_its_plainest_member():
@@ -200,7 +200,7 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
     folder.mkdir()
     for seed, sigma in enumerate((1.25, 0.0)):
         controller_file.save(
-            controller_file.SavedController.of(
+            controller_file.SavedController.from_weights(
                 legged.controller,
                 np.array([sigma]),
                 2.0,

@@ -40,7 +40,9 @@ def experiment() -> Experiment:
 @pytest.fixture(scope="module")
 def saved(experiment) -> SavedController:
     weights = np.random.default_rng(0).normal(size=experiment.controller.n_weights)
-    return SavedController.of(experiment.controller, weights, experiment.omega, experiment.body)
+    return SavedController.from_weights(
+        experiment.controller, weights, experiment.omega, experiment.body
+    )
 
 
 @pytest.fixture
@@ -59,7 +61,7 @@ def test_a_document_of_the_experiment_is_read_back(experiment):
     assert document["system"]["controller"]["coupling"] == {"kind": "LearnedCoupling"}
     assert document["system"]["release"]["phase_rad"] == [0.0, 2.0]
     assert document["system"]["release"]["initial_pose"] == [["pitch_rad", 0.05]]
-    assert Experiment.of(document) == experiment
+    assert Experiment.from_document(document) == experiment
 
 
 @pytest.mark.thorough

@@ -31,9 +31,9 @@ from tegotae.systems.descriptions import describe, restore
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find
 from tegotae.systems.registry import kinds
-from tegotae.systems.user_objects import imported, named
+from tegotae.systems.user_objects import imported, load_object
 from tegotae.training.algorithms import PGPE, Algorithm
-from tegotae.training.collection import read
+from tegotae.training.collection import read_runs
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run, train
 from users_training import run_of
@@ -70,7 +70,7 @@ def test_naming_a_file_registers_the_parts_in_it_and_no_others(parts):
 def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):
     document = json.loads(json.dumps(parts.experiment.document))
     assert document["system"]["body"]["kind"] == "LoadedHopper"
-    assert Experiment.of(document) == parts.experiment
+    assert Experiment.from_document(document) == parts.experiment
 
 
 # Training.
@@ -136,14 +136,14 @@ def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
         height_m=1.3,
         protocol=dataclasses.replace(parts.experiment.protocol, release_m=1.3),
     )
-    assert Experiment.of(document) == wanted
+    assert Experiment.from_document(document) == wanted
 
 
 # Evaluation, tuning, study.
 
 
 def test_what_was_trained_is_evaluated(parts, trained):
-    (runs,) = read(trained)
+    (runs,) = read_runs(trained)
     found = evaluate(runs.controller, runs.weights, runs.omega, runs.body, _protocol(parts))
     assert np.isfinite(found.episodes["failed_share"]).all()
 
@@ -208,10 +208,10 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
     torch = pytest.importorskip("torch")
     pytest.importorskip("stable_baselines3")
     from tegotae.training.agents import PPOSettings
-    from tegotae.training.agents.learning import make_agent, task_of
+    from tegotae.training.agents.learning import agent_task, make_agent
 
     settings = PPOSettings(n_steps=60, batch_size=120, n_envs=2)  # long enough to land
-    training = task_of(
+    training = agent_task(
         dataclasses.replace(parts.experiment, objective=Fitness(settle_s=0.5)),
         settings,
     )
@@ -244,7 +244,7 @@ def test_a_file_of_the_pages_is_imported_and_its_experiment_read_back(name):
     module = imported(str(PAGES / name))
     if hasattr(module, "experiment"):
         document = json.loads(json.dumps(module.experiment.document))
-        assert Experiment.of(document) == module.experiment
+        assert Experiment.from_document(document) == module.experiment
 
 
 def test_the_files_of_the_pages_train_together(tmp_path):
@@ -426,7 +426,7 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
     path = tmp_path / "leaving.py"
     path.write_text(LEAVING)
     with pytest.raises(TegotaeError, match="cannot be made: SystemExit: it ends the program"):
-        named(f"{path}:Leaving", Term, "term")
+        load_object(f"{path}:Leaving", Term, "term")
     assert "it ends the program" in one_line_error("train", "ART", "--env", f"{path}:environment")
     words = ["--generations", "1", "--seeds", "1", "--out", str(tmp_path / "out")]
     said = one_line_error("train", "V-sector-w8", "--fitness", f"{path}:LeavingLate", *words)
@@ -474,7 +474,7 @@ def test_a_frequency_and_an_oscillator_go_together():
 
 
 def test_a_class_stands_for_an_instance_with_its_defaults(parts):
-    assert named(ALGORITHM, Algorithm, "algorithm") == parts.Climb()
+    assert load_object(ALGORITHM, Algorithm, "algorithm") == parts.Climb()
 
 
 def test_a_metric_of_a_users_file_is_known_by_its_name(tmp_path):
@@ -487,6 +487,6 @@ def test_a_metric_of_a_users_file_is_known_by_its_name(tmp_path):
     )
     try:
         module = imported(str(path))
-        assert metrics.find("my_apex") is register(module.mine)
+        assert metrics.find_metric("my_apex") is register(module.mine)
     finally:
         metrics.forget("my_apex")

@@ -26,7 +26,7 @@ from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.models import all_models
 from tegotae.systems.resolve import resolve
-from tegotae.systems.zoo import FOLDER, MOST_BYTES, names, open_zoo, studies
+from tegotae.systems.zoo import FOLDER, MOST_BYTES, open_zoo, studies, zoo_names
 from tegotae.training import collection
 
 MODEL = "ART-rF-tphif-w8"
@@ -70,7 +70,7 @@ def test_the_name_of_a_model_is_its_run_with_the_best_fitness(file, records):
 
 
 def test_all_names_every_run_as_one_set(file, records):
-    (runs,) = collection.read(f"zoo:{file}:{MODEL}/all")
+    (runs,) = collection.read_runs(f"zoo:{file}:{MODEL}/all")
     np.testing.assert_array_equal(runs.weights, records[MODEL].weights)
     assert (runs.name, runs.labels) == (MODEL, ("0", "1"))
 
@@ -101,7 +101,7 @@ def test_its_metrics_are_means_over_the_episodes_of_the_evaluation(file, records
 
 def evaluated(name):
     """The metrics of the runs of a name, evaluated anew."""
-    (runs,) = collection.read(name)
+    (runs,) = collection.read_runs(name)
     return evaluate(
         runs.controller,
         runs.weights,
@@ -272,7 +272,7 @@ def test_the_package_has_fifteen_runs_of_the_papers_models():
 
 @packaged
 def test_every_name_of_the_package_means_one_controller():
-    known = names()
+    known = zoo_names()
     assert len(known) == sum(len(zoo.models) for zoo in studies())
     for name in known[:: len(known) // 8]:
         saved = load(name)

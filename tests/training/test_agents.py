@@ -38,7 +38,7 @@ from tegotae.training.agents import (  # noqa: E402
     initial_weights,
 )
 from tegotae.training.agents.learner import AgentLearner  # noqa: E402
-from tegotae.training.agents.learning import hopper_settings, learn, make_agent, task_of  # noqa: E402
+from tegotae.training.agents.learning import agent_task, hopper_settings, learn, make_agent  # noqa: E402
 from tegotae.training.algorithms import PGPE  # noqa: E402
 from tegotae.training.evolution import Evolution  # noqa: E402
 from tegotae.training.run import (  # noqa: E402
@@ -69,7 +69,7 @@ def experiment(model="AR-rF-sector-w8"):
 
 
 def training(settings, model="AR-rF-sector-w8", **changes):
-    return task_of(experiment(model), dataclasses.replace(settings, **changes))
+    return agent_task(experiment(model), dataclasses.replace(settings, **changes))
 
 
 def environment(settings, model="AR-rF-sector-w8", **changes):

@@ -26,8 +26,8 @@ def test_a_held_training_rolls_out_its_episodes_held():
 
 def test_the_document_of_a_held_training_says_so():
     assert HELD.document["system"]["integrator"] == {"kind": "Hold"}
-    assert Experiment.of(HELD.document) == HELD
-    assert Experiment.of(CONTINUOUS.document) == CONTINUOUS
+    assert Experiment.from_document(HELD.document) == HELD
+    assert Experiment.from_document(CONTINUOUS.document) == CONTINUOUS
 
 
 def test_the_option_holds_and_leaves_alone_what_holds_already():

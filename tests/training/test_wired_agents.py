@@ -22,7 +22,7 @@ from tegotae.systems.controller_file import load  # noqa: E402
 from tegotae.systems.models import find  # noqa: E402
 from tegotae.training.agents import PPOSettings, SACSettings  # noqa: E402
 from tegotae.training.agents.learner import AgentLearner  # noqa: E402
-from tegotae.training.agents.learning import make_agent, task_of  # noqa: E402
+from tegotae.training.agents.learning import agent_task, make_agent  # noqa: E402
 from tegotae.training.agents.on_environment import PerHop  # noqa: E402
 from tegotae.training.curves import (  # noqa: E402
     FITNESS,
@@ -55,7 +55,7 @@ def learned(tmp_path_factory):
 
 def test_the_fitness_of_an_agent_is_that_of_its_controller_played_again(learned):
     saved = load(learned[1])
-    (played,) = replay(EnvExperiment.of(saved), [saved.weights])
+    (played,) = replay(EnvExperiment.from_controller(saved), [saved.weights])
     assert played.fitness == pytest.approx(saved.training["best_fitness"], abs=1e-5)
 
 
@@ -81,10 +81,10 @@ def test_an_agent_learns_a_fitness_of_ones_own_at_several_frequencies(settings, 
         episodes=2,
     )
     (path,) = train(run_of(settings, task, episodes=8), tmp_path)
-    assert EnvExperiment.of(load(path)).omegas == (6.0, 9.0)
+    assert EnvExperiment.from_controller(load(path)).omegas == (6.0, 9.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # of what Stable-Baselines3 misses
-        env = task_of(task, settings).make_env()
+        env = agent_task(task, settings).make_env()
     env.reset()
     paid = np.zeros(env.num_envs)
     over = np.zeros(env.num_envs, bool)
@@ -99,15 +99,15 @@ def test_an_agent_learns_a_fitness_of_ones_own_at_several_frequencies(settings, 
 def test_an_environment_that_cannot_begin_an_episode_is_named_in_one_line():
     task = dataclasses.replace(experiment(made={"fail": "reset"}), seed=1)
     with pytest.raises(TegotaeError, match=r"cannot begin an episode: it raised .*nobody is at"):
-        task_of(task, PPO).make_env().reset()
+        agent_task(task, PPO).make_env().reset()
 
 
 def test_what_a_critic_senses_is_observed_or_refused():
     wide = dataclasses.replace(PPO, critic_senses=("height",))
-    assert task_of(experiment(), wide).make_env().observation_space.shape == (4,)
+    assert agent_task(experiment(), wide).make_env().observation_space.shape == (4,)
     wrong = dataclasses.replace(PPO, critic_senses=("heigth",))
     with pytest.raises(TegotaeError, match="'heigth'; did you mean height"):
-        task_of(experiment(), wrong).make_env()
+        agent_task(experiment(), wrong).make_env()
 
 
 def test_a_model_with_a_learned_actuation_or_a_coupling_is_refused():
@@ -144,7 +144,7 @@ def leg():
 
 
 def test_the_action_of_an_agent_is_the_feedback_of_its_controller_limb_by_limb(leg):
-    training = task_of(leg, PPO)
+    training = agent_task(leg, PPO)
     agent, feedback = make_agent(training, seed=3)
     env: Any = agent.get_env()
     inputs = env.reset()

@@ -268,7 +268,7 @@ def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_
     assert (again == first).all()
     assert set(np.concatenate([first[:, 2], second[:, 2], alone[0]])) == {first[0, 2]}
     saved = SavedController(varied.system, np.ones(1), "varied", task=varied.task)
-    assert EnvExperiment.of(saved).evaluation_episodes == 2
+    assert EnvExperiment.from_controller(saved).evaluation_episodes == 2
     with evaluator_of(task, 0) as evaluator:  # all of one start
         every = evaluator.evaluate(candidates, Generation((5, 6), mask, 1)).fitness
     assert len(set(every.ravel())) == 1
@@ -435,9 +435,9 @@ def test_what_the_wiring_does_not_say_is_not_known_of_the_limbs(tmp_path):
 
 def test_a_file_says_in_which_experiment_its_controller_was_trained(trained):
     saved = controller_file.load(trained[1][0])
-    assert EnvExperiment.of(saved).document == experiment().document
+    assert EnvExperiment.from_controller(saved).document == experiment().document
     with pytest.raises(TegotaeError, match="was not trained on an environment"):
-        EnvExperiment.of(dataclasses.replace(saved, task=None))
+        EnvExperiment.from_controller(dataclasses.replace(saved, task=None))
 
 
 def test_a_task_that_no_file_can_have_is_refused(trained, tmp_path):

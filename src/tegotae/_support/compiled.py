@@ -49,22 +49,22 @@ def folder() -> Path | None:
         return None
     with contextlib.suppress(OSError, RuntimeError):  # no permission, no space, no home
         place = Path(setting) if setting else _of_user()
-        if place is not None and not _made(place):
+        if place is not None and not _create(place):
             return place
     return None
 
 
-def check_folder() -> None:
+def check_code_folder() -> None:
     """Raise `TegotaeError` for a `TEGOTAE_CACHE` that has other files, or others can change."""
     setting = os.environ.get(VARIABLE, "")
     if setting in ("", "off"):
         return
     with contextlib.suppress(OSError):  # where nothing can be kept, nothing is
-        if problem := _made(Path(setting)):
+        if problem := _create(Path(setting)):
             raise TegotaeError(f"{VARIABLE} is {setting!r}, {problem}; name a new folder, or off")
 
 
-def _made(place: Path) -> str:
+def _create(place: Path) -> str:
     """Make and mark a folder; return why it must not be used, or nothing."""
     place.mkdir(mode=0o700, parents=True, exist_ok=True)
     if not _is_of_user(place.stat()):
@@ -126,7 +126,7 @@ def key_of(*parts: str) -> str:
     return hashlib.sha256("\0".join((_FORMAT, *parts)).encode()).hexdigest()
 
 
-def kept(key: str) -> bytes | None:
+def stored_code(key: str) -> bytes | None:
     """Code that was kept under a key; None if there is none, or if it is damaged.
 
     Args:
@@ -143,7 +143,7 @@ def _checksum(key: str, content: bytes) -> bytes:
     return hashlib.sha256(key.encode() + content).digest()
 
 
-def keep(key: str, content: bytes) -> None:
+def store_code(key: str, content: bytes) -> None:
     """Keep code under a key; where that is not possible, nothing is kept.
 
     Args:

@@ -149,20 +149,20 @@ def checked(value: T, _level: int = 1) -> T:
     return value
 
 
-def texts(value: Json) -> Iterator[str]:
+def texts_in(value: Json) -> Iterator[str]:
     """All texts in a JSON value, but for the names of its entries.
 
     Example:
-        >>> list(texts({"env": "Hopper-v5", "settings": [{"ground": "ice"}, 3]}))
+        >>> list(texts_in({"env": "Hopper-v5", "settings": [{"ground": "ice"}, 3]}))
         ['Hopper-v5', 'ice']
     """
     if isinstance(value, str):
         yield value
     elif isinstance(value, Mapping):
-        yield from texts([*value.values()])
+        yield from texts_in([*value.values()])
     elif isinstance(value, Sequence):
         for entry in value:
-            yield from texts(entry)
+            yield from texts_in(entry)
 
 
 _LATER = "left out of documents at its default"

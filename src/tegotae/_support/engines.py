@@ -168,7 +168,7 @@ def check_environment() -> None:
             f"{CORES} is {setting!r}; on this machine of {_own_cores()} cores it must be a whole "
             f"number from 1 to {_most_cores()}"
         )
-    compiled.check_folder()
+    compiled.check_code_folder()
     check_engine()
     check_jax()
     for variable in ("JAX_PLATFORMS", "JAX_PLATFORM_NAME"):

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 
 
-def filled(template: str, pieces: Mapping[str, str]) -> str:
+def filled_page(template: str, pieces: Mapping[str, str]) -> str:
     """A template with each comment `<!--NAME-->` replaced by the piece of that name.
 
     The template is read once, so that a placeholder's name in a piece, such as that of a user's
@@ -21,7 +21,7 @@ def filled(template: str, pieces: Mapping[str, str]) -> str:
         KeyError: for a placeholder without a piece.
 
     Example:
-        >>> filled("<!--A--> <!--B-->", {"A": "<!--B-->", "B": "b"})
+        >>> filled_page("<!--A--> <!--B-->", {"A": "<!--B-->", "B": "b"})
         '<!--B--> b'
     """
     return re.sub("<!--([A-Z]+)-->", lambda match: pieces[match[1]], template)

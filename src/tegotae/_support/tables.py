@@ -121,14 +121,14 @@ def parse_csv(text: str) -> dict[str, np.ndarray]:
     return {name: np.array(cells) for name, *cells in zip(names, *rows[1:], strict=True)}
 
 
-def number(text: str) -> float:
+def parse_number(text: str) -> float:
     """A number as tables, options and names write it; Python would read 0.99_5 as 0.995.
 
     Raises:
         ValueError: for a text that is no number.
 
     Example:
-        >>> number("0.995")
+        >>> parse_number("0.995")
         0.995
     """
     if "_" in text:
@@ -139,17 +139,17 @@ def number(text: str) -> float:
         raise ValueError(f"{reprlib.repr(text)} is no number") from None
 
 
-def numbers(cells: Iterable[str]) -> np.ndarray:
+def parse_numbers(cells: Iterable[str]) -> np.ndarray:
     """Cells as float64, to the last bit that was written; NaN where empty.
 
     Raises:
         ValueError: for a cell that is no number.
 
     Example:
-        >>> numbers(["0.1", ""]).tolist()
+        >>> parse_numbers(["0.1", ""]).tolist()
         [0.1, nan]
     """
-    return np.array([number(cell) if cell else np.nan for cell in cells], float)
+    return np.array([parse_number(cell) if cell else np.nan for cell in cells], float)
 
 
 def _plain(columns: Mapping[str, Column]) -> dict[str, np.ndarray]:

@@ -23,11 +23,11 @@ class KeptPrograms:
 
     def get(self, key: str) -> bytes | None:
         """The program of a key; None if there is none that is whole."""
-        return compiled.kept(compiled.key_of_xla_program(key))
+        return compiled.stored_code(compiled.key_of_xla_program(key))
 
     def put(self, key: str, value: bytes) -> None:
         """Keep a program."""
-        compiled.keep(compiled.key_of_xla_program(key), value)
+        compiled.store_code(compiled.key_of_xla_program(key), value)
 
 
 def use_kept_programs() -> None:

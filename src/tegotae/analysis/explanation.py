@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
 from tegotae.measures.hopping.metric import LIMIT_CYCLE, REGIME, GaitMetric
-from tegotae.measures.hopping.registry import chosen
+from tegotae.measures.hopping.registry import select_metrics
 from tegotae.measures.hopping.statistics import (
     POSITIVE,
     Interval,
@@ -23,7 +23,7 @@ from tegotae.measures.hopping.statistics import (
     paired_difference,
 )
 from tegotae.parts.controller import Controller
-from tegotae.parts.held import held
+from tegotae.parts.held import with_held_feedback
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms import Signals
 from tegotae.simulation.rollout import KeptChannels, Scenario, Timing
@@ -188,7 +188,9 @@ class ReleasedHopper(ReleasedController):
 
     def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         system = self.saved.system
-        metrics = [x for x in chosen(("cot_inverse", "hop_rate")) if isinstance(x, GaitMetric)]
+        metrics = [
+            x for x in select_metrics(("cot_inverse", "hop_rate")) if isinstance(x, GaitMetric)
+        ]
         omega = np.tile(self.omega, self.shape[0])
         if controller.oscillator is None:
             omega = np.full_like(omega, np.nan)
@@ -244,7 +246,7 @@ def without_feedback(released: ReleasedController, feedback: np.ndarray) -> dict
         return {}
     weights = np.broadcast_to(saved.weights, (len(feedback), len(saved.weights)))
     return {
-        name: released.evaluated(*held(saved.controller, weights, f))
+        name: released.evaluated(*with_held_feedback(saved.controller, weights, f))
         for name, f in (("cut", 0.0), ("frozen", feedback))
     }
 

@@ -14,7 +14,7 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.hopping import LimitCycle, at_frame, hops, settled
+from tegotae.measures.hopping.hopping import LimitCycle, at_frame, find_limit_cycle, hops
 from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
@@ -84,7 +84,7 @@ class OutcomeSummary:
         table = hops(trajectory, body.rest_length_m)
         end_s = trajectory.time_s[-1]
         middle = (timing.n_frames - 1) // 2
-        cycle = settled(table, LimitCycle(), -jnp.inf, end_s)
+        cycle = find_limit_cycle(table, LimitCycle(), -jnp.inf, end_s)
         has_cycle = jnp.isfinite(gait.limit_cycle_period)
         final = jnp.maximum(table.n_hops - 1, 0)
         early = jnp.sum(table.time_s <= trajectory.time_s[middle][None], axis=0, dtype=final.dtype)
@@ -92,7 +92,7 @@ class OutcomeSummary:
         last = jnp.where(has_cycle, cycle.to_hop.astype(final.dtype), final)
         number = (last - first).astype(end_s.dtype)
 
-        travelled = unwrapped(trajectory.phase_rad)
+        travelled = unwrapped_phase(trajectory.phase_rad)
         row = jnp.arange(timing.n_frames, dtype=last.dtype)[:, None]
         counts = (row > first[None]) & (row <= last[None])
         apex_height = jnp.sum(jnp.where(counts, table.height_m, 0.0), axis=0)
@@ -119,7 +119,7 @@ class OutcomeSummary:
         )
 
 
-def unwrapped(phase_rad: AnyArray) -> jax.Array:
+def unwrapped_phase(phase_rad: AnyArray) -> jax.Array:
     """A phase recorded modulo 2π as one that goes on [rad], shape [frames, lanes].
 
     Right as long as it moves by less than half a turn between frames.
@@ -305,7 +305,7 @@ def map_basin(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = map_basin(saved, np.array([1.1, 1.2]), np.array([0.0, 3.0]))
         >>> found.cycles[["hops", "turns", "share"]].values.tolist()
         [[1.0, 1.0, 1.0]]
@@ -322,7 +322,7 @@ def map_basin(
         phase_rad=column if with_phase else 0.0,
     )
     outcome = engine.run(saved.weights, scenario, saved.body)
-    number, cycles = distinct(outcome)
+    number, cycles = distinct_cycles(outcome)
     frame = {
         "height_m": height,
         "phase_rad" if with_phase else "velocity_m_per_s": column,
@@ -336,7 +336,7 @@ def map_basin(
     return HopperBasin(pd.DataFrame(frame), cycles if with_phase else cycles.assign(turns=None))
 
 
-def distinct(outcome: Outcome) -> tuple[np.ndarray, pd.DataFrame]:
+def distinct_cycles(outcome: Outcome) -> tuple[np.ndarray, pd.DataFrame]:
     """Distinguish limit cycles by period, turns of the oscillator, and mean apex height.
 
     Args:

@@ -111,7 +111,7 @@ def find_orbit(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = find_orbit(saved)
         >>> found.hops, round(found.period_s, 3)
         (1, 0.846)
@@ -160,7 +160,7 @@ def _recorded(trajectory, scenario, body, timing):
     return trajectory, gait.regime, gait.limit_cycle_period, table
 
 
-def check_releases(height_m: np.ndarray, duration_s: float) -> np.ndarray:
+def check_heights(height_m: np.ndarray, duration_s: float) -> np.ndarray:
     """The heights [m], [releases]; raises `TegotaeError` for any that cannot be, or none."""
     heights = np.atleast_1d(np.asarray(height_m, float))
     if not len(heights):
@@ -171,7 +171,7 @@ def check_releases(height_m: np.ndarray, duration_s: float) -> np.ndarray:
     return heights
 
 
-def paths_of(
+def release_paths(
     saved: SavedController,
     height_m: np.ndarray,
     *,
@@ -192,12 +192,12 @@ def paths_of(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
-        >>> paths_of(saved, np.array([1.1, 1.3]), duration_s=1.0).height_m.shape
+        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> release_paths(saved, np.array([1.1, 1.3]), duration_s=1.0).height_m.shape
         (100, 2)
     """
     require_hopper(saved.body, "a phase portrait")
-    heights = check_releases(height_m, duration_s)
+    heights = check_heights(height_m, duration_s)
     system = saved.system
     phase = () if saved.controller.oscillator is None else ("phase_rad",)
     channels = KeptChannels(("time_s", *SIGNALS, *phase, "failed"))

@@ -115,7 +115,7 @@ def poincare_section(
     values = values[np.argsort(-np.abs(values))]
     begin = fixed + nudge * np.eye(len(fixed))[0]
     nudged = np.concatenate([begin[None], iterate(begin[None], turns)[:, 0]])
-    distance = np.linalg.norm(_apart(nudged, fixed), axis=-1)
+    distance = np.linalg.norm(_differences(nudged, fixed), axis=-1)
     return Poincare(
         fixed_point=fixed,
         refined=refined,
@@ -149,7 +149,7 @@ def linearised(image: Map, point: np.ndarray, step: float) -> tuple[np.ndarray, 
     steps = step * np.eye(len(point))
     images = image(np.concatenate([point[None], point + steps, point - steps]))
     ahead, behind = np.split(images[1:], 2)
-    return images[0], (_apart(ahead, behind) / (2.0 * step)).T
+    return images[0], (_differences(ahead, behind) / (2.0 * step)).T
 
 
 def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, bool]:
@@ -165,7 +165,7 @@ def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray,
     point, at_start = start, linearised(image, start, step)
     current, matrix = at_start
     for _ in range(_NEWTON_STEPS):
-        miss = _apart(current, point)
+        miss = _differences(current, point)
         if np.linalg.norm(miss) < _CLOSE:
             return point, matrix, True
         slope = np.eye(len(point)) - matrix
@@ -173,10 +173,10 @@ def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray,
         if not defined or np.linalg.cond(slope) > _SINGULAR:
             return start, at_start[1], False
         point = point + np.linalg.solve(slope, miss)
-        if np.linalg.norm(_apart(point, start)) > _ASTRAY:
+        if np.linalg.norm(_differences(point, start)) > _ASTRAY:
             return start, at_start[1], False
         current, matrix = linearised(image, point, step)
-    return point, matrix, bool(np.linalg.norm(_apart(current, point)) < _CLOSE)
+    return point, matrix, bool(np.linalg.norm(_differences(current, point)) < _CLOSE)
 
 
 def observed_factor(distance: np.ndarray) -> float:
@@ -200,7 +200,7 @@ def observed_factor(distance: np.ndarray) -> float:
     return float(np.exp(np.polyfit(turns[counts], np.log(distance[counts]), 1)[0]))
 
 
-def _apart(points: np.ndarray, references: np.ndarray) -> np.ndarray:
+def _differences(points: np.ndarray, references: np.ndarray) -> np.ndarray:
     """The difference of points of the section, phases modulo 2π."""
     difference = np.array(points - references)
     if difference.shape[-1] > 1:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tegotae.analysis.orbit import SIGNALS, NoLimitCycleError, Orbit, check_releases
+from tegotae.analysis.orbit import SIGNALS, NoLimitCycleError, Orbit, check_heights
 from tegotae.envs.core import TELEMETRY, Hoppers
 from tegotae.envs.policies import Policy
 from tegotae.measures.hopping import measure
@@ -34,7 +34,7 @@ def policy_paths(
     Raises:
         TegotaeError: for a release that is not finite, or a policy that fails.
     """
-    heights = check_releases(height_m, duration_s)
+    heights = check_heights(height_m, duration_s)
     settings, body = policy.meaning.settings, policy.meaning.body
     with_phase = policy.meaning.with_phase
     phase = {"phase_rad": phase_rad} if with_phase else {}

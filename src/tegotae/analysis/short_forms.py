@@ -128,7 +128,7 @@ def tried_forms(
         generations: of the retuning.
         seeds: of the retuning.
     """
-    candidates = [(name, *form) for name, form in started(released.saved, visited).items()]
+    candidates = [(name, *form) for name, form in starting_forms(released.saved, visited).items()]
     tried: list[TriedForm] = []
     with reporting("forms", len(candidates)) as reporter:
         for name, controller, start in sorted(candidates, key=lambda form: form[1].n_weights):
@@ -199,7 +199,7 @@ def training_of(saved: SavedController, controller: Controller) -> Experiment:
     return experiment.replaced(name="form", controller=controller, conditions=conditions)
 
 
-def started(
+def starting_forms(
     saved: SavedController, visited: Sequence[Visits]
 ) -> dict[str, tuple[Controller, np.ndarray]]:
     """The library's controllers by name, with the numbers of the fitted curves.
@@ -354,7 +354,7 @@ def _pushed(saved: SavedController) -> tuple[float, float, float] | None:
     return start % TWO_PI, (start + min(max(width, 0.0), TWO_PI)) % TWO_PI, sum(scale)
 
 
-def plain(saved: SavedController) -> str:
+def plain_law(saved: SavedController) -> str:
     """A form in a line of text: N is the load in weights of the body, F_k the spring force [N], f
     the feedback [rad/s]."""
     law = "φ̇ = ω"
@@ -402,4 +402,4 @@ def c_line(saved: SavedController) -> str:
 def python(saved: SavedController) -> str:
     """A form as terms of this package with their numbers."""
     weights = [float(f"{x:.6g}") for x in saved.weights]
-    return f"SavedController.of({saved.controller!r}, {weights}, omega={saved.omega!r})"
+    return f"SavedController.from_weights({saved.controller!r}, {weights}, omega={saved.omega!r})"

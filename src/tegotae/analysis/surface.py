@@ -72,7 +72,7 @@ def actuation_surface(
 
     Example:
         >>> from tegotae import build
-        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = actuation_surface(saved, np.array([0.0, 1.0]), columns=3)  # φ = 0, π, 2π
         >>> found.actuator_force_n[1].round(6)  # -min(0, -σ cos φ F_k)
         array([2., 0., 2.])
@@ -102,7 +102,7 @@ def actuation_surface(
             driven.weights if isinstance(driven, SavedController) else driven.weights(signals_there)
         )
         weights = [jnp.broadcast_to(jnp.asarray(x), column.shape) for x in lane_weights]
-        turning = jnp.full(column.shape, float(Scenario.of(driven.omega).omega))
+        turning = jnp.full(column.shape, float(Scenario.at_frequency(driven.omega).omega))
         setting = TickSetting(controller, body, weights, turning, ground, jnp.zeros(()))
         control = setting.drive(state, oscillator)
         answer = setting.push(control.command, angle, angle)

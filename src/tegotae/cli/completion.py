@@ -13,7 +13,7 @@ from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import SWITCHES, Command, CommandGroup
 from tegotae.cli.records import POSITIONAL, flags_of
 from tegotae.cli.words import flag_of
-from tegotae.systems.zoo import PREFIX, names
+from tegotae.systems.zoo import PREFIX, zoo_names
 
 _ZSH = """\
 # Completion of tegotae. In zsh: source this file, such as in ~/.zshrc.
@@ -42,7 +42,7 @@ def script() -> str:
         "# COMPLETIONS": (
             f'        "{path}") words="{" ".join(x)}" ;;' for path, x in known.items()
         ),
-        "@ZOO@": [" ".join(name.removeprefix(PREFIX) for name in names())],
+        "@ZOO@": [" ".join(name.removeprefix(PREFIX) for name in zoo_names())],
     }
     text = resources.files("tegotae.cli").joinpath("completion.bash").read_text(encoding="utf-8")
     for place, lines in pieces.items():

@@ -50,7 +50,7 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
     looks = [os.environ.get(name, "") for name in _LOOKS]
     width = shutil.get_terminal_size().columns
     key = compiled.key_of(_package(), prog, *words, "", str(width), str(_on_screen()), *looks)
-    text = compiled.kept(key)
+    text = compiled.stored_code(key)
     if text is not None:
         status = exit_status(lambda: print(text.decode(), end=""))
         if not status and {"--help", "-h"} & set(words):
@@ -66,7 +66,7 @@ def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
         raise
     finally:
         if not status:
-            compiled.keep(key, "".join(copy.text).encode())
+            compiled.store_code(key, "".join(copy.text).encode())
     return status
 
 

@@ -33,7 +33,7 @@ from tegotae.envs.settings import (  # noqa: E402
     HopperSettings,
     HopReward,
     TegotaeHopperSettings,
-    settings_of,
+    hopper_settings_of,
 )
 from tegotae.envs.wires import WiringWarning, check_wiring  # noqa: E402
 from tegotae.envs.wiring import Limb, Wiring, load_wiring, save_wiring  # noqa: E402
@@ -98,4 +98,4 @@ def make_sb3(
         raise unknown("environment", name, ENVIRONMENTS)
     from tegotae.envs.sb3 import HopperVecEnv
 
-    return HopperVecEnv(settings_of(ENVIRONMENTS[name], settings), num_envs, render_mode)
+    return HopperVecEnv(hopper_settings_of(ENVIRONMENTS[name], settings), num_envs, render_mode)

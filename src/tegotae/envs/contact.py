@@ -15,7 +15,7 @@ from tegotae.envs.scaling import foot_of
 
 
 def observation_names(env: AnyEnv) -> tuple[str, ...]:
-    """Names of the observation's entries, in the order of `flat`.
+    """Names of the observation's entries, in the order of `flat_observation`.
 
     Taken from the first that there is: an attribute `observation_names` of the environment or one
     of its wrappers; the keys of a dictionary space (`key`, or `key[i]` where it has several
@@ -74,7 +74,7 @@ def contact_names(env: AnyEnv) -> tuple[str, ...]:
     return tuple(env.get_wrapper_attr("contact_names"))
 
 
-def flat(space: AnySpace, observation: Observation) -> np.ndarray:
+def flat_observation(space: AnySpace, observation: Observation) -> np.ndarray:
     """The observation's entries in the order of `observation_names`, shape [entries]."""
     if isinstance(space, Dict):
         return np.concatenate([np.ravel(observation[key]) for key in space.spaces])

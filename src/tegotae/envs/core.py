@@ -34,7 +34,7 @@ class Apexes(NamedTuple):
     Example:
         >>> apexes = Apexes.none(jnp.zeros(1))
         >>> for time_s in jnp.array([[1.0], [2.0], [3.0]]):
-        ...     apexes = apexes.after(time_s > 0.0, time_s, 0.5 * time_s, 2.0 * time_s)
+        ...     apexes = apexes.updated(time_s > 0.0, time_s, 0.5 * time_s, 2.0 * time_s)
         >>> apexes.cot_inverse(jnp.array([3.2])).tolist()
         [0.25]
     """
@@ -57,7 +57,7 @@ class Apexes(NamedTuple):
         count = jnp.zeros(like.shape, jnp.int32)
         return cls(count, zeros, zeros, zeros, jnp.full_like(like, -jnp.inf))
 
-    def after(
+    def updated(
         self, apex: jax.Array, time_s: jax.Array, climb_m: jax.Array, work_j: jax.Array
     ) -> Apexes:
         """The same after a tick.
@@ -433,7 +433,7 @@ def _tick(
         total_work,
         ledger.total_reward + gain,
         ledger.hops + jnp.where(hop & counts, 1.0, 0.0),
-        ledger.apexes.after(hop & late, now_s, total_climb, total_work),
+        ledger.apexes.updated(hop & late, now_s, total_climb, total_work),
     )
     # As in the engine, a lane that fails stands still from its last sound tick on.
     ledger = jax.tree.map(partial(keep, sound), earned, ledger)

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from tegotae._support.documents import DamagedDocumentError, Json, parse, texts
+from tegotae._support.documents import DamagedDocumentError, Json, parse, texts_in
 from tegotae._support.errors import TegotaeError, other_code, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, located
 from tegotae.envs.wiring import Wiring
 from tegotae.systems.env_task import EnvTask, is_mujoco_model
-from tegotae.systems.user_objects import is_reference, named, require_named, source_of
+from tegotae.systems.user_objects import is_reference, load_object, require_named, source_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +66,7 @@ class EnvSpec:
         """
         spec = cls(env=env, settings=tuple(settings.items()))
         if not spec.is_model:
-            for text in texts([env, settings]):
+            for text in texts_in([env, settings]):
                 require_named(text, document)
         return spec
 
@@ -90,9 +90,9 @@ class EnvSpec:
             TegotaeError: for settings that it does not have.
             MissingExtraError: without MuJoCo.
         """
-        from tegotae.envs.mujoco.env import settings_of
+        from tegotae.envs.mujoco.env import model_settings_of
 
-        return settings_of(None, {"model": self.env, **dict(self.settings)})
+        return model_settings_of(None, {"model": self.env, **dict(self.settings)})
 
     def for_wiring(self, wiring: Wiring) -> EnvSpec:
         """The same; of a MuJoCo model with the feet and the control period that a wiring names.
@@ -135,7 +135,7 @@ class EnvSpec:
             return ModelEnv(self.model_settings)
         settings = dict(self.settings)
         if is_reference(self.env):
-            maker = named(self.env, (_Function, type), "function that makes an environment")
+            maker = load_object(self.env, (_Function, type), "function that makes an environment")
         else:
             importlib.import_module("tegotae.envs")  # which registers those of this package
             if self.env not in gymnasium.registry:

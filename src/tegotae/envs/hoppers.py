@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers, action_space, observation_space
-from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, settings_of
+from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, hopper_settings_of
 
 SIZE = 256
 """Width and height of a frame [pixels]."""
@@ -33,7 +33,7 @@ _LEG_COLUMN, _MASS_RADIUS = SIZE * 0.4, 11.0
 _DIAL_CENTRE, _DIAL_RADIUS = (SIZE - 36.0, 36.0), 24.0
 
 
-def draw(settings: HopperSettings, step: EnvStep | None, lane: int = 0) -> np.ndarray:
+def draw_frame(settings: HopperSettings, step: EnvStep | None, lane: int = 0) -> np.ndarray:
     """The hopper of a lane on its ground, uint8, shape [SIZE, SIZE, 3].
 
     The leg reddens with the actuator force; the dial at the upper right shows the phase, zero to
@@ -134,7 +134,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def __init__(self, render_mode: str | None = None, **settings: object) -> None:
         check_render_mode(render_mode, self.metadata["render_modes"])
-        self.settings = settings_of(self.SETTINGS, settings)
+        self.settings = hopper_settings_of(self.SETTINGS, settings)
         self.render_mode = render_mode
         self.observation_space = observation_space(self.settings)
         self.action_space = action_space()
@@ -181,7 +181,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
                 "render() without a render_mode; choose one of "
                 f"{', '.join(self.metadata['render_modes'])} when making the environment"
             )
-        return draw(self.settings, self._last) if self.render_mode == "rgb_array" else None
+        return draw_frame(self.settings, self._last) if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
         """Close the window, if there is one."""
@@ -198,7 +198,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             return
         self._shown_s = time_s
         self._window = self._window or _Window(type(self).__name__)
-        self._window.show(draw(self.settings, step))
+        self._window.show(draw_frame(self.settings, step))
 
 
 class TegotaeHopperEnv(HopperEnv):
@@ -267,7 +267,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         except ValueError:
             modes = [mode.value for mode in AutoresetMode]
             raise unknown("autoreset_mode", str(autoreset_mode), modes) from None
-        self.settings = settings_of(self.SETTINGS, settings)
+        self.settings = hopper_settings_of(self.SETTINGS, settings)
         self._hoppers = Hoppers(self.settings, num_envs)
         self.num_envs, self.render_mode, self._mode = num_envs, render_mode, mode
         self.metadata = {**self.metadata, "autoreset_mode": mode}
@@ -345,7 +345,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """A frame for each hopper, or None without a render mode."""
         if self.render_mode is None:
             return None
-        return tuple(draw(self.settings, self._last, lane) for lane in range(self.num_envs))
+        return tuple(draw_frame(self.settings, self._last, lane) for lane in range(self.num_envs))
 
 
 class TegotaeHopperVectorEnv(HopperVectorEnv):

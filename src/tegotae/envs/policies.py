@@ -30,7 +30,7 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.parameters import Part, finite, positive
 from tegotae.parts.terms import Signals
-from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.user_objects import is_reference, load_object
 
 _TICK_S = 0.001
 ACTS = ("force", "feedback")
@@ -314,7 +314,7 @@ def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
                 f"{place} is no policy: write a .zip of Stable-Baselines3, an .onnx file, or "
                 "FILE.py:FUNCTION"
             )
-        policy, name = named(str(place), object, "policy"), str(place).rpartition(":")[2]
+        policy, name = load_object(str(place), object, "policy"), str(place).rpartition(":")[2]
     if isinstance(policy, Policy):
         return policy
     if not callable(policy):

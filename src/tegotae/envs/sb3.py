@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import Info
 from tegotae.envs.core import EnvStep, Hoppers, action_space, observation_space
-from tegotae.envs.hoppers import check_render_mode, draw
+from tegotae.envs.hoppers import check_render_mode, draw_frame
 from tegotae.envs.settings import HopperSettings
 
 require("stable_baselines3", "sb3")
@@ -128,7 +128,7 @@ class HopperVecEnv(LaneVecEnv):
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """A frame for each hopper."""
-        return [draw(self.settings, self._last, lane) for lane in range(self.num_envs)]
+        return [draw_frame(self.settings, self._last, lane) for lane in range(self.num_envs)]
 
 
 def _columns(options: list[Info]) -> Mapping[str, ArrayLike]:

@@ -172,7 +172,7 @@ def chain_of(model: MjModel, foot: str) -> set[int]:
     return chain or {foot_of(model, foot).body}
 
 
-def place_of(model: MjModel, data: MjData, foot: str) -> np.ndarray:
+def foot_place(model: MjModel, data: MjData, foot: str) -> np.ndarray:
     """Return the place of a foot: the middle of its lowest geom in the world [m], [x, y, z].
 
     Of a capsule or a cylinder that stands more than it lies, such as a shank, it is the middle of

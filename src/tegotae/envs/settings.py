@@ -335,7 +335,7 @@ def _check_number(name: str, value: float) -> None:
 def _of_kind(kind: type[K], name: str, value: object, default: type[K]) -> K:
     """The value, which may be given as a mapping of the arguments of the usual one."""
     if isinstance(value, Mapping):
-        return _made(default, f"argument of {name}", value)
+        return _construct(default, f"argument of {name}", value)
     if not isinstance(value, kind):
         raise TegotaeError(
             f"{name} is {value!r}; it must be a {kind.__name__}, or the arguments of a "
@@ -344,7 +344,7 @@ def _of_kind(kind: type[K], name: str, value: object, default: type[K]) -> K:
     return value
 
 
-def _made(kind: type[K], role: str, arguments: Mapping[str, Any]) -> K:
+def _construct(kind: type[K], role: str, arguments: Mapping[str, Any]) -> K:
     names = [field.name for field in dataclasses.fields(cast(Any, kind))]
     for name in arguments:
         if name not in names:
@@ -352,13 +352,15 @@ def _made(kind: type[K], role: str, arguments: Mapping[str, Any]) -> K:
     return kind(**arguments)
 
 
-def settings_of(kind: type[HopperSettings], arguments: Mapping[str, object]) -> HopperSettings:
+def hopper_settings_of(
+    kind: type[HopperSettings], arguments: Mapping[str, object]
+) -> HopperSettings:
     """The settings that these keyword arguments of an environment stand for.
 
     Raises:
         TegotaeError: for an argument that the environment does not have.
     """
-    return _made(kind, "argument of this environment", arguments)
+    return _construct(kind, "argument of this environment", arguments)
 
 
 ENVIRONMENTS: dict[str, type[HopperSettings]] = {

@@ -12,7 +12,7 @@ from gymnasium.spaces import Box
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae.envs._types import AnyEnv
-from tegotae.envs.contact import action_names, flat, observation_names, with_contact
+from tegotae.envs.contact import action_names, flat_observation, observation_names, with_contact
 from tegotae.envs.wiring import NOTHING, Limb, Wiring, misnamed_scales, read_by
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import Network
@@ -55,7 +55,7 @@ class Wires:
         return self.driven.shape[1]
 
 
-def controller_of(wiring: Wiring) -> Controller:
+def controller_of_wiring(wiring: Wiring) -> Controller:
     """The controller of all limbs: a unit each, with weights in common or of their own.
 
     One whose units share their weights, and do not see each other, fits any number of limbs.
@@ -109,7 +109,7 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
         driven = _names("action", wiring.action_names, action_names(env))
         if not limbs:
             raise TegotaeError("there are no limbs; name at least one Limb(senses=..., drives=...)")
-        controller = controller_of(wiring)
+        controller = controller_of_wiring(wiring)
     except TegotaeError as error:
         return None, [str(error)]
     entries = {entry for limb in limbs for entry in limb.entries}
@@ -300,7 +300,7 @@ def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:
     observation, _ = env.reset(seed=seed)
     rows = []
     for _ in range(steps):
-        rows.append(flat(env.observation_space, observation))
+        rows.append(flat_observation(env.observation_space, observation))
         observation, _, terminated, truncated, _ = env.step(env.action_space.sample())
         if terminated or truncated:
             observation, _ = env.reset()

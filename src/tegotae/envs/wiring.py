@@ -199,7 +199,9 @@ class Wiring:
             scales |= self.scales
         else:
             was, units = _units_of(saved, units)
-            scales = {name: x / was.of(name) * units.of(name) for name, x in scales.items()}
+            scales = {
+                name: x / was.value_of(name) * units.value_of(name) for name, x in scales.items()
+            }
             scales = {**self.scales, **scales}
             omega = None if omega is None else omega * was.time_s / units.time_s
         return dataclasses.replace(
@@ -345,14 +347,14 @@ def wiring_document(wiring: Wiring) -> JsonObject:
         {
             "senses": dict(limb.senses),
             "drives": limb.drives if isinstance(limb.drives, str) else list(limb.drives),
-            **_given({"rest": limb.rest, "push": limb.push, "phase_rad": limb.phase_rad}),
+            **_nonempty({"rest": limb.rest, "push": limb.push, "phase_rad": limb.phase_rad}),
         }
         for limb in wiring.limbs
     ]
     plain = (field.name for field in dataclasses.fields(wiring) if field.name not in _OTHERWISE)
     return {
         "format": WIRING_FORMAT,
-        **_given({name: getattr(wiring, name) for name in plain}),
+        **_nonempty({name: getattr(wiring, name) for name in plain}),
         **({} if wiring.units is None else {"units": dataclasses.asdict(wiring.units)}),
         "scales": {name: float(scale) for name, scale in wiring.scales.items()},
         "limbs": limbs,
@@ -420,7 +422,7 @@ _OTHERWISE = ("limbs", "weights", "controller", "scales", "units")
 """Fields of a wiring that a document has in another form, or not."""
 
 
-def _given(values: Mapping[str, str | float | Sequence[Any] | None]) -> JsonObject:
+def _nonempty(values: Mapping[str, str | float | Sequence[Any] | None]) -> JsonObject:
     """The entries that are not None and not empty, with JSON's numbers."""
     return {
         name: float(value) if isinstance(value, (int, float)) else as_json(value)

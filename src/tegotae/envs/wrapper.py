@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs._types import AnyEnv, AnySpace, Info
-from tegotae.envs.contact import contact_names, flat, with_contact
+from tegotae.envs.contact import contact_names, flat_observation, with_contact
 from tegotae.envs.wires import Wires, WiringWarning, look_up, remarks, weights_of
 from tegotae.envs.wiring import Wiring
 from tegotae.parts.units import Units
@@ -51,7 +51,9 @@ class Pilot:
         self._units = units = wiring.units or Units()
         self._numbers = {
             "omega": np.float32(units.time_s * wiring.omega),
-            "scales": {name: np.float32(x / units.of(name)) for name, x in wiring.scales.items()},
+            "scales": {
+                name: np.float32(x / units.value_of(name)) for name, x in wiring.scales.items()
+            },
             "max_force": np.float32(wiring.max_force),
             "step_s": np.float32(wires.step_s / units.time_s),
         }
@@ -109,7 +111,7 @@ class Pilot:
         for signal, (columns, sign) in wires.sensed.items():
             felt = sign[:, None] * observed[:, columns].T
             felt = np.maximum(felt, 0.0) if signal == "spring_force" else felt
-            felt = felt / units.of(signal)
+            felt = felt / units.value_of(signal)
             sensed[signal] = self._of_limbs(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32)
         if added is not None:
@@ -197,7 +199,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         """Reset the environment, and the oscillators to their `phase_rad`."""
         observation, info = self.env.reset(seed=seed, options=options)
         self._pilot.reset()
-        self._sensed = flat(self.env.observation_space, observation)
+        self._sensed = flat_observation(self.env.observation_space, observation)
         return self._outward(observation, info)
 
     def step(self, action: np.ndarray) -> tuple[Any, Any, bool, bool, Info]:
@@ -221,7 +223,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         observation, reward, terminated, truncated, info = self.env.step(
             command.astype(self._inner_dtype)
         )
-        self._sensed = flat(self.env.observation_space, observation)
+        self._sensed = flat_observation(self.env.observation_space, observation)
         observation, info = self._outward(observation, info)
         return observation, reward, terminated, truncated, info
 

@@ -267,7 +267,7 @@ def film(replay: Replay) -> list[np.ndarray]:
     return _of_environment(replay)
 
 
-def _at(replay: Replay) -> np.ndarray:
+def _pictured_steps(replay: Replay) -> np.ndarray:
     """The steps of which there is a picture."""
     time = replay.episode.time_s
     count = max(1, int(time[-1] * FRAMES_PER_S))
@@ -281,7 +281,7 @@ def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
 
     mujoco = require("mujoco", "mujoco")
     lanes, every, sensed = ModelLanes(settings, 1), np.ones(1, bool), sensing(settings)
-    frames = _at(replay).tolist()
+    frames = _pictured_steps(replay).tolist()
     states: dict[int, np.ndarray] = {}
     try:
         observation = lanes.reset(replay.seed, every)
@@ -390,7 +390,7 @@ def _of_environment(replay: Replay) -> list[np.ndarray]:
     if "MUJOCO_GL" not in os.environ and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ["MUJOCO_GL"] = "egl"
     drawn = replace(spec, settings=(*spec.settings, ("render_mode", "rgb_array")))
-    frames = {*_at(replay).tolist()}
+    frames = {*_pictured_steps(replay).tolist()}
     pictures: dict[int, np.ndarray] = {}
     env = drawn.make()
     try:
@@ -405,4 +405,4 @@ def _of_environment(replay: Replay) -> list[np.ndarray]:
         ) from None
     finally:
         env.close()
-    return [pictures[step] for step in _at(replay).tolist()]
+    return [pictures[step] for step in _pictured_steps(replay).tolist()]

@@ -16,7 +16,7 @@ from tegotae.figures.style import (
     COLUMN_IN,
     PAGE_IN,
     SEQUENTIAL,
-    literal,
+    literal_text,
     new_figure,
     styled,
 )
@@ -43,7 +43,7 @@ def explanation_figure(
         evaluated: whole, cut and frozen.
     """
     figure = new_figure(PAGE_IN, 4.6)
-    figure.suptitle(literal(name), fontsize=9)
+    figure.suptitle(literal_text(name), fontsize=9)
     (action, reaction), (force, rate) = figure.subplots(2, 2)
     for i, v in enumerate(visited):
         some = slice(None, None, max(1, len(v.load) // _DOTS))

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tegotae.analysis.generalisation.disturbances import Disturbance
 from tegotae.analysis.generalisation.run import MEASURES, Done, share_interval
-from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
 
 MOST_LINES = len(COLOURS)
 """Lines that a panel can distinguish."""
@@ -65,13 +65,13 @@ def groups_figure(
         )
         unit = f" [{unit}]" if unit else ""
         counts = ", still moving" if disturbance.measure == "moves" and not moving else ""
-        ax.set_xlabel(literal(disturbance.label + unit + counts))
+        ax.set_xlabel(literal_text(disturbance.label + unit + counts))
     for ax in axes.ravel()[len(selected) :]:
         ax.set_axis_off()
     for ax in axes[:, 0]:
         ax.set_ylabel("share that\nstill moves" if moving else "share that keeps\nits gait")
     handles, labels = axes[0, 0].get_legend_handles_labels()
-    labels, ncols = list(map(literal, labels)), min(len(labels), 5)
+    labels, ncols = list(map(literal_text, labels)), min(len(labels), 5)
     title = "bands: 95 % intervals" if any(ax.collections for ax in axes.ravel()) else None
     figure.legend(handles, labels, loc="outside lower center", ncols=ncols, title=title)
     return figure

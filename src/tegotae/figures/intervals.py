@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
 from tegotae.measures.hopping.statistics import Interval
 
 _ACROSS = 3
@@ -31,8 +31,8 @@ def intervals_figure(names: Sequence[str], cells: Mapping[str, Iterable[Interval
         mean = np.array([cell.mean for cell in means])
         ends = np.array([(cell.mean - cell.low, cell.high - cell.mean) for cell in means])
         panel.errorbar(mean, place, xerr=np.nan_to_num(ends.T), fmt="o", color=COLOURS[0])
-        panel.set_xlabel(literal(label))
-        panel.set_yticks(place, [literal(name) for name in names])
+        panel.set_xlabel(literal_text(label))
+        panel.set_yticks(place, [literal_text(name) for name in names])
         panel.margins(y=0.3)
     panels[0].invert_yaxis()
     for panel in panels[len(cells) :]:

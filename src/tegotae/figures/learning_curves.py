@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
-from tegotae.figures.style import COLOURS, PAGE_IN, Table, literal, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, Table, literal_text, new_figure, styled
 from tegotae.measures.hopping.registry import range_of
 from tegotae.measures.hopping.statistics import UNBOUNDED, Interval, difference, interval
 from tegotae.training.curves import COT, FITNESS, groups, late_mean, measure_of, shared
@@ -57,7 +57,7 @@ def algorithms_figure(curves: pd.DataFrame) -> Figure:
             title, key = f"{model}: {algorithm_title(algorithm)}", (model, algorithm)
             if len(title) >= 36:
                 title = title.replace(": ", ":\n", 1)
-            panel.set_title("\n".join(map(literal, title.split("\n"))), loc="left")
+            panel.set_title("\n".join(map(literal_text, title.split("\n"))), loc="left")
             panel.set(ylim=(lowest - room if lowest < 0.0 else 0.0, highest + room), xscale="log")
             panel.tick_params(labelleft=i % across == 0)
             if i % across == 0:

@@ -111,7 +111,7 @@ _MOST = 5  # limit cycles with a colour of their own
 @styled()
 def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
     """Draw the limit cycle that each release ends in; the legend shows its frequency."""
-    labels = [describe(cycle) for cycle in basin.cycles[:_MOST].itertuples()]
+    labels = [describe_map(cycle) for cycle in basin.cycles[:_MOST].itertuples()]
     if len(rare := basin.cycles[_MOST:]):
         labels.append(f"{len(rare)} other limit cycles ({sum(rare['share']):.1%})")
     figure = new_figure(COLUMN_IN, 2.9 + 0.13 * min(len(labels), _MOST))
@@ -130,7 +130,7 @@ def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
     return figure
 
 
-def describe(cycle: Any) -> str:
+def describe_map(cycle: Any) -> str:
     """A limit cycle, a row of `HopperBasin.cycles`: hops, turns, height, share of releases."""
     hops = "1 hop" if cycle.hops == 1 else f"{cycle.hops} hops"
     turns = {None: "", 1: ", 1 turn"}.get(cycle.turns, f", {cycle.turns} turns")

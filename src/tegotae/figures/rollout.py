@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tegotae.figures.cycles import broken
-from tegotae.figures.style import COLOURS, PAGE_IN, literal, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
 from tegotae.systems.simulation import Result
 
 if TYPE_CHECKING:  # of Gymnasium, which is an extra
@@ -44,13 +44,13 @@ def episode_figure(replay: Replay, *, note: str = "") -> Figure:
         panel.plot(time, height[late])
         panel.set_ylabel("height [m]")
     for name, load in replay.loads.items():
-        loads.plot(time, load[late], label=literal(name))
+        loads.plot(time, load[late], label=literal_text(name))
     loads.set_ylabel("load [N]")
     loads.legend(**_BESIDE)
     for i, limb in enumerate(wiring.limbs):
         phase, name = episode.phase_rad[late, i] % (2.0 * np.pi), ", ".join(limb.entries)
         # Limbs in phase lie on each other: the later ones are smaller.
-        phases.plot(time, phase, ".", ms=3.0 / (1.0 + i), label=literal(name))
+        phases.plot(time, phase, ".", ms=3.0 / (1.0 + i), label=literal_text(name))
     phase_up(phases)
     phases.set_xlabel("time [s]")
     phases.legend(**_BESIDE)

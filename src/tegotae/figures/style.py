@@ -80,11 +80,11 @@ def styled() -> Iterator[None]:
         yield
 
 
-def literal(name: str) -> str:
+def literal_text(name: str) -> str:
     r"""A name for a figure, where `$` is a sign like others and begins no formula.
 
     Example:
-        >>> print(literal("cost_$5"))
+        >>> print(literal_text("cost_$5"))
         cost_\$5
     """
     printable = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.measures.hopping.gait import gait
-from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, hops, settled
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, find_limit_cycle, hops
 from tegotae.measures.hopping.metric import (
     ClampedEpisodes,
     ClampedMetric,
@@ -28,8 +28,8 @@ from tegotae.measures.hopping.metric import (
 from tegotae.measures.hopping.registry import (
     built_in_gait,
     channels_of,
-    chosen,
     range_of,
+    select_metrics,
     with_needed,
 )
 from tegotae.measures.hopping.signals import check_work, require_measurable
@@ -199,7 +199,7 @@ def evaluate(
         >>> f"{result.summary()['cot_inverse'].mean:.2f} m/J"
         '0.44 m/J'
     """
-    body, protocol, selected = body or Hopper(), protocol or Protocol(), chosen(metrics)
+    body, protocol, selected = body or Hopper(), protocol or Protocol(), select_metrics(metrics)
     require_evaluable(controller, body, protocol)
     omegas = np.array(protocol.omegas(controller, omega_t))
     rows = as_lanes(controller, body, weights, Scenario(0.0), "float64").weights.T
@@ -418,4 +418,4 @@ def _hops_and_end(
 
 
 # Apart from the rollout, which is thus not compiled anew for other tolerances.
-_settled = jax.jit(settled, static_argnames="settings")
+_settled = jax.jit(find_limit_cycle, static_argnames="settings")

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.tables import number
+from tegotae._support.tables import parse_number
 
 _MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -81,7 +81,7 @@ def _is_value(cell: str) -> bool:
     if _COMMA.fullmatch(cell) or is_clock(cell):
         return True
     try:
-        number(cell)
+        parse_number(cell)
     except ValueError:
         return False
     return True

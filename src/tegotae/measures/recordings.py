@@ -15,7 +15,7 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae._support.files import read_arrays
 from tegotae._support.progress import note
-from tegotae._support.tables import number
+from tegotae._support.tables import parse_number
 from tegotae.measures.log_csv import is_clock, read_log
 from tegotae.measures.plausibility import check_plausible, doubts
 
@@ -36,7 +36,7 @@ class Quantity(NamedTuple):
     units: Mapping[str, float]
     """Its units in those of the SI, whose own is the first."""
 
-    def of(self, unit: str) -> float | None:
+    def scale_of(self, unit: str) -> float | None:
         """A unit in that of the SI; None if it is no unit of this.
 
         Capitals count only where they distinguish two units, as those of mN and MN do.
@@ -202,7 +202,9 @@ def recording(
         [0.99, 1.0, 1.01]
     """
     sources = {
-        name: source for name, source in _chosen(columns, assignments).items() if name in quantities
+        name: source
+        for name, source in _sources(columns, assignments).items()
+        if name in quantities
     }
     for quantity in needed:
         if quantity not in sources:
@@ -331,7 +333,7 @@ def left_alone(
         >>> left_alone({"time_s": [], "height_m": [], "force": []})
         ["column 'force' is without a unit and is left alone; say it: --columns force=force[N]"]
     """
-    sources = _chosen(columns, assignments)
+    sources = _sources(columns, assignments)
     lines = []
     for column in columns:
         name, unit = split(column)
@@ -339,7 +341,7 @@ def left_alone(
         for quantity, entry in QUANTITIES.items():
             if quantity in sources or not {name, full_name} & {*entry.names}:
                 continue
-            spelling = _given("" if full_name in entry.names else unit)
+            spelling = _with_unit("" if full_name in entry.names else unit)
             lines.append(
                 f"column {column!r} is {spelling} and is left alone; say it: --columns "
                 f"{quantity}={column}[{entry.si}]"
@@ -347,7 +349,7 @@ def left_alone(
     return lines
 
 
-def _given(unit: str) -> str:
+def _with_unit(unit: str) -> str:
     return f"in {unit!r}" if unit else "without a unit"
 
 
@@ -385,7 +387,7 @@ class _Source:
         for row, cell in enumerate(cells.tolist()):
             text = str(cell).strip()
             try:
-                values[row] = number(text) if text and cell is not None else np.nan
+                values[row] = parse_number(text) if text and cell is not None else np.nan
             except ValueError:
                 raise TegotaeError(
                     f"{self.column} is {text!r} in {_place(column, row)}, which is no number; "
@@ -409,16 +411,16 @@ def _scale_of(quantity: str, column: Collection[object], unit: str) -> float | N
     """A unit of a column in that of the SI; None if it is no unit of the quantity."""
     if quantity == "time" and _is_clock(column):
         return 1.0
-    return QUANTITIES[quantity].of(unit)
+    return QUANTITIES[quantity].scale_of(unit)
 
 
-def _chosen(
+def _sources(
     columns: Mapping[str, Collection[object]], assignments: Sequence[str]
 ) -> dict[str, _Source]:
     """Column and unit of every quantity: as named, or else by the columns' own names."""
     sources: dict[str, _Source] = {}
     for words in assignments:
-        quantity, source = _named(columns, words)
+        quantity, source = _assignment(columns, words)
         if quantity in sources:
             raise TegotaeError(
                 f"the {quantity} is named twice, {sources[quantity].column!r} and "
@@ -448,7 +450,7 @@ def _chosen(
     return matches | sources
 
 
-def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, _Source]:
+def _assignment(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, _Source]:
     """Quantity, column and unit of `QUANTITY=COLUMN[UNIT]`."""
     quantity, _, column = str(words).partition("=")
     if not column:
@@ -467,7 +469,7 @@ def _named(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, 
     scale = _scale_of(quantity, columns[column], unit)
     if scale is None:
         raise TegotaeError(
-            f"column {column!r} is {_given(unit)}; say which of "
+            f"column {column!r} is {_with_unit(unit)}; say which of "
             f"{', '.join(QUANTITIES[quantity].units)} it is, such as "
             f"--columns {quantity}={column}[{QUANTITIES[quantity].si}]"
         )

@@ -81,7 +81,7 @@ def path_of(body: Body, name: str) -> str:
     if first not in paths:
         raise unknown(f"field of a {type(unwrapped(body)).__name__}", first, paths)
     path = paths[first] + dot + tail
-    _ = _at(body, path)
+    _ = _value_at(body, path)
     return path
 
 
@@ -100,7 +100,7 @@ def value_of(body: Body, name: str) -> object:
         >>> value_of(Sensors(body=Hopper()), "mass_kg")
         0.1
     """
-    return _at(body, path_of(body, name))
+    return _value_at(body, path_of(body, name))
 
 
 def number_of(body: Body, name: str) -> FieldNumber:
@@ -135,7 +135,7 @@ def numbers_of(body: Body) -> dict[str, FieldNumber]:
         >>> numbers_of(Bar())["inertia_ratio"]
         1.0
     """
-    values = {name: _at(body, path) for name, path in paths_of(body).items()}
+    values = {name: _value_at(body, path) for name, path in paths_of(body).items()}
     return {name: cast(FieldNumber, x) for name, x in values.items() if _is_number(x)}
 
 
@@ -185,7 +185,7 @@ def with_paths(value: T, fields: Mapping[str, object]) -> T:
     return cast(T, dataclasses.replace(cast("DataclassInstance", value), **plain))
 
 
-def _at(value: object, path: str) -> object:
+def _value_at(value: object, path: str) -> object:
     """The value at a path of a dataclass."""
     for part in path.split("."):
         names = _names(value)

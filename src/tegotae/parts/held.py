@@ -12,7 +12,7 @@ from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.terms import ConstantGain, UnitAction
 
 
-def held(
+def with_held_feedback(
     controller: Controller, weights: ArrayLike, feedback_rad_per_s: ArrayLike = 0.0
 ) -> tuple[Controller, np.ndarray]:
     """The controller with a constant in place of its feedback, `φ̇ = ω + f` with a fixed f.
@@ -36,7 +36,7 @@ def held(
 
     Example:
         >>> from tegotae.systems.models import find
-        >>> clock, weights = held(find("V-sector-w8").controller(), [[2.0], [3.0]])
+        >>> clock, weights = with_held_feedback(find("V-sector-w8").controller(), [[2.0], [3.0]])
         >>> clock.n_weights, weights.tolist()
         (1, [[0.0], [0.0]])
     """

@@ -39,8 +39,8 @@ class ScaledTerm(Term):
 
     def __call__(self, weights: Weights, signals: Signals) -> PerCommand:
         """c · T(s / u)."""
-        values = {name: x / self.units.of(name) for name, x in signals.values.items()}
-        scales = {name: x / self.units.of(name) for name, x in signals.scales.items()}
+        values = {name: x / self.units.value_of(name) for name, x in signals.values.items()}
+        scales = {name: x / self.units.value_of(name) for name, x in signals.scales.items()}
         return self.factor * self.term(weights, Signals(values, scales))
 
 

@@ -36,7 +36,7 @@ class Units(Part):
         TegotaeError: for one that is not above zero.
 
     Example:
-        >>> Units(length_m=0.25, time_s=0.16, force_n=120.0).of("speed")
+        >>> Units(length_m=0.25, time_s=0.16, force_n=120.0).value_of("speed")
         1.5625
     """
 
@@ -44,7 +44,7 @@ class Units(Part):
     time_s: float = positive(1.0)
     force_n: float = positive(1.0)
 
-    def of(self, signal: str) -> float:
+    def value_of(self, signal: str) -> float:
         """Return the value of one unit of a signal on the body."""
         length, time, force = _DIMENSIONS.get(signal, (0, -1 * signal.endswith("_rate"), 0))
         return self.length_m**length * self.time_s**time * self.force_n**force

@@ -166,7 +166,7 @@ class LoadedController:
         """
         from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 
-        return ControllersUnderTest.of(self.runs, starts)
+        return ControllersUnderTest.from_runs(self.runs, starts)
 
     def on(self, body: Body) -> Self:
         """Return the same controllers on another body."""

@@ -16,7 +16,7 @@ from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.legged import Legged, settling
 from tegotae.systems.resolve import resolve
-from tegotae.training.collection import distinct, sets_of
+from tegotae.training.collection import named_sets, sets_of
 
 if TYPE_CHECKING:
     from tegotae.questions.environment import EnvironmentController
@@ -128,7 +128,7 @@ def _loaded(names: Sequence[Any]) -> list[LoadedController]:
             require_all(extras_of(environment))
         sets += [(subject.name, runs) for runs in sets_of(subject)]
         legs[subject.name] = subject.legged
-    return [_controller(runs, legs[place], place) for place, runs in _apart(distinct(sets))]
+    return [_controller(runs, legs[place], place) for place, runs in _apart(named_sets(sets))]
 
 
 def _apart(sets: Sequence[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:

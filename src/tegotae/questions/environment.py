@@ -100,7 +100,7 @@ class EnvironmentController(LoadedController):
     @cached_property
     def experiment(self) -> EnvExperiment:
         """The experiment in which they were trained."""
-        return EnvExperiment.of(self.runs)
+        return EnvExperiment.from_controller(self.runs)
 
     def on(self, body: Body) -> EnvironmentController:
         raise TegotaeError(f"{self.name} was trained on an environment, and has its body there")
@@ -211,7 +211,7 @@ class EnvironmentController(LoadedController):
     def tested(self, starts: int) -> Tested:
         from tegotae.analysis.generalisation.on_environment import ModelUnderTest
 
-        return ModelUnderTest.of(self.runs, starts)
+        return ModelUnderTest.from_runs(self.runs, starts)
 
 
 def _series(played: Replay) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.tables import number
+from tegotae._support.tables import parse_number
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
@@ -20,7 +20,7 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import all_models, find
 from tegotae.systems.resolve import oscillator_called, resolve
-from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.user_objects import is_reference
 
 _HOW = (
     "write NAME=LOW:HIGH, NAME=VALUE/VALUE or, limb by limb, NAME=1,1/0,1, and @FROM:UNTIL behind "
@@ -47,12 +47,12 @@ def _condition(text: str) -> Condition:
     name, _, rest = text.partition("=")
     values, at, times = rest.partition("@")
     try:
-        numbers = [number(time) for time in times.split(":")] if at else []
+        numbers = [parse_number(time) for time in times.split(":")] if at else []
         from_s, until_s = [*numbers, *(0.0, None)[len(numbers) :]]
         if ":" in values:
-            low, high = map(number, values.split(":"))
+            low, high = map(parse_number, values.split(":"))
             return Uniform(name, from_s, until_s, low=low, high=high)
-        rows = [tuple(map(number, row.split(","))) for row in values.split("/")]
+        rows = [tuple(map(parse_number, row.split(","))) for row in values.split("/")]
         alike = all(len(row) == 1 for row in rows)
         return OneOf(name, from_s, until_s, values=tuple(r[0] if alike else r for r in rows))
     except TegotaeError:
@@ -215,7 +215,7 @@ def with_parts(
         made["body"] = body_called(body) if isinstance(body, str) else body
         made["controller"] = _for_weight(experiment, made["body"])
     if isinstance(fitness, str):
-        made["objective"] = named(fitness, Objective, "fitness")
+        made["objective"] = load_object(fitness, Objective, "fitness")
     elif fitness is not None:
         made["objective"] = fitness
     return experiment.replaced(**made)

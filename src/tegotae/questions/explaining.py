@@ -43,7 +43,7 @@ from tegotae.analysis.short_forms import (
     TriedForm,
     c_line,
     latex,
-    plain,
+    plain_law,
     python,
     shortest,
     tried_forms,
@@ -420,7 +420,7 @@ class Explanation(Table):
             said.append(
                 f"The shortest form that keeps {_listed(shares)} of the score is {form.name}, "
                 f"{form.numbers} numbers{feet}; from the releases that did not choose it, it keeps "
-                f"{form.kept:.0%}: {plain(form.saved)}."
+                f"{form.kept:.0%}: {plain_law(form.saved)}."
             )
         if none := [f"{share:.0%}" for share, form in self.chosen.items() if form is None]:
             said.append(f"None of the library keeps {' or '.join(none)}.")

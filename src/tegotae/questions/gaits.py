@@ -93,7 +93,6 @@ class _Study:
     def _title(self) -> str:
         """The system, and its changes, in a few words."""
         from tegotae.figures.gaits.style import in_words
-        from tegotae.figures.style import literal
 
         options, omega = self.options, self.legged.omega
         usual = numbers_of(self.controller.legged.body)
@@ -106,7 +105,7 @@ class _Study:
             if x
         ]
         at = "" if omega is None or OMEGA in self.over else f", ω = {omega:g}"
-        return literal(", ".join(filter(None, words))) + at
+        return literal_text(", ".join(filter(None, words))) + at
 
 
 def _usual(controller: WalkerController) -> dict[str, Any]:
@@ -173,7 +172,7 @@ def basin(
         8
     """
     study = _Study(controller, locals())
-    from tegotae.figures.gaits.maps import basin_figure
+    from tegotae.figures.gaits.maps import gait_basin_figure
 
     legged = study.legged
     if legged.omega is None:
@@ -202,7 +201,7 @@ def basin(
     return study.figure(
         basin,
         basin.frame.drop(columns=["run", "omega"]),
-        basin_figure,
+        gait_basin_figure,
         notes=(
             f"Lags behind {names[legged.reference]} in cycles, circular mean ± deviation over "
             "the starts; median time to lock.",

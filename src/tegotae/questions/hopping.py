@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
 from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import TABLE, Metric
-from tegotae.measures.hopping.registry import chosen, register
+from tegotae.measures.hopping.registry import register, select_metrics
 from tegotae.measures.hopping.signals import work_total
 from tegotae.parts.bodies import Body
 from tegotae.questions.controller import Changes, LoadedController, Subject, Work
@@ -26,7 +26,7 @@ from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.simulation import Result, simulate
 from tegotae.systems.system import Release
-from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.user_objects import is_reference, load_object
 
 SERIES = (
     *("time_s", "height_m", "velocity_m_per_s", "phase_rad", "spring_force_n"),
@@ -266,6 +266,6 @@ class HopperController(LoadedController):
 
 def _metrics(asked: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics of names; a user's own is registered."""
-    own = {name: named(name, Metric, "metric") for name in asked if is_reference(name)}
+    own = {name: load_object(name, Metric, "metric") for name in asked if is_reference(name)}
     names = [register(own[name]).name if name in own else name for name in asked]
-    return chosen(names or None)
+    return select_metrics(names or None)

@@ -131,7 +131,7 @@ def _of_design(design: Any, budget: int) -> JsonObject:
 
 def _trained(pattern: str) -> Table:
     """The trained controllers of `[STUDY:]MODEL[/RUN]`."""
-    wanted = ZooName.of(pattern)
+    wanted = ZooName.parse(pattern)
     zoos = (study_of(wanted.study),) if wanted.study else studies()
     first = {model: zoo.study for zoo in reversed(zoos) for model in zoo.models}
     rows = [

@@ -16,7 +16,7 @@ from tegotae.figures.gaits import animation as gait_animation
 from tegotae.figures.gaits.lags import footfall_figure, lags_figure
 from tegotae.figures.recording import recording_figure
 from tegotae.figures.rollout import episode_figure, rollout_figure
-from tegotae.figures.style import literal, styled
+from tegotae.figures.style import literal_text, styled
 from tegotae.systems.simulation import Result
 
 if TYPE_CHECKING:
@@ -41,14 +41,14 @@ def _(raw: Result, note: str) -> dict[str, Figure]:
 
 @figures.register
 def _(raw: GaitRun, note: str) -> dict[str, Figure]:
-    title = literal(note)
+    title = literal_text(note)
     return {"footfall": footfall_figure(raw, title), "lags": lags_figure(raw, title)}
 
 
 def _of_replay(raw: Replay, note: str) -> dict[str, Figure]:
     """The gait as that of a recording where its hops can be measured, else loads and phases."""
     measured, rest = raw.measured(), raw.experiment.wiring.rest_length_m
-    title = literal(note)
+    title = literal_text(note)
     loads = {"loads": episode_figure(raw, note=title)}
     if measured is None or rest is None:
         return loads
@@ -66,7 +66,7 @@ def animation_of(raw: Any) -> animation.Animation:
 
 
 animation_of.register(Result, animation.animation)
-animation_of.register(GaitRun, gait_animation.animation)
+animation_of.register(GaitRun, gait_animation.gait_animation)
 
 with suppress(MissingExtraError):  # without Gymnasium there is no replay to draw
     from tegotae.training.environments.replay import Replay

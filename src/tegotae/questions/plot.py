@@ -19,7 +19,7 @@ from tegotae.analysis.orbit import (
     NoLimitCycleError,
     Orbit,
     find_orbit,
-    paths_of,
+    release_paths,
     require_hopper,
 )
 from tegotae.parts.bodies import Body
@@ -91,9 +91,9 @@ def _changed(options: Any) -> SavedController:
 
 def _titled(driver: SavedController | Policy) -> str:
     """A controller or a policy in a few words, for a figure."""
-    from tegotae.figures.style import literal
+    from tegotae.figures.style import literal_text
 
-    words, omega = [literal(driver.name or "controller")], driver.omega
+    words, omega = [literal_text(driver.name or "controller")], driver.omega
     if isinstance(driver, SavedController) and driver.controller.has_a_gain_alone:
         words.append(f"σ = {driver.weights[0]:.4g}")
     return ", ".join([*words, *([] if omega is None else [f"ω = {omega:g} rad/s"])])
@@ -245,7 +245,7 @@ def _paths(
     driver: SavedController | Policy, options: Any, heights: np.ndarray, duration_s: float
 ) -> Trajectory:
     if isinstance(driver, SavedController):
-        return paths_of(driver, heights, duration_s=duration_s)
+        return release_paths(driver, heights, duration_s=duration_s)
     from tegotae.analysis.policy import policy_paths
 
     phase_rad = options.release.phase_rad
@@ -455,7 +455,7 @@ def phase_locking(
     del options.hopping
     from tegotae.analysis.maps import axis, sweep_gain
     from tegotae.figures.maps import phase_locking_figure, phase_locking_table
-    from tegotae.figures.style import literal
+    from tegotae.figures.style import literal_text
 
     limits.require_within("cut", cut, limits.MOST_GAIN)
     sweep = sweep_gain(
@@ -466,7 +466,7 @@ def phase_locking(
         timing=Timing(duration_s=duration_s),
         height_m=hopping.runs.system.release.height_m,
     )
-    note = f"{literal(hopping.name)} ({type(hopping.runs.controller.actuation).__name__})"
+    note = f"{literal_text(hopping.name)} ({type(hopping.runs.controller.actuation).__name__})"
     return _figure(
         sweep,
         lambda: phase_locking_figure(sweep, cut, note),
@@ -509,7 +509,7 @@ def basin(
     """
     options = _options(locals())
     from tegotae.analysis.maps import axis, map_basin
-    from tegotae.figures.maps import basin_figure, describe
+    from tegotae.figures.maps import basin_figure, describe_map
 
     saved = _changed(options)
     heights = axis("height_m", *height_m, resolution, above=0.0, upper=limits.MOST_M)
@@ -522,7 +522,7 @@ def basin(
     basin = map_basin(saved, heights, across, timing=timing)
     rows: list[Any] = list(basin.cycles.itertuples())
     without = 1.0 - sum(x.share for x in rows)
-    cycles = [f"{describe(x)}, CoT⁻¹ {x.cot_inverse_a_m_per_j:.3f} m/J" for x in rows]
+    cycles = [f"{describe_map(x)}, CoT⁻¹ {x.cot_inverse_a_m_per_j:.3f} m/J" for x in rows]
     return _figure(
         basin,
         lambda: basin_figure(basin, _titled(saved)),

@@ -94,7 +94,7 @@ class Robustness(Table):
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Margins by each measure, curves, and what was left out."""
-        curves = {tested.name: run.curve(outcome) for tested, outcome in self.done}
+        curves = {tested.name: run.retention_curve(outcome) for tested, outcome in self.done}
         left_out = [
             (tested.name, condition, why)
             for tested, outcome in self.done

@@ -536,7 +536,7 @@ def advice(answer: TrainedControllers, *, least: float) -> list[str]:
 
     said = []
     best = max(map(load_file, answer.paths), key=lambda run: float(run.training["best_fitness"]))  # type: ignore[arg-type]
-    experiment = EnvExperiment.of(best)
+    experiment = EnvExperiment.from_controller(best)
     if experiment.spec.is_model and (why := replay(experiment, [best.weights])[0].why_on_ground()):
         said.append(f"The best run {why}.")
     if answer.table.empty:  # a search, in which nothing is learned

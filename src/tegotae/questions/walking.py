@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.analysis.gaits.releases import coordination_columns, release_all, simulate
+from tegotae.analysis.gaits.releases import coordination_columns, release_all
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import unwrapped, with_fields
@@ -120,7 +120,7 @@ class WalkerController(LoadedController):
         if options.phases and options.seed:
             raise TegotaeError("seed is of random phases, and phases gives them; leave one out")
         release = [2.0 * math.pi * phase for phase in options.phases] or None
-        run = simulate(legged, release, seed=options.seed, tolerance=options.tolerance)
+        run = simulate_gaits(legged, release, seed=options.seed, tolerance=options.tolerance)
         (length, time), last = legged.units, run.found
         numbers = {k: x[0].item() for k, x in coordination_columns(last, legged.names).items()}
         stances = {

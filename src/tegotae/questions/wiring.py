@@ -312,10 +312,9 @@ def wiring_baseline(
 
     def drawn() -> dict[str, figure.Figure]:
         from tegotae.figures.maps import vanilla_sweep_figure
-        from tegotae.figures.style import literal
 
         named = "fitness" if fitness is None else f"fitness: {fitness}"
-        return {"map": vanilla_sweep_figure(sweep, fitness=literal(named))}
+        return {"map": vanilla_sweep_figure(sweep, fitness=literal_text(named))}
 
     return VanillaBaseline(
         raw=sweep,

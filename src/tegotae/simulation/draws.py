@@ -239,7 +239,7 @@ def draw(
         rows = 1 if per_body else body.limbs
         slot = random.permuted(np.tile(np.arange(count), (rows, 1)), axis=1)
         share = (slot + random.random((rows, count))) / count
-        values[condition.name] = condition.at(share[0] if per_body else share)
+        values[condition.name] = condition.quantile(share[0] if per_body else share)
     return values
 
 

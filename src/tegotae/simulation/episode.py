@@ -60,14 +60,14 @@ class EpisodeProgram:
 
     def recorder(self, body: Body) -> Recorder:
         """Return the recorder of the channels on a body."""
-        return Recorder.of(self.loop.controller, body, self.needs)
+        return Recorder.for_loop(self.loop.controller, body, self.needs)
 
     def start(self, lanes: LaneInputs, shared: Shared) -> LoopState:
         """The lanes at their release, with nothing recorded."""
         rows, body, scenario = _spread(self.loop, lanes, shared)
         lane = self.loop.start(rows, body, scenario, shared.tick_s)
         inputs = rows, body, scenario, lane, jnp.int32(0), shared.tick_s
-        return LoopState(lane, *self.recorder(body).nothing(lambda: _tick(self.loop, *inputs)[1]))
+        return LoopState(lane, *self.recorder(body).empty(lambda: _tick(self.loop, *inputs)[1]))
 
     def tick(self, lanes: LaneInputs, shared: Shared, state: LoopState, index: Index) -> LoopState:
         """The lanes after a control tick, with what it added to the totals and events."""

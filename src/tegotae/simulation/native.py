@@ -18,7 +18,7 @@ from tegotae._support.transforms import compiled_for
 from tegotae.parts.bodies import Body
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, Shared
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.timing import Timing, filled
+from tegotae.simulation.timing import Timing, padded_lanes
 from tegotae.simulation.world import Scenario
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ _PROGRAMS = 64
 """Compiled programs that are kept, those used last."""
 
 
-def roll_out(
+def roll_out_native(
     program: EpisodeProgram,
     timing: Timing,
     summary: Callable[..., Any],
@@ -55,12 +55,12 @@ def roll_out(
     """
     dtype, count = lanes.weights.dtype, lanes.weights.shape[-1]
     shared = Shared(body, np.asarray(timing.tick_s, dtype))
-    kernel = _kernel(program, _Like.of((_lanes(lanes, 1), shared)))
+    kernel = _kernel(program, _Like.from_tree((_lanes(lanes, 1), shared)))
     if isinstance(kernel, CannotLower):
         raise kernel
     frames = _lanes(kernel.channels, LANES_SUMMARISED, timing.n_frames)
     block = frames, _lanes(lanes.scenario, LANES_SUMMARISED), shared.body
-    summarised = _summarised(timing, summary, _Like.of(block))
+    summarised = _summarised(timing, summary, _Like.from_tree(block))
 
     def output(like: jax.ShapeDtypeStruct) -> np.ndarray:
         return np.empty((*like.shape[:-1], count), like.dtype)
@@ -74,10 +74,10 @@ def roll_out(
         with jax.enable_x64(dtype == "float64"):  # a setting of each thread
             for offset in range(0, n, LANES_SUMMARISED):
                 lanes_slice = slice(first + offset, first + min(offset + LANES_SUMMARISED, n))
-                summed = filled(
+                summed = padded_lanes(
                     trajectory, slice(offset, offset + LANES_SUMMARISED), LANES_SUMMARISED
                 )
-                met = filled(lanes.scenario, lanes_slice, LANES_SUMMARISED)
+                met = padded_lanes(lanes.scenario, lanes_slice, LANES_SUMMARISED)
                 part = summarised(summed, met, shared.body)
                 jax.tree.map(partial(put, lanes_slice), results, part)
 
@@ -101,12 +101,12 @@ def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
         body: a body.
     """
     dtype = lanes.weights.dtype
-    shared = Shared(numbers_of(body, dtype), np.asarray(0.0, dtype))
-    kernel = _kernel(program, _Like.of((_lanes(lanes, 1), shared)))
+    shared = Shared(with_numpy_numbers(body, dtype), np.asarray(0.0, dtype))
+    kernel = _kernel(program, _Like.from_tree((_lanes(lanes, 1), shared)))
     return kernel.operation if isinstance(kernel, CannotLower) else ""
 
 
-def numbers_of(body: Body, dtype: DTypeLike) -> Body:
+def with_numpy_numbers(body: Body, dtype: DTypeLike) -> Body:
     """The body with its numbers as NumPy arrays of one type.
 
     Args:
@@ -127,7 +127,7 @@ class _Like(NamedTuple):
     leaves: tuple[jax.ShapeDtypeStruct, ...]
 
     @classmethod
-    def of(cls, tree: Any) -> _Like:
+    def from_tree(cls, tree: Any) -> _Like:
         leaves, structure = jax.tree.flatten(tree)
         return cls(structure, tuple(jax.ShapeDtypeStruct(x.shape, x.dtype) for x in leaves))
 

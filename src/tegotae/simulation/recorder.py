@@ -122,7 +122,7 @@ def _apex(tick: Tick) -> MaskPerLane:
     return ~jnp.isnan(tick.contact.apex_share)
 
 
-def _at(tick: Tick, share: PerLimb) -> PerLimb:
+def _time_at(tick: Tick, share: PerLimb) -> PerLimb:
     """The time at a share of a tick [s]."""
     return (tick.number.astype(share.dtype) + share) * tick.tick_s
 
@@ -192,7 +192,7 @@ COMMON: tuple[Channel, ...] = (
         "apex_time_s",
         "Time of a flight apex [s].",
         _apex,
-        lambda t: _at(t, t.contact.apex_share),
+        lambda t: _time_at(t, t.contact.apex_share),
     ),
     Latest("apex_height_m", "Height of that apex [m].", _apex, lambda t: t.contact.apex_height_m),
     Latest(
@@ -205,7 +205,7 @@ COMMON: tuple[Channel, ...] = (
         "touchdown_time_s",
         "Time of a touchdown [s], a limb.",
         lambda t: ~jnp.isnan(t.contact.touchdown_share),
-        lambda t: _at(t, t.contact.touchdown_share),
+        lambda t: _time_at(t, t.contact.touchdown_share),
     ),
     Total(
         "stance_time_s",
@@ -274,7 +274,9 @@ class Recorder:
     recorded: tuple[str, ...]
 
     @classmethod
-    def of(cls, controller: Controller, body: Body, names: Iterable[str] | None = None) -> Recorder:
+    def for_loop(
+        cls, controller: Controller, body: Body, names: Iterable[str] | None = None
+    ) -> Recorder:
         """A recorder of the channels named, or of all.
 
         Raises:
@@ -288,19 +290,19 @@ class Recorder:
         served = [n for name in recorded for n in getattr(channels[name], "needs", ())]
         return cls({name: channels[name] for name in (*recorded, *served)}, recorded)
 
-    def _of(self, kind: type[C]) -> dict[str, C]:
+    def _channels_of(self, kind: type[C]) -> dict[str, C]:
         return {name: c for name, c in self.channels.items() if isinstance(c, kind)}
 
-    def nothing(
-        self, tick: Callable[[], Tick]
-    ) -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
+    def empty(self, tick: Callable[[], Tick]) -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
         """Totals and events of nothing, of the shapes that a tick gives; it is traced once."""
 
         def zeros() -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
             output = tick()
-            totals = {name: channel.gain(output) for name, channel in self._of(Total).items()}
+            totals = {
+                name: channel.gain(output) for name, channel in self._channels_of(Total).items()
+            }
             return totals, {
-                name: channel.value(output) for name, channel in self._of(Latest).items()
+                name: channel.value(output) for name, channel in self._channels_of(Latest).items()
             }
 
         totals, events = shapes_of(zeros)
@@ -312,14 +314,15 @@ class Recorder:
     def add(self, totals: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
         """The totals after a tick; those of a failed lane stand still."""
         added = {
-            name: totals[name] + channel.gain(tick) for name, channel in self._of(Total).items()
+            name: totals[name] + channel.gain(tick)
+            for name, channel in self._channels_of(Total).items()
         }
         return {name: keep(tick.sound, x, totals[name]) for name, x in added.items()}
 
     def update(self, events: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
         """The events after a tick; a failed lane has none."""
         updated: dict[str, jax.Array] = {}
-        for name, channel in self._of(Latest).items():
+        for name, channel in self._channels_of(Latest).items():
             value, happens = channel.value(tick), channel.when(tick)
             happens = jnp.broadcast_to(happens, value.shape)
             happens &= jnp.broadcast_to(tick.sound, value.shape)

@@ -164,12 +164,12 @@ class Engine:
             body: the body.
         """
         dtype = lanes.weights.dtype
-        body = native.numbers_of(body, dtype)
+        body = native.with_numpy_numbers(body, dtype)
         inputs = self.program, self.timing, self.summary, lanes, body
         if self.runs_on(lanes, body) == NATIVE:
-            return native.roll_out(*inputs)
+            return native.roll_out_native(*inputs)
         with jax.enable_x64(dtype == "float64"):
-            return xla.roll_out(*inputs)
+            return xla.roll_out_xla(*inputs)
 
     def runs_on(self, lanes: LaneInputs, body: Body) -> str:
         """The engine that runs it: "native", "xla", or "native, xla for OPERATION".

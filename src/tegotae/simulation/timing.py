@@ -13,7 +13,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts.parameters import Part, positive
 
 
-def filled(tree: Any, lanes: slice, size: int) -> Any:
+def padded_lanes(tree: Any, lanes: slice, size: int) -> Any:
     """Some lanes of every array, with the last of them again until there are `size`.
 
     Args:
@@ -22,7 +22,7 @@ def filled(tree: Any, lanes: slice, size: int) -> Any:
         size: how many there are then.
 
     Example:
-        >>> filled(np.arange(5), slice(3, 7), 4).tolist()
+        >>> padded_lanes(np.arange(5), slice(3, 7), 4).tolist()
         [3, 4, 4, 4]
     """
 
@@ -51,7 +51,8 @@ def by_blocks(function: Callable[[Any], Any], lanes: Any, size: int) -> Any:
     count = jax.tree.leaves(lanes)[0].shape[-1]
     # All at once: XLA goes on with the next one while one is being computed.
     parts = [
-        function(filled(lanes, slice(first, first + size), size)) for first in range(0, count, size)
+        function(padded_lanes(lanes, slice(first, first + size), size))
+        for first in range(0, count, size)
     ]
     return jax.tree.map(lambda *x: np.concatenate(x, axis=-1)[..., :count], *parts)
 

@@ -58,7 +58,7 @@ class Scenario(NamedTuple):
     (`tegotae.simulation.world`)."""
 
     @classmethod
-    def of(cls, omega: float | None, **entries: LaneNumbers | ByName) -> Scenario:
+    def at_frequency(cls, omega: float | None, **entries: LaneNumbers | ByName) -> Scenario:
         """A scenario at a prescribed frequency [rad/s], None without an oscillator.
 
         Nothing reads a frequency then; a number, which the lanes are made of, stands in for it.
@@ -77,7 +77,7 @@ def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Arra
     drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
     ground = jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
     change = dict(scenario.changes).get(GROUND)
-    return ground if change is None else change.at(tick, ground, tick_s)
+    return ground if change is None else change.value_at(tick, ground, tick_s)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Condition(ABC):
             require_finite(f"until_s of {self.name}", self.until_s, above=self.from_s)
 
     @abstractmethod
-    def at(self, share: np.ndarray) -> np.ndarray:
+    def quantile(self, share: np.ndarray) -> np.ndarray:
         """The value below which this share of its draws lies, 0 <= share < 1, entry by entry.
 
         Values that are themselves one a limb make an array [limbs, draws] of shares [draws].
@@ -139,7 +139,7 @@ class Uniform(Condition):
         TegotaeError: for limits that are not finite, or not in this order.
 
     Example:
-        >>> Uniform("mass_kg", low=0.08, high=0.12).at(np.array([0.0, 0.5]))
+        >>> Uniform("mass_kg", low=0.08, high=0.12).quantile(np.array([0.0, 0.5]))
         array([0.08, 0.1 ])
     """
 
@@ -151,7 +151,7 @@ class Uniform(Condition):
         require_finite(f"the lowest {self.name}", self.low)
         require_finite(f"the highest {self.name}", self.high, least=self.low)
 
-    def at(self, share: np.ndarray) -> np.ndarray:
+    def quantile(self, share: np.ndarray) -> np.ndarray:
         """The value at each share."""
         return self.low + (self.high - self.low) * share
 
@@ -173,7 +173,7 @@ class OneOf(Condition):
 
     Example:
         >>> lost = OneOf("present", values=((1.0, 1.0), (0.0, 1.0)))
-        >>> lost.at(np.array([0.2, 0.7, 0.8]))
+        >>> lost.quantile(np.array([0.2, 0.7, 0.8]))
         array([[1., 0., 0.],
                [1., 1., 1.]])
     """
@@ -192,7 +192,7 @@ class OneOf(Condition):
         for value in np.ravel(np.asarray(self.values, object)):
             require_finite(self.name, value)
 
-    def at(self, share: np.ndarray) -> np.ndarray:
+    def quantile(self, share: np.ndarray) -> np.ndarray:
         """The value at each share, limb by limb if it has limbs."""
         index = (np.asarray(share) * len(self.values)).astype(int)
         values = np.asarray(self.values, float)[index]
@@ -227,7 +227,7 @@ class Step(NamedTuple):
     Example:
         >>> import jax.numpy as jnp
         >>> heavier = Step(0.13, from_s=10.0)
-        >>> [float(heavier.at(jnp.asarray(t), 0.1, 1.0)) for t in (9, 10)]  # at ticks of 1 s
+        >>> [float(heavier.value_at(jnp.asarray(t), 0.1, 1.0)) for t in (9, 10)]  # at ticks of 1 s
         [0.10000000149011612, 0.12999999523162842]
     """
 
@@ -238,7 +238,7 @@ class Step(NamedTuple):
     until_s: LaneNumbers = math.inf
     """Until when [s]."""
 
-    def at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
+    def value_at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
         """The value during a control tick, given the usual one."""
         begun = _reached(self.from_s, tick, tick_s) & ~_reached(self.until_s, tick, tick_s)
         return jnp.where(begun, self.value, nominal)
@@ -253,7 +253,7 @@ class Staircase(NamedTuple):
     Example:
         >>> import jax.numpy as jnp
         >>> stairs = Staircase(step=0.5, dwell_s=10.0, levels=3)
-        >>> [float(stairs.at(jnp.asarray(t), 2.0, 1.0)) for t in (9, 10, 25, 99)]
+        >>> [float(stairs.value_at(jnp.asarray(t), 2.0, 1.0)) for t in (9, 10, 25, 99)]
         [2.0, 2.5, 3.0, 3.0]
     """
 
@@ -264,7 +264,7 @@ class Staircase(NamedTuple):
     levels: LaneNumbers = math.inf
     """Number of levels, the first included."""
 
-    def at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
+    def value_at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
         """The value during a control tick, given the usual one."""
         dwell = jnp.round(self.dwell_s / tick_s)
         level = jnp.minimum(jnp.floor(tick.astype(dwell.dtype) / dwell), self.levels - 1.0)
@@ -353,10 +353,10 @@ def apply_changes(
     """
     for name, change in changes.items():
         if name == OMEGA:
-            omega = change.at(tick, omega, tick_s)
+            omega = change.value_at(tick, omega, tick_s)
         elif name != GROUND:
             body = changed(
-                body, name, lambda nominal, c=change: c.at(tick, _stacked(nominal), tick_s)
+                body, name, lambda nominal, c=change: c.value_at(tick, _stacked(nominal), tick_s)
             )
     return body, omega
 

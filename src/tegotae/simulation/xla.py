@@ -20,7 +20,7 @@ LANES_OF_A_BLOCK = 512
 arithmetic does not depend on how many go with it."""
 
 
-def roll_out(
+def roll_out_xla(
     program: EpisodeProgram,
     timing: Timing,
     summary: Callable[..., Any],

@@ -11,7 +11,7 @@ from tegotae._support import documents
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body
 from tegotae.systems.descriptions import describe, restore
-from tegotae.systems.user_objects import named
+from tegotae.systems.user_objects import load_object
 
 
 def body_called(name: str) -> Body:
@@ -30,7 +30,7 @@ def body_called(name: str) -> Body:
         0.2
     """
     if not name.endswith(".toml"):
-        return named(name, Body, "body")
+        return load_object(name, Body, "body")
     try:
         return restore(documents.read(Path(name)), Body, "body")
     except FileNotFoundError:

@@ -55,7 +55,7 @@ class SavedController(OnSystem):
     software: dict[str, str] = field(default_factory=dict[str, str])
 
     @classmethod
-    def of(
+    def from_weights(
         cls,
         controller: Controller,
         weights: LaneNumbers,
@@ -77,7 +77,7 @@ class SavedController(OnSystem):
 
         Example:
             >>> from tegotae.systems.models import build
-            >>> SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0).omega
+            >>> SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0).omega
             8.0
         """
         body = Hopper() if body is None else body

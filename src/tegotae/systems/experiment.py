@@ -58,7 +58,7 @@ class Experiment(OnSystem):
         >>> experiment = find("ART").experiment(body=Hopper(mass_kg=0.12))
         >>> experiment.name, experiment.system.omega, experiment.controller.n_weights
         ('ART-rF-tphif-w8', 8.0, 96)
-        >>> Experiment.of(experiment.document) == experiment
+        >>> Experiment.from_document(experiment.document) == experiment
         True
     """
 
@@ -180,7 +180,7 @@ class Experiment(OnSystem):
         return describe(self)
 
     @classmethod
-    def of(cls, document: Mapping[str, Json]) -> Experiment:
+    def from_document(cls, document: Mapping[str, Json]) -> Experiment:
         """The experiment of a document.
 
         Raises:

@@ -30,7 +30,7 @@ from tegotae.systems.descriptions import restore
 from tegotae.systems.models import build
 from tegotae.systems.registry import kinds_of
 from tegotae.systems.system import WALKING, WALKING_TICK, OnSystem, System, usual_system
-from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.user_objects import is_reference, load_object
 
 S = TypeVar("S", bound=CoordinationSummary)
 T = TypeVar("T")
@@ -362,7 +362,7 @@ def system(name: str) -> Legged:
     if is_walker_file(name):
         return _of_file(Path(name))
     if is_reference(name):
-        return named(name, Legged, "legged system")
+        return load_object(name, Legged, "legged system")
     error = unknown("legged system", name, SYSTEMS)
     raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
 
@@ -412,7 +412,7 @@ def terrain_of(words: Sequence[str]) -> Terrain:
     """
     kind, numbers = words[0], assignments("--terrain", words[1:])
     if is_reference(kind):
-        terrain = named(kind, Terrain, "terrain")
+        terrain = load_object(kind, Terrain, "terrain")
     else:
         terrains = {
             name.lower(): terrain_class for name, terrain_class in kinds_of(Terrain).items()

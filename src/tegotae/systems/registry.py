@@ -117,7 +117,7 @@ def register(part: P) -> P:
 
 def kinds() -> dict[str, type]:
     """All registered parts by name, those of this package first."""
-    return {**_own(), **_registered}
+    return {**_package_parts(), **_registered}
 
 
 def kinds_of(contract: type[P]) -> dict[str, type[P]]:
@@ -180,7 +180,7 @@ def contracts() -> tuple[type, ...]:
 
 
 @cache
-def _own() -> dict[str, type]:
+def _package_parts() -> dict[str, type]:
     """The parts of this package, by name."""
     modules = [importlib.import_module(name) for name in (*_CONTRACTS, *_MORE_PARTS)]
     parts = [part for module in modules for part in vars(module).values() if is_part(part)]

@@ -57,7 +57,7 @@ from tegotae.systems.robot_file import law_on_robot
 from tegotae.systems.study_records import controllers_of_study, is_study
 from tegotae.systems.system import Release, System
 from tegotae.systems.tuned import front_walker, is_front_name
-from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.user_objects import is_reference, load_object
 from tegotae.systems.zoo import is_zoo_name
 
 
@@ -104,7 +104,7 @@ class Resolved:
             files = is_reference(self.name) or is_walker_file(self.name)
             trained = self.name if files else name
             ready = f"{zoo.PREFIX}{name}"
-            remedy = f"take {ready}, or train it" if ready in zoo.names() else "first"
+            remedy = f"take {ready}, or train it" if ready in zoo.zoo_names() else "first"
             raise TegotaeError(
                 f"{name} has weights to train and no file was given; "
                 f"{remedy}: tegotae train {trained} --out FOLDER"
@@ -211,7 +211,7 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
     if is_vanilla(name) and not path.exists():
         return _of_object(name, vanilla(name))
     if is_reference(name):
-        return _of_object(name, named(name, _KINDS, "system"))
+        return _of_object(name, load_object(name, _KINDS, "system"))
     require_short(path)
     if path.is_dir():
         return _of_folder(name, path)
@@ -295,7 +295,7 @@ def vanilla(name: str) -> SavedController:
 def oscillator_called(name: str) -> Oscillator:
     """The oscillator of a name, or a user's own, `FILE.py:OBJECT`."""
     if is_reference(name):
-        return named(name, Oscillator, "oscillator")
+        return load_object(name, Oscillator, "oscillator")
     return oscillator_named(name)
 
 
@@ -403,7 +403,7 @@ def _experiments_in(path: Path) -> tuple[Experiment, ...] | None:
     if not listed or not all(map(_is_experiment, listed)):
         return None
     try:
-        return tuple(Experiment.of(cast(JsonObject, entry)) for entry in listed)
+        return tuple(Experiment.from_document(cast(JsonObject, entry)) for entry in listed)
     except TegotaeError as error:
         raise TegotaeError(f"{path}: {error}") from None
 

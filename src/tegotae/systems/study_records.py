@@ -48,7 +48,7 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
         document = configuration["experiment"]
         if isinstance(experiments, dict) and document["name"] not in experiments:
             continue  # of another study that was here
-        experiment = Experiment.of(document)
+        experiment = Experiment.from_document(document)
         training = {n: x for n, x in configuration.items() if n not in NOT_OF_THE_TRAINING}
         controllers += [
             (

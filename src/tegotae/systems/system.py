@@ -99,7 +99,7 @@ class Release:
             "initial_pose": dict(self.initial_pose),
             "oscillator_state": dict(self.oscillator_state),
         }
-        return Scenario.of(omega, **{**given_entries, **entries})
+        return Scenario.at_frequency(omega, **{**given_entries, **entries})
 
 
 @dataclass(frozen=True, kw_only=True)

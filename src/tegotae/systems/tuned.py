@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
-from tegotae._support.tables import number
+from tegotae._support.tables import parse_number
 from tegotae.measures.fronts import NEAR, front
 from tegotae.measures.gaits.names import patterns_for
 from tegotae.parts.controller import Controller, Tegotae
@@ -49,11 +49,11 @@ class Range:
     high: float
     even: bool = False
 
-    def at(self, share: np.ndarray) -> np.ndarray:
+    def quantile(self, share: np.ndarray) -> np.ndarray:
         """The values at shares of the range, from 0 to 1.
 
         Example:
-            >>> Range(1.0, 100.0).at(np.array([0.5])).round(6).tolist()
+            >>> Range(1.0, 100.0).quantile(np.array([0.5])).round(6).tolist()
             [10.0]
         """
         if self.even:
@@ -87,7 +87,7 @@ class TunedFamily:
         """The controller, with weights for all numbers but the frequency."""
         action = OffsetAction() if self.action == "cosine" else VanillaAction()
         terms = Tegotae(action, VanillaReaction(), ConstantGain())
-        foot = TunedFoot(ellipse_of(legged))
+        foot = TunedFoot(feet_ellipse(legged))
         return dataclasses.replace(legged.controller, actuation=foot, tegotae=terms)
 
     def numbers(self, legged: Legged, free: Numbers) -> dict[str, np.ndarray]:
@@ -97,7 +97,7 @@ class TunedFamily:
             legged: the system.
             free: those that are tuned, [walkers].
         """
-        ellipse = ellipse_of(legged)
+        ellipse = feet_ellipse(legged)
         count = len(next(iter(free.values())))
         fixed = {
             "omega": legged.omega,
@@ -133,7 +133,7 @@ class TunedFamily:
             numbers: of the walkers, [lanes].
             phase_rad: at release [rad], [limbs, lanes].
         """
-        deeper = np.asarray(numbers["press"], float) - ellipse_of(legged).press_m
+        deeper = np.asarray(numbers["press"], float) - feet_ellipse(legged).press_m
         height = legged.system.release.height_m + deeper
         scenario = legged.scenario(phase_rad, height_m=height)
         return scenario._replace(omega=np.asarray(numbers["omega"], float))
@@ -148,7 +148,7 @@ class TunedFamily:
         lanes = {name: np.array([_number(numbers, name)]) for name in NUMBERS}
         system = dataclasses.replace(legged.system, controller=self.controller(legged))
         release: dict[str, object] = {"omega": float(lanes["omega"][0])}
-        deeper = float(lanes["press"][0]) - ellipse_of(legged).press_m
+        deeper = float(lanes["press"][0]) - feet_ellipse(legged).press_m
         release["height_m"] = legged.system.release.height_m + deeper
         if self.lags is not None:
             release["phase_rad"] = tuple(-2.0 * math.pi * self.lags[leg] for leg in legged.names)
@@ -171,7 +171,7 @@ def families(legged: Legged) -> dict[str, TunedFamily]:
         >>> list(families(system("hexapod")))[:4]
         ['vanilla', 'cosine', 'vanilla ellipse', 'forced pronk']
     """
-    ellipse_of(legged)
+    feet_ellipse(legged)
     forced: dict[str, TunedFamily] = {}
     for pattern in patterns_for(legged.names):
         name = FORCED + pattern.name
@@ -200,7 +200,7 @@ def family(legged: Legged, name: str) -> TunedFamily:
     return families_by_name[name]
 
 
-def ellipse_of(legged: Legged) -> EllipticFoot:
+def feet_ellipse(legged: Legged) -> EllipticFoot:
     """The ellipse of a system's feet.
 
     Raises:
@@ -254,7 +254,7 @@ def front_walker(name: str) -> Legged:
         raise TegotaeError(f"{name} names no walker; write front:SYSTEM/FAMILY/SPEED")
     body, kind = parts[0], parts[1] if len(parts) == 3 else USUAL
     try:
-        speed = number(parts[-1])
+        speed = parse_number(parts[-1])
     except ValueError:
         raise TegotaeError(f"{name}: {parts[-1]!r} is no speed; write such as 0.4") from None
     require_finite("the speed of a front", speed, above=0.0)

@@ -23,7 +23,7 @@ from tegotae.measures.hopping.metric import Metric
 from tegotae.measures.hopping.registry import built_in
 from tegotae.systems import registry
 
-_named: set[str] = set()
+_loaded: set[str] = set()
 """Files, modules and references that the user of this process named."""
 
 
@@ -37,7 +37,7 @@ def is_reference(text: str) -> bool:
     return ":" in text
 
 
-def named(reference: str, kind: type | tuple[type, ...], role: str) -> Any:
+def load_object(reference: str, kind: type | tuple[type, ...], role: str) -> Any:
     """The object of a reference; its file is imported, and the parts in it are registered.
 
     A class is taken for an instance of it with its defaults.
@@ -55,7 +55,7 @@ def named(reference: str, kind: type | tuple[type, ...], role: str) -> Any:
     if not place or not name:
         raise TegotaeError(f"{reference!r} names no {role}; write FILE.py:OBJECT or MODULE:OBJECT")
     module = _imported(place)
-    _named.add(_absolute(reference))
+    _loaded.add(_absolute(reference))
     if not hasattr(module, name):
         raise unknown(f"object of {place}", name, [n for n in vars(module) if n[0] != "_"])
     value = getattr(module, name)
@@ -80,7 +80,7 @@ def imported(place: str) -> ModuleType:
         TegotaeError: if it is not there or cannot be imported.
     """
     module = _imported(place)
-    _named.add(_absolute(place))
+    _loaded.add(_absolute(place))
     return module
 
 
@@ -104,7 +104,7 @@ def require_named(text: str, document: str) -> None:
         tegotae.TegotaeError: leg.json refers to code, 'evil.py:run', which ...
     """
     place = text.rpartition(":")[0]
-    if is_reference(text) and not {_absolute(text), _absolute(place)} & _named:
+    if is_reference(text) and not {_absolute(text), _absolute(place)} & _loaded:
         raise TegotaeError(
             f"{document} refers to code, {text!r}, which no file may run by itself; if you trust "
             f"that code, add --parts {place}, or tegotae.register({place!r})"

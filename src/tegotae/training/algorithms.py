@@ -64,7 +64,7 @@ class Algorithm(Part, ABC):
 
     def strategy(self, n_weights: int) -> Strategy:
         """The evosax strategy for this many weights (always the same: a new one compiles anew)."""
-        return _made(self.program, n_weights)
+        return _strategy(self.program, n_weights)
 
     def parameters(self, n_weights: int) -> Parameters:
         """The strategy's parameters."""
@@ -96,7 +96,7 @@ def algorithm_document(settings: object) -> JsonObject:
 
 
 @cache
-def _made(algorithm: Algorithm, n_weights: int) -> Strategy:
+def _strategy(algorithm: Algorithm, n_weights: int) -> Strategy:
     # Strategies compute constants when made, which must not be part of a program being traced.
     with jax.ensure_compile_time_eval():
         return algorithm.make(n_weights)

@@ -31,7 +31,7 @@ _MOST_SHOWN = 3
 """Differences that a name shows; of more it shows their number."""
 
 
-def read(place: str | Path) -> list[ControllerSet]:
+def read_runs(place: str | Path) -> list[ControllerSet]:
     """The controllers of a name (`tegotae.systems.resolve`), such as a file or a folder of files.
 
     Files of the same training (controller, frequency, body, fitness, algorithm and all else that
@@ -47,7 +47,7 @@ def read(place: str | Path) -> list[ControllerSet]:
     return sets_of(resolve(place))
 
 
-def distinct(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:
+def named_sets(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:
     """The same sets, each with the name that it is of.
 
     Raises:
@@ -112,7 +112,7 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
     sets = [
         _once(members_of_set)
         for members in trainings.values()
-        for members_of_set in _apart(members)
+        for members_of_set in _by_folder(members)
     ]
     names = [members[0][1].name or members[0][0].stem for members in sets]
     labels = [""] * len(sets)
@@ -171,7 +171,7 @@ def _is_within(runs: ControllerSet, candidate: ControllerSet) -> bool:
     return ours <= theirs and same_training
 
 
-def _apart(
+def _by_folder(
     members: list[tuple[Path, SavedController]],
 ) -> list[list[tuple[Path, SavedController]]]:
     """The same apart by folder if a seed is there twice, as after other lengths of training."""

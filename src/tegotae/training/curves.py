@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError
-from tegotae._support.tables import numbers, read_csv
+from tegotae._support.tables import parse_numbers, read_csv
 from tegotae._support.workplace import is_earlier
 from tegotae.training.run import curves_of, run_document
 
@@ -165,7 +165,7 @@ def _in_table(path: Path) -> pd.DataFrame:
     cells = read_csv(path, COLUMNS[:-1], kind=kind)
     measure = FITNESS if FITNESS in cells else COT
     try:
-        columns = {name: numbers(cells[name]) for name in ("episode", "simulated_s", measure)}
+        columns = {name: parse_numbers(cells[name]) for name in ("episode", "simulated_s", measure)}
         columns["seed"] = np.array([int(cell) for cell in cells["seed"]])
     except (KeyError, ValueError):
         raise TegotaeError(f"{path} is no {kind}; its columns are {', '.join(COLUMNS)}") from None

@@ -33,7 +33,7 @@ from tegotae._support.engines import check_jax, require_engine
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.files import read_arrays, write_atomically
 from tegotae._support.progress import reporting
-from tegotae._support.tables import numbers, parse_csv, write_csv
+from tegotae._support.tables import parse_csv, parse_numbers, write_csv
 from tegotae._support.workplace import TRAINING, alone
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
@@ -308,7 +308,7 @@ def curves_of(path: Path) -> pd.DataFrame:
         cells = parse_csv(path.read_text(encoding="utf-8"))
         if tuple(cells) != COLUMNS:
             raise ValueError(f"its columns are not {', '.join(COLUMNS)}")
-        points = pd.DataFrame({name: numbers(column) for name, column in cells.items()})
+        points = pd.DataFrame({name: parse_numbers(column) for name, column in cells.items()})
         if not np.isfinite(points["simulated_s"]).all():
             raise ValueError("a simulated time is missing")
     except OSError as error:

@@ -17,7 +17,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import resolve
 from tegotae.systems.tuned import is_front_name
-from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.user_objects import is_reference, load_object
 from tegotae.systems.zoo import is_zoo_name
 from tegotae.training.collection import controller_of
 from tegotae_robots.benchmark.manifest import Manifest, read_manifest
@@ -51,7 +51,7 @@ def read_entry(place: Any, subject: Subject, track: str) -> Entry:
         return _of_c(Path(text), subject, track)
     if suffix in _NETWORKS:
         return _of_network(Path(text), subject, track)
-    policy: Any = named(text, object, "entry") if _is_object(text) else place
+    policy: Any = load_object(text, object, "entry") if _is_object(text) else place
     if callable(policy):
         begin: Any = policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
         return begin
@@ -78,7 +78,7 @@ def is_program(place: Any) -> bool:
     return Path(text).suffix.lower() in (".c", *_NETWORKS) or _is_object(text)
 
 
-def _at(names: Sequence[str], entries: Sequence[str], verb: str) -> np.ndarray:
+def _indices(names: Sequence[str], entries: Sequence[str], verb: str) -> np.ndarray:
     """Where names are among those that are known."""
     for name in names:
         if name not in entries:
@@ -89,8 +89,8 @@ def _at(names: Sequence[str], entries: Sequence[str], verb: str) -> np.ndarray:
 def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entry:
     """A controller of the package's own bodies, as native code."""
     native = compiled(saved)
-    sensed = _at(of_limbs(native.senses, native.limbs), subject.senses[track], "senses")
-    _at(subject.commands, of_limbs(native.commands, native.limbs), "does not command")
+    sensed = _indices(of_limbs(native.senses, native.limbs), subject.senses[track], "senses")
+    _indices(subject.commands, of_limbs(native.commands, native.limbs), "does not command")
     live, shape = LiveController(native), (len(native.senses), native.limbs)
 
     def begin() -> Policy:
@@ -121,15 +121,15 @@ def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
     from tegotae.envs.wrapper import Pilot
     from tegotae.training.environments.experiment import EnvExperiment
 
-    robot, experiment = _go1(subject, saved.name), EnvExperiment.of(saved)
+    robot, experiment = _go1(subject, saved.name), EnvExperiment.from_controller(saved)
     legs = experiment.spec.is_model and experiment.spec.model_settings.legs
     wiring = dataclasses.replace(experiment.wiring, step_s=robot.step_s)
     trained = dataclasses.replace(experiment, spec=robot.spec(legs), wiring=wiring)
     commanded = sensing(trained.spec.model_settings)
     observed = trained.wires.observed
     felt = {observed[i] for places, _ in trained.wires.sensed.values() for i in places}
-    _at(sorted(felt), subject.senses[track], "senses")
-    columns = _at(subject.senses[track], observed, "senses")
+    _indices(sorted(felt), subject.senses[track], "senses")
+    columns = _indices(subject.senses[track], observed, "senses")
     weights = np.asarray(saved.weights, np.float32)[:, None]
 
     def begin() -> Policy:
@@ -190,10 +190,10 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
         of_c = {_in_c(name): name for name in (*subject.senses["all"], *subject.commands)}
         felt = [of_c.get(name, name) for name in of_limbs(inputs, limbs)]
         driven = [of_c.get(name, name) for name in of_limbs(commanded, limbs)]
-        _at(subject.commands, driven, "does not command")
+        _indices(subject.commands, driven, "does not command")
     sign = np.array([-1.0 if name.startswith("-") else 1.0 for name in felt])
-    sensed = _at([name.removeprefix("-") for name in felt], subject.senses[track], "senses")
-    drives = _at(driven, commands, "commands")
+    sensed = _indices([name.removeprefix("-") for name in felt], subject.senses[track], "senses")
+    drives = _indices(driven, commands, "commands")
     phases = manifest.phases_rad
     start = ctypes.c_float(phases[0]) if limbs == 1 else (ctypes.c_float * limbs)(*phases)
     library, prefix = _compiled(path, manifest), manifest.prefix

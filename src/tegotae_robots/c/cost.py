@@ -16,11 +16,11 @@ from tegotae._support.errors import TegotaeError
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import find
 from tegotae.systems.resolve import resolve
-from tegotae_robots.c.golden import golden, initialiser, put
+from tegotae_robots.c.golden import golden, put, vector_initialiser
 from tegotae_robots.c.package import header
 from tegotae_robots.c.plan import Export, facts, usual_tick_s
 from tegotae_robots.c.source import source
-from tegotae_robots.c.text import filled_c, template
+from tegotae_robots.c.text import filled_c, template_text
 
 CLOCK_HZ = 64e6
 """The clock for which the share is reported."""
@@ -105,7 +105,7 @@ def _drawn(name: str) -> Export:
     model = find(name)
     controller = model.controller()
     weights = np.asarray(controller.initial(jax.random.key(0)))
-    return Export(SavedController.of(controller, weights, model.omega_t, name=model.name))
+    return Export(SavedController.from_weights(controller, weights, model.omega_t, name=model.name))
 
 
 def costs(export: Export) -> Iterator[Cost]:
@@ -162,12 +162,12 @@ def write_program(export: Export, folder: Path) -> None:
         "ticks": len(rows),
         "phases": phases if export.state_names else "",
         "columns_count": columns,
-        "rows": initialiser(rows),
+        "rows": vector_initialiser(rows),
         "put": put(export, "state->", "in->"),
     }
     (folder / "vectors.h").write_text(filled_c("vectors.h", entries))
     for name in ("firmware.c", "firmware.ld"):
-        (folder / name).write_text(template(name), encoding="utf-8")
+        (folder / name).write_text(template_text(name), encoding="utf-8")
 
 
 def _compiled(folder: Path, core: Core, with_step: bool) -> Path:

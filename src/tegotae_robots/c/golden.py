@@ -54,7 +54,7 @@ class Golden:
         return stream.getvalue()
 
 
-def initialiser(rows: np.ndarray) -> str:
+def vector_initialiser(rows: np.ndarray) -> str:
     """Rows of numbers as an array of C."""
     return ",\n".join(wrapped("{" + ", ".join(map(floating, row)) + "}") for row in rows)
 
@@ -120,7 +120,7 @@ def release(export: Export) -> Scenario:
     body, several = export.saved.body, export.limbs > 1
     above = 0.2 * float(np.asarray(body.rest_length_m)) if body.COMMANDS == ("force",) else 0.0
     touching = float(np.asarray(body.touching_height_m))
-    numbers = Scenario.of(export.saved.omega, height_m=touching + above)
+    numbers = Scenario.at_frequency(export.saved.omega, height_m=touching + above)
     lanes = jax.tree.map(lambda x: jnp.full((1,), x, jnp.float32), numbers)
     phases = jnp.asarray(_phases(export), jnp.float32)
     return lanes._replace(phase_rad=phases[:, None] if several else phases)
@@ -197,7 +197,7 @@ def check_program(export: Export, golden: Golden) -> str:
             "rows_count": len(golden.rows),
             "columns_count": len(golden.columns),
             "columns": ", ".join(golden.columns),
-            "rows": initialiser(golden.rows),
+            "rows": vector_initialiser(golden.rows),
             "sizes": wrapped(", ".join(map(floating, sizes))),
             "tolerance": floating(TOLERANCE),
             "turns": any(turns for _, turns in compared),
@@ -210,7 +210,7 @@ def check_program(export: Export, golden: Golden) -> str:
             "low": "0.0f" if pushes else "-FLT_MAX",
             "high": f"{upper}_MAX_FORCE_N" if pushes else "FLT_MAX",
             "commands_count": len(export.commands),
-            "leg_rows": initialiser(legs),
+            "leg_rows": vector_initialiser(legs),
             "leg_rows_count": len(legs),
         },
     )

@@ -24,7 +24,7 @@ from tegotae_robots.c.plan import (
     wired_limbs,
 )
 from tegotae_robots.c.source import source
-from tegotae_robots.c.text import filled, filled_c, plain, template
+from tegotae_robots.c.text import ascii_text, filled_c, filled_template, template_text
 
 LayoutName = Literal["flat", "platformio", "arduino"]
 _SKETCH = "examples/control_loop/control_loop.ino"
@@ -92,7 +92,7 @@ def header(export: Export) -> str:
     return filled_c("header.h", facts(export))
 
 
-def texts(export: Export, layout: ExportLayout = LAYOUTS["flat"]) -> dict[str, str]:
+def package_texts(export: Export, layout: ExportLayout = LAYOUTS["flat"]) -> dict[str, str]:
     """All files of an export by their paths in its folder.
 
     Raises:
@@ -106,10 +106,12 @@ def texts(export: Export, layout: ExportLayout = LAYOUTS["flat"]) -> dict[str, s
         f"test_{prefix}.c": check_program(export, vectors),
         f"{prefix}.json": "",  # lists all files, itself too
         "golden.csv": vectors.csv(),
-        "README.md": filled(template("README.md"), values),
+        "README.md": filled_template(template_text("README.md"), values),
     }
     placed = {layout.place(name): text for name, text in results.items()}
-    placed |= {place: filled(template(name), values) for place, name in layout.files.items()}
+    placed |= {
+        place: filled_template(template_text(name), values) for place, name in layout.files.items()
+    }
     manifest = json.dumps(_manifest(export, vectors, layout, list(placed)), indent=1)
     return {**placed, layout.place(f"{prefix}.json"): f"{manifest}\n"}
 
@@ -123,7 +125,7 @@ def _for_authors(export: Export, layout: ExportLayout) -> dict[str, object]:
     sent = " ".join(f"(void)out.{member(name)}{leg};" for name in export.commands)
     if not single:
         measured, sent = (f"{legs}{{ {line} }}" for line in (measured, sent))
-    sentence = plain(f"{export.saved.name or 'A Tegotae controller'} for a robot with legs")
+    sentence = ascii_text(f"{export.saved.name or 'A Tegotae controller'} for a robot with legs")
     phases = "phase_rad" if single else "phases_rad"
     return {
         **facts(export),

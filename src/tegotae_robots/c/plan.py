@@ -18,7 +18,7 @@ from tegotae.parts.terms import WholeBody
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.env_task import EnvTask, LimbDocument
 from tegotae_robots.c.legs import leg_facts, leg_pieces
-from tegotae_robots.c.text import floating, is_c_name, plain
+from tegotae_robots.c.text import ascii_text, floating, is_c_name
 from tegotae_robots.c.trace import Piece, TracedTick
 from tegotae_robots.robot import RobotController
 
@@ -48,7 +48,7 @@ class Export(RobotController):
 
     Example:
         >>> from tegotae.systems.models import build
-        >>> saved = SavedController.of(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> Export(saved, prefix="leg").senses
         ('spring_force',)
     """
@@ -214,7 +214,7 @@ _TILTS = frozenset({"root_roll", "root_pitch", "root_yaw"})
 def _sensed(export: Export, signal: str) -> str:
     """Describe a sense; an angle of a model's trunk by the sine that was trained with."""
     sources = {limb.senses.get(signal, "").removeprefix("-") for limb in wired_limbs(export)}
-    return ("sine of the " if sources & _TILTS else "") + _WHAT.get(signal, plain(signal))
+    return ("sine of the " if sources & _TILTS else "") + _WHAT.get(signal, ascii_text(signal))
 
 
 def wired_limbs(export: Export) -> list[LimbDocument]:
@@ -264,7 +264,7 @@ def facts(export: Export) -> dict[str, Any]:
     return {
         "prefix": prefix,
         "PREFIX": prefix.upper(),
-        "title": plain(export.saved.name or "a Tegotae controller"),
+        "title": ascii_text(export.saved.name or "a Tegotae controller"),
         "Title": export.saved.name or "A Tegotae controller",
         "tick": f"{export.tick_s:g}",
         "limbs": export.limbs,
@@ -298,7 +298,9 @@ def facts(export: Export) -> dict[str, Any]:
         "rests": each_limb([limb.rest for limb in limbs]) if has_action else "",
         "full_pushes": each_limb([limb.push for limb in limbs]) if has_action else "",
         "wired": bool(limbs),
-        "wiring": plain("; ".join(f"limb {k}: {_spelled(limb)}" for k, limb in enumerate(limbs))),
+        "wiring": ascii_text(
+            "; ".join(f"limb {k}: {_spelled(limb)}" for k, limb in enumerate(limbs))
+        ),
         "wires": [
             {
                 "number": k,

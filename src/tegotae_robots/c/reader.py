@@ -10,13 +10,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from lanewise.graph import Arrays, Reader, called, in_shapes
+from lanewise.graph import Arrays, Reader, callee, in_shapes
 from lanewise.nodes import (
     Detail,
     Node,
     Parameters,
     Traced,
-    given,
+    input_node,
     is_of_jax,
     place_of,
     scalars,
@@ -36,7 +36,7 @@ class Procedure:
     inputs: tuple[Node, ...]
     """Given by the names of its parameters."""
     results: tuple[Node, ...]
-    about: str = ""
+    summary: str = ""
     """First line of its docstring."""
 
     @property
@@ -94,7 +94,7 @@ class CReader(Reader):
         return self._entrywise(name, kind, arguments, origin, operation.detail(equation.params))
 
     def _call(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
-        jaxpr, constants, source = called(parameters)
+        jaxpr, constants, source = callee(parameters)
         values = [self._constant(value, origin) for value in constants]
         of_author = not is_of_jax(source)
         alone = all(array.size == 1 for array in arguments)
@@ -125,7 +125,7 @@ class CReader(Reader):
                 names = [f"x{i}" for i in range(len(jaxpr.invars))]
             taken: set[str] = set()
             inputs = [
-                given(c_name(x, taken), self._kind(atom.aval, name, None))
+                input_node(c_name(x, taken), self._kind(atom.aval, name, None))
                 for x, atom in zip(names, jaxpr.invars, strict=True)
             ]
             arrays = in_shapes(inputs, [atom.aval.shape for atom in jaxpr.invars])

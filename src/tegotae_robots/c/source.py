@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from tegotae.parts.weight_names import inside
 from tegotae_robots.c.plan import Export, facts, member, unit_of
-from tegotae_robots.c.statements import Library, Statements, function, initialiser, struct
+from tegotae_robots.c.statements import Library, Statements, c_function, initialiser, struct
 from tegotae_robots.c.text import filled_c, floating
 from tegotae_robots.c.trace import Piece, scale_name
 
@@ -35,14 +35,14 @@ def source(export: Export) -> str:
     Raises:
         TegotaeError: for an operation that has no C, by its name.
     """
-    library, functions = _written(export, export.pieces)
+    library, functions = _functions_of(export, export.pieces)
     oscillator = export.controller.oscillator
     signals = (*export.senses, *(() if oscillator is None else oscillator.SIGNALS))
     if not any({"s", "heard"} & set(x.arguments) for x in functions.values()):  # such as a clock
         signals = ()
         pieces = {name: piece for name, piece in export.pieces.items() if name != "rhythm"}
-        library, functions = _written(export, pieces)
-    read = frozenset().union(*(x.given for x in functions.values()))
+        library, functions = _functions_of(export, pieces)
+    read = frozenset().union(*(x.reads for x in functions.values()))
     entries = facts(export)
     return filled_c(
         "source.c",
@@ -68,7 +68,7 @@ class _Function:
 
     name: str
     text: str
-    given: frozenset[str]
+    reads: frozenset[str]
     """Names of the values that it reads beside its parameters."""
     arguments: tuple[str, ...]
     """Its parameters, in order: w, s, o, heard, or the name of a number."""
@@ -101,14 +101,14 @@ def _function(export: Export, library: Library, piece: Piece) -> _Function:
     }
     arguments = tuple(x for x in kinds if x in roots)
     gives_oscillator = name in _OF_OSCILLATOR
-    text = function(
+    text = c_function(
         name,
         ", ".join(kinds[x] for x in arguments),
         statements.lines,
         results,
         [node.kind for node in piece.results],
         piece.names if len(results) > 1 or gives_oscillator else None,
-        piece.about,
+        piece.comment,
         f"{export.prefix}_oscillator" if gives_oscillator else "",
     )
     return _Function(name, text, frozenset(statements.given), arguments)
@@ -157,7 +157,9 @@ def _weights(export: Export) -> list[str]:
     return blocks
 
 
-def _written(export: Export, pieces: Mapping[str, Piece]) -> tuple[Library, dict[str, _Function]]:
+def _functions_of(
+    export: Export, pieces: Mapping[str, Piece]
+) -> tuple[Library, dict[str, _Function]]:
     """The functions of pieces, and what they call."""
     library = Library()
     library.taken |= set(_OWN) | set(export.pieces)

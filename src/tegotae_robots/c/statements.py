@@ -14,7 +14,7 @@ from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.weight_names import WeightName, nested
 from tegotae_robots.c.reader import Call, Procedure
-from tegotae_robots.c.text import c_name, comment_of, floating, number, template, wrapped
+from tegotae_robots.c.text import c_name, c_number, comment_of, floating, template_text, wrapped
 
 _LONGEST = 220
 """Letters of an expression beyond which its parts get names."""
@@ -23,7 +23,7 @@ _LONGEST = 220
 @functools.cache
 def helpers() -> dict[str, str]:
     """Functions that generated code may call, by their names."""
-    texts = template("helpers.c").split("\n\n")
+    texts = template_text("helpers.c").split("\n\n")
     matches = ((re.search(r"^static \w+ (\w+)\(", text, re.MULTILINE), text) for text in texts)
     return {match[1]: f"{text.rstrip()}\n" for match, text in matches if match}
 
@@ -50,7 +50,7 @@ class Library:
             name, lines, results = self._body(procedure)
             parameters = ", ".join(f"{node.kind} {node.detail}" for node in procedure.inputs)
             kinds = [node.kind for node in procedure.results]
-            text = function(name, parameters, lines, results, kinds, comment=procedure.about)
+            text = c_function(name, parameters, lines, results, kinds, comment=procedure.summary)
             self.names[id(procedure)] = name
             self.procedures.append(text)
         return self.names[id(procedure)]
@@ -70,7 +70,7 @@ def members(count: int) -> tuple[str, ...]:
     return _ORDINALS[:count] if count <= len(_ORDINALS) else tuple(f"r{i}" for i in range(count))
 
 
-def function(
+def c_function(
     name: str,
     parameters: str,
     lines: Sequence[str],
@@ -148,13 +148,13 @@ class Statements:
         leaf = node.operation in ("literal", "given", "result")
         if leaf or (self._uses[node] == 1 and len(text) <= _LONGEST):
             return text, binds
-        name = c_name(_called(node), self.taken)
+        name = c_name(_source_name(node), self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
         return name, ATOM
 
     def _expression(self, node: Node) -> tuple[str, int]:
         if node.operation == "literal":
-            return number(node.detail, node.kind)
+            return c_number(node.detail, node.kind)
         if node.operation == "given":
             self.given.add(node.detail)
             return node.detail, ATOM
@@ -170,17 +170,17 @@ class Statements:
         operands = [self._inside(x, operation.inside[i]) for i, x in enumerate(node.inputs)]
         text = cast(str, operation.text)  # `CReader` refuses operations without one
         if text.count("{0}") > 1 and self._texts[node.inputs[0]][1] != ATOM:
-            operands[0] = self._named(node.inputs[0])
+            operands[0] = self._variable(node.inputs[0])
         return text.format(*operands), operation.binds
 
     def _inside(self, node: Node, binding: int) -> str:
         text, binds = self._texts[node]
         return f"({text})" if binds < binding else text
 
-    def _named(self, node: Node) -> str:
+    def _variable(self, node: Node) -> str:
         """A name for a value, even if it is used only once."""
         text, _ = self._texts[node]
-        name = c_name(_called(node), self.taken)
+        name = c_name(_source_name(node), self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
         self._texts[node] = name, ATOM
         return name
@@ -208,11 +208,12 @@ class Statements:
         if operand.kind == node.kind:
             return self._texts[operand]
         if node.kind == "bool":
-            return f"{self._inside(operand, PRODUCT)} != {number(0, operand.kind)[0]}", OPERATIONS[
-                "ne"
-            ].binds
+            return (
+                f"{self._inside(operand, PRODUCT)} != {c_number(0, operand.kind)[0]}",
+                OPERATIONS["ne"].binds,
+            )
         if operand.kind == "bool":
-            yes, no = number(1, node.kind)[0], number(0, node.kind)[0]
+            yes, no = c_number(1, node.kind)[0], c_number(0, node.kind)[0]
             return f"{self._inside(operand, OPERATIONS['lt'].binds)} ? {yes} : {no}", 1
         if node.kind == "int32_t":
             self._library.helpers.add("as_int32")
@@ -224,12 +225,12 @@ class Statements:
         if power == 0:
             return "1.0f", ATOM
         text, binds = self._texts[operand]
-        base = text if binds == ATOM else self._named(operand)
+        base = text if binds == ATOM else self._variable(operand)
         product = " * ".join([base] * abs(power))
         return (product, PRODUCT) if power > 0 else (f"1.0f / ({product})", PRODUCT)
 
 
-def _called(node: Node) -> str:
+def _source_name(node: Node) -> str:
     """Return the name of a value in the Python source."""
     place = place_of(node.origin)
     return place.names[0] if place else "value"

@@ -26,13 +26,13 @@ _LONG_COMMENT = re.compile(r"^/\*\* (.*?) \*/$", re.MULTILINE | re.DOTALL)
 
 
 @functools.cache
-def template(name: str) -> str:
+def template_text(name: str) -> str:
     """The text of a template."""
     folder = resources.files("tegotae_robots.c") / "templates"
     return (folder / name).read_text(encoding="utf-8")
 
 
-def filled(text: str, facts: Mapping[str, Any]) -> str:
+def filled_template(text: str, facts: Mapping[str, Any]) -> str:
     """A template with its facts.
 
     `@name@` is the fact of that name. Lines from `% name` to `% end name` are there if the fact is
@@ -41,7 +41,8 @@ def filled(text: str, facts: Mapping[str, Any]) -> str:
     two texts.
 
     Example:
-        >>> filled("@a@\\n% legs\\n@b@ of @a@\\n% end legs\\n", {"a": 2, "legs": [{"b": 1}]})
+        >>> facts = {"a": 2, "legs": [{"b": 1}]}
+        >>> filled_template("@a@\\n% legs\\n@b@ of @a@\\n% end legs\\n", facts)
         '2\\n1 of 2\\n'
     """
 
@@ -53,19 +54,19 @@ def filled(text: str, facts: Mapping[str, Any]) -> str:
             return str(facts[name])
         value: Any = facts[section]
         if no:
-            return "" if value else filled(inside, facts)
+            return "" if value else filled_template(inside, facts)
         if callable(value):
-            return str(value(filled(inside, facts)))
+            return str(value(filled_template(inside, facts)))
         if isinstance(value, list):
-            return "".join(filled(inside, {**facts, **entry}) for entry in value)
-        return filled(inside, facts) if value else ""
+            return "".join(filled_template(inside, {**facts, **entry}) for entry in value)
+        return filled_template(inside, facts) if value else ""
 
     return _PART.sub(part, text)
 
 
 def filled_c(name: str, facts: Mapping[str, Any]) -> str:
     """A file of C from its template; comments that begin with `/**` are wrapped."""
-    text = filled(template(name), facts)
+    text = filled_template(template_text(name), facts)
     text = _LONG_COMMENT.sub(lambda match: comment_of(match[1]).rstrip(), text)
     return re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
 
@@ -92,11 +93,11 @@ def wrapped(line: str, indent: str = "    ") -> str:
     )
 
 
-def number(value: Number, kind: str = "float") -> tuple[str, int]:
+def c_number(value: Number, kind: str = "float") -> tuple[str, int]:
     """A constant in C, and how tightly it binds.
 
     Example:
-        >>> number(0.1), number(-2, "int32_t"), number(True, "bool")
+        >>> c_number(0.1), c_number(-2, "int32_t"), c_number(True, "bool")
         (('0.1f', 9), ('-2', 8), ('true', 9))
     """
     if kind == "bool":
@@ -119,7 +120,7 @@ def number(value: Number, kind: str = "float") -> tuple[str, int]:
 
 def floating(value: Number) -> str:
     """A number of type float in C."""
-    return number(value)[0]
+    return c_number(value)[0]
 
 
 _WORDS = """
@@ -180,7 +181,7 @@ def c_name(text: str, taken: set[str]) -> str:
         >>> c_name("swap", {"swap"}), c_name("float", set())
         ('swap_2', 'float_value')
     """
-    name = re.sub(r"\W+", "_", plain(text)).strip("_") or "value"
+    name = re.sub(r"\W+", "_", ascii_text(text)).strip("_") or "value"
     if name[0].isdigit() or name in _RESERVED or keyword.iskeyword(name):
         name = f"{name}_value" if not name[0].isdigit() else f"x{name}"
     unique, n = name, 2
@@ -190,11 +191,11 @@ def c_name(text: str, taken: set[str]) -> str:
     return unique
 
 
-def plain(text: str) -> str:
+def ascii_text(text: str) -> str:
     """A text in ASCII, for comments.
 
     Example:
-        >>> plain("f = σ cos φ ≤ 2")
+        >>> ascii_text("f = σ cos φ ≤ 2")
         'f = sigma cos phi <= 2'
     """
     text = unicodedata.normalize("NFC", text)
@@ -207,4 +208,4 @@ def commented(doc: str) -> str:
     """The first paragraph of a docstring, with the next if it announces one, for a comment."""
     first, *paragraphs = doc.strip().split("\n\n")
     paragraph = f"{first} {paragraphs[0]}" if first.endswith(":") and paragraphs else first
-    return plain(" ".join(paragraph.split())).replace("*/", "* /").replace("/*", "/ *")
+    return ascii_text(" ".join(paragraph.split())).replace("*/", "* /").replace("/*", "/ *")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from lanewise.nodes import Node, array_of, given, keeping_calls, scalars
+from lanewise.nodes import Node, array_of, input_node, keeping_calls, scalars
 from tegotae._support.errors import TegotaeError, other_code
 from tegotae.parts._shapes import ArrayTree, StateTree, Weights
 from tegotae.parts.couplings import Coupling
@@ -34,7 +34,7 @@ class Piece:
     results: tuple[Node, ...]
     names: tuple[str, ...]
     """Names of its results."""
-    about: str
+    comment: str
     """Description for a comment."""
 
 
@@ -95,7 +95,7 @@ class TracedTick:
             yield self._ahead(oscillator, "phase_after", oscillator.phase, ["reached"], comment)
         yield self._command(controller.actuation)
         if oscillator is not None:
-            comment = f"The oscillator a tick later, its rate held: {described(oscillator)}"
+            comment = f"The oscillator a tick later, its rate held: {first_sentence(oscillator)}"
             names = self.state_names
             yield self._ahead(oscillator, "advanced", oscillator.settle, names, comment)
 
@@ -155,7 +155,7 @@ class TracedTick:
             f"{role}_term",
             evaluate,
             results,
-            f"{letter}, the {role}: {described(term)}",
+            f"{letter}, the {role}: {first_sentence(term)}",
             weights=_weights(paths),
             values=values,
             scales=self._scales,
@@ -253,7 +253,7 @@ class TracedTick:
             "coupling",
             evaluate,
             [f"unit_{i}" for i in limbs],
-            f"What each oscillator gets from the others [rad/s]: {described(coupling)}",
+            f"What each oscillator gets from the others [rad/s]: {first_sentence(coupling)}",
             weights=_weights(coupling.weight_names(len(limbs))),
             values={name: [f"heard[{i}].{name}" for i in limbs] for name in self._signals},
             scales=self._scales,
@@ -283,7 +283,7 @@ def traced(
     spoken = name.replace("_", " ")
     with other_code(f"the {spoken} cannot be traced for export"), keeping_calls():
         trace = jax.make_jaxpr(of_flat)(*shapes)
-    nodes = [array_of([given(text)], (1,)) for text in flat]
+    nodes = [array_of([input_node(text)], (1,)) for text in flat]
     numbers = tuple(scalars(reader.read(trace, nodes)))
     if len(numbers) != len(results):
         raise TegotaeError(
@@ -297,7 +297,7 @@ def scale_name(signal: str) -> str:
     return f"SCALE_{signal.upper()}"
 
 
-def described(part: object) -> str:
+def first_sentence(part: object) -> str:
     """Return the first sentence of a part's docstring, in ASCII."""
     return commented(type(part).__doc__ or type(part).__name__)
 

@@ -154,7 +154,7 @@ class LiveController:
 
     def __getstate__(self) -> dict[str, Any]:
         attributes = {name: vars(self)[name] for name in _KEPT}
-        return attributes | {"memory": self._step.kept()}
+        return attributes | {"memory": self._step.buffers()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         LiveController.__init__(self, state["_native"], clock=state["_clock"])

@@ -10,7 +10,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs.mujoco.legs import AXES, LegKinematics
 from tegotae.envs.mujoco.sensing import Sensing
-from tegotae.envs.scaling import foot_of, gravity_m_per_s2, place_of, started
+from tegotae.envs.scaling import foot_of, foot_place, gravity_m_per_s2, started
 
 mujoco = require("mujoco", "mujoco")
 
@@ -111,7 +111,7 @@ def _settled(sensed: Sensing, places_m: np.ndarray, length_m: float) -> np.ndarr
     data.ctrl[sensed.driven] = sensed.controls(action)[0]
     bodies = [foot_of(model, foot).body for foot in sensed.feet]
     points = [
-        data.xmat[body].reshape(3, 3).T @ (place_of(model, data, foot) - data.xpos[body])
+        data.xmat[body].reshape(3, 3).T @ (foot_place(model, data, foot) - data.xpos[body])
         for foot, body in zip(sensed.feet, bodies, strict=True)
     ]
     origin, trunk = data.xpos[1].copy(), data.xmat[1].reshape(3, 3).copy()

@@ -42,7 +42,7 @@ class StepResponse(NamedTuple):
     """ζ; 1 without an overshoot."""
 
     @classmethod
-    def of(cls, time: np.ndarray, place: np.ndarray) -> StepResponse:
+    def from_motion(cls, time: np.ndarray, place: np.ndarray) -> StepResponse:
         """The response of a damped oscillator with the same peak time t and overshoot M:
 
             ζ = -ln M / √(π² + ln² M),   ω_n = π / (t √(1 - ζ²)).
@@ -54,7 +54,7 @@ class StepResponse(NamedTuple):
         Example:
             >>> t = np.linspace(0.0, 60.0, 6001)
             >>> ringing = np.exp(-0.2 * t) * (np.cos(2.0 * t) + 0.1 * np.sin(2.0 * t))
-            >>> [round(x, 2) for x in StepResponse.of(t, 1.0 - ringing)]
+            >>> [round(x, 2) for x in StepResponse.from_motion(t, 1.0 - ringing)]
             [1.0, 2.01, 0.1]
         """
         travel = float(place[-len(place) // 10 :].mean() - place[0])
@@ -147,7 +147,9 @@ def _responses(height: np.ndarray, ahead: np.ndarray, tick: float) -> Mapping[st
     """Return the responses of a height since the legs began to bear, and of a place since it was
     pushed."""
     signals = {"bounce": height, "sway": ahead}
-    return {name: StepResponse.of(tick * np.arange(len(x)), x) for name, x in signals.items()}
+    return {
+        name: StepResponse.from_motion(tick * np.arange(len(x)), x) for name, x in signals.items()
+    }
 
 
 def _hold(model: MjModel, data: MjData, held: np.ndarray) -> None:

@@ -20,9 +20,9 @@ from tegotae.envs.scaling import (
     centre_height_m,
     chain_of,
     foot_of,
+    foot_place,
     gravity_m_per_s2,
     lowest,
-    place_of,
     scales_of,
     started,
 )
@@ -309,7 +309,7 @@ def _joint(
 def _velocity(model: MjModel, data: MjData, foot: str, joint: int) -> np.ndarray:
     """The foot's velocity in the trunk's frame at a joint's speed of 1, [x, y, z]."""
     jacobian = np.zeros((3, model.nv))
-    place = place_of(model, data, foot).copy()
+    place = foot_place(model, data, foot).copy()
     mujoco.mj_jac(model, data, jacobian, None, place, foot_of(model, foot).body)
     return jacobian[:, int(model.jnt_dofadr[joint])]
 
@@ -353,7 +353,7 @@ def _felt(sensed: Sensing, joint: _Joint) -> tuple[str, str]:
 
 def phases_of(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
     """Phases of the feet [rad], neighbours half a turn apart: a trot of four, a tripod of six."""
-    ahead, aside = np.array([place_of(model, data, foot)[:2] for foot in feet]).T
+    ahead, aside = np.array([foot_place(model, data, foot)[:2] for foot in feet]).T
     left = aside - aside.mean() > 1e-3
     behind = (ahead[:, None] - ahead > 1e-3) & (left[:, None] == left)
     return [math.pi if odd else 0.0 for odd in (behind.sum(axis=1) + left) % 2]

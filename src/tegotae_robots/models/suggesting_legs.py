@@ -120,7 +120,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         **{f"scales.{name}": "√(g / l0)" for name in _RATES},
     }
     for i, phase in enumerate(phases):
-        reasons[f"limbs[{i}].drives"] = _said(reach(legs, i))
+        reasons[f"limbs[{i}].drives"] = _reach_text(reach(legs, i))
         reasons[f"limbs[{i}].spring_force"] = "-J⁻ᵀ τ of the leg's servos, as robots have it"
         for name, reason in (
             ("side_roll", "up on the leg's side"),
@@ -207,7 +207,7 @@ def missed_m(legs: LegKinematics, places: np.ndarray) -> np.ndarray:
     return np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2)
 
 
-def _said(reach_m: np.ndarray) -> str:
+def _reach_text(reach_m: np.ndarray) -> str:
     parts = (
         f"{axis} {low:+.2f} to {high:+.2f}" for axis, (low, high) in zip(AXES, reach_m, strict=True)
     )

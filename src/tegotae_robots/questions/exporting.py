@@ -20,7 +20,7 @@ from tegotae.questions.results import Files, Table
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import Named, resolve
 from tegotae.training.collection import controller_of
-from tegotae_robots.c import LAYOUTS, Export, texts
+from tegotae_robots.c import LAYOUTS, Export
 from tegotae_robots.c.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
 from tegotae_robots.c.package import LayoutName
 from tegotae_robots.c.plan import facts, usual_tick_s
@@ -76,7 +76,7 @@ def export_c(
     tick_s = usual_tick_s(saved) if tick_s is None else tick_s
     export = Export(saved, tick_s, prefix, max_force_n=max_force_n)
     form, known = LAYOUTS[layout], facts(export)
-    files = texts(export, form)
+    files = package_texts(export, form)
     rows = [
         (way, x["member"], x["unit"], x["what"])
         for way, name in (("in", "senses"), ("out", "commands"))

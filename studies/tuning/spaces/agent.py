@@ -49,9 +49,9 @@ def learned(
     settings: AgentSettings, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Fitness of each seed's best policy in the budget; that until then, if learning diverges."""
-    from tegotae.training.agents.learning import DivergedError, learn, task_of
+    from tegotae.training.agents.learning import DivergedError, agent_task, learn
 
-    training = task_of(experiment, settings)
+    training = agent_task(experiment, settings)
     episodes = task.episodes(experiment, minimum=1)
     best = []
     for seed in seeds:

@@ -168,7 +168,7 @@ class FrontPart(Cell):
         shares = self._shares()
         phase = family.phases(legged, search.starts, search.seed)
         free = {
-            n: number_range.at(shares[:, i])
+            n: number_range.quantile(shares[:, i])
             for i, (n, number_range) in enumerate(family.ranges.items())
         }
         tick = legged.timing.tick_s
@@ -216,7 +216,7 @@ def search_front(
     last = cheapest(arrays["speed"], arrays["cost"], FINALISTS)
     shares = arrays["shares"][last]
     free = {
-        name: temporary.at(shares[:, i])
+        name: temporary.quantile(shares[:, i])
         for i, (name, temporary) in enumerate(family.ranges.items())
     }
     numbers = family.numbers(legged, free)
@@ -231,7 +231,7 @@ def travelled(legged: Legged, final: Travel, starts: int) -> tuple[np.ndarray, n
     does not settle, [walkers] each."""
     body = unwrapped(legged.body)
     weight = float(body.mass_kg * body.gravity_m_per_s2)  # type: ignore[attr-defined]
-    good = settled(final).reshape(-1, starts).all(axis=1)
+    good = steady_lanes(final).reshape(-1, starts).all(axis=1)
     speed = np.asarray(final.speed_m_per_s).reshape(-1, starts).mean(axis=1)
     power = np.asarray(final.power_w).reshape(-1, starts).mean(axis=1)
     good &= speed >= LEAST_SPEED
@@ -240,7 +240,7 @@ def travelled(legged: Legged, final: Travel, starts: int) -> tuple[np.ndarray, n
     return np.where(good, speed, np.nan), np.where(good, cost, np.nan)
 
 
-def settled(final: Travel) -> np.ndarray:
+def steady_lanes(final: Travel) -> np.ndarray:
     """Return a mask of the lanes that are upright and of steady speed, [lanes]."""
     speed, speed_before = np.asarray(final.speed_m_per_s), np.asarray(final.before_m_per_s)
     steady = np.abs(speed - speed_before) <= STEADY * np.abs(speed_before) + STEADY_SPEED
@@ -323,7 +323,7 @@ def evaluated(
             "cost_of_transport": measured["cost_of_transport"],
             **{name: np.asarray(numbers[name], float) for name in NUMBERS},
             "upright": measured["upright"],
-            "steady": settled(path).reshape(walkers, starts).mean(axis=1),
+            "steady": steady_lanes(path).reshape(walkers, starts).mean(axis=1),
             "locked": measured["locked"],
             "speed_spread": np.nanstd(speeds, axis=1),
             "gait": measured["gait"],

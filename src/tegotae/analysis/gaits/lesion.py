@@ -15,7 +15,7 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.limits import MOST_M, MOST_SEEDS
 from tegotae.analysis.gaits.releases import coordination_columns
-from tegotae.measures.gaits.lags import apart, moved, support_margin_m
+from tegotae.measures.gaits.lags import lag_difference, largest_drift, support_margin_m
 from tegotae.measures.gaits.names import FALLEN, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import (
     LEAST_FRAMES,
@@ -217,7 +217,7 @@ class BeforeAndAfter(CoordinationSummary):
         gait_after = gait_after._replace(
             lock_time_s=gait_after.lock_time_s - begun,
             fall_time_s=gait_after.fall_time_s - begun,
-            moved=jnp.where(jnp.isnan(gait_after.moved), jnp.nan, moved(lags)),
+            moved=jnp.where(jnp.isnan(gait_after.moved), jnp.nan, largest_drift(lags)),
         )
         return of_part(first, body, self.reference), gait_after
 
@@ -270,7 +270,7 @@ def aftermath(
     gait_before, gait_after = lanes_of(legged.run(summary, lesion.scenario(legged, phase)))
     left_legs = [legs[i] for i in remaining]
     stood = ~np.isfinite(gait_before.fall_time_s)
-    change = np.asarray(apart(gait_after.lag, gait_before.lag[list(remaining)]), float)
+    change = np.asarray(lag_difference(gait_after.lag, gait_before.lag[list(remaining)]), float)
     columns = {
         "start": np.arange(starts),
         "stood_before": stood,

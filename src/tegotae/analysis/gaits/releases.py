@@ -135,7 +135,7 @@ class GaitRun:
         return table
 
 
-def simulate(
+def simulate_gaits(
     legged: Legged,
     phase_rad: Sequence[float] | None = None,
     *,
@@ -155,7 +155,7 @@ def simulate(
 
     Example:
         >>> from tegotae.systems.resolve import legged_system as system
-        >>> simulate(system("bar-heavy"), (0.0, 2.0)).gait
+        >>> simulate_gaits(system("bar-heavy"), (0.0, 2.0)).gait
         'in phase'
     """
     limbs = legged.body.limbs

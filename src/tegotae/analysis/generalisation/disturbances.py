@@ -12,7 +12,7 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, require_finite, unknown
-from tegotae._support.tables import number
+from tegotae._support.tables import parse_number
 from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.controller import Controller
@@ -117,7 +117,7 @@ class Tested(ABC):
     starts: int = 1
 
     @classmethod
-    def of(cls, runs: ControllerSet, starts: int = 4) -> Self:
+    def from_runs(cls, runs: ControllerSet, starts: int = 4) -> Self:
         """The runs of a set, without duplicates, ready for a test.
 
         Args:
@@ -220,7 +220,7 @@ class Tested(ABC):
         """Return whether the prepared body has a field of this name."""
         return name in paths_of(self.prepared)
 
-    def usual(self, name: str) -> LaneNumbers:
+    def nominal(self, name: str) -> LaneNumbers:
         """A field of the prepared body as it is: a number, or a tuple of the legs' numbers.
 
         Raises:
@@ -245,7 +245,7 @@ class Tested(ABC):
         that is too quick for the control tick."""
 
     @abstractmethod
-    def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
+    def shares_kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
         """Measure the retained gait at every level of disturbances that apply (`Retention`),
         [levels, lanes].
 
@@ -285,7 +285,7 @@ class ForcePulse(Disturbance):
     """Duration [s], for a leg of a metre on Earth."""
 
     def changes(self, tested, level, at_s):
-        _ = tested.usual(self.field)
+        _ = tested.nominal(self.field)
         lasts = self.lasts_s * tested.time_scale
         force = level * tested.speed_scale * tested.mass_kg / lasts
         return {self.field: Step(force, at_s, at_s + lasts)}
@@ -319,7 +319,7 @@ class LostLeg(Disturbance):
             raise LackingError(f"it has {limbs} legs")
         first = release_of(tested, level) % limbs
         order = (np.arange(limbs)[:, None] - first[None]) % limbs
-        present = np.asarray(tested.usual("present"), float)[:, None] * (order >= level[None])
+        present = np.asarray(tested.nominal("present"), float)[:, None] * (order >= level[None])
         return {"present": Step(present, at_s, np.inf)}
 
 
@@ -353,7 +353,7 @@ class Scaled(Disturbance):
     neutral: float = 1.0
 
     def changes(self, tested, level, at_s):
-        nominal = {name: np.asarray(tested.usual(name), float) for name in self.fields
+        nominal = {name: np.asarray(tested.nominal(name), float) for name in self.fields
                if tested.has_field(name)}  # fmt: skip
         if not nominal:
             raise LackingError(f"a {tested.kind} has no {' or '.join(self.fields)}")
@@ -442,7 +442,7 @@ class Strength(Disturbance):
     def changes(self, tested, level, at_s):
         if not tested.takes_forces:
             raise LackingError("its actuators take places, not forces")
-        return {"strength": tested.usual("strength") * level}
+        return {"strength": tested.nominal("strength") * level}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -460,7 +460,7 @@ class Late(Disturbance):
         return max(self.levels) if self.field == "delay_s" else 0.0
 
     def changes(self, tested, level, at_s):
-        return {self.field: tested.usual(self.field) + level * tested.time_scale}
+        return {self.field: tested.nominal(self.field) + level * tested.time_scale}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -476,7 +476,7 @@ class Noise(Disturbance):
 
     def changes(self, tested, level, at_s):
         drawn = 1.0 + release_of(tested, level)
-        return {"noise": tested.usual("noise") + level, "seed": drawn}
+        return {"noise": tested.nominal("noise") + level, "seed": drawn}
 
 
 _BELOW = (0.85, 0.7, 0.5)
@@ -541,7 +541,7 @@ def disturbances_named(texts: Iterable[str]) -> tuple[Disturbance, ...]:
         selected[name] = CATALOGUE[name]
         if equals:
             try:
-                numbers = tuple(number(part) for part in levels.split("/"))
+                numbers = tuple(parse_number(part) for part in levels.split("/"))
             except ValueError:
                 raise TegotaeError(
                     f"{text} has no levels; write {name}=LEVEL/LEVEL, such as {name}="

@@ -32,7 +32,7 @@ from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.recorder import declared
 from tegotae.simulation.rollout import Scenario, Timing, check_senses
-from tegotae.simulation.timing import filled
+from tegotae.simulation.timing import padded_lanes
 from tegotae.simulation.world import ENTRIES, GROUND, Staircase, Step, with_changes
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import settling_s
@@ -210,7 +210,7 @@ class ControllersUnderTest(Tested):
                         f"{disturbance.name}={level:g} on {tested.name}: {error}"
                     ) from None
 
-    def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
+    def shares_kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
         """See `Tested.kept`.
 
         Every run is first tried as it is. What it does then says when a disturbance comes, and what
@@ -222,7 +222,7 @@ class ControllersUnderTest(Tested):
         baseline = lanes.measured(lanes.undisturbed)
         meets = lanes.disturbed(np.ravel(lanes.criterion.at_s(baseline)))
         disturbed = lanes.measured(meets)
-        return lanes.criterion.kept(baseline, disturbed, lanes.weight_ratio(meets))
+        return lanes.criterion.shares_kept(baseline, disturbed, lanes.weight_ratio(meets))
 
 
 def _around(kind: type, body: Body) -> bool:
@@ -286,8 +286,8 @@ class LanesUnderTest:
                 weights[..., block], jax.tree.map(lambda x, lanes=block: x[..., lanes], scenario)
             )
             recorded = self.engine.run_lanes(inputs, self.tested.prepared)
-            padded = filled((recorded, inputs.scenario), slice(None), LANES)
-            parts.append(jax.tree.map(np.asarray, self.criterion.of(*padded)))
+            padded = padded_lanes((recorded, inputs.scenario), slice(None), LANES)
+            parts.append(jax.tree.map(np.asarray, self.criterion.outcomes(*padded)))
         joined = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
@@ -316,7 +316,7 @@ class LanesUnderTest:
                 if name in ENTRIES:
                     nominal = getattr(release, name)
                 else:
-                    nominal = None if name == GROUND else self.tested.usual(name)
+                    nominal = None if name == GROUND else self.tested.nominal(name)
                 neutral[name] = _without(change, nominal)
         return neutral
 
@@ -327,7 +327,7 @@ class LanesUnderTest:
             ratio = np.ones(levels * self.size)
             for name in ("mass_kg", "gravity_m_per_s2"):
                 if name in changes:
-                    ratio = ratio * changes[name] / self.tested.usual(name)
+                    ratio = ratio * changes[name] / self.tested.nominal(name)
             parts.append(ratio)
         return np.concatenate(parts).reshape(-1, self.size)
 

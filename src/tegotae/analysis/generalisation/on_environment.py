@@ -94,7 +94,7 @@ class ModelUnderTest(Tested):
     @cached_property
     def experiment(self) -> EnvExperiment:
         """Experiment of the training."""
-        return EnvExperiment.of(self.controllers)
+        return EnvExperiment.from_controller(self.controllers)
 
     @cached_property
     def body(self) -> MujocoModel:  # type: ignore[override]
@@ -144,7 +144,7 @@ class ModelUnderTest(Tested):
         )
         return ModelLanes(settings, count, models=models)
 
-    def kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
+    def shares_kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
         """See `Tested.kept`; every run, level and start is played at once."""
         size = self.size
         weights = np.repeat(self.weights, self.starts, axis=0).astype(np.float32)

@@ -12,10 +12,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae.measures.gaits.lags import apart
+from tegotae.measures.gaits.lags import lag_difference
 from tegotae.measures.gaits.names import HEADING, speed_ahead_m_per_s
 from tegotae.measures.gaits.summary import Coordination, CoordinationSummary
-from tegotae.measures.hopping.hopping import LimitCycle, dies_out, hops, settled
+from tegotae.measures.hopping.hopping import LimitCycle, dies_out, find_limit_cycle, hops
 from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
@@ -91,7 +91,7 @@ class HopRetention:
 
     summary = KeptChannels(_CHANNELS)
 
-    def of(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
+    def outcomes(self, recorded: Trajectory, scenario: Scenario) -> dict[str, AnyArray]:
         """Return the outcomes of recorded rollouts, arrays [..., lanes]."""
         length = dict(scenario.changes).get(self.rest_length_path, np.float32(self.rest_length_m))
         limit_cycle = LimitCycle()
@@ -107,7 +107,7 @@ class HopRetention:
         apex = np.asarray(baseline["apex_s"])
         return np.where(np.isfinite(apex), apex, self.event_s)
 
-    def kept(
+    def shares_kept(
         self, baseline: Outcomes, disturbed: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
         """The retained part under a disturbance (`Retention`), [levels, lanes] each.
@@ -133,7 +133,7 @@ def _hop_measures(
 ) -> dict[str, AnyArray]:
     table = hops(recorded, rest_length_m)
     end_s = recorded.time_s[-1]
-    cycle = settled(table, near, -jnp.inf, end_s)
+    cycle = find_limit_cycle(table, near, -jnp.inf, end_s)
     last_s = jnp.max(jnp.where(jnp.isnan(table.time_s), -jnp.inf, table.time_s), axis=0)
 
     # The last hops, an even number of them, whatever they are: noise leaves no limit cycle.
@@ -195,7 +195,7 @@ class GaitRetention:
     summary: Summary
     event_s: float
 
-    def of(
+    def outcomes(
         self, recorded: tuple[Coordination, AnyArray], scenario: Scenario
     ) -> dict[str, AnyArray]:
         """Return the outcomes of recorded rollouts, arrays [..., lanes]."""
@@ -207,13 +207,13 @@ class GaitRetention:
         """Return the time of a disturbance [s], [lanes], from the undisturbed outcomes."""
         return np.full(baseline["fall_time_s"].shape, self.event_s)
 
-    def kept(
+    def shares_kept(
         self, baseline: Outcomes, disturbed: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
         """The same of a gait; efficiency is the inverse cost of transport."""
         with np.errstate(invalid="ignore", divide="ignore"):
             locked = np.isfinite(baseline["lock_time_s"])
-            gap = np.asarray(apart(disturbed["lag"], baseline["lag"]))
+            gap = np.asarray(lag_difference(disturbed["lag"], baseline["lag"]))
             near = np.nanmax(np.where(np.isnan(gap), np.inf, gap), axis=0) <= LAG_TOLERANCE
             speed = disturbed["ahead_m_per_s"] / baseline["ahead_m_per_s"]
             moved = _steps(baseline)

@@ -19,7 +19,7 @@ from tegotae._support.part_code import code_of
 from tegotae._support.workplace import GENERALISATION, alone
 from tegotae.analysis.generalisation.disturbances import Disturbance, Tested
 from tegotae.measures.hopping.statistics import wilson
-from tegotae.study import CellResult, Study, bundles, here, on_cores
+from tegotae.study import CellResult, Study, bundles, on_cores, run_locally
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import parts_in, register
 
@@ -68,7 +68,7 @@ def tried(tested: Tested, disturbances: Sequence[Disturbance]) -> Retention:
         empty = {name: pd.Series(dtype=kind) for name, kind in COLUMNS.items()}
         return Retention(pd.DataFrame(empty), left_out)
     tested.check(meets)
-    arrays = tested.kept(meets)
+    arrays = tested.shares_kept(meets)
     levels = [(disturbance.name, level) for disturbance in meets for level in disturbance.outwards]
     lane = np.arange(len(levels) * tested.size)
     level, run = lane // tested.size, lane % tested.size // tested.starts
@@ -165,7 +165,7 @@ def generalise(
     with alone(out, GENERALISATION, restart=restart):
         study = Study(out / "records", trials, "generalise", "controllers", ".trial.npz", remedy)
         cores = min(available_cores(), len(bundles(trials)))
-        study.run(here if cores <= 1 else on_cores)
+        study.run(run_locally if cores <= 1 else on_cores)
         return [
             (trial.tested, _retention(result))
             for trial, result in zip(trials, study.results(), strict=True)
@@ -310,7 +310,7 @@ def share_interval(count: int, total: int, runs: int) -> tuple[float, float]:
     return wilson(round(count / total * runs), runs) if total else (np.nan, np.nan)
 
 
-def curve(outcome: Retention) -> pd.DataFrame:
+def retention_curve(outcome: Retention) -> pd.DataFrame:
     """Shares of the lanes of one set that keep what they had, level by level; the interval is
     over runs."""
     rows = []

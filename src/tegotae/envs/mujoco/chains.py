@@ -157,7 +157,7 @@ class _Plane(NamedTuple):
     ahead: _Vector
     """Along the first of three axes."""
 
-    def of(self, x: _Vector) -> tuple[Any, Any]:
+    def coordinates(self, x: _Vector) -> tuple[Any, Any]:
         return self.down.dot(x), self.ahead.dot(x)
 
 
@@ -212,16 +212,19 @@ def direct(chains: Chains, wanted: Sequence[AnyArray]) -> tuple[list[Any], Any]:
     plane, foot = _plane(chains), _vector(chains.foot)
     hip, knee = (_vector(chains.anchor[:, k]) for k in (-2, -1))
     place, rest = (x.plus(plane.origin, -1.0) for x in (_Vector(*wanted), foot))
-    aside, (x, y), beside = plane.side.dot(place), plane.of(place), plane.side.dot(rest)
+    aside, (x, y), beside = plane.side.dot(place), plane.coordinates(place), plane.side.dot(rest)
     three, squared = chains.slides.shape[1] == 3, aside * aside + x * x - beside * beside
     turned, there = [], True
     if three:
         onto = jnp.sqrt(jnp.maximum(squared, 0.0)) * jnp.where(x < 0.0, -1.0, 1.0)
         turned = [jnp.arctan2(x * beside - aside * onto, aside * beside + x * onto)]
         x = onto
-    from_hip = plane.of(hip.plus(plane.origin, -1.0))
+    from_hip = plane.coordinates(hip.plus(plane.origin, -1.0))
     x, y = x - from_hip[0], y - from_hip[1]
-    (a, b), (c, d) = plane.of(knee.plus(hip, -1.0)), plane.of(foot.plus(knee, -1.0))
+    (a, b), (c, d) = (
+        plane.coordinates(knee.plus(hip, -1.0)),
+        plane.coordinates(foot.plus(knee, -1.0)),
+    )
     thigh, shank, cosine, sine = a * a + b * b, c * c + d * d, a * c + b * d, a * d - b * c
     longest = jnp.sqrt(thigh * shank)  # times cos β and sin β below: arctan2 divides
     unbent = 0.5 * (x * x + y * y - thigh - shank)

@@ -231,7 +231,7 @@ class Fate:
         self._done[where] = 0
         self._seen[0, where], self._seen[1, where] = observation[where, self._at["forward"]], 0.0
 
-    def after(
+    def advance(
         self, observation: np.ndarray, work_j: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Reward, whether it has fallen and whether the time is up, [lanes] each."""
@@ -272,7 +272,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     metadata = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
 
     def __init__(self, settings: ModelSettings | None = None, **fields: object) -> None:
-        self.settings = settings_of(settings, fields)
+        self.settings = model_settings_of(settings, fields)
         self.sensing = sensing(self.settings)
         self.batch = ModelBatch(self.sensing, 1, self.settings.control_s, threads=1)
         self.model = self.sensing.model
@@ -282,9 +282,9 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.action_names = self.sensing.actions
         self.still_action = self.sensing.still
         self.fate = Fate(self.settings, self.sensing, self.dt)
-        lower = np.append(self.sensing.least, 0.0)
+        lower = np.append(self.sensing.lower, 0.0)
         self.observation_space = Box(lower, np.full_like(lower, np.inf), dtype=np.float64)
-        self.action_space = action_space(self.sensing)
+        self.action_space = model_action_space(self.sensing)
         self._seen: np.ndarray | None = None
 
     def reset(
@@ -312,7 +312,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         if action.shape != space.shape:
             raise TegotaeError(f"the action has shape {action.shape}; it must be {space.shape}")
         self._seen = self.batch.step(np.clip(action, space.low, space.high)[None])
-        reward, fallen, over = self.fate.after(self._seen, self.batch.work_j)
+        reward, fallen, over = self.fate.advance(self._seen, self.batch.work_j)
         observation = self._observation(self._seen)
         return observation, float(reward[0]), bool(fallen[0]), bool(over[0]), {}
 
@@ -324,7 +324,9 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.batch.close()
 
 
-def settings_of(settings: ModelSettings | None, fields: Mapping[str, object]) -> ModelSettings:
+def model_settings_of(
+    settings: ModelSettings | None, fields: Mapping[str, object]
+) -> ModelSettings:
     """The settings, with fields by name; those of a packaged model are its own by default.
 
     Raises:
@@ -343,7 +345,7 @@ def settings_of(settings: ModelSettings | None, fields: Mapping[str, object]) ->
     return ModelSettings(**{**values, **fields})
 
 
-def action_space(sensing: Sensing) -> Box:
+def model_action_space(sensing: Sensing) -> Box:
     """The actions in their bounds."""
     low, high = sensing.bounds
     return Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)

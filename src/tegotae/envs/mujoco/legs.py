@@ -19,7 +19,7 @@ from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjModel
 from tegotae.envs.mujoco.chains import Chains, borne, kinematics, solved
 from tegotae.envs.mujoco.rigid_legs import require_open_chains, require_stiff
-from tegotae.envs.scaling import chain_of, foot_of, place_of, started
+from tegotae.envs.scaling import chain_of, foot_of, foot_place, started
 
 if TYPE_CHECKING:
     from lanewise.function import FunctionKernel
@@ -160,7 +160,7 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
     servos = [[_servo(model, joint) for joint in row] for row in owners]
     data = started(model)
     trunk, origin = data.xmat[1].reshape(3, 3), data.xpos[1]
-    foot = (np.array([place_of(model, data, name) for name in feet]) - origin) @ trunk
+    foot = (np.array([foot_place(model, data, name) for name in feet]) - origin) @ trunk
     joints = _padded(owners)
     valid = joints >= 0
     axis = np.where(valid[..., None], data.xaxis[joints] @ trunk, 0.0)

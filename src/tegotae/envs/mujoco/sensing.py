@@ -9,7 +9,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae.envs._types import MjModel, MjSpec
 from tegotae.envs.mujoco.legs import AXES, LegKinematics, legs_of, resting
-from tegotae.envs.mujoco.settings import ModelSettings, compiled
+from tegotae.envs.mujoco.settings import ModelSettings, compiled_model
 from tegotae.envs.scaling import started
 
 _OWN = "tegotae/"
@@ -22,13 +22,13 @@ MOST = 1e10
 
 @dataclass(frozen=True)
 class ObservedEntry:
-    """One number that is observed: `gain * (sensor - offset)`, at least `least`."""
+    """One number that is observed: `gain * (sensor - offset)`, at least `lower`."""
 
     name: str
     column: int
     gain: float = 1.0
     offset: float = 0.0
-    least: float = -np.inf
+    lower: float = -np.inf
 
 
 @dataclass(frozen=True)
@@ -69,9 +69,9 @@ class Sensing:
         return (*(entry.name for entry in self.entries), *borne)
 
     @property
-    def least(self) -> np.ndarray:
+    def lower(self) -> np.ndarray:
         """Least values of what is observed, [entries]."""
-        lower = [entry.least for entry in self.entries]
+        lower = [entry.lower for entry in self.entries]
         return np.array([*lower, *[0.0] * (len(self.names) - len(lower))])
 
     @property
@@ -137,7 +137,7 @@ class Sensing:
         columns = [entry.column for entry in self.entries]
         gain = np.array([entry.gain for entry in self.entries])
         offset = np.array([entry.offset for entry in self.entries])
-        lower = np.array([entry.least for entry in self.entries])
+        lower = np.array([entry.lower for entry in self.entries])
         values = np.maximum(gain * (data[..., columns] - offset), lower)
         if self.legs is None:
             return values
@@ -269,7 +269,7 @@ def _column(model: MjModel, sensor: str) -> int:
 def _compiled(spec: MjSpec, settings: ModelSettings) -> MjModel:
     """The model, checked and scaled."""
     mujoco = require("mujoco", "mujoco")
-    model = compiled(spec)
+    model = compiled_model(spec)
     scale_model(model, settings.mass_factor, settings.friction_factor)
     elliptic = model.opt.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC)
     if elliptic and model.opt.jacobian == int(mujoco.mjtJacobian.mjJAC_AUTO):
@@ -357,7 +357,7 @@ def _entries(
         name = f"{foot}_force" if f"{foot}_force" not in taken else f"{foot}_contact_force"
         # The sensor measures the force of the foot on the ground.
         upward = _column(model, f"contact/{foot}") + 2
-        entries.append(ObservedEntry(name, upward, gain=-1.0, least=0.0))
+        entries.append(ObservedEntry(name, upward, gain=-1.0, lower=0.0))
     entries += [
         ObservedEntry(f"root_{name}", _column(model, f"root_{sensor}") + axis, gain)
         for name, sensor, axis, gain in (

@@ -151,10 +151,10 @@ def _read(text: str) -> MjSpec:
     try:
         if text.lstrip().startswith("<"):
             return mujoco.MjSpec.from_string(text)
-        if text in models():
-            return mujoco.MjSpec.from_string(models()[text])
+        if text in model_files():
+            return mujoco.MjSpec.from_string(model_files()[text])
         if not text.endswith((".xml", ".mjcf")):
-            raise unknown("MuJoCo model of this package", text, models())
+            raise unknown("MuJoCo model of this package", text, model_files())
         return mujoco.MjSpec.from_file(str(located(text)))
     except TegotaeError:
         raise
@@ -196,7 +196,7 @@ def located(text: str) -> Path:
     return path
 
 
-def models() -> dict[str, str]:
+def model_files() -> dict[str, str]:
     """The MJCF of the models that come with the package, by name."""
     folder = resources.files("tegotae.envs.mujoco") / "models"
     files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".xml"))
@@ -222,7 +222,7 @@ def _begin(spec: MjSpec, start: str | Mapping[str, float]) -> None:
 def _posed(spec: MjSpec, places: Mapping[str, float]) -> np.ndarray:
     """Return a model's positions with joints at places, its lowest geom on a floor at height 0."""
     mujoco = require("mujoco", "mujoco")
-    model = compiled(spec)
+    model = compiled_model(spec)
     data = mujoco.MjData(model)
     scalar = model.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)
     names = [model.joint(int(joint)).name for joint in np.flatnonzero(scalar)]
@@ -236,7 +236,7 @@ def _posed(spec: MjSpec, places: Mapping[str, float]) -> np.ndarray:
     return data.qpos
 
 
-def compiled(spec: MjSpec) -> MjModel:
+def compiled_model(spec: MjSpec) -> MjModel:
     """Compile a model.
 
     Raises:

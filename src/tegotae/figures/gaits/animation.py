@@ -121,7 +121,7 @@ _SIDE, _ABOVE = (0, 2), (0, 1)
 _MARGIN = 0.25
 
 
-def animation(run: GaitRun) -> Animation:
+def gait_animation(run: GaitRun) -> Animation:
     """The animation, a stride a second; without strides, of the last quarter at once.
 
     Raises:

@@ -26,7 +26,7 @@ from tegotae.figures.gaits.style import (
     label,
 )
 from tegotae.figures.maps import quantities
-from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, literal, new_figure, styled
+from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, literal_text, new_figure, styled
 from tegotae.measures.gaits.names import (
     AS_RELEASED,
     NO_GAIT,
@@ -188,7 +188,7 @@ _APART = 0.1001
 
 
 @styled()
-def basin_figure(basin: Releases, note: str = "") -> Figure:
+def gait_basin_figure(basin: Releases, note: str = "") -> Figure:
     """Left the share of each outcome with its 95 % interval, right the lags that starts end at.
 
     Of two legs the lags are drawn over those of the release; of more, those of two legs over each
@@ -339,7 +339,7 @@ def _shares_lesion(axes: Axes, aftermath: Aftermath) -> None:
             color=COLOURS[0], capsize=2, lw=0.8, clip_on=False,
         )  # fmt: skip
     axes.set(xlim=(0.0, end), ylim=(-0.02, 1.04))
-    axes.set_xlabel(f"time since {literal(aftermath.lesion.label)} [{time}]")
+    axes.set_xlabel(f"time since {literal_text(aftermath.lesion.label)} [{time}]")
     axes.set_ylabel(f"share of {len(stood)} starts that stood")
     axes.legend(loc="center right")
 

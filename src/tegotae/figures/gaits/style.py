@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tegotae.analysis.gaits.map import OMEGA, SIGMA, Axis
-from tegotae.figures.style import COLOURS, literal
+from tegotae.figures.style import COLOURS, literal_text
 from tegotae.measures.gaits.names import (
     AS_RELEASED,
     FALLEN,
@@ -91,7 +91,7 @@ def label(axis: Axis, legged: Legged) -> str:
     if unit == "m" and legged.dimensionless:
         unit = "l0"
     unit = "times usual" if per_leg else unit
-    return literal(f"{words} [{unit}]" if unit else words)
+    return literal_text(f"{words} [{unit}]" if unit else words)
 
 
 def in_words(field: str) -> str:

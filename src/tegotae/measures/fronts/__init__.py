@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import unknown
-from tegotae._support.tables import numbers, parse_csv
+from tegotae._support.tables import parse_csv, parse_numbers
 
 COLUMNS = (
     *(
@@ -128,6 +128,6 @@ def front_table(system: str) -> dict[str, np.ndarray]:
         raise unknown("system with a front", system, names)
     table = parse_csv((folder / f"{system}.csv").read_text(encoding="utf-8"))
     return {
-        name: np.asarray(values, str) if name in _TEXT else numbers(values)
+        name: np.asarray(values, str) if name in _TEXT else parse_numbers(values)
         for name, values in table.items()
     }

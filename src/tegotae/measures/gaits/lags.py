@@ -22,7 +22,7 @@ from tegotae.simulation.rollout import Scenario, Timing
 TURN = 2.0 * math.pi
 
 
-def apart(a: Numeric, b: Numeric) -> jax.Array:
+def lag_difference(a: Numeric, b: Numeric) -> jax.Array:
     """Return the circular difference of lag a minus lag b, in [-0.5, 0.5) [cycles].
 
     Args:
@@ -30,7 +30,7 @@ def apart(a: Numeric, b: Numeric) -> jax.Array:
         b: lags that broadcast against these.
 
     Example:
-        >>> round(float(apart(0.05, 0.95)), 6), round(float(apart(0.5, 0.75)), 6)
+        >>> round(float(lag_difference(0.05, 0.95)), 6), round(float(lag_difference(0.5, 0.75)), 6)
         (0.1, -0.25)
     """
     return (jnp.asarray(a) - b + 0.5) % 1.0 - 0.5
@@ -133,7 +133,7 @@ def time_to_lock(lag: AnyArray, final: AnyArray, time_s: AnyArray, tolerance: fl
         >>> time_to_lock(lag, jnp.array([[0.5]]), jnp.arange(4.0), 0.05).tolist()
         [2.0]
     """
-    near = (jnp.abs(apart(lag, jnp.asarray(final)[None])) <= tolerance).all(axis=1)
+    near = (jnp.abs(lag_difference(lag, jnp.asarray(final)[None])) <= tolerance).all(axis=1)
     stays = jnp.cumprod(near[::-1].astype("int32"), axis=0)[::-1].astype(bool)
     time = jnp.asarray(time_s)
     time = jnp.broadcast_to(time if time.ndim == 2 else time[:, None], stays.shape)
@@ -142,7 +142,7 @@ def time_to_lock(lag: AnyArray, final: AnyArray, time_s: AnyArray, tolerance: fl
     return jnp.where(stays[-1], lock_time, jnp.nan)
 
 
-def moved(lag: AnyArray) -> jax.Array:
+def largest_drift(lag: AnyArray) -> jax.Array:
     """Return the largest change of a lane's lags since its first frame [cycles], [lanes].
 
     Lags that stand still from the release on show no synchronisation: legs that do not feel each
@@ -170,7 +170,7 @@ def moved_until(lag: AnyArray, allowed: Numeric = 0.0) -> jax.Array:
     lag = jnp.asarray(lag)
     first = jnp.argmax(jnp.isfinite(lag), axis=0)
     begun = jnp.take_along_axis(lag, first[None], axis=0)
-    far = jnp.abs(apart(lag, begun))
+    far = jnp.abs(lag_difference(lag, begun))
     beyond = jnp.where(jnp.isfinite(far), far, 0.0).max(axis=1) - allowed
     return jax.lax.cummax(jnp.maximum(beyond, 0.0), axis=0)
 
@@ -245,7 +245,7 @@ class OfPhases(Rhythm):
     def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
         """Turns of the reference leg's oscillator per second, [lanes]."""
         phase = jnp.asarray(trajectory.phase_rad)[first:, reference]
-        turns = apart(phase[1:] / TURN, phase[:-1] / TURN).sum(axis=0)
+        turns = lag_difference(phase[1:] / TURN, phase[:-1] / TURN).sum(axis=0)
         return turns / (trajectory.time_s[-1] - trajectory.time_s[first])
 
 
@@ -366,17 +366,19 @@ def lags_at_sections(phase_rad: AnyArray, cycles: int, reference: int = 0) -> ja
     """
     phase = jnp.asarray(phase_rad) / TURN
     begun = phase[:1] % 1.0
-    turns = jnp.concatenate([begun, begun + jnp.cumsum(apart(phase[1:], phase[:-1]), axis=0)])
+    turns = jnp.concatenate(
+        [begun, begun + jnp.cumsum(lag_difference(phase[1:], phase[:-1]), axis=0)]
+    )
     reference_turns = turns[:, reference]
     levels = (
         jnp.floor(reference_turns[0])[None]
         + 1.0
         + jnp.arange(cycles, dtype=reference_turns.dtype)[:, None]
     )
-    return jax.vmap(lambda level: _at(turns, reference_turns, level))(levels)
+    return jax.vmap(lambda level: _lags_at(turns, reference_turns, level))(levels)
 
 
-def _at(turns: jax.Array, reference: jax.Array, level: jax.Array) -> jax.Array:
+def _lags_at(turns: jax.Array, reference: jax.Array, level: jax.Array) -> jax.Array:
     """The lags where the reference leg has made so many turns, [limbs, lanes]."""
     past = reference >= level[None]
     next_frame = jnp.argmax(past, axis=0)

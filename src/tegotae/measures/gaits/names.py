@@ -271,7 +271,9 @@ def distance(lag: ArrayLike, pattern: ArrayLike) -> np.ndarray:
     return np.abs(between).max(axis=(0, 1))
 
 
-def named(lag: ArrayLike, legs: Sequence[str], tolerance: float = TOLERANCE) -> np.ndarray:
+def nearest_pattern(
+    lag: ArrayLike, legs: Sequence[str], tolerance: float = TOLERANCE
+) -> np.ndarray:
     """The name of the nearest pattern, or "in between", [lanes].
 
     Args:
@@ -283,7 +285,7 @@ def named(lag: ArrayLike, legs: Sequence[str], tolerance: float = TOLERANCE) -> 
         TegotaeError: for lags of another number of legs, or a tolerance out of (0, 0.5].
 
     Example:
-        >>> named([[0, 0, 0], [0.48, 0.97, 0.25]], ("H", "F")).tolist()
+        >>> nearest_pattern([[0, 0, 0], [0.48, 0.97, 0.25]], ("H", "F")).tolist()
         ['antiphase', 'in phase', 'in between']
     """
     lag = np.asarray(lag, float)
@@ -320,7 +322,7 @@ def gait_of(
     Args:
         gait: the coordination of the legs.
         legs: their names.
-        tolerance: as for `named`.
+        tolerance: as for `nearest_pattern`.
 
     Example:
         >>> import numpy as np
@@ -330,7 +332,7 @@ def gait_of(
         >>> gait_of(Coordination(**values), ("H", "F")).tolist()
         ['antiphase', 'as released']
     """
-    name = named(gait.lag, legs, tolerance).astype(object)
+    name = nearest_pattern(gait.lag, legs, tolerance).astype(object)
     patterns = tuple(p for p in patterns_for(legs) if p.name in _RUNNING)
     if patterns:
         wide = max(tolerance, RUNNING_TOLERANCE)

@@ -19,7 +19,7 @@ from tegotae.measures.gaits.lags import (
     Rhythm,
     circular_mean,
     circular_spread,
-    moved,
+    largest_drift,
     order_parameter,
     over_strides,
     step_frequency_hz,
@@ -238,7 +238,7 @@ def coordination(
         lag_spread=of_standing(circular_spread(jnp.where(measured, lag, jnp.nan))),
         touchdown_lag=of_standing(circular_mean(jnp.where(measured, footfalls, jnp.nan))),
         lock_time_s=of_standing(jnp.where(lock <= begun, lock, jnp.nan)),
-        moved=of_standing(moved(raw)),
+        moved=of_standing(largest_drift(raw)),
         order_parameter=of_standing(order_parameter(mean)),
         cycle_frequency_hz=of_standing(jnp.where(steps, hz, 0.0)),
         step_frequency_hz=of_standing(step_frequency_hz(t.touchdown_time_s, begins)),
@@ -249,7 +249,7 @@ def coordination(
         speed_m_per_s=of_standing(speed),
         cost_of_transport=of_standing(power / (weight * speed)),
         froude=of_standing(speed**2 / (body.gravity_m_per_s2 * body.rest_length_m)),  # type: ignore[attr-defined]
-        slip_m=undefined if slip is None else over_limbs(slip[-1] - slip[0], limbs),
+        slip_m=undefined if slip is None else sum_over_limbs(slip[-1] - slip[0], limbs),
         fall_time_s=jnp.where(
             fell,
             jnp.take_along_axis(t.time_s, jnp.argmax(t.failed, axis=0)[None], axis=0)[0],
@@ -274,7 +274,7 @@ def length(parts: Sequence[jax.Array]) -> jax.Array:
     return jnp.sqrt(sum(part**2 for part in parts))
 
 
-def over_limbs(x: AnyArray, limbs: int) -> jax.Array:
+def sum_over_limbs(x: AnyArray, limbs: int) -> jax.Array:
     """The sum over the limbs of what is recorded limb by limb, [lanes].
 
     Args:

@@ -25,7 +25,7 @@ from tegotae.measures.hopping.metric import (
     Metric,
 )
 from tegotae.measures.hopping.recording import from_samples
-from tegotae.measures.hopping.registry import find
+from tegotae.measures.hopping.registry import find_metric
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.checks import probing
 from tegotae.simulation.recorder import Trajectory
@@ -49,9 +49,9 @@ def check_metric(metric: Metric) -> None:
 
     Example:
         >>> from tegotae.measures.hopping.registry import find
-        >>> check_metric(find("cpgu"))
+        >>> check_metric(find_metric("cpgu"))
     """
-    name = probing.PartTrial.of(metric, Metric).name
+    name = probing.PartTrial.from_part(metric, Metric).name
     if not isinstance(metric, (GaitMetric, ClampedMetric, DerivedMetric)):
         raise TegotaeError(
             f"{name} does not say how it is computed; make a GaitMetric, ClampedMetric or "
@@ -169,7 +169,7 @@ def _values_of(name: str, seed: int) -> np.ndarray:
     """Values that a metric may have, [lanes]."""
     if name == REGIME:
         return np.arange(probing.LANES) % 4
-    low, high = np.clip(find(name).range, -10.0, 10.0)
+    low, high = np.clip(find_metric(name).range, -10.0, 10.0)
     return np.random.default_rng(seed).uniform(low, high, probing.LANES)
 
 

@@ -30,7 +30,7 @@ from tegotae.measures.hopping.metric import (
 from tegotae.measures.hopping.recording import (
     TOTALS,
     Samples,
-    checked,
+    checked_samples,
     denoised,
     frames_of,
     step_of,
@@ -327,7 +327,7 @@ def measure(
     if max_force_n is not None:
         require_finite("max_force_n", max_force_n, above=0.0, most=1e9)
     check_work(work)
-    samples = checked({"time_s": time_s, "height_m": height_m, **signals}, rest_length_m)
+    samples = checked_samples({"time_s": time_s, "height_m": height_m, **signals}, rest_length_m)
     if step_of(samples) > 1.01 * FORCE_PERIOD_S:
         raise TegotaeError(
             f"the samples are {step_of(samples):g} s apart; the metrics need at least "

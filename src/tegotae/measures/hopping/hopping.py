@@ -257,7 +257,7 @@ class Settled(NamedTuple):
         return jnp.isfinite(self.period)
 
 
-def settled(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) -> Settled:
+def find_limit_cycle(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) -> Settled:
     """Find the limit cycle on which the gait stays until the end of a window.
 
     A body that stops hopping before the end has no limit cycle.

@@ -20,8 +20,8 @@ from tegotae.measures.hopping.hopping import (
     Settled,
     at_frame,
     dies_out,
+    find_limit_cycle,
     hops,
-    settled,
 )
 from tegotae.measures.hopping.signals import Spectrum, peak, spectrum, work_total
 from tegotae.measures.hopping.statistics import UNBOUNDED, Range
@@ -80,7 +80,7 @@ class Episode:
     @cached_property
     def cycle(self) -> Settled:
         """The limit cycle of the undisturbed window."""
-        return settled(self.hops, self.limit_cycle, -jnp.inf, self.trajectory.time_s[-1])
+        return find_limit_cycle(self.hops, self.limit_cycle, -jnp.inf, self.trajectory.time_s[-1])
 
     @cached_property
     def regime(self) -> jax.Array:
@@ -151,7 +151,7 @@ class Episode:
 
     def settles_again(self, after_s: Numeric) -> Settled:
         """Find each lane's limit cycle between a time [s], [lanes], and the end of all frames."""
-        return settled(self.hops, self.limit_cycle, after_s, self.whole.time_s[-1])
+        return find_limit_cycle(self.hops, self.limit_cycle, after_s, self.whole.time_s[-1])
 
 
 class ClampedEpisodes(NamedTuple):
@@ -253,7 +253,7 @@ class Metric:
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[object, ...]:
         """Pickle it by its place, as functions are: its own function may be a lambda."""
         place = _place_of(self)
-        return super().__reduce_ex__(protocol) if place is None else (_at, place)
+        return super().__reduce_ex__(protocol) if place is None else (_imported, place)
 
 
 def _place_of(metric: Metric) -> tuple[str, str] | None:
@@ -265,7 +265,7 @@ def _place_of(metric: Metric) -> tuple[str, str] | None:
     return None
 
 
-def _at(module: str, name: str) -> Metric:
+def _imported(module: str, name: str) -> Metric:
     return getattr(importlib.import_module(module), name)
 
 

@@ -1,6 +1,7 @@
 """Recordings from elsewhere, a robot or another simulator: arrays in, a trajectory out.
 
-Samples are checked once (`checked`), freed of noise (`denoised`), and become frames (`frames_of`).
+Samples are checked once (`checked_samples`), freed of noise (`denoised`), and become frames
+(`frames_of`).
 """
 
 from __future__ import annotations
@@ -74,10 +75,10 @@ def from_samples(
         '1.1000 m'
     """
     columns = {"time_s": time_s, "height_m": height_m, **signals}
-    return frames_of(checked(columns, rest_length_m), rest_length_m, frame_s)
+    return frames_of(checked_samples(columns, rest_length_m), rest_length_m, frame_s)
 
 
-def checked(columns: Mapping[str, ArrayLike | None], rest_length_m: float) -> Samples:
+def checked_samples(columns: Mapping[str, ArrayLike | None], rest_length_m: float) -> Samples:
     """The recorded columns as float64 [samples], the ground's among them.
 
     Raises:
@@ -193,7 +194,7 @@ def frames_of(
     """Frames of checked samples, as `from_samples` makes them.
 
     Args:
-        samples: from `checked`.
+        samples: from `checked_samples`.
         rest_length_m: rest length of the leg l0 [m].
         frame_s: period of the frames [s].
         prominence_m: how far an apex must stand out from the lowest heights on either side, up to
@@ -518,7 +519,7 @@ def denoised(
     averages out in the work (`work_under_noise`).
 
     Args:
-        samples: from `checked`.
+        samples: from `checked_samples`.
         rest_length_m: rest length of the leg l0 [m].
         limit_cycle: what counts as settled without noise. Apexes differ by noise, too: tolerances
             are widened to four deviations of the difference of two, rounded up, since every

@@ -63,7 +63,7 @@ def metrics(place: str | None = None) -> tuple[Metric, ...]:
     return tuple(metric for metric in available if place is None or place in metric.shown)
 
 
-def names(place: str | None = None) -> tuple[str, ...]:
+def metric_names(place: str | None = None) -> tuple[str, ...]:
     """The names of the same."""
     return tuple(metric.name for metric in metrics(place))
 
@@ -73,7 +73,7 @@ def measured_own() -> tuple[Metric, ...]:
     return tuple(metric for metric in _registered.values() if not isinstance(metric, DerivedMetric))
 
 
-def code_noted(metric: Metric) -> str | None:
+def metric_code_noted(metric: Metric) -> str | None:
     """The hash of the file that computes a user's metric, as that was registered, if it has one."""
     return _codes.get(metric.name)
 
@@ -110,7 +110,7 @@ def register(metric: Metric) -> Metric:
         )
     for name in metric.of if isinstance(metric, DerivedMetric) else ():
         if name != REGIME:
-            find(name)
+            find_metric(name)
     if previous is not metric:
         _registered[metric.name], _codes[metric.name] = metric, _code(metric)
     return metric
@@ -121,23 +121,23 @@ def forget(name: str) -> None:
     _registered.pop(name, None)
 
 
-def find(name: str) -> Metric:
+def find_metric(name: str) -> Metric:
     """The metric of a name.
 
     Raises:
         TegotaeError: if there is none, with those that are spelt alike.
 
     Example:
-        >>> find("t0_s").unit
+        >>> find_metric("t0_s").unit
         's'
     """
     for metric in metrics():
         if metric.name == name:
             return metric
-    raise unknown("metric", name, names())
+    raise unknown("metric", name, metric_names())
 
 
-def chosen(requested: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
+def select_metrics(requested: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
     """The metrics that are asked for, in the order of all; every one by default.
 
     Args:
@@ -150,7 +150,7 @@ def chosen(requested: Iterable[str | Metric] | None = None) -> tuple[Metric, ...
     for item in (ALL,) if requested is None else requested:
         if item == ALL:
             return metrics()
-        metric = find(item if isinstance(item, str) else item.name)
+        metric = find_metric(item if isinstance(item, str) else item.name)
         if isinstance(item, Metric) and item != metric:
             raise TegotaeError(f"{item.name} is not registered; tegotae.register it first")
         names.add(metric.name)
@@ -162,7 +162,7 @@ def with_needed(requested: Iterable[Metric]) -> tuple[Metric, ...]:
     needed: dict[str, Metric] = {}
     for metric in requested:
         sources = metric.of if isinstance(metric, DerivedMetric) else ()
-        for source in with_needed(find(name) for name in sources if name != REGIME):
+        for source in with_needed(find_metric(name) for name in sources if name != REGIME):
             needed.setdefault(source.name, source)
         needed.setdefault(metric.name, metric)
     return tuple(needed.values())

@@ -9,7 +9,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.tables import numbers, parse_csv
+from tegotae._support.tables import parse_csv, parse_numbers
 from tegotae.parts.bodies import Hopper
 
 
@@ -26,7 +26,7 @@ class Curve:
     def __getitem__(self, name: str) -> np.ndarray:
         return self.columns[name]
 
-    def at(self, name: str, omega: ArrayLike) -> np.ndarray:
+    def interpolate(self, name: str, omega: ArrayLike) -> np.ndarray:
         """A column at hop frequencies ω [rad/s], linear between rows; NaN outside of the table."""
         row, values = self.columns["omega"], self.columns[name]
         return np.interp(np.asarray(omega, float), row, values, left=np.nan, right=np.nan)
@@ -65,7 +65,7 @@ def curve() -> Curve:
         True
     """
     text = files(__name__).joinpath("curve.csv").read_text(encoding="utf-8")
-    return Curve({column: numbers(cells) for column, cells in parse_csv(text).items()})
+    return Curve({column: parse_numbers(cells) for column, cells in parse_csv(text).items()})
 
 
 def has_table(body: object, work: str = "absolute") -> bool:
@@ -95,11 +95,11 @@ def share(cot_inverse: ArrayLike, hop_rate: ArrayLike, period: ArrayLike = 1) ->
         The share; NaN where something is NaN, or outside of the table's frequencies.
 
     Example:
-        >>> f"{share(0.5 * curve().at('cot_inverse', 4.0), 4.0):.1f}"
+        >>> f"{share(0.5 * curve().interpolate('cot_inverse', 4.0), 4.0):.1f}"
         '0.5'
     """
     optimum = curve()
-    best = optimum.at("cot_inverse", hop_rate)
+    best = optimum.interpolate("cot_inverse", hop_rate)
     largest = np.where(np.asarray(period) == 1, best, optimum.bound("upper_bound_any", hop_rate))
     largest = np.where(np.isnan(best), np.nan, largest)
     return np.where(np.isnan(period), np.nan, cot_inverse / largest)

@@ -153,7 +153,7 @@ class FrameModes(NamedTuple):
     """g in heave, 0 in turns, [modes, lanes]."""
 
     @classmethod
-    def of(
+    def from_turns(
         cls, turns: Sequence[Turn], total_mass_kg: float, gravity_m_per_s2: float, like: jax.Array
     ) -> FrameModes:
         """The frame that turns in these ways, for lanes as in `like`."""

@@ -50,7 +50,7 @@ class _Passed(NamedTuple):
     apex_height: jax.Array
 
     @classmethod
-    def nothing(cls, over: jax.Array) -> _Passed:
+    def zero(cls, over: jax.Array) -> _Passed:
         """The tick begins: for hips at these heights over touchdown."""
         legs, lanes = jnp.zeros_like(over), jnp.zeros_like(over[0])
         none = jnp.full_like(lanes, jnp.nan)
@@ -190,7 +190,7 @@ class Upright(Body):
         return self._frame(state.place[0]).hips(state.place)
 
     def _frame(self, like: jax.Array) -> FrameModes:
-        return FrameModes.of(self.turns, self.total_mass_kg, self.gravity_m_per_s2, like)
+        return FrameModes.from_turns(self.turns, self.total_mass_kg, self.gravity_m_per_s2, like)
 
     def _touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
         """Return the modes of a level frame whose legs just touch the ground, [modes, lanes]."""
@@ -302,7 +302,7 @@ class Upright(Body):
         def changes(place: jax.Array, point: _At) -> jax.Array:
             return (self._bears(frame.hips(place)) != point.stance) & ~point.changed
 
-        begun = _At(place, rate, stance, jnp.zeros_like(stance), _Passed.nothing(over))
+        begun = _At(place, rate, stance, jnp.zeros_like(stance), _Passed.zero(over))
         full = motion(begun, slope)
         rising = jnp.where(changes(reached(full, begun)[0], begun), 0.0, slope)
 

@@ -340,11 +340,11 @@ class Sensors(BodyWrapper):
             name: jnp.concatenate([readings[name][None], x[:-1]]) for name, x in state.felt.items()
         }
         late = self.delay_s / tick_s
-        measured = {name: _at(x, wide(late, x[0])) for name, x in felt.items()}
+        measured = {name: _delayed(x, wide(late, x[0])) for name, x in felt.items()}
         return SensorsState(body, felt, measured, state.tick + 1.0)
 
 
-def _at(past: jax.Array, late: Number) -> jax.Array:
+def _delayed(past: jax.Array, late: Number) -> jax.Array:
     """The past, newest first, so many ticks ago; linear between them."""
     value = past[0]
     for ago in range(1, len(past)):

@@ -43,9 +43,14 @@ class Oscillator(Part, ABC):
         """Channels of the state beside the phase, at the frames and at the apexes."""
         names = self.STATE
         return (
-            *(State(n, f"State of the oscillator: {n}.", partial(_now, n)) for n in names),
+            *(State(n, f"State of the oscillator: {n}.", partial(_state_entry, n)) for n in names),
             *(
-                Latest(f"apex_{n}", f"{n} of the oscillator at an apex.", _is_apex, partial(_at, n))
+                Latest(
+                    f"apex_{n}",
+                    f"{n} of the oscillator at an apex.",
+                    _is_apex,
+                    partial(_entry_at_apex, n),
+                )
                 for n in names
             ),
         )
@@ -193,7 +198,7 @@ class PhaseOscillator(Oscillator):
         return PhaseState(maths.wrap_phase(state.phase))
 
 
-def _now(name: str, frame: RecordedFrame) -> jax.Array:
+def _state_entry(name: str, frame: RecordedFrame) -> jax.Array:
     return getattr(frame.lane.moment.oscillator, name)
 
 
@@ -201,7 +206,7 @@ def _is_apex(tick: Tick) -> jax.Array:
     return ~jnp.isnan(tick.contact.apex_share)
 
 
-def _at(name: str, tick: Tick) -> jax.Array:
+def _entry_at_apex(name: str, tick: Tick) -> jax.Array:
     """Return an entry at the apex: its value at the tick's end, less its change since."""
     at_end: PerLimb = getattr(tick.end.oscillator, name)
     rate: PerLimb = getattr(tick.end.drive.rate, name)

@@ -50,7 +50,7 @@ def check_term(term: Term) -> None:
         >>> from tegotae.parts.terms import Network
         >>> check_term(Network(("phase",), hidden=4))
     """
-    trial = PartTrial.of(term, Term)
+    trial = PartTrial.from_part(term, Term)
     trial.hashable(term)
     trial.names(".reads", term.reads)
     _check_weights(trial, term)
@@ -169,7 +169,7 @@ def check_oscillator(oscillator: Oscillator) -> None:
         >>> from tegotae.parts.oscillators import PhaseOscillator
         >>> check_oscillator(PhaseOscillator())
     """
-    trial = PartTrial.of(oscillator, Oscillator)
+    trial = PartTrial.from_part(oscillator, Oscillator)
     trial.hashable(oscillator)
     trial.names(".SIGNALS", oscillator.SIGNALS)
     initial = _check_weights(trial, oscillator)

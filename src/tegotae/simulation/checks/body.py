@@ -17,7 +17,7 @@ from tegotae.parts.bodies import Body, Contact, Hopper, Push, Sensation
 from tegotae.parts.channels import FORCE
 from tegotae.simulation.checks.probing import DTYPES, LANES, PartTrial, listed
 from tegotae.simulation.loop import over_limbs
-from tegotae.simulation.native import numbers_of
+from tegotae.simulation.native import with_numpy_numbers
 
 _TICK_S = 0.001
 _TICKS = 2000
@@ -47,7 +47,7 @@ def check_body(body: Body) -> None:
         >>> from tegotae.parts.bodies import Hopper
         >>> check_body(Hopper(mass_kg=0.3))
     """
-    trial = PartTrial.of(body, Body)
+    trial = PartTrial.from_part(body, Body)
     leaves = jax.tree.leaves(body)
     right = "put @tegotae.parts.parameters.traceable above its @dataclass"
     trial.require(not any(leaf is body for leaf in leaves), f" is no pytree; {right}")
@@ -61,7 +61,7 @@ def check_body(body: Body) -> None:
     body.check_tick(_TICK_S)
     for dtype in DTYPES:
         with jax.enable_x64(dtype == "float64"):
-            tried = _BodyTrial(trial.name, dtype, numbers_of(body, dtype))
+            tried = _BodyTrial(trial.name, dtype, with_numpy_numbers(body, dtype))
             _check_release(tried)
             _check_sense(tried)
             _check_predict(tried)
@@ -70,7 +70,7 @@ def check_body(body: Body) -> None:
                 arguments = tried.body, tried.state, tried.ground
                 tried.value(f".{method}", _method(method), *arguments, dtype=kind)
     with jax.enable_x64(True):
-        tried = _BodyTrial(trial.name, "float64", numbers_of(body, "float64"))
+        tried = _BodyTrial(trial.name, "float64", with_numpy_numbers(body, "float64"))
         _check_small_ticks(tried)
         _check_energy(tried)
 

@@ -15,7 +15,7 @@ from tegotae.parts._shapes import StateTree
 from tegotae.parts.bodies import Body, Push
 from tegotae.parts.channels import FORCE
 from tegotae.parts.fields import unwrapped
-from tegotae.simulation.native import numbers_of
+from tegotae.simulation.native import with_numpy_numbers
 
 MOST_LEFT = 0.01
 """Share of the energy of a release above standing that a passive drop may have after settling."""
@@ -68,7 +68,7 @@ def energy_of_drop(body: Body, height_m: float, duration_s: float, tick_s: float
         return jax.lax.scan(step, begun, None, round(duration_s / tick_s))[1]
 
     with jax.enable_x64(True):
-        return np.asarray(drop(numbers_of(body, "float64")))[:, 0]
+        return np.asarray(drop(with_numpy_numbers(body, "float64")))[:, 0]
 
 
 def check_passive(body: Body, height_m: float, settle_s: float, tick_s: float) -> None:

@@ -44,7 +44,7 @@ class PartTrial:
     dtype: str = "float32"
 
     @classmethod
-    def of(cls, part: object, contract: type) -> PartTrial:
+    def from_part(cls, part: object, contract: type) -> PartTrial:
         """Make a trial of an instance of a contract that is a frozen dataclass, and no class."""
         if isinstance(part, type):
             lacking = sorted(getattr(part, "__abstractmethods__", ()))

@@ -214,13 +214,13 @@ class ZooName:
     run: str
 
     @classmethod
-    def of(cls, name: str) -> ZooName:
+    def parse(cls, name: str) -> ZooName:
         """The parts of a name, with or without `zoo:` before it.
 
         Example:
-            >>> ZooName.of("zoo:ART-rF-tphif-w8/3")
+            >>> ZooName.parse("zoo:ART-rF-tphif-w8/3")
             ZooName(study='', model='ART-rF-tphif-w8', run='3')
-            >>> ZooName.of("zoo:results/mine.npz:ART").study
+            >>> ZooName.parse("zoo:results/mine.npz:ART").study
             'results/mine.npz'
         """
         study, _, controller = name.removeprefix(PREFIX).rpartition(":")
@@ -254,7 +254,7 @@ def stem(name: str) -> str:
     """
     if not is_zoo_name(name):
         return Path(name).stem
-    parts = ZooName.of(name)
+    parts = ZooName.parse(name)
     study = "" if parts.study.endswith(SUFFIX) else parts.study
     return "-".join(filter(None, (study, parts.model, parts.run)))
 
@@ -292,7 +292,7 @@ def study_of(name: str) -> Zoo:
     return archives[name]
 
 
-def names() -> tuple[str, ...]:
+def zoo_names() -> tuple[str, ...]:
     """A name for every model in the package's studies; that of its best run."""
     listed: dict[str, None] = {}
     for zoo in studies():
@@ -310,7 +310,7 @@ def documents(name: str) -> tuple[tuple[str, JsonObject], ...]:
         TegotaeError: for a study, a model or a run that is not there, with the nearest names; or a
             file that is damaged.
     """
-    parts = ZooName.of(name)
+    parts = ZooName.parse(name)
     zoo, model = _place(parts)
     count = zoo.models[model]
     if parts.run == ALL:

@@ -100,14 +100,14 @@ class AgentLearner(Part):
             run: the training.
             state: where it goes on (`resumed`), or None from the beginning.
         """
-        from tegotae.training.agents.learning import learn, task_of
+        from tegotae.training.agents.learning import agent_task, learn
 
         points = () if state is None else state.points
         weights = {} if state is None else dict(state.arrays)
         lasted = {point.seed: point.step for point in points}
         finished = {seed for seed, step in lasted.items() if step >= self.episodes}
         points = tuple(point for point in points if point.seed in finished)
-        task = task_of(run.experiment, self.settings)
+        task = agent_task(run.experiment, self.settings)
         for i, seed in enumerate(run.seeds):
             if seed in finished:
                 continue
@@ -116,7 +116,7 @@ class AgentLearner(Part):
                 task, seed=seed, episodes=self.episodes, evaluate_every=self.evaluate_every
             ):
                 if point.fitness > best or best == -math.inf:
-                    best, weights = point.fitness, {**weights, _named(seed): reached}
+                    best, weights = point.fitness, {**weights, _weights_name(seed): reached}
                 points = (*points, point)
                 yield TrainingState(
                     i * self.episodes + min(round(point.step), self.episodes),
@@ -134,7 +134,7 @@ class AgentLearner(Part):
             ValueError or KeyError: for arrays of another training.
         """
         shape = (run.experiment.controller.n_weights,)
-        if any(arrays[_named(point.seed)].shape != shape for point in points):
+        if any(arrays[_weights_name(point.seed)].shape != shape for point in points):
             raise ValueError("shapes differ")
         learned = self._learned(run, points, arrays)
         return TrainingState(points=points, learned=learned, arrays=arrays)
@@ -156,7 +156,7 @@ class AgentLearner(Part):
                     "best_episode": best.step,
                 }
                 policy = agent_controller(run.experiment, self.settings)
-                learned.append(LearnedController(policy, weights[_named(seed)], outcome))
+                learned.append(LearnedController(policy, weights[_weights_name(seed)], outcome))
         return tuple(learned)
 
 
@@ -178,7 +178,7 @@ def _check_on_engine(experiment: Experiment) -> None:
         )
 
 
-def _named(seed: int) -> str:
+def _weights_name(seed: int) -> str:
     """Return the name of a seed's best weights in a checkpoint."""
     return f"seed{seed}_weights"
 

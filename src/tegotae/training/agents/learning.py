@@ -26,7 +26,7 @@ from tegotae.training.agents import AgentSettings, agent_controller, initial_wei
 from tegotae.training.learner import CurvePoint, Trainable
 
 
-def task_of(experiment: Trainable, settings: AgentSettings) -> AgentTask:
+def agent_task(experiment: Trainable, settings: AgentSettings) -> AgentTask:
     """An experiment as an agent learns it.
 
     On the engine the deterministic policy is judged by the experiment's objective without ΔΩ, in an
@@ -44,7 +44,7 @@ def task_of(experiment: Trainable, settings: AgentSettings) -> AgentTask:
     controller = agent_controller(experiment, settings)
     objective = experiment.objective.without_frequency()
     engine = Engine(controller=controller, timing=experiment.timing, summary=objective)
-    scenario = Scenario.of(omega, height_m=experiment.system.release.height_m)
+    scenario = Scenario.at_frequency(omega, height_m=experiment.system.release.height_m)
     hoppers = hopper_settings(experiment, settings)
     scales = body.sense(body.release(jnp.ones(()), jnp.zeros(())), jnp.zeros(())).scales
 

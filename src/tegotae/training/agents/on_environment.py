@@ -25,7 +25,7 @@ from tegotae.training.environments.objectives import (
     Hopping,
     Return,
 )
-from tegotae.training.environments.rollouts import EnvRollouts, lanes_of
+from tegotae.training.environments.rollouts import EnvRollouts, environment_lanes
 
 
 def task_on_environment(experiment: EnvExperiment, settings: AgentSettings) -> AgentTask:
@@ -94,7 +94,7 @@ class LimbVecEnv(LaneVecEnv):
         self._own, self._hold, self._wires = spec, hold, wires
         self._limit = settings.max_feedback_rad_per_s
         lanes = settings.n_envs
-        self._lanes = lanes_of(spec, lanes)
+        self._lanes = environment_lanes(spec, lanes)
         self._pilot = Pilot(
             dataclasses.replace(wires, controller=bare), spec.wiring, np.zeros((1, lanes))
         )
@@ -117,7 +117,7 @@ class LimbVecEnv(LaneVecEnv):
         self._length, self._return = np.zeros(self.num_envs, int), np.zeros(self.num_envs)
         self._omega = np.zeros(self.num_envs)
         self._begin(np.ones(self.num_envs, bool))
-        return self._shown()
+        return self._observations()
 
     def _begin(self, where: np.ndarray) -> None:
         """The next episode of some lanes."""
@@ -151,7 +151,7 @@ class LimbVecEnv(LaneVecEnv):
                     stacklevel=2,
                 )
 
-    def _shown(self) -> np.ndarray:
+    def _observations(self) -> np.ndarray:
         """[lanes, columns], limb by limb."""
         phase, observation = self._pilot.phase, self._seen
         columns = [np.sin(phase), np.cos(phase)]
@@ -187,7 +187,7 @@ class LimbVecEnv(LaneVecEnv):
         over = ~going
         rewards += self._reward.at_the_end(over)
         self._return += rewards
-        columns = self._shown()
+        columns = self._observations()
         infos: list[Info] = [{} for _ in range(n)]
         if over.any():
             for lane in np.flatnonzero(over).tolist():
@@ -198,7 +198,7 @@ class LimbVecEnv(LaneVecEnv):
                 }
             self._check(np.zeros(n, bool))
             self._begin(over)
-            columns = self._shown()
+            columns = self._observations()
         return columns, rewards.astype(np.float32), over, infos
 
     def close(self) -> None:

@@ -11,13 +11,13 @@ from typing import Any, ClassVar
 import msgspec
 import numpy as np
 
-from tegotae._support.documents import JsonObject, fitted, texts
+from tegotae._support.documents import JsonObject, fitted, texts_in
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae._support.part_code import code_of_file
 from tegotae.envs.contact import with_contact
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.wires import Wires, controller_of, look_up
+from tegotae.envs.wires import Wires, controller_of_wiring, look_up
 from tegotae.envs.wiring import Wiring, read_by, wiring_document, wiring_of
 from tegotae.parts.bodies import Interface
 from tegotae.parts.controller import Controller
@@ -167,7 +167,7 @@ class EnvExperiment(Part):
     @property
     def controller(self) -> Controller:
         """The structure whose weights are learned: a unit a limb."""
-        return controller_of(self.wiring)
+        return controller_of_wiring(self.wiring)
 
     @property
     def omega(self) -> float | None:
@@ -211,7 +211,7 @@ class EnvExperiment(Part):
         )
 
     @classmethod
-    def of(cls, saved: SavedController | ControllerSet) -> EnvExperiment:
+    def from_controller(cls, saved: SavedController | ControllerSet) -> EnvExperiment:
         """The experiment in which a saved controller, or the runs of a set, were trained.
 
         Raises:
@@ -220,7 +220,7 @@ class EnvExperiment(Part):
 
         Example:
             >>> from tegotae.systems.controller_file import load
-            >>> EnvExperiment.of(load("leg.json")).spec  # doctest: +SKIP
+            >>> EnvExperiment.from_controller(load("leg.json")).spec  # doctest: +SKIP
             EnvSpec(env='leg', settings=())
         """
         task = saved.task
@@ -230,7 +230,7 @@ class EnvExperiment(Part):
                 "that was (tegotae train --env)"
             )
         wiring = wiring_of(task.wiring).reading(saved.system.controller)
-        for text in texts(task.objective):
+        for text in texts_in(task.objective):
             require_named(text, f"the objective of {saved.name}")
         return cls(
             name=saved.name.partition(" (")[0],  # of a set what differs in it follows

@@ -23,7 +23,7 @@ from tegotae.measures.objectives.objective import FAILED_FITNESS, Scores
 from tegotae.parts.bodies import Body, Interface
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
-from tegotae.systems.user_objects import named, source_of
+from tegotae.systems.user_objects import load_object, source_of
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ class Hopping(EnvObjective):
         channels["failed"][-1] |= fell
         timing = Timing(duration_s=len(frames_s) * frame_s, frame_s=frame_s, tick_s=frame_s)
         body = Interface(rest_length_m=rest_length)
-        scenario = Scenario.of(wiring.omega)
+        scenario = Scenario.at_frequency(wiring.omega)
         outcome = _as_rollout(self._fitness, timing, channels, scenario, body)
         return Scores(*(np.asarray(outcome[name]) for name in Scores._fields))
 
@@ -269,7 +269,7 @@ class UserObjective(EnvObjective):
 
     def check(self, wiring: Wiring, duration_s: float) -> None:
         """Raise `TegotaeError` if there is no such function."""
-        named(self.function, type(lambda: None), "fitness")
+        load_object(self.function, type(lambda: None), "fitness")
 
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
         """Scores of every lane; one without an episode has failed.
@@ -277,14 +277,14 @@ class UserObjective(EnvObjective):
         Raises:
             TegotaeError: if the function fails, or returns no number.
         """
-        score = named(self.function, type(lambda: None), "fitness")
+        score = load_object(self.function, type(lambda: None), "fitness")
         fitness = np.full(record.sound.shape, FAILED_FITNESS)
         for lane in map(int, np.flatnonzero(record.sound)):
-            fitness[lane] = self._of(score, record.episode(lane))
+            fitness[lane] = self._score_of(score, record.episode(lane))
         failed = ~(record.sound & np.isfinite(fitness))
         return Scores(fitness, np.full(fitness.shape, np.nan), failed)
 
-    def _of(self, score: Callable[[EnvEpisode], SupportsFloat], episode: EnvEpisode) -> float:
+    def _score_of(self, score: Callable[[EnvEpisode], SupportsFloat], episode: EnvEpisode) -> float:
         steps = len(episode.time_s)
         with other_code(f"the fitness {self.function} failed on an episode of {steps} steps"):
             value = score(episode)

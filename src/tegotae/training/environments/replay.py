@@ -14,7 +14,7 @@ from tegotae.envs.wrapper import Pilot
 from tegotae.measures.hopping.gait import Measured, measure
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EnvEpisode, Hopping
-from tegotae.training.environments.rollouts import lanes_of, play
+from tegotae.training.environments.rollouts import environment_lanes, play
 
 _LONGEST_STEP_S = 0.02
 """Between samples of a height whose hops can be measured."""
@@ -138,7 +138,7 @@ def replay(
     """Play an episode of each of some controllers, side by side from the same start.
 
     Args:
-        experiment: where and how they were trained (`EnvExperiment.of`).
+        experiment: where and how they were trained (`EnvExperiment.from_controller`).
         weights: [controllers, n_weights].
         seed: of the reset; the experiment's by default.
 
@@ -149,11 +149,12 @@ def replay(
         >>> from tegotae.systems.controller_file import load
         >>> from tegotae.training.environments.experiment import EnvExperiment
         >>> saved = load("leg.json")  # doctest: +SKIP
-        >>> replay(EnvExperiment.of(saved), [saved.weights])[0].numbers()  # doctest: +SKIP
+        >>> experiment = EnvExperiment.from_controller(saved)  # doctest: +SKIP
+        >>> replay(experiment, [saved.weights])[0].numbers()  # doctest: +SKIP
     """
     seed = experiment.seed if seed is None else seed
     table, wiring = np.asarray(weights, np.float32), experiment.wiring
-    lanes = lanes_of(experiment, len(table))
+    lanes = environment_lanes(experiment, len(table))
     try:
         pilot = Pilot(experiment.wires, wiring, table.T)
         record = play(lanes, pilot, experiment.wires, seed=seed)

@@ -11,7 +11,7 @@ import numpy as np
 
 from tegotae._support.errors import formatted, require
 from tegotae.envs._types import AnyEnv, MjModel, Observation
-from tegotae.envs.contact import flat, with_contact
+from tegotae.envs.contact import flat_observation, with_contact
 from tegotae.envs.mujoco.env import Fate, ModelBatch
 from tegotae.envs.mujoco.sensing import is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
@@ -113,7 +113,7 @@ class GymLanes:
         """The observation after an action; None, and the trouble, after a failure."""
         self._beat(lane)
         try:
-            observation = np.asarray(flat(self._space, act()), float)
+            observation = np.asarray(flat_observation(self._space, act()), float)
             shape = (self._entries,)
             if observation.shape != shape:
                 raise _Trouble(
@@ -176,7 +176,7 @@ class ModelLanes:
         self._fate.begin(observation, where)
         for lane in np.flatnonzero(where):
             self.troubles[lane] = ""
-        return self._whole(observation)
+        return self._with_work(observation)
 
     def _noise(self, seed: Seeds) -> np.ndarray | None:
         """Return the noise of the positions at the start, [lanes, nv]."""
@@ -198,14 +198,14 @@ class ModelLanes:
             push_n: an external force on the first body [N], [lanes, 3]; none by default.
         """
         observation = self.batch.step(actions, push_n, alive)
-        reward, fallen, over = self._fate.after(observation, self.batch.work_j)
+        reward, fallen, over = self._fate.advance(observation, self.batch.work_j)
         self.truncated = over & ~fallen
         sound = is_sound(observation).all(axis=1)
         for lane in np.flatnonzero(alive & ~sound):
             self.troubles[lane] = "its state was not finite"
-        return self._whole(observation), np.where(sound, reward, 0.0), fallen | over
+        return self._with_work(observation), np.where(sound, reward, 0.0), fallen | over
 
-    def _whole(self, observation: np.ndarray) -> np.ndarray:
+    def _with_work(self, observation: np.ndarray) -> np.ndarray:
         return np.concatenate([observation, self.batch.work_j[:, None]], axis=1)
 
     def close(self) -> None:
@@ -252,7 +252,7 @@ class EnvRollouts:
         self, experiment: EnvExperiment, lanes: int, beat: Beat = lambda lane: None
     ) -> None:
         self._experiment, self.lanes = experiment, lanes
-        self._played = lanes_of(experiment, lanes, beat)
+        self._played = environment_lanes(experiment, lanes, beat)
 
     def try_out(
         self,
@@ -307,7 +307,9 @@ class EnvRollouts:
         self._played.close()
 
 
-def lanes_of(experiment: EnvExperiment, lanes: int, beat: Beat = lambda lane: None) -> Lanes:
+def environment_lanes(
+    experiment: EnvExperiment, lanes: int, beat: Beat = lambda lane: None
+) -> Lanes:
     """The lanes of an experiment's environment."""
     if experiment.spec.is_model:
         settings = replace(experiment.spec.model_settings, duration_s=experiment.duration_s)

@@ -18,7 +18,7 @@ from tegotae._support import documents
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.systems import registry
 from tegotae.systems.descriptions import restore
-from tegotae.systems.user_objects import is_reference, named
+from tegotae.systems.user_objects import is_reference, load_object
 from tegotae.training.agents import AgentSettings
 from tegotae.training.algorithms import Algorithm
 
@@ -70,7 +70,7 @@ class Configuration:
     `studies.tuning.describe`."""
 
 
-def names() -> list[str]:
+def configuration_names() -> list[str]:
     """Names of the configurations that come with the package."""
     files = resources.files(__name__).iterdir()
     return sorted(file.name[:-5] for file in files if file.name.endswith(".json"))
@@ -82,12 +82,12 @@ def configuration(name: str) -> Configuration:
     Raises:
         TegotaeError: for an unknown name.
     """
-    if name not in names():
-        raise unknown("configuration", name, names())
-    return load(resources.files(__name__) / f"{name}.json")
+    if name not in configuration_names():
+        raise unknown("configuration", name, configuration_names())
+    return load_configuration(resources.files(__name__) / f"{name}.json")
 
 
-def load(file: Path | str | Traversable) -> Configuration:
+def load_configuration(file: Path | str | Traversable) -> Configuration:
     """A configuration that `python -m studies.tuning --keep` wrote.
 
     Raises:
@@ -116,7 +116,7 @@ def tuned(algorithm: str) -> Any:
         True
     """
     kind = learner(algorithm)
-    return configuration(algorithm).settings if algorithm in names() else kind()
+    return configuration(algorithm).settings if algorithm in configuration_names() else kind()
 
 
 def settings_named(name: str, contracts: Any = (Algorithm, AgentSettings)) -> Any:
@@ -130,7 +130,7 @@ def settings_named(name: str, contracts: Any = (Algorithm, AgentSettings)) -> An
         TegotaeError: for an unknown name, or an algorithm of another kind.
     """
     if is_reference(name):
-        return named(name, contracts, "algorithm")
+        return load_object(name, contracts, "algorithm")
     if not isinstance(settings := tuned(name.lower()), contracts):
         raise TegotaeError(f"{name} cannot be used here; it needs an evolution strategy like pgpe")
     return settings

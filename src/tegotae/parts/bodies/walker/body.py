@@ -205,7 +205,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         state = mechanics.reloaded(self, state)
         aim = push.mean_n
         rate = (aim - state.command) / tick_s
-        beginning = mechanics.legs_of(self, state, rate, ground_m)
+        beginning = mechanics.leg_forces(self, state, rate, ground_m)
         slower = mechanics.gyration(self, state.turn)
         lift, spin = mechanics.accelerations(self, beginning.force, beginning.torque, slower)
         turns = mechanics.turned(state.attitude, vector(state.turn))
@@ -218,7 +218,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             stands=_as_shares(beginning.stance.contact, state.stands),
             command=aim,
         )
-        ending = mechanics.legs_of(self, ahead, rate, ground_m)
+        ending = mechanics.leg_forces(self, ahead, rate, ground_m)
         # Where in the tick a foot comes down or lifts off; what has no such moment is a mean.
         crosses = beginning.stance.contact != ending.stance.contact
         falls = beginning.stance.clearance - ending.stance.clearance

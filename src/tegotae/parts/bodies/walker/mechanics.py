@@ -253,7 +253,7 @@ def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -
     return LegStances(turn, feet, (x, y, z), clearance, contact, (ahead, aside), arm)
 
 
-def legs_of(
+def leg_forces(
     numbers: WalkerNumbers, state: WalkerState, rate: jax.Array, ground_m: jax.Array
 ) -> Legs:
     """Compute the legs' forces in this state, while their command changes at this rate [m/s]."""
