@@ -1,4 +1,4 @@
-"""How efficient vanilla controllers are, over gain and frequency: a small copy of Fig. 4."""
+"""Map the efficiency of vanilla controllers over gain and frequency: a small copy of Fig. 4."""
 
 import numpy as np
 

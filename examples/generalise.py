@@ -1,4 +1,4 @@
-"""How far vanilla controllers go on under conditions that they were not made for.
+"""Measure the robustness of vanilla controllers to conditions that they were not made for.
 
 Each line is a set of eight gains σ; a panel shows the share of them that keep their gait.
 """

@@ -1,4 +1,4 @@
-"""From the MJCF file of a leg to its wiring, a vanilla baseline, and the gait that it makes.
+"""Go from the MJCF file of a leg to its wiring, a vanilla baseline, and the gait that it makes.
 
 Put a file of your own in the place of `my_leg.xml`. Needs: pip install 'tegotae[mujoco]'
 """

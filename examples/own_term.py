@@ -25,7 +25,7 @@ class HalfSine(Actuation):
 
     @property
     def n_weights(self) -> int:
-        """How many numbers are trained."""
+        """Number of trained weights."""
         return 1
 
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:

@@ -189,7 +189,7 @@ class Program:
             index = jnp.asarray(0)
             return loop.tick(weights, body, scenario, lane, index, inputs["tick_s"])[1]
 
-        return Now(lane, *self._recorder.nothing(tick))
+        return Now(lane, *self._recorder.empty(tick))
 
     def ticked(self, inputs: dict[str, jax.Array], index: jax.Array, state: Now) -> Now:
         """The same a control tick later."""

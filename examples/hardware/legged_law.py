@@ -52,5 +52,5 @@ class Law:
 
 
 def pointer(array):
-    """Where C finds an array."""
+    """Return the address of an array for C."""
     return array.ctypes.data_as(ctypes.c_void_p)

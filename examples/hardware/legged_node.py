@@ -48,7 +48,7 @@ class Node:
 
 
 def replayed(folder, log):
-    """How many answers of a log are the same to the bit; raises where one is not."""
+    """Count the answers of a log that are the same to the bit; raise where one is not."""
     node, size = Node(folder), link.STATE.size + link.COMMAND.size
     for k in range(0, len(log), size):
         state, command = log[k : k + link.STATE.size], log[k + link.STATE.size : k + size]

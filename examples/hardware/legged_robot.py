@@ -28,11 +28,11 @@ class Robot:
         self.heard, self.waited, self.on, self.angles = 0, 0, 0, np.zeros(JOINTS)
 
     def state(self):
-        """What its sensors say."""
+        """Return the readings of its sensors."""
         return STATE.pack(self.session, self.count, *self.seen[self.entries])
 
     def accepts(self, packet):
-        """Whether a command is new, answers a late state of this session, and can be meant."""
+        """Return True if a command is new, answers a late state of this session, and is finite."""
         if len(packet) != COMMAND.size:
             return False
         session, count, on, *angles = COMMAND.unpack(packet)
@@ -54,5 +54,5 @@ class Robot:
         return bool(on)
 
     def sensed(self, name):
-        """What a real robot may not know."""
+        """Return a simulated quantity that a real robot may not know."""
         return self.seen[self.env.observation_names.index(name)]

@@ -1,4 +1,4 @@
-"""As much of pyserial's `serial.Serial` as a leg needs; Linux and macOS, no package."""
+"""Part of pyserial's `serial.Serial` that a leg needs; Linux and macOS, no package."""
 
 import os
 import select
@@ -16,7 +16,7 @@ class Serial:
         tty.setraw(self.file)
 
     def read(self, size):
-        """At most so many bytes; none after the timeout [s]."""
+        """Read at most so many bytes; none after the timeout [s]."""
         ready, _, _ = select.select([self.file], [], [], self.timeout)
         return os.read(self.file, size) if ready else b""
 

@@ -38,7 +38,7 @@ class Leg:
             self.height_m += self.velocity_m_per_s * dt_s
 
     def answer(self, data, now_s):
-        """What the leg sends back, for what it hears."""
+        """Return the bytes that the leg sends back for those that it receives."""
         self.move(now_s)
         sent = b""
         for wanted, force_n in self.packets.feed(data):

@@ -1,4 +1,4 @@
-"""What users have at hand: a report for bugs, the TAB key, silence, and names for pictures."""
+"""Help at hand: a report for bugs, the TAB key, silence, and names for pictures."""
 
 from __future__ import annotations
 

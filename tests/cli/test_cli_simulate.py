@@ -225,7 +225,7 @@ def test_a_gain_is_refused_beside_a_trained_controller(tiny_training, one_line_e
 
 
 def is_readable(path: Path) -> bool:
-    """Whether a picture is what its ending says."""
+    """Return True if a picture has the format of its ending."""
     if path.suffix == ".svg":
         return xml.etree.ElementTree.parse(path).getroot().tag.endswith("svg")
     if path.suffix == ".pdf":

@@ -1,4 +1,4 @@
-"""What a command cannot do is said in one line before any work, and leaves nothing behind."""
+"""Commands refuse what they cannot do in one line, before any work, and leave nothing behind."""
 
 from __future__ import annotations
 

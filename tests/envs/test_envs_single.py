@@ -53,7 +53,7 @@ def rollout(env, action, steps, **reset):
 
 
 def trajectory(controller, weight, duration_s, tick_s=0.001, body=None, **scenario):
-    """What the engine's sampled controller does, every tick recorded."""
+    """Return the trajectory of the engine's sampled controller, every tick recorded."""
     timing = Timing(duration_s=duration_s, tick_s=tick_s, frame_s=tick_s)
     engine = Engine(controller=controller, integrator=Hold(), timing=timing)
     return engine.run(np.array([[weight]]), Scenario(**{"omega": 0.0, **scenario}), body)

@@ -59,7 +59,7 @@ def posed(model, legs, joints):
 
 
 def places(model, legs, data):
-    """Where feet are from the trunk, in its axes, [legs, 3]."""
+    """Return places of feet from the trunk, in its axes, [legs, 3]."""
     feet = np.array([foot_place(model, data, foot) for foot in legs.feet])
     return (feet - data.xpos[1]) @ data.xmat[1].reshape(3, 3)
 
@@ -392,7 +392,7 @@ def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_comma
 
 
 def test_a_law_that_a_tilt_alarmed_makes_shorter_steps_and_so_does_its_export():
-    """With 1 s of the law 0.25 s of the robot, whose alarm is to rise as fast in proportion."""
+    """1 s of the law is 0.25 s of the robot, whose alarm must rise as fast in proportion."""
     units = Units(length_m=0.5, time_s=0.25, force_n=40.0)
     law = design("wary@quadruped-c").experiment().system
     weights = np.array([6.0, 0.4, 0.1, 0.05, *[0.0] * 6, 0.5])

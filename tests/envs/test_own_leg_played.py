@@ -1,4 +1,4 @@
-"""What was learned on a model of one's own is swept, played again, measured, drawn and filmed."""
+"""A law trained on a user's model is swept, played again, measured, drawn and filmed."""
 
 from __future__ import annotations
 

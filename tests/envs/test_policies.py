@@ -194,7 +194,7 @@ def test_a_model_that_observes_less_than_declared_is_refused_and_another_is_draw
 
 
 class Harm:
-    """What writes a file as it is unpickled."""
+    """Object that writes a file as it is unpickled."""
 
     def __init__(self, path):
         self.path = path

@@ -67,16 +67,16 @@ class Compiled:
 
     @property
     def fault(self) -> bool:
-        """Whether the last step met what is no finite number."""
+        """True if the last step met a number that is not finite."""
         return bool(self.outputs[-1:].view(np.uint8)[0])
 
     @property
     def faults(self) -> int:
-        """How many steps did."""
+        """Number of steps that met one."""
         return int(self.state[-1:].view(np.uint32)[0])
 
     def number(self, function: str, *values: float) -> float:
-        """What another function of the header gives for some numbers."""
+        """Call another function of the header for some numbers."""
         call = self._library[f"{self.export.prefix}_{function}"]
         call.restype = ctypes.c_float
         return call(*map(ctypes.c_float, values))

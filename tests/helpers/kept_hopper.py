@@ -1,4 +1,4 @@
-"""What the hopper did before the core was made for any number of limbs, kept to compare with.
+"""Saved trajectories of the hopper from before the core had any number of limbs, for comparison.
 
     python tests/helpers/kept_hopper.py             # the largest differences from what is kept
     python tests/helpers/kept_hopper.py --renew     # keep what it does now

@@ -1,4 +1,4 @@
-"""What a walker and a training on MuJoCo did, kept to compare with.
+"""Saved results of a walker and of a training on MuJoCo, for comparison.
 
     python tests/helpers/kept_loops.py             # the largest differences from what is kept
     python tests/helpers/kept_loops.py --renew     # keep what it does now

@@ -37,7 +37,7 @@ def evaluated(
     vectors: int = 2,
     threads: int = 1,
 ) -> Any:
-    """What the function gives for arrays [lanes], as a pytree of arrays [lanes]."""
+    """Evaluate a function for arrays [lanes], as a pytree of arrays [lanes]."""
     shared: dict[str, Any] = {}
     kernel = compile_episode(
         program(function), arrays, shared, dtype, target=target, vectors=vectors
@@ -64,7 +64,7 @@ def samples(dtype: str, n: int = 200) -> np.ndarray:
 
 
 def same_bits(a: Any, b: Any) -> bool:
-    """Whether two pytrees of arrays are the same, to the bit, but for what is no number."""
+    """Return True if two pytrees of arrays are equal to the bit, NaN counted as equal."""
 
     def same(x: np.ndarray, y: np.ndarray) -> bool:
         if x.dtype.kind != "f":

@@ -124,7 +124,8 @@ _OF_BODY = [name for name in Coordination._fields if name not in _OF_LEGS]
 
 
 def trained(*words: str) -> Results:
-    """What `tegotae train` learns: weights and fitness of each seed, and the curves as printed."""
+    """Return the result of `tegotae train`: weights and fitness of each seed, and the printed
+    curves."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         with contextlib.redirect_stdout(io.StringIO()):
@@ -199,7 +200,8 @@ def hash_of(result: np.ndarray | str) -> str:
 
 
 def machine() -> dict[str, str]:
-    """What decides the bits, beside the code: the processor's kind, and the libraries' versions."""
+    """Return all that decides the bits, beside the code: the processor's kind, the libraries'
+    versions."""
     fused = llvm.get_host_cpu_features().get("fma", False)
     libraries = [*LIBRARIES, *(MUJOCO if has_mujoco() else ())]
     return {

@@ -50,7 +50,7 @@ function played(lane, task) {
   return record;
 }
 """
-"""What Node and a browser do with a lane: numbers that are none come back as null."""
+"""Play of a lane by Node and a browser: numbers that are not finite come back as null."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Case:
         return engine_cache.cached_engine(self.controller, self.body)
 
     def task(self) -> dict[str, Any]:
-        """What a page is told."""
+        """Data for a page."""
         program, scenario = Program(self.controller, self.body), self.scenario
         phases = np.broadcast_to(np.asarray(scenario.phase_rad).reshape(-1), (program.limbs,))
         given = {
@@ -109,7 +109,7 @@ def whole(trajectory: Any, scenario: Any, body: Any, timing: Any) -> Any:
 
 
 def in_node(script: str, data: Any, folder: Path) -> Any:
-    """What a module's last expression `result` comes to: it may use `data` and `web`."""
+    """Evaluate a module's last expression `result` in Node: it may use `data` and `web`."""
     (folder / "data.json").write_text(json.dumps(data))
     (folder / "run.mjs").write_text(
         'import fs from "fs";\n'

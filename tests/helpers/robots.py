@@ -103,7 +103,8 @@ def apexes_of_the_robots(
 
 
 def is_regular(heights: np.ndarray, periods: int = 4) -> bool:
-    """Whether apexes [m] repeat themselves within a millimetre, after so many hops at most."""
+    """Return True if apexes [m] repeat themselves within a millimetre, after so many hops at
+    most."""
     return any(
         len(heights) > 2 * k and np.abs(heights[k:] - heights[:-k]).max() < 1e-3
         for k in range(1, periods + 1)

@@ -1,4 +1,4 @@
-"""What adaptive solvers say, kept as data: solved again when their code or the question changes.
+"""Solutions of adaptive solvers, saved as data: solved again when code or question changes.
 
 `make solutions` solves all anew and keeps it; so does `make test-thorough`, which compares.
 """

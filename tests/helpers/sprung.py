@@ -12,9 +12,9 @@ FOOT = 0.002
 CENTRE = (0.05, 0.0, -0.2)
 """Centre of mass of the trunk, from the middle of the hips, over the length of a leg."""
 INERTIA = (0.10, 0.25, 0.30)
-"""Of the trunk, over mass and squared length."""
+"""Inertia of the trunk, over mass and squared length."""
 STIFFNESS = (6.0, 4.0, 10.0)
-"""Of a leg at its foot, over m g / l0."""
+"""Stiffness of a leg at its foot, over m g / l0."""
 DAMPING = (0.6, 0.4, 0.9)
 """Over m √(g / l0)."""
 FRICTION = 0.7

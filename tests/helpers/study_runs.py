@@ -134,7 +134,7 @@ def workers(process: subprocess.Popen[str]) -> list[psutil.Process]:
 
 
 def wait_for(event: Callable[[], Any], what: str, process: Any = None) -> Any:
-    """What an event returns once that is true; fails if it never is, or once a run has ended."""
+    """Return an event's value once it is true; fail if it never is, or once a run has ended."""
     deadline = time.monotonic() + 120.0
     while not (seen := event()):
         assert time.monotonic() < deadline, f"never seen: {what}"

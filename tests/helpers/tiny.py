@@ -25,13 +25,13 @@ OPTIONS = (
     *("ART", "--budget", "20", "--seeds", "2", "--population", "8"),
     *("--duration-s", "3", "--settle-s", "1"),
 )
-"""What to give to `tegotae train`, but for the generations and the folder."""
+"""Options of `tegotae train`, but for the generations and the folder."""
 
 SETTINGS: dict[str, Any] = {
     "timing": Timing(duration_s=3.0, tick_s=0.002),
     "objective": Fitness(settle_s=1.0),
 }
-"""What an experiment's episode is."""
+"""Settings of an experiment's episode."""
 RUN = Run(
     experiment=find("ART").experiment(budget=20, **SETTINGS),
     seeds=SEEDS,

@@ -83,7 +83,7 @@ SET_C = Parts(
 
 @dataclass(frozen=True)
 class Start:
-    """Where the torso is let go; the feet are put down where they are commanded."""
+    """Release of the torso; the feet are put down where they are commanded."""
 
     place: tuple[float, float, float]
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -106,7 +106,7 @@ class Now:
 
 @dataclass
 class Walk:
-    """What was seen at the times asked for: [times, ...]; and when feet came down and went up."""
+    """Recording of a walk: [times, ...]; and the times at which feet came down and went up."""
 
     times: np.ndarray
     state: np.ndarray
@@ -155,22 +155,22 @@ class Walk:
 
     @property
     def anchor(self) -> np.ndarray:
-        """Where the feet are: [times, legs, 2]."""
+        """Places of the feet: [times, legs, 2]."""
         return np.stack([self._legs(1), self._legs(2)], axis=-1)
 
     @property
     def work_done(self) -> np.ndarray:
-        """By each leg's actuator so far, where its power was positive."""
+        """Work of each leg's actuator so far while its power was positive."""
         return self._legs(3)
 
     @property
     def work_taken(self) -> np.ndarray:
-        """By each leg's actuator so far, where its power was negative; this is ≤ 0."""
+        """Work of each leg's actuator so far while its power was negative; this is ≤ 0."""
         return self._legs(4)
 
     @property
     def slip(self) -> np.ndarray:
-        """How far each foot has slipped so far."""
+        """Distance that each foot has slipped so far."""
         return self._legs(5)
 
     @property
@@ -187,7 +187,7 @@ class Walk:
         return self._legs(8)
 
     def energy(self, parts: Parts) -> np.ndarray:
-        """Of motion, of height, and of the springs of feet on the ground."""
+        """Energy of motion, of height, and of the springs of feet on the ground."""
         moving = 0.5 * (self.velocity**2).sum(1)
         turning = 0.5 * (np.array(parts.inertia) * self.turn_rate**2).sum(1)
         return moving + turning + self.place[:, 2] + self.spring_energy
@@ -200,7 +200,7 @@ class Walk:
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """As NumPy's, of which the overhead is felt here."""
+    """Return NumPy's cross product without its overhead, which is felt here."""
     a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
     b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
@@ -219,7 +219,7 @@ def rotation(turn: np.ndarray) -> np.ndarray:
 
 
 def command(parts: Parts, phase: np.ndarray, lifting: np.ndarray) -> np.ndarray:
-    """Where the feet are commanded, in body axes."""
+    """Return the commanded places of the feet, in body axes."""
     hips = np.array(parts.hips)
     height = np.where(lifting, parts.lift, parts.press)
     return np.stack(

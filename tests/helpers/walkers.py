@@ -16,7 +16,7 @@ from walker_oracle import Parts
 
 @dataclass(frozen=True)
 class Seen:
-    """What is compared with the oracle: the whole rollout, of these channels alone."""
+    """Recording for comparison with the oracle: the whole rollout, of these channels alone."""
 
     needs = (
         *("time_s", "x_m", "y_m", "height_m", "roll_rad", "pitch_rad", "yaw_rad", "phase_rad"),

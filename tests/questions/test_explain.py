@@ -36,7 +36,7 @@ def visited(phase, load, force=None, rate=None, action=None, reaction=None, f=No
 
 
 def scored(merit, rate=None, sound=None) -> Evaluated:
-    """What has these merits, [releases, frequencies], at ω = 1, 2, ... rad/s."""
+    """Return an evaluation with these merits, [releases, frequencies], at ω = 1, 2, ... rad/s."""
     merit = np.array(merit, float)
     rate = np.full_like(merit, np.nan) if rate is None else np.array(rate, float)
     sound = np.full(merit.shape, True) if sound is None else np.array(sound)

@@ -30,7 +30,7 @@ KIND = {"hopper": BriefHopper, "quadruped": BriefQuadruped}
 
 @dataclass(frozen=True)
 class OneStart(BriefHopper):
-    """From the usual release alone."""
+    """Brief hopper from the default release alone."""
 
     RELEASES: ClassVar = {"height_m": (0.0, 0.0), "velocity_m_per_s": (0.0, 0.0)}
     starts: int = 1

@@ -83,7 +83,7 @@ def test_an_onnx_file_scores_as_the_network_in_it(of_names):
 @pytest.mark.thorough
 @needs_gcc
 def test_a_c_program_of_four_legs_scores_as_the_controller_that_it_was_exported_from():
-    """At the phases at which C begins, spread over the turn."""
+    """Oscillators begin at the phases of C, spread over the turn."""
     saved = load("zoo:cos+range@quadruped-c/0")
     release = dataclasses.replace(
         saved.system.release, phase_rad=tuple(0.5 * np.pi * np.arange(4.0))
@@ -115,7 +115,7 @@ def test_a_c_program_acts_on_go1_as_the_controller_that_it_was_exported_from():
 
 @needs_gcc
 def test_a_law_on_legs_commands_joints_alike_as_a_file_and_as_c(tmp_path, monkeypatch):
-    """On a robot of four legs in the place of Go1, at a step that is not the training's."""
+    """A robot of four legs stands in the place of Go1, at a step that is not the training's."""
     from tegotae.envs.env_spec import EnvSpec
     from tegotae.envs.mujoco.sensing import sensing
     from tegotae_robots.benchmark.go1 import Go1Subject

@@ -87,7 +87,7 @@ def gaits() -> dict[str, SavedController]:
 
 
 def contact_force(program: Compiled, sensed: dict, pushed: float) -> list:
-    """What a load cell under the foot measures: F_k - c v + F_a, and nothing in the air."""
+    """Return the reading of a load cell under the foot: F_k - c v + F_a, and nothing in the air."""
     damping = program.export.saved.body.damping_ns_per_m
     force = sensed["spring_force"] - damping * sensed["velocity"] + pushed
     return [max(force, 0.0) if sensed["height"] < 1.0 else 0.0]

@@ -195,7 +195,7 @@ def test_a_leg_that_does_not_answer_ends_the_loop_with_the_safe_command(example,
 
 
 class Node:
-    """What a node of rclpy does, with a clock of its own."""
+    """Node of rclpy with a clock of its own."""
 
     def __init__(self, name: str) -> None:
         self.name, self.published, self.now_ns = name, [], 0

@@ -1,4 +1,4 @@
-"""From a log to a controller: the body behind a recording, and what a recording must hold."""
+"""Identify a controller from a log: the body behind a recording, and the needs of the recording."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class LoadedHopper(Hopper):
 
 @dataclass(frozen=True, kw_only=True)
 class Height(Objective):
-    """How high the body gets in the last part of an episode [m]."""
+    """Greatest height of the body in the last part of an episode [m]."""
 
     last_s: float = 1.0
 
