@@ -150,7 +150,7 @@ class Study:
         ...         return CellResult(self.document, {}, {"square": np.array(self.x**2)})
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     study = Study(Path(folder), [Square(3.0)])
-        ...     study.run(here)
+        ...     study.run(run_locally)
         ...     float(study.results()[0].arrays["square"])
         9.0
     """
