@@ -20,7 +20,7 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import all_models, find
 from tegotae.systems.resolve import oscillator_called, resolve
-from tegotae.systems.user_objects import is_reference
+from tegotae.systems.user_objects import is_reference, load_object
 
 _HOW = (
     "write NAME=LOW:HIGH, NAME=VALUE/VALUE or, limb by limb, NAME=1,1/0,1, and @FROM:UNTIL behind "

@@ -93,6 +93,7 @@ class _Study:
     def _title(self) -> str:
         """The system, and its changes, in a few words."""
         from tegotae.figures.gaits.style import in_words
+        from tegotae.figures.style import literal_text
 
         options, omega = self.options, self.legged.omega
         usual = numbers_of(self.controller.legged.body)

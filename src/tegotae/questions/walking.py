@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.analysis.gaits.releases import coordination_columns, release_all
+from tegotae.analysis.gaits.releases import coordination_columns, release_all, simulate_gaits
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import unwrapped, with_fields

@@ -312,6 +312,7 @@ def wiring_baseline(
 
     def drawn() -> dict[str, figure.Figure]:
         from tegotae.figures.maps import vanilla_sweep_figure
+        from tegotae.figures.style import literal_text
 
         named = "fitness" if fitness is None else f"fitness: {fitness}"
         return {"map": vanilla_sweep_figure(sweep, fitness=literal_text(named))}

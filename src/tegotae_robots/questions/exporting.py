@@ -20,7 +20,7 @@ from tegotae.questions.results import Files, Table
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import Named, resolve
 from tegotae.training.collection import controller_of
-from tegotae_robots.c import LAYOUTS, Export
+from tegotae_robots.c import LAYOUTS, Export, package_texts
 from tegotae_robots.c.cost import CLOCK_HZ, CORES, Cost, costs, require_tools, systems
 from tegotae_robots.c.package import LayoutName
 from tegotae_robots.c.plan import facts, usual_tick_s
