@@ -102,7 +102,7 @@ def test_a_walkers_law_is_a_controller_on_a_robot_by_name_for_every_command(legg
 
 def test_a_template_is_fitted_to_a_robot(legged, tmp_path):
     out = tmp_path / "walker.toml"
-    assert not main(["template", str(legged), "--out", str(out)])
+    assert not main(["fit-template", str(legged), "--out", str(out)])
     assert resolve(str(out)).legs().body.limbs == 4
 
 

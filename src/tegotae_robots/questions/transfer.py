@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
@@ -17,9 +17,6 @@ from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.resolve import resolve
 from tegotae.systems.robot_file import law_on_robot
-
-if TYPE_CHECKING:  # which needs Gymnasium
-    pass
 
 
 def _conversions(saved: SavedController, omega: float | None, units: Units) -> pd.DataFrame:
