@@ -60,7 +60,7 @@ SHARES = (0.005, 0.01, 0.02)
 """Shares of all readings that are accepted: what depends on the threshold shows."""
 
 SHARE, LEVELS = 0.02, STRICTNESS[1]
-"""Those that the sample is of."""
+"""Share of the accepted readings and strictness that the sample is drawn from."""
 
 NEAREST = 4
 """Readings whose V are measured as the study makes them."""
@@ -235,7 +235,8 @@ def show(folder: Path) -> None:
 
 
 def statements(folder: Path) -> str:
-    """Per statement: how many of the readings meet it, and from which score on it is met."""
+    """Tabulate for each statement the readings that meet it, and the score from which on it is
+    met."""
     scores = read(folder).scores
     counts = {strictness.name: met(scores, strictness.target) for strictness in STRICTNESS}
     rows = [["statement", *(f"meet it, {name}" for name in counts)]]
@@ -250,7 +251,8 @@ def statements(folder: Path) -> str:
 
 
 def scores_table(folder: Path) -> str:
-    """Per statement: the median score among all and the accepted, and the scores of those named."""
+    """Tabulate for each statement the median score among all and the accepted readings, and the
+    scores of the named ones."""
     measured = read(folder)
     scores, fine = measured.scores, measured.fine
     levels = found_by(scores)[LEVELS.name]
@@ -276,7 +278,8 @@ def scores_table(folder: Path) -> str:
 
 
 def choices(folder: Path) -> str:
-    """Per choice: the posterior's middle and its 90 % range, and how narrow it is."""
+    """Tabulate for each choice the middle and the 90 % range of the posterior, and how narrow it
+    is."""
     measured = read(folder)
     scores, places = measured.scores, measured.places
     levels = found_by(scores)[LEVELS.name]

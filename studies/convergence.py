@@ -82,7 +82,7 @@ class Heun(Integrator):
     """Heun's method in PECE form, as a textbook has it: two controller evaluations per tick."""
 
     def tick(self, setting, moment):
-        """One tick; see `Integrator.tick`."""
+        """Advance by one tick; see `Integrator.tick`."""
         controller, body, *_, ground_m, tick_s = setting
         first = moment.drive
         phase = phase_of(controller, moment.oscillator, first.feedback)
@@ -173,7 +173,7 @@ def largest_error_m(heights: np.ndarray, expected: np.ndarray) -> float:
 
 
 def study() -> list[dict]:
-    """One row per actuation, scheme, number type, tick and case that is not chaotic."""
+    """Return a row per actuation, scheme, number type, tick and case that is not chaotic."""
     cases = [(w, s) for w in OMEGAS for s in SIGMAS]
     runs = [(scheme, tick_s, "float64") for scheme in SCHEMES for tick_s in TICKS_S]
     runs += [("predictor-corrector", tick_s, "float32") for tick_s in TICKS_S]
@@ -235,7 +235,7 @@ def learned(saved: tegotae.SavedController) -> Law:
 
 
 def study_of_learned() -> list[dict]:
-    """One row per trained law that is not chaotic, number type and tick."""
+    """Return a row per trained law that is not chaotic, number type and tick."""
     runs = [(tick_s, "float64") for tick_s in LEARNED_TICKS_S] + [(0.001, "float32")]
     rows = []
     names = [f"{d}-w{w}/{run}" for d in DESIGNS for w in (4, 8) for run in LEARNED_RUNS]

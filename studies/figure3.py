@@ -58,7 +58,7 @@ EPISODE = Timing(duration_s=12.0, tick_s=0.002)
 SETTLE_S = 4.0
 """Time at the start of an episode that fitness ignores [s]."""
 GENERATIONS = 80
-"""After which the paper's training ends."""
+"""Number of generations after which the paper's training ends."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Figure3:
         print(text(read_curves([tables / "figure3.csv"])), end="")
 
     def train(self, arm: str, model: str) -> None:
-        """All seeds of one policy by one algorithm."""
+        """Train one policy by one algorithm, from all seeds."""
         objective = Fitness(settle_s=SETTLE_S, follow_omega=False)
         learner = self._agent(arm) if arm in AGENTS else self._evolution(arm)
         experiment = find(model).experiment(timing=EPISODE, objective=objective)

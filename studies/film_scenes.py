@@ -45,7 +45,7 @@ class Playing(NamedTuple):
     draw: Callable[[float], None]
     """Moves the artists to a time of the film [s]."""
     artists: list[Artist]
-    """All that move."""
+    """Artists that move."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def hop(figure: Figure, seconds: float) -> Playing:
 
 
 PARKED = 0.1
-"""Below this share of ω a phase counts as parked."""
+"""Share of ω below which a phase counts as parked."""
 
 
 def latch(figure: Figure, seconds: float) -> Playing:

@@ -479,7 +479,8 @@ second."""
 
 
 def risen() -> tuple[Legged, Any, list[str], list[Any], Timing]:
-    """One rollout in which ω rises by steps: system, trajectory, and the gait of each level."""
+    """Simulate one rollout in which ω rises by steps; return system, trajectory, and the gait of
+    each level."""
     legged = system("quadruped-g")
     timing = staircase_timing(legged.timing, len(RISE), DWELL)
     phase = random_phases(4, 1)

@@ -51,7 +51,7 @@ TABLED = "starts of the table"
 
 @dataclass(frozen=True)
 class Checks:
-    """All checks."""
+    """Run the checks."""
 
     laws: tuple[str, ...] = tuple(LAWS)
     """Laws to check; with none, the table is made of the existing rows, which remain."""

@@ -241,7 +241,7 @@ class Law(Pilot):
         return sorted({int(k) for entries, _ in self._wires.sensed.values() for k in entries})
 
     def begin(self, phases: np.ndarray) -> None:
-        """All oscillators at phases [rad], [legs, lanes]."""
+        """Start all oscillators at phases [rad], [legs, lanes]."""
         assert self._controller.oscillator is not None
         self._oscillator = self._controller.oscillator.start(jnp.asarray(phases, jnp.float32))
 

@@ -40,7 +40,8 @@ from tegotae.systems.controller_file import load
 
 
 def trials(law: int, *omegas: float) -> Iterator[tuple[str, Trial]]:
-    """All that a law is judged by, with the condition's name; at some frequencies alone."""
+    """Generate the trials that evaluate a law, with the condition's name; at some frequencies
+    alone."""
     for name, (every, change) in CONDITIONS.items():
         for omega in every:
             if omegas and omega not in omegas:

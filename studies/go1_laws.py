@@ -59,7 +59,7 @@ OTHERS = "8 other starts"
 CALM = "trot with balance reflexes, first training"
 """Law without step adaptation, by whose checks one run is selected."""
 CALM_FURTHER = "trot with balance reflexes"
-"""The same law after further training."""
+"""Law without step adaptation, after further training."""
 WARY = "balance reflexes and step shortening, first training"
 """`CALM` with shorter steps after a tilt, without new training."""
 FURTHER = "balance reflexes and step shortening, trained together"
@@ -86,7 +86,7 @@ ASTRAY_RAD = math.pi / 2
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a law: what drives so many lanes, and what its commands mean."""
+    """Run of a law: the driver of so many lanes, and the meaning of its commands."""
 
     driver_of: Callable[[int], DriverOf]
     pace: Pace | Between
@@ -155,7 +155,7 @@ def unbalanced(name: str) -> Callable[[], Sequence[Run]]:
 
 
 def slower(name: str) -> Callable[[], Sequence[Run]]:
-    """Its runs with a share of the frequency at which they step on the spot."""
+    """Return the runs of a law with a share of the frequency at which they step on the spot."""
     return lambda: [
         run_of(scaled(law, SHARE, "still_rad_per_s"), seed) for seed, law in tuned(name).items()
     ]
@@ -376,8 +376,8 @@ def measured(table: Table, name: str, run: Run, condition: str) -> list[dict[str
 
 
 def calibrated(run: Run) -> Run:
-    """Its commands by a line through its speeds on even ground, of least errors over the speeds; or
-    between its speeds."""
+    """Calibrate the commands of a run by a line through its speeds on even ground, of least errors
+    over the speeds; or by interpolation of its speeds."""
     tried = np.array(SPEEDS) if run.line else np.linspace(SPEEDS[0], SPEEDS[-1], 9)
     omega = np.repeat(run.pace.omega_at(tried), len(CALIBRATION))
     starts = list(CALIBRATION) * len(tried)

@@ -160,7 +160,7 @@ def runs_of(name: str) -> Sequence[Run]:
 
 
 NAMES = (*(form.title for form in FORMS.values()), *OTHERS)
-"""All laws."""
+"""Names of all laws."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ class Report:
     """The table in Markdown."""
 
     def run(self) -> None:
-        """Write it."""
+        """Write the table."""
         records = pd.read_csv(FOLDER / "rows.csv")
         records["walks_on"] = (records.fell == 0) & (records.speed_m_per_s > WALKS_M_PER_S)
         head = ["law (runs)", "falls [95 % interval]", "fore leg", "hind leg"]

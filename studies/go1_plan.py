@@ -117,7 +117,7 @@ STRIDES = tuple(
     for swing in (0.1, 0.2, WIDEST)
     for lift in (0.1, 0.2, WIDEST)
 )
-"""Those that are tried with vanilla feedback."""
+"""Strides that are tried with vanilla feedback."""
 WIDE = Stride(WIDEST, WIDEST)
 """The range of those who learn how far to push."""
 SIGMAS = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -239,12 +239,12 @@ class Field(ModelLanes):
         self._push = np.stack([0.0 * push, push, 0.0 * push], axis=1)
 
     def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Every lane at its own start; that of a seed is the one which a training has."""
+        """Reset every lane to its own start; a seed's start is the one that a training has."""
         self._number = 0
         return super().reset(np.array([trial.start for trial in self.trials]), where)
 
     def step(self, actions, alive, push_n=None):
-        """One control period, with the push when it is due."""
+        """Advance by one control period, with the push when it is due."""
         time_s = self._number * self.batch.step_s
         self._number += 1
         return super().step(actions, alive, self._push if 2.0 <= time_s < 2.1 - 1e-9 else None)

@@ -177,5 +177,5 @@ class Policy:
 
 
 def by_actor(actor: dict[str, np.ndarray], senses: Senses, pace: Pace) -> DriverOf:
-    """One actor in all lanes."""
+    """Return the driver of all lanes by one actor."""
     return lambda course, omega, _: Policy(actor, course, omega, senses, pace)

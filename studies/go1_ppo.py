@@ -159,7 +159,7 @@ class Feet(VecEnv):
 
 @dataclass(frozen=True)
 class Trained:
-    """One training."""
+    """Train one network."""
 
     senses: Senses = "imu"
     """Senses that the network reads."""
@@ -210,7 +210,8 @@ class Trained:
 
 
 def actor_of(model: PPO, env: Feet) -> dict[str, np.ndarray]:
-    """Its arrays: weights w0, w1, w2 and biases b0, b1, b2; and the angles at rest."""
+    """Return the actor's arrays: weights w0, w1, w2 and biases b0, b1, b2; and the angles at
+    rest."""
     net = model.policy.mlp_extractor.policy_net
     layers = [net[0], net[2], model.policy.action_net]
     arrays: dict[str, np.ndarray] = {"rest": env.inputs._rest.astype(np.float32)}

@@ -33,7 +33,8 @@ ALL = (BEST, OWN_STRIDE, *LEARNED)
 
 
 def report() -> None:
-    """Write them, from what is kept; the curves from the runs, if they are here."""
+    """Write the tables and figures from the kept results; the curves from the runs, if they are
+    here."""
     rows = [row for name in LEARNED for row in curve(name)]
     write_rows(OUT / "go1_curves.csv", rows, digits=4, by=("law",))
     write_text(OUT / "go1_judged.md", judged_text())
@@ -107,7 +108,7 @@ def spelled(
 
 
 def judged_laws() -> list[str]:
-    """Those that are judged."""
+    """Return the laws that are evaluated."""
     present = set(read_csv(OUT / "go1_judged.csv")["law"])
     return [name for name in ALL if name in present]
 

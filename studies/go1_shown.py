@@ -120,7 +120,7 @@ def as_c() -> None:
 
 
 def keep() -> None:
-    """All runs as a study of the zoo, `zoo:go1:LAW@go1`."""
+    """Keep all runs as a study of the zoo, `zoo:go1:LAW@go1`."""
     write_archive(ZOO, "go1", [entry(name) for name in LAWS if runs(name)])
 
 

@@ -90,7 +90,7 @@ AT_FREQUENCIES = (0.05, 0.0)
 
 @dataclass(frozen=True)
 class Tuned:
-    """One tuning."""
+    """Tune one law."""
 
     law: Kind = "clock"
     """`clock`; `clock-t`, its ellipse alone; `load` with a place, an offset and σ; `AR-b`, the

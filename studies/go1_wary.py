@@ -74,7 +74,7 @@ def lifted(run: SavedController, share: float) -> SavedController:
 
 @dataclass(frozen=True)
 class Wary:
-    """All gains."""
+    """Vary the gain of the tilt-triggered reflex."""
 
     def run(self) -> None:
         """Judge what is missing, and write."""
@@ -175,7 +175,7 @@ def lift_rows(
 
 @styled()
 def lift_figure(records: pd.DataFrame) -> Figure:
-    """Over the share of the lift: falls and lags, and the cost of episodes without."""
+    """Draw falls, lags, and the cost of the other episodes, over the share of the lift."""
     drawn = new_figure(0.7 * PAGE_IN, 0.3 * PAGE_IN)
     records = records.assign(fails=(records.fell == 1) | behind(records))
     sound = records[~records.fails]
@@ -195,7 +195,7 @@ def lift_figure(records: pd.DataFrame) -> Figure:
 
 @styled()
 def figure(records: pd.DataFrame) -> Figure:
-    """Over the gain: falls, lags, and speed over command, a line a ground."""
+    """Draw falls, lags, and speed over command, over the gain, a line a ground."""
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN)
     records = records.assign(
         behind=behind(records), speed=records.speed_m_per_s / records.wanted_m_per_s

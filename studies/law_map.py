@@ -99,7 +99,7 @@ class Block:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Return the name of the block."""
         return f"{self.subject}-{self.form}-w{self.omega:g}-{self.first}"
 
     @property
@@ -116,7 +116,7 @@ class Block:
         return {**dataclasses.asdict(self), "seed": SEED, "ranges": ranges, "timing": timing}
 
     def prepare(self) -> None:
-        """Nothing is to be known before."""
+        """Prepare nothing: a block needs no other cell."""
 
     def measure(self) -> CellResult:
         """Measure the laws of the cell."""

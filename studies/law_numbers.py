@@ -43,7 +43,7 @@ LAWS = ("decay-t", "decay")
 OMEGAS = (1.5, 2.25, 3.0)
 """Commands [rad/s]."""
 FASTER = OMEGAS[1:]
-"""Those at which the laws have one gait."""
+"""Commands at which the laws have one gait."""
 RELEASES = 8
 STEPS = 33
 """Values of a number."""
@@ -92,7 +92,7 @@ class LawNumbers:
 
 
 def varied(name: str, folder: Path) -> list[dict[str, Any]]:
-    """Every number of a law at every value: a row each and command."""
+    """Measure every number of a law at every value: a row each and command."""
     (cell,) = (candidate for candidate in CELLS if candidate.name == f"{name}+range@quadruped-c")
     runs, legged = runs_of(cell, folder)
     weights = runs.weights[runs.labels.index(selected(cell.name))]
@@ -112,7 +112,8 @@ def varied(name: str, folder: Path) -> list[dict[str, Any]]:
 
 
 def forwards(law: np.ndarray) -> np.ndarray:
-    """The same law with a stride above zero: half a turn on, lift and press change places."""
+    """Return the same law with a stride above zero: half a turn on, lift and press change
+    places."""
     if len(law) == 4 or law[4] > 0.0:
         turned = law.copy()
     else:

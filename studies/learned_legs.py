@@ -73,7 +73,7 @@ class Report:
     """Tables in Markdown, and figures."""
 
     def run(self) -> None:
-        """Write them."""
+        """Write the tables and figures."""
         report.report()
 
 
@@ -83,7 +83,7 @@ def matching(pattern: str) -> list[Cell]:
 
 
 def trained(pattern: str, folder: Path) -> list[Cell]:
-    """Those of them that are trained to the end."""
+    """Return the matching cells that are trained to the end."""
     return [cell for cell in matching(pattern) if is_trained(cell, folder)]
 
 

@@ -136,7 +136,7 @@ def advance_m_per_rad(recipe: Design) -> float:
 
 
 def for_a_range(experiment: Experiment, recipe: Design) -> Experiment:
-    """The same, trained for a range of commands from any release, on bodies that differ."""
+    """Return the experiment for a range of commands from any release, on bodies that differ."""
     objective = CommandedWalking(
         front=training_front(),
         advance_m_per_rad=advance_m_per_rad(recipe),
@@ -156,17 +156,17 @@ RANGE = tuple(
     Cell(f"{family}@quadruped-c", generations=600, seeds=10, ranged=True)
     for family in ("V", "cos", *LAWS_OF_LEGS, "decay-t", "VG", "AR", "ARG", "ART-t+phif", "W+phi-F")
 )
-"""One law for every speed; V has one σ for all of them, and short laws have three or four
-numbers, with the ellipse's eight."""
+"""Laws for every speed; V has one σ for all of them, and short laws have three or four numbers,
+with the ellipse's eight."""
 HEXAPOD = tuple(Cell(f"{family}@hexapod", seeds=3) for family in ("V", "AR"))
 """Trained at one frequency, from one release."""
 PLATE = tuple(
     Cell(f"{family}@plate-light-pitch", seeds=4, deviation=0.2)
     for family in ("V", "AR", "ART", "Wphi-F")
 )
-"""The same, for legs that hop."""
+"""Trainings of legs that hop."""
 CELLS = (*RANGE, *HEXAPOD, *PLATE)
-"""All, in the order in which they are trained."""
+"""All cells, in the order in which they are trained."""
 
 
 def is_trained(cell: Cell, folder: Path) -> bool:

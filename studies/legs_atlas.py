@@ -77,7 +77,7 @@ class Explained:
 
     @property
     def document(self) -> Document:
-        """Its weights, and how it is explained."""
+        """Return the document of the controller's weights and the settings of its explanation."""
         weights = study_of(STUDY).weights(self.model)[self.run]
         return {"name": self.name, "weights": weights.tolist(), **self.settings}
 
@@ -93,10 +93,10 @@ class Explained:
         return self.model
 
     def prepare(self) -> None:
-        """Nothing: the package has all that it needs."""
+        """Prepare nothing: the package has all that it needs."""
 
     def measure(self) -> CellResult:
-        """Its scores, the numbers of its curves, and the share that each form keeps."""
+        """Measure the scores, the numbers of the curves, and the share that each form preserves."""
         page = tg.load(self.name).explain(**self.settings)
         complete = page.evaluated["whole"]
         numbers = {"following": complete.following, "sound": float(complete.sound.mean())}

@@ -42,7 +42,7 @@ SPEEDS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0)
 
 @dataclass(frozen=True)
 class Stage:
-    """One search at every speed.
+    """Search at every speed.
 
     Args:
         space: what gaits there are.

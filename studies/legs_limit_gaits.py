@@ -50,12 +50,12 @@ class TimedEllipse(Actuation):
     COMMANDS = FOOT
     harmonics: int = 3
     turns: int = 1
-    """Number of its rounds in a turn of θ."""
+    """Number of rounds of the foot in a turn of θ."""
     around: EllipticFoot = system("quadruped-c").controller.actuation  # type: ignore[assignment]
 
     @property
     def needs_phase(self) -> bool:
-        """It does."""
+        """True: the foot needs the phase."""
         return True
 
     @property
@@ -103,7 +103,7 @@ class FreeFoot(TimedEllipse):
 
     @property
     def shape(self) -> int:
-        """Those of the ellipse, and its middle."""
+        """Return the number of weights of the ellipse and its middle."""
         return len(SHAPE)
 
     @property

@@ -119,7 +119,7 @@ def finely(
 
 
 def by_speed(gaits: list[Gait], feet: str) -> list[list[Gait]]:
-    """Those of such feet that walk at the speed that was wanted, speed by speed."""
+    """Group the gaits of such feet that reach the target speed, speed by speed."""
     matches = [g for g in gaits if g.space.feet == feet and abs(g.speed / g.target - 1.0) < 0.02]
     return [[g for g in matches if g.target == v] for v in sorted({g.target for g in matches})]
 

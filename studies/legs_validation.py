@@ -92,7 +92,7 @@ def starts() -> np.ndarray:
 
 
 def engine(name: str, tick: float) -> dict[str, np.ndarray]:
-    """All starts at all frequencies: channels [frames, ..., frequencies, starts]."""
+    """Simulate all starts at all frequencies: channels [frames, ..., frequencies, starts]."""
     parts, omegas = SETS[name]
     phases = np.tile(starts(), len(omegas))
     timing = Timing(duration_s=LONG, tick_s=tick, frame_s=FRAME)

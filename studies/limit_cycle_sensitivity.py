@@ -75,7 +75,7 @@ def rollouts(window_s: float) -> list:
 
 
 def gaits(episodes: list, window_s: float, limit_cycle: LimitCycle) -> Gait:
-    """All gaits, arrays of shape [actuations x lanes]."""
+    """Detect the gaits of all episodes, arrays of shape [actuations x lanes]."""
     omega = jnp.asarray(np.repeat(OMEGAS, len(SIGMAS)), "float32")
     results = [
         gait(
@@ -94,7 +94,7 @@ def gaits(episodes: list, window_s: float, limit_cycle: LimitCycle) -> Gait:
 
 
 def sweep(setting: str, episodes: list) -> list[dict]:
-    """One row per value of the setting."""
+    """Return a row per value of the setting."""
     results = []
     for value in SWEEPS[setting]:
         if setting == "window_s":

@@ -47,7 +47,7 @@ def steps_alone_s(live: LiveController) -> np.ndarray:
 
 
 def draw(report: LoopReport, path: Path) -> None:
-    """Both histograms."""
+    """Draw both histograms."""
     figure, axes = plt.subplots(1, 2, figsize=(8, 3), sharey=True, layout="constrained")
     edges = np.geomspace(0.1, 1e7, 65)
     for ax, title, times in zip(

@@ -264,7 +264,7 @@ class Report:
     """The tables in Markdown, and the figure."""
 
     def run(self) -> None:
-        """Write them."""
+        """Write the tables and the figure."""
         names = [name for name in ("bodies", "learned") if (TABLES / f"{name}.csv").exists()]
         for name in names:
             write_text(TABLES / f"{name}.md", markdown(read_csv(TABLES / f"{name}.csv")))

@@ -44,7 +44,7 @@ class _Whole:
 
 
 def loses(legged: Legged, leg: str) -> GaitRun:
-    """One release of a walker that loses a leg, recorded."""
+    """Simulate one release of a walker that loses a leg."""
     presence = [float(name != leg) for name in legged.names]
     phase = random_phases(len(presence), 1, SEED)
     changes = {"present": Step(np.array(presence)[:, None], from_s=LOST_S)}

@@ -202,7 +202,7 @@ class Report:
     """The law that is shown."""
 
     def run(self) -> None:
-        """Write them."""
+        """Write the tables, pictures and the film."""
         table = read_csv(TABLES / "reacting.csv")
         write_text(TABLES / "reacting.md", markdown(table))
         saved = load(f"zoo:lost-leg:{self.law}@quadruped-c")
@@ -253,14 +253,14 @@ class Zoo:
     dir: Path = FOLDER
 
     def run(self) -> None:
-        """Write it, of what has been searched for."""
+        """Write the archive of the laws whose search is finished."""
         output_folder(ZOO.parent)
         plans = [plan for plan in PLANS if (self.dir / f"{plan.law.name}.npz").exists()]
         write_archive(ZOO, "lost-leg", [entry(plan, self.dir) for plan in plans])
 
 
 def entry(plan: Plan, folder: Path) -> ZooEntry:
-    """All runs of a law, and what the evaluation says of them."""
+    """Return all runs of a law, and their evaluation."""
     result = strategies.load(folder / f"{plan.law.name}.npz")
     weights = plan.weights(result.centre)
     system = plan.law.legged(steady(), weights[0]).system

@@ -103,12 +103,12 @@ BODIES = {
     ),
 }
 WEAK = "dm-quadruped, full force 4"
-"""The same body, its push a quarter as far for the same output of a network."""
+"""Name of the body whose push is a quarter as far for the same output of a network."""
 LEARNED = {**BODIES, WEAK: dataclasses.replace(QUADRUPED, max_force=4.0)}
 
 
 def installed(bodies: dict[str, Body]) -> Iterator[tuple[str, Body]]:
-    """Those that can be made here; of others it is said what they lack."""
+    """Generate the bodies that can be made here; print what the others lack."""
     for name, body in bodies.items():
         if body.lacks is None:
             yield name, body
@@ -260,7 +260,8 @@ def picture() -> None:
 
 
 def table(work: Path) -> None:
-    """All ways on all bodies that are trained, and how learning went; body by body."""
+    """Tabulate all controllers on all bodies that are trained, and the course of learning; body by
+    body."""
     for name, body in installed(LEARNED):
         if not (folder(work, name) / "curves.csv").exists():
             print(f"{name} is left out: its training is not at its end")

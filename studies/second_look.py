@@ -99,7 +99,7 @@ class SecondLook:
         print(algorithms_compared(pd.concat([first, second], ignore_index=True)).to_string())
 
     def train(self, algorithm: str, model: str, out: Path) -> None:
-        """All seeds of one policy by one algorithm."""
+        """Train one policy by one algorithm, from all seeds."""
         objective = Fitness(settle_s=SETTLE_S, follow_omega=False)
         run = Run(
             experiment=find(model).experiment(timing=EPISODE, objective=objective),

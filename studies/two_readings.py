@@ -155,10 +155,10 @@ class TwoReadings:
     """Write the table and the figure."""
 
     out: Path = DOCS / "_static" / "study-calibrated"
-    """Their folder."""
+    """Folder of the table and the figure."""
 
     def run(self) -> None:
-        """Write them."""
+        """Write the table and the figure."""
         readings = estimates_of_readings()
         (self.out / "two_readings.md").write_text(text(readings), encoding="utf-8")
         save_figure(draw(readings), self.out / "two_readings.png")

@@ -46,7 +46,7 @@ class Watched(Walker):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Those of the walker, and what is watched."""
+        """Channels of the walker, and the recorded ones."""
         return (*super().channels, *WATCHED)
 
 
@@ -107,7 +107,7 @@ def watched(trajectory, scenario, body, timing):
 
 
 def row(name: str, omega: float) -> dict[str, Any]:
-    """One system at a frequency: medians over the starts."""
+    """Measure one system at a frequency: medians over the starts."""
     legged = system(name).with_numbers(omega=omega)
     scenario = legged.scenario(random_phases(legged.body.limbs, STARTS, 1))
     body_fields = {field.name: getattr(legged.body, field.name) for field in fields(legged.body)}
