@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
@@ -14,7 +14,8 @@ from tegotae import Hopper, TegotaeError
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.parts.bodies import Sensors, Walker
-from tegotae.questions.controllers import kinds, load
+from tegotae.questions.controllers import HopperName, WalkerName, kinds, load
+from tegotae.questions.hopping import HopperController
 from tegotae.questions.parameters import changed, leaves, options_of
 from tegotae.systems.legged import SYSTEMS
 
@@ -94,3 +95,8 @@ def test_commands_namespaces_and_the_page_of_names_have_the_same_functions():
     plain = [x for x in FUNCTIONS if x.__qualname__ == x.__name__]
     hidden = {"doctor", "list_conditions"}
     assert [x.__name__ for x in plain if x not in named and x.__name__ not in hidden] == []
+
+
+def test_the_names_that_a_type_checker_knows_are_those_of_the_registries():
+    assert {*get_args(WalkerName)} == {*SYSTEMS}
+    assert all(isinstance(load(name), HopperController) for name in get_args(HopperName))

@@ -143,14 +143,14 @@ class LoadedController:
             restart=restart,
         )
 
-    def check(self, options: Any) -> None:
+    def _check(self, options: Any) -> None:
         """Raise `TegotaeError` before long work for options that cannot be evaluated."""
 
-    def alike(self, options: Any) -> Mapping[str, Any]:
+    def _alike(self, options: Any) -> Mapping[str, Any]:
         """Return the options that two evaluations must share to be compared."""
         return {}
 
-    def measured(self, options: Any) -> EvaluationTable:
+    def _measured(self, options: Any) -> EvaluationTable:
         """Evaluate these controllers alone.
 
         Args:
@@ -248,15 +248,15 @@ class LoadedController:
                     f"{first.name} {first.what}, and {controller.name} {controller.what}: they "
                     "have no measure in common"
                 )
-            controller.check(values)
+            controller._check(values)
         if compares:
             _require_alike(
-                controllers, [x.alike(y) for x, y in zip(controllers, each, strict=True)]
+                controllers, [x._alike(y) for x, y in zip(controllers, each, strict=True)]
             )
         tables: list[EvaluationTable] = []
         with reporting("evaluate", len(controllers)) as reporter:
             for controller, values in zip(controllers, each, strict=True):
-                tables.append(controller.measured(values))
+                tables.append(controller._measured(values))
                 reporter.update(len(tables), controller.name)
         joined = EvaluationTable.joined(tables)
         return joined.compared_with(first.name) if compares else joined

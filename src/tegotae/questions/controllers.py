@@ -32,7 +32,20 @@ NAMES = (
 """Meaning of a name, for help."""
 HopperName = Literal["paper", "paper-reflex", "paper-both", "pyTegotaeCPG"]
 """Hoppers that a type checker knows by name."""
-WalkerName = Literal["bar-light", "bar-heavy", "quadruped-c", "quadruped-d", "hexapod"]
+WalkerName = Literal[
+    "bar-heavy",
+    "bar-light",
+    "biped",
+    "hexapod",
+    "plate-heavy",
+    "plate-light-both",
+    "plate-light-pitch",
+    "plate-light-roll",
+    "plate-light-twist",
+    "quadruped-a",
+    "quadruped-c",
+    "quadruped-g",
+]
 """Legged systems that a type checker knows by name."""
 
 

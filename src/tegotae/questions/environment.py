@@ -176,11 +176,11 @@ class EnvironmentController(LoadedController):
         """
         return self._evaluated(others, {**locals()}, compares=True)
 
-    def alike(self, options: Any) -> Mapping[str, Any]:
+    def _alike(self, options: Any) -> Mapping[str, Any]:
         spec = self.experiment.spec
         return {"environment": spec.env, "its settings": spec.settings}
 
-    def measured(self, options: Any) -> EvaluationTable:
+    def _measured(self, options: Any) -> EvaluationTable:
         require_count("starts", options.starts)
         experiment, rows = self.experiment, []
         changed = dict(experiment.spec.settings) | settings_of(options.settings)

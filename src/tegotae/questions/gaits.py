@@ -42,6 +42,10 @@ _EXAMPLES = {
 _FOLDER: dict[str, Any] = {"writes": "folder", "examples": _EXAMPLES}
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 class _Study:
     """A system with several legs under study, with its options.
 

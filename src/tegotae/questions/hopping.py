@@ -226,16 +226,16 @@ class HopperController(LoadedController):
         """
         return self._evaluated(others, {**locals()}, compares=True)
 
-    def check(self, options: Any) -> None:
+    def _check(self, options: Any) -> None:
         _ = _metrics(options.metric)
         require_evaluable(self.runs.controller, options.body, options.protocol)
 
-    def alike(self, options: Any) -> Mapping[str, Any]:
+    def _alike(self, options: Any) -> Mapping[str, Any]:
         """Return the protocol without the options of the system: release and control period."""
         protocol = dataclasses.asdict(options.protocol)
         return {name: protocol[name] for name in protocol if name not in ("release_m", "tick_s")}
 
-    def measured(self, options: Any) -> EvaluationTable:
+    def _measured(self, options: Any) -> EvaluationTable:
         runs, metrics = self.runs.replaced(body=options.body), _metrics(options.metric)
         result = evaluate(
             runs.controller,

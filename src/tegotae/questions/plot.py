@@ -52,6 +52,10 @@ Hopping = Subject | HopperController
 _FILE: dict[str, Any] = {"writes": "file"}
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def _hopper(controller: Hopping) -> HopperController:
     """The controller, which must be one of a body with one leg."""
     why = "this figure is of one leg; for others there are simulate, evaluate, gait"

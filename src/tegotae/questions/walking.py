@@ -219,14 +219,14 @@ class WalkerController(LoadedController):
         """
         return self._evaluated(others, {**locals()}, compares=True)
 
-    def alike(self, options: Any) -> Mapping[str, Any]:
+    def _alike(self, options: Any) -> Mapping[str, Any]:
         return {
             "starts": options.starts,
             "seed": options.seed,
             "omega": _frequencies(options),
         }
 
-    def measured(self, options: Any) -> EvaluationTable:
+    def _measured(self, options: Any) -> EvaluationTable:
         options.omega = _frequencies(options)
         legged, weights = self.system(options), self.runs.weights
         released = release_all(

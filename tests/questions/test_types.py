@@ -1,0 +1,37 @@
+"""A type checker finds a wrong keyword in a user's script."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from places import ROOT
+
+pytest.importorskip("pyright")
+
+SCRIPT = """\
+import tegotae as tg
+
+run = tg.load("paper").simulate(drop_m=0.1, body={"mass_kg": 0.2})
+rows = tg.load("zoo:ART", tg.HopperController).evaluate("paper", omega=4.0).table
+gaits = tg.gaits.map("quadruped-c", x=("com_x_m", -0.3, 0.3), cells=(4, 4))
+first = tg.load("paper").simulate(duration=4.0)
+second = tg.plot.basin("paper", resolutoin=20)
+third = tg.load("quadruped-c").simulate(drop_m=0.1)
+"""
+
+
+def test_a_wrong_keyword_is_an_error_of_the_type_checker_and_a_right_one_is_none(tmp_path):
+    (tmp_path / "user.py").write_text(SCRIPT)
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps({"extraPaths": [str(ROOT / "src")]}))
+    words = ["--outputjson", "--pythonpath", sys.executable, "-p", str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, "-m", "pyright", *words], capture_output=True, text=True, cwd=tmp_path
+    )
+    found = json.loads(done.stdout)["generalDiagnostics"]
+    assert [x["range"]["start"]["line"] for x in found if x["severity"] == "error"] == [5, 6, 7]
+    names = ("duration", "resolutoin", "drop_m")
+    assert all(f'"{name}"' in x["message"] for name, x in zip(names, found, strict=True))
