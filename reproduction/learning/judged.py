@@ -15,7 +15,7 @@ from reproduction.unit import record_key
 from tegotae._support.documents import Document
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping.metric import Episode, GaitMetric, Metric
-from tegotae.measures.hopping.registry import forget, register
+from tegotae.measures.hopping.registry import forget, register_metric
 from tegotae.measures.hopping.statistics import UNBOUNDED, mean_defined
 from tegotae.parts.controller import Controller
 from tegotae.parts.held import with_held_feedback
@@ -74,7 +74,7 @@ def judge_runs(experiment: Experiment, weights: np.ndarray) -> Arrays:
         feedback, and its entries of the other variants are NaN. A run that nowhere settles at a
         frequency is frozen at zero there.
     """
-    register(mean_feedback)
+    register_metric(mean_feedback)
     try:
         return _variants(experiment, weights)
     finally:  # a study that is planned later is not to have it

@@ -111,7 +111,7 @@ class CellResult:
             text, noted = str(arrays.pop("header")), str(arrays.pop("checksum"))
             if noted != checksum(text, arrays):
                 raise ValueError("its checksum is wrong")
-            header = cast(Document, documents.parse(text))
+            header = cast(Document, documents.parse_json(text))
             if "engine" not in header["software"]:
                 raise ValueError("it does not name its engine")
             return cls(header["configuration"], header["software"], arrays)

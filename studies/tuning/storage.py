@@ -111,7 +111,7 @@ def _mend(stream: IO[bytes], path: Path) -> None:
         if not line.endswith(b"\n"):
             break
         try:
-            documents.fitted(documents.parse(line), _Entry)
+            documents.fitted(documents.parse_json(line), _Entry)
         except DamagedDocumentError as error:
             raise _foreign(path, f"no tuning: in a line, {error}") from None
         length += len(line)

@@ -15,6 +15,16 @@ from vocabulary import NAMES
 PROGRAMS = ("src", "reproduction", "playground", "benchmarks", "studies/tuning")
 FILES = sorted(file for folder in PROGRAMS for file in (ROOT / folder).rglob("*.py"))
 
+METRICS = {"cot_inverse", "delta_omega", "delta_w", "smoothness"}
+"""Metrics whose functions have the name of the signal that they average."""
+VERBS = {
+    "basin", "fit_template", "front", "identify", "load", "measure", "stability",
+    "suggest_wiring", "sweep", "train",
+}  # fmt: skip
+"""Questions of the public interface, each over the function of this name that answers it."""
+SHARED = {"adjusted", "changed", "kind_of", "kinds", "own_values", "shown"}
+"""Other names of several functions. A change may shorten the three lists and never lengthen one."""
+
 
 @pytest.fixture(scope="module")
 def parsed():
@@ -51,6 +61,20 @@ def test_no_two_classes_have_one_name(parsed):
             if isinstance(node, ast.ClassDef):
                 places[node.name].append(file)
     assert {name: found for name, found in places.items() if len(found) > 1} == {}
+
+
+def test_no_two_public_functions_of_the_library_have_one_name(parsed):
+    places = defaultdict(list)
+    for file, tree in parsed.items():
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef) and node.name[0] != "_":
+                places[node.name].append(file)
+    shared = {
+        name: files
+        for name, files in places.items()
+        if len({file for file in files if file.startswith("src/")}) > 1
+    }
+    assert {name: shared[name] for name in shared.keys() - METRICS - VERBS - SHARED} == {}
 
 
 @pytest.mark.parametrize("word", NAMES)

@@ -18,7 +18,7 @@ from tegotae.measures import evaluation
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric, registry as there
 from tegotae.measures.hopping.check import check_metric
-from tegotae.measures.hopping.registry import metrics, register
+from tegotae.measures.hopping.registry import metrics, register_metric
 from tegotae.parts.bodies import Hopper
 from tegotae.systems.models import build, find
 
@@ -29,7 +29,7 @@ PEAK, IN_WEIGHTS = peak_force.peak_force, peak_force.peak_force_in_weights
 @pytest.fixture
 def registered():
     """The two metrics of the user's file, for one test."""
-    yield register(PEAK), register(IN_WEIGHTS)
+    yield register_metric(PEAK), register_metric(IN_WEIGHTS)
     for metric in (PEAK, IN_WEIGHTS):
         there.forget(metric.name)
 
@@ -131,17 +131,17 @@ def test_a_metric_that_is_not_there_is_told_before_anything_is_simulated(
 
 def test_names_of_the_package_and_of_other_files_are_taken(registered):
     with pytest.raises(TegotaeError, match="'cpgu' is taken by the package"):
-        register(dataclasses.replace(PEAK, name="cpgu"))
+        register_metric(dataclasses.replace(PEAK, name="cpgu"))
     with pytest.raises(TegotaeError, match="two metrics named 'peak_force_n'"):
-        register(dataclasses.replace(PEAK, compute=lambda episode: episode.start_s))
+        register_metric(dataclasses.replace(PEAK, compute=lambda episode: episode.start_s))
     again = dataclasses.replace(PEAK, label="peak")  # its own file, run anew
-    assert register(again) in metrics()
+    assert register_metric(again) in metrics()
     assert PEAK not in metrics()
 
 
 def test_a_metric_derived_from_what_is_not_there_is_refused():
     with pytest.raises(TegotaeError, match="no metric is called 'peak_force_n'"):
-        register(IN_WEIGHTS)
+        register_metric(IN_WEIGHTS)
 
 
 def test_a_metric_that_is_not_registered_is_not_evaluated():

@@ -17,7 +17,7 @@ from tegotae.cli import main
 from tegotae.figures.recording import recording_figure, recording_tables
 from tegotae.measures.hopping import measure
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.registry import register
+from tegotae.measures.hopping.registry import register_metric
 from tegotae.measures.recordings import read_columns, recording, resampled
 from tegotae.parts.bodies import Hopper
 from tegotae.systems.models import preset
@@ -186,8 +186,8 @@ def test_the_reason_names_what_was_not_given():
 
 
 def test_what_takes_the_body_is_undefined_until_the_body_is_given():
-    register(peak_force.peak_force)
-    register(peak_force.peak_force_in_weights)
+    register_metric(peak_force.peak_force)
+    register_metric(peak_force.peak_force_in_weights)
     bare = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE)
     assert bare.peak_force_n == pytest.approx(4.0, rel=0.01)
     assert math.isnan(bare.peak_force_in_weights)

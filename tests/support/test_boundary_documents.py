@@ -27,7 +27,7 @@ from tegotae._support.documents import (
     DamagedDocumentError,
     checked,
     fitted,
-    parse,
+    parse_json,
     parse_toml,
 )
 from tegotae._support.files import read_arrays
@@ -95,19 +95,19 @@ GOOD_TEXTS = ["ART-rF-tphif-w8", "$x^2$", "[red]", "φ̇ = ω\n\tf", "日本語"
 def test_a_text_that_would_command_a_terminal_is_refused(text):
     for value in (text, {"model": text}, {text: 1}, [[{"a": [text]}]]):
         with pytest.raises(DamagedDocumentError, match="which no text of such a file has"):
-            parse(json.dumps(value))
+            parse_json(json.dumps(value))
 
 
 @pytest.mark.parametrize("text", GOOD_TEXTS)
 def test_a_text_is_taken_as_it_is(text):
-    assert parse(json.dumps({"model": [text]})) == {"model": [text]}
+    assert parse_json(json.dumps({"model": [text]})) == {"model": [text]}
 
 
 @pytest.mark.parametrize("depth", [100, 900, 100_000])
 @pytest.mark.parametrize(("start", "end"), [("[", "]"), ('{"a":', "}")])
 def test_what_is_nested_very_deep_is_refused(depth, start, end):
     with pytest.raises(DamagedDocumentError, match="nested deeper than 64 levels"):
-        parse(start * depth + "1" + end * depth)
+        parse_json(start * depth + "1" + end * depth)
 
 
 @given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(), st.lists, max_leaves=9))
@@ -125,8 +125,8 @@ def test_a_json_value_is_itself_or_refused(value):
 @pytest.mark.parametrize(
     ("read", "text"),
     [
-        (parse, '{"weights": [1], "name": "a", "weights": [2]}'),
-        (parse, '{"system": {"omega": 8, "omega": 4}}'),
+        (parse_json, '{"weights": [1], "name": "a", "weights": [2]}'),
+        (parse_json, '{"system": {"omega": 8, "omega": 4}}'),
         (parse_toml, "omega = 8\nomega = 4"),
     ],
 )

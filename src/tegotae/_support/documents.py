@@ -63,19 +63,19 @@ def read(path: Path | Traversable) -> Json:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     if len(content) > MOST_BYTES:
         raise DamagedDocumentError(f"it is larger than {MOST_BYTES >> 20} MiB")
-    return parse_toml(content) if path.name.endswith(".toml") else parse(content)
+    return parse_toml(content) if path.name.endswith(".toml") else parse_json(content)
 
 
-def parse(content: bytes | str) -> Any:
+def parse_json(content: bytes | str) -> Any:
     """The JSON value of a text, `checked`.
 
     Raises:
         DamagedDocumentError: if there is none.
 
     Example:
-        >>> parse('{"seeds": 3}')
+        >>> parse_json('{"seeds": 3}')
         {'seeds': 3}
-        >>> parse('{"seeds": ')
+        >>> parse_json('{"seeds": ')
         Traceback (most recent call last):
         ...
         tegotae.DamagedDocumentError: it is cut short, or no JSON

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from tegotae._support.documents import DamagedDocumentError, Json, parse, texts_in
+from tegotae._support.documents import DamagedDocumentError, Json, parse_json, texts_in
 from tegotae._support.errors import TegotaeError, other_code, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, located
@@ -173,7 +173,7 @@ def settings_of(texts: Iterable[str]) -> dict[str, Json]:
         if name in settings:
             raise TegotaeError(f"{name} is given twice; leave --settings {text} out")
         try:
-            settings[name] = parse(value)
+            settings[name] = parse_json(value)
         except DamagedDocumentError:  # not JSON: a text
             settings[name] = value
     return settings

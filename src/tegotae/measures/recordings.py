@@ -69,11 +69,11 @@ OF_A_GAIT = tuple(name for name in QUANTITIES if name not in ("spring_force", "c
 """Those that `tegotae.measures.hopping.measure` takes."""
 
 
-def split(column: str) -> tuple[str, str]:
+def split_unit(column: str) -> tuple[str, str]:
     """A column's name in small letters, and its unit, if its name has one.
 
     Example:
-        >>> split("Height (mm)"), split("height_mm"), split("height")
+        >>> split_unit("Height (mm)"), split_unit("height_mm"), split_unit("height")
         (('height', 'mm'), ('height', 'mm'), ('height', ''))
     """
     name, unit = in_brackets(column)
@@ -133,7 +133,7 @@ def _npz(path: Path) -> dict[str, np.ndarray]:
     # One number, such as a rate, is no column; and one column more in a matrix is still one.
     columns = {name: np.squeeze(column) for name, column in columns.items()}
     for name, column in columns.items():
-        if column.ndim > 1 and split(name)[0] in _NEEDED:
+        if column.ndim > 1 and split_unit(name)[0] in _NEEDED:
             raise TegotaeError(
                 f"{path} is no recording: {name} has the shape {column.shape}; it must be one "
                 "number a sample"
@@ -336,7 +336,7 @@ def left_alone(
     sources = _sources(columns, assignments)
     lines = []
     for column in columns:
-        name, unit = split(column)
+        name, unit = split_unit(column)
         full_name = f"{name}_{unit}".lower().strip("_")
         for quantity, entry in QUANTITIES.items():
             if quantity in sources or not {name, full_name} & {*entry.names}:
@@ -436,7 +436,7 @@ def _sources(
     taken = {source.column for source in sources.values()}
     matches: dict[str, _Source] = {}
     for column in (column for column in columns if column not in taken):
-        name, unit = split(column)
+        name, unit = split_unit(column)
         for quantity, entry in QUANTITIES.items():
             scale = _scale_of(quantity, columns[column], unit)
             if quantity in sources or name not in entry.names or scale is None:
@@ -460,7 +460,7 @@ def _assignment(columns: Mapping[str, Collection[object]], words: str) -> tuple[
     turned = column not in columns and column.startswith("-")
     column = column.removeprefix("-") if turned else column
     # The unit is part of the column's name, said behind it, or in the row below the names.
-    column, unit = (column, split(column)[1]) if column in columns else in_brackets(column)
+    column, unit = (column, split_unit(column)[1]) if column in columns else in_brackets(column)
     if column not in columns:
         below = [candidate for candidate in columns if in_brackets(candidate)[0] == column]
         if len(below) != 1:

@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
 from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import TABLE, Metric
-from tegotae.measures.hopping.registry import register, select_metrics
+from tegotae.measures.hopping.registry import register_metric, select_metrics
 from tegotae.measures.hopping.signals import work_total
 from tegotae.parts.bodies import Body
 from tegotae.questions.controller import Changes, LoadedController, Subject, Work
@@ -267,5 +267,5 @@ class HopperController(LoadedController):
 def _metrics(asked: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics of names; a user's own is registered."""
     own = {name: load_object(name, Metric, "metric") for name in asked if is_reference(name)}
-    names = [register(own[name]).name if name in own else name for name in asked]
+    names = [register_metric(own[name]).name if name in own else name for name in asked]
     return select_metrics(names or None)

@@ -82,7 +82,7 @@ def register(part: P) -> P:
         imported(part)
         return part
     if isinstance(part, Metric):
-        metrics.register(part)
+        metrics.register_metric(part)
         return part
     kind = part if isinstance(part, type) else type(part)
     contract = contract_of(kind)

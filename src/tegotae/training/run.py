@@ -27,7 +27,7 @@ from tegotae._support.documents import (
     JsonObject,
     differing,
     fitted,
-    parse,
+    parse_json,
 )
 from tegotae._support.engines import check_jax, require_engine
 from tegotae._support.errors import TegotaeError, require_count
@@ -268,7 +268,7 @@ def read_checkpoint(out: Path, run: Run[Any]) -> TrainingState:
         return TrainingState()
     try:
         arrays = read_arrays(path, _MOST_BYTES)
-        document = fitted(parse(str(arrays.pop("configuration"))), dict)
+        document = fitted(parse_json(str(arrays.pop("configuration"))), dict)
         if names := differing(document, json.loads(json.dumps(run.configuration))):
             raise TegotaeError(
                 f"{path} is of a training that differs in {', '.join(names)}; {_REMEDY}"

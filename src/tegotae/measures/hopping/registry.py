@@ -78,7 +78,7 @@ def metric_code_noted(metric: Metric) -> str | None:
     return _codes.get(metric.name)
 
 
-def register(metric: Metric) -> Metric:
+def register_metric(metric: Metric) -> Metric:
     """Make a user's metric known, so that it is evaluated and shown like the package's own.
 
     Registered again, as when its file is run anew, it takes the place of the one before.

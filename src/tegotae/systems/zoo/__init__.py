@@ -15,7 +15,7 @@ from typing import Annotated
 import msgspec
 import numpy as np
 
-from tegotae._support.documents import DamagedDocumentError, JsonObject, fitted, parse
+from tegotae._support.documents import DamagedDocumentError, JsonObject, fitted, parse_json
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import read_arrays
 from tegotae.systems.models import find
@@ -134,7 +134,7 @@ class Zoo:
         """
         try:
             text = bytes(self._index["documents"][list(self.models).index(model)])
-            document = fitted(parse(text), JsonObject)
+            document = fitted(parse_json(text), JsonObject)
             return {**document, "training": fitted(document.get("training"), JsonObject)}
         except DamagedDocumentError as error:
             raise self._damaged(str(error)) from None
@@ -150,7 +150,7 @@ class Zoo:
 
     def _header(self, text: str) -> ZooHeader:
         try:
-            document = fitted(parse(text), JsonObject)
+            document = fitted(parse_json(text), JsonObject)
             if document.get("format") != FORMAT:
                 raise TegotaeError(f"{self.path} {NOT_OURS}")
             if document.get("version") != VERSION:
