@@ -306,6 +306,14 @@ def test_rates_that_jump_are_not_called_following(vanilla):
     assert ["times in a turn of its phase" in text for text in said] == [False, True]
 
 
+def test_a_slope_whose_interval_has_two_words_has_both(vanilla):
+    omega = vanilla.evaluated["whole"].omega
+    slopes = np.array([[0.7], [0.8], [0.9]])
+    (said,) = [x for x in with_rates(vanilla, slopes * omega).sentences() if "slope" in x]
+    assert said.startswith("It weakly follows or follows its command: it hops at")
+    assert re.search(r"\(slope 0\.8 \[0\.55\d*, 1\.05\d*\]\)\.$", said)
+
+
 def with_merits(page, **merits):
     variants = {
         name: dataclasses.replace(page.evaluated[name], merit=np.broadcast_to(x, (8, 5)))

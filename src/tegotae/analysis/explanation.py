@@ -96,6 +96,12 @@ class Evaluated:
             return math.nan
         return float(np.polyfit(omega[valid], self.rate_rad_per_s[valid], 1)[0])
 
+    @property
+    def following_of_releases(self) -> Interval:
+        """That slope of each release alone: mean and 95 % interval."""
+        releases = [slice(i, i + 1) for i in range(len(self.merit))]
+        return interval([self.of_releases(release).following for release in releases])
+
 
 @dataclass(frozen=True)
 class ReleasedController(ABC):

@@ -348,13 +348,14 @@ class Explanation(Table):
     def _of_command(self) -> list[str]:
         """Whether the rate follows ω."""
         whole = self.evaluated["whole"]
-        slope, what = whole.following, "hops" if self._hops else "steps"
+        slopes, what = whole.following_of_releases, "hops" if self._hops else "steps"
         if np.isnan(whole.omega).all():
             return ["It has no oscillator, and so no command to follow."]
-        if math.isnan(slope):
+        if math.isnan(slopes.mean):
             return ["It settles at fewer than two frequencies: whether it follows is unknown."]
-        how = "follows" if slope >= _FOLLOWS else "weakly follows"
-        how = "overdoes" if slope > 1.0 / _FOLLOWS else "ignores" if slope < _WEAKLY else how
+        likely = (slopes.low, slopes.mean, slopes.high)
+        words = [_follows(slope) for slope in likely if not math.isnan(slope)]
+        how = " or ".join(dict.fromkeys(words))
         known = np.isfinite(whole.rates)
         omega, rates = whole.omega[known], whole.rates[known]
         line = np.polyval(np.polyfit(omega, rates, 1), omega)
@@ -362,7 +363,7 @@ class Explanation(Table):
         kind = "Its rate is no line over its command" if bent else f"It {how} its command"
         said = [
             f"{kind}: it {what} at {_listed(map(_short, rates))} rad/s where ω is "
-            f"{_listed(map(_short, omega))} (slope {slope:.2f})."
+            f"{_listed(map(_short, omega))} (slope {_ranged(slopes)})."
         ]
         turning = float(np.mean([v.rate_rad_per_s.mean() for v in self.visited]))
         hops = whole.rates[self.released.middle] / turning if turning > 0.0 else math.nan
@@ -523,6 +524,13 @@ def _explained(share: float) -> str:
     if math.isnan(share):
         return "constant"
     return f"{share:.2f}" if share >= 0.0 else "< 0"
+
+
+def _follows(slope: float) -> str:
+    """Return the word for a slope of the rate over ω."""
+    if slope < _FOLLOWS:
+        return "ignores" if slope < _WEAKLY else "weakly follows"
+    return "overdoes" if slope > 1.0 / _FOLLOWS else "follows"
 
 
 def _ranged(mean: Interval) -> str:
