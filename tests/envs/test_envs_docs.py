@@ -25,7 +25,7 @@ def test_examples_run_in_their_order_and_print_what_the_page_shows(capsys):
         exec(block, namespace)
     printed = capsys.readouterr().out.splitlines()
     # The output of the MuJoCo example is not shown by a block of the page's own.
-    shown = [line for block in blocks("text") for line in block.splitlines()]
-    missing = [line for line in shown if line not in printed]
+    output = [line for block in blocks("text") for line in block.splitlines()]
+    missing = [line for line in output if line not in printed]
     assert all(line.startswith(("no torque:", "Tegotae:")) for line in missing), missing
-    assert len(shown) - len(missing) == 4
+    assert len(output) - len(missing) == 4

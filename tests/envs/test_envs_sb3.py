@@ -42,22 +42,22 @@ def test_batch_is_step_by_step_what_a_dummy_vec_env_does():
     np.testing.assert_array_equal(ours.reset(), theirs.reset())
     finished = 0
     for actions in ACTIONS:
-        observation, reward, done, infos = ours.step(actions)
+        observation, reward, process, infos = ours.step(actions)
         observation_, reward_, done_, infos_ = theirs.step(actions)
         np.testing.assert_allclose(observation, observation_, atol=1e-5)
         np.testing.assert_allclose(reward, reward_, atol=1e-5)
-        np.testing.assert_array_equal(done, done_)
-        for lane in np.flatnonzero(done):
-            mine, other = infos[lane], infos_[lane]
+        np.testing.assert_array_equal(process, done_)
+        for lane in np.flatnonzero(process):
+            mine, second = infos[lane], infos_[lane]
             np.testing.assert_allclose(
-                mine["terminal_observation"], other["terminal_observation"], atol=1e-5
+                mine["terminal_observation"], second["terminal_observation"], atol=1e-5
             )
-            assert mine["TimeLimit.truncated"] == other["TimeLimit.truncated"]
-            assert mine["episode"]["l"] == other["episode"]["l"]
-            assert mine["episode"]["r"] == pytest.approx(other["episode"]["r"], abs=1e-4)
-            for told, value in mine["telemetry"].items():
-                assert value == pytest.approx(other[told], abs=1e-4), told
-        finished += done.sum()
+            assert mine["TimeLimit.truncated"] == second["TimeLimit.truncated"]
+            assert mine["episode"]["l"] == second["episode"]["l"]
+            assert mine["episode"]["r"] == pytest.approx(second["episode"]["r"], abs=1e-4)
+            for message, value in mine["telemetry"].items():
+                assert value == pytest.approx(second[message], abs=1e-4), message
+        finished += process.sum()
     assert finished > 5
 
 
@@ -76,8 +76,8 @@ def test_batch_works_under_its_wrappers():
     envs = VecMonitor(make_sb3("tegotae/Hopper-v0", 3, duration_s=0.05))
     envs.reset()
     for _ in range(5):
-        _, _, done, infos = envs.step(np.zeros((3, 1), np.float32))
-    assert done.all()
+        _, _, process, infos = envs.step(np.zeros((3, 1), np.float32))
+    assert process.all()
     assert [info["episode"]["l"] for info in infos] == [5] * 3
 
 

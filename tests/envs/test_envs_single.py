@@ -60,13 +60,13 @@ def trajectory(controller, weight, duration_s, tick_s=0.001, body=None, **scenar
 
 
 def assert_same_motion(infos, expected, atol):
-    for told, recorded in SAME.items():
-        ours = [info[told] for info in infos]
+    for message, recorded in SAME.items():
+        ours = [info[message] for info in infos]
         theirs = getattr(expected, recorded)[: len(ours), 0]
-        if told == "ground_m":
+        if message == "ground_m":
             # The info tells the ground that the next tick will meet, the engine that of the last.
             ours, theirs = ours[:-1], theirs[1:]
-        np.testing.assert_allclose(ours, theirs, atol=atol, err_msg=told)
+        np.testing.assert_allclose(ours, theirs, atol=atol, err_msg=message)
 
 
 class TestInterface:
@@ -194,9 +194,9 @@ class TestAgreesWithTheEngine:
         coarse = TegotaeHopperEnv(decimation=20, duration_s=1.0)
         actions = np.random.default_rng(1).uniform(-0.3, 0.3, (50, 1)).astype(np.float32)
         slow, fast = iter(actions), iter(np.repeat(actions, 20, axis=0))
-        seen, paid, infos, _ = rollout(coarse, lambda _: next(slow), 50)
+        observed, paid, infos, _ = rollout(coarse, lambda _: next(slow), 50)
         seen_fine, paid_fine, infos_fine, _ = rollout(fine, lambda _: next(fast), 1000)
-        np.testing.assert_array_equal(seen, seen_fine[::20])
+        np.testing.assert_array_equal(observed, seen_fine[::20])
         assert infos == infos_fine[19::20]
         np.testing.assert_allclose(paid, paid_fine.reshape(50, 20).sum(axis=1), rtol=1e-6)
 
@@ -253,13 +253,13 @@ class TestEfficiency:
 
     def test_changes_at_apexes_alone(self, hopping):
         infos, _ = hopping
-        told = np.array([info["cot_inverse"] for info in infos])
-        assert (told[: len(told) // 2] == 0.0).all()
-        at = np.flatnonzero(np.diff(told)) + 1
-        assert len(at) > 3
+        message = np.array([info["cot_inverse"] for info in infos])
+        assert (message[: len(message) // 2] == 0.0).all()
+        index = np.flatnonzero(np.diff(message)) + 1
+        assert len(index) > 3
         velocity = np.array([info["velocity_m_per_s"] for info in infos])
-        assert (velocity[at - 1] > 0.0).all()
-        assert (velocity[at] <= 0.0).all()
+        assert (velocity[index - 1] > 0.0).all()
+        assert (velocity[index] <= 0.0).all()
 
     def test_of_a_body_that_hops_no_more_is_none(self):
         env = HopperEnv(decimation=5, duration_s=12.0, height_m=2.0)
@@ -421,10 +421,12 @@ class TestMisuse:
             "try:\n    import tegotae.envs\n"
             "except ImportError as error:\n    print(error)"
         )
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        said = "gymnasium is not installed; pip install 'tegotae[gym]', or in a clone pip install"
-        assert done.stdout.strip() == f"{said} '.[gym]'"
+        process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+        assert process.returncode == 0, process.stderr
+        message = (
+            "gymnasium is not installed; pip install 'tegotae[gym]', or in a clone pip install"
+        )
+        assert process.stdout.strip() == f"{message} '.[gym]'"
 
 
 def test_settings_say_what_follows_from_them():

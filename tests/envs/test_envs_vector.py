@@ -39,10 +39,10 @@ def assert_same_infos(ours, theirs):
         if isinstance(value, dict):
             assert_same_infos(ours[name], value)
         elif value.dtype == object:
-            for mine, other in zip(ours[name], value, strict=True):
-                assert (mine is None) == (other is None)
-                if other is not None:
-                    np.testing.assert_allclose(mine, other, atol=1e-6)
+            for mine, second in zip(ours[name], value, strict=True):
+                assert (mine is None) == (second is None)
+                if second is not None:
+                    np.testing.assert_allclose(mine, second, atol=1e-6)
         else:
             np.testing.assert_allclose(ours[name], value, atol=1e-5, err_msg=name)
 
@@ -52,17 +52,17 @@ def test_batch_is_step_by_step_what_gymnasium_makes_of_single_environments(pair)
     assert ours.observation_space == theirs.observation_space
     assert ours.action_space == theirs.action_space
     assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"]
-    mine, others = ours.reset(seed=7), theirs.reset(seed=7)
-    np.testing.assert_array_equal(mine[0], others[0])
-    assert_same_infos(mine[1], others[1])
+    mine, remaining = ours.reset(seed=7), theirs.reset(seed=7)
+    np.testing.assert_array_equal(mine[0], remaining[0])
+    assert_same_infos(mine[1], remaining[1])
     terminated, truncated = 0, 0
     for actions in ACTIONS:
-        mine, others = ours.step(actions), theirs.step(actions)
-        np.testing.assert_allclose(mine[0], others[0], atol=1e-5)
-        np.testing.assert_allclose(mine[1], others[1], atol=1e-5)
-        np.testing.assert_array_equal(mine[2], others[2])
-        np.testing.assert_array_equal(mine[3], others[3])
-        assert_same_infos(mine[4], others[4])
+        mine, remaining = ours.step(actions), theirs.step(actions)
+        np.testing.assert_allclose(mine[0], remaining[0], atol=1e-5)
+        np.testing.assert_allclose(mine[1], remaining[1], atol=1e-5)
+        np.testing.assert_array_equal(mine[2], remaining[2])
+        np.testing.assert_array_equal(mine[3], remaining[3])
+        assert_same_infos(mine[4], remaining[4])
         terminated, truncated = terminated + mine[2].sum(), truncated + mine[3].sum()
     assert terminated > 2
     assert truncated > 2
@@ -77,13 +77,13 @@ def test_lanes_are_reset_by_mask_where_the_user_resets_them():
         ended = terminated | truncated
     with pytest.raises(TegotaeError, match="has ended; reset it"):
         envs.step(ACTIONS[0])
-    before = infos["height_m"]
+    previous = infos["height_m"]
     _, infos = envs.reset(options={"reset_mask": ended, "height_m": 1.25})
     np.testing.assert_array_equal(infos["height_m"][ended], np.float32(1.25))
     np.testing.assert_array_equal(infos["_height_m"], ended)
     *_, infos = envs.step(ACTIONS[0])
     assert (infos["time_s"][ended] < infos["time_s"][~ended].min()).all()
-    assert (infos["height_m"][~ended] != before[~ended]).all()
+    assert (infos["height_m"][~ended] != previous[~ended]).all()
 
 
 def test_options_of_reset_may_differ_between_lanes():
@@ -105,11 +105,11 @@ def test_same_seed_gives_the_same_batch():
 def test_observations_are_the_users_to_keep():
     envs = HopperVectorEnv(2, observation=("height",))
     first, _ = envs.reset()
-    kept = first.copy()
+    stored = first.copy()
     second, *_ = envs.step(np.zeros((2, 1), np.float32))
     second[:] = 99.0
     envs.step(np.zeros((2, 1), np.float32))
-    np.testing.assert_array_equal(first, kept)
+    np.testing.assert_array_equal(first, stored)
 
 
 def test_frames_are_drawn_one_a_hopper():

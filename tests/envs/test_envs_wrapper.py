@@ -94,10 +94,10 @@ class TestControl:
         for _ in range(1000):
             feedback = sigma * -cosine * spring
             (_, cosine, spring), *_, info = native.step(np.float32([feedback / 40.0]))
-            *_, told = wrapped.step(np.zeros(1, np.float32))
-            assert told["height_m"] == pytest.approx(info["height_m"], abs=1e-5)
-            assert float(told["phase_rad"][0]) == pytest.approx(info["phase_rad"], abs=1e-4)
-            assert float(told["force_share"][0]) == pytest.approx(
+            *_, message = wrapped.step(np.zeros(1, np.float32))
+            assert message["height_m"] == pytest.approx(info["height_m"], abs=1e-5)
+            assert float(message["phase_rad"][0]) == pytest.approx(info["phase_rad"], abs=1e-4)
+            assert float(message["force_share"][0]) == pytest.approx(
                 -min(0.0, feedback) / ALPHA, abs=1e-5
             )
         assert info["work_j"] > 0.1
@@ -118,15 +118,15 @@ class TestControl:
             np.testing.assert_allclose(
                 env.unwrapped.taken[-1], [-1.0 + 2.0 * share[0], 1.0 + share[1], 3.0], atol=1e-5
             )
-            told = [*np.sin(phase), *np.cos(phase)]
-            np.testing.assert_allclose(observation[3:], told, atol=1e-4)
+            warned = [*np.sin(phase), *np.cos(phase)]
+            np.testing.assert_allclose(observation[3:], warned, atol=1e-4)
 
     def test_of_a_sector_pushes_in_the_sector_only(self):
         env = TegotaeWrapper(TwoFeet(), two_feet(weights=[0.0]))
         env.reset()
-        rest, turns = np.zeros(3, np.float32), 2
+        remainder, turns = np.zeros(3, np.float32), 2
         steps = round(turns * 2.0 * math.pi / (5.0 * 0.01))
-        share = np.array([env.step(rest)[-1]["force_share"][0] for _ in range(steps)])
+        share = np.array([env.step(remainder)[-1]["force_share"][0] for _ in range(steps)])
         # The sector is a twentieth of a turn; its edges lie within a step, and are not rounded.
         assert share.mean() == pytest.approx(0.05, rel=0.01)
         assert share.max() == 1.0
@@ -172,8 +172,8 @@ class TestControl:
                 self.observation_space = Dict({"feet": feet, "speed": Box(0, 1, (1,), np.float64)})
 
             def _forces(self):
-                left, right, speed = super()._forces()
-                return {"feet": np.array([left, right]), "speed": np.array([speed])}
+                remaining, right, speed = super()._forces()
+                return {"feet": np.array([remaining, right]), "speed": np.array([speed])}
 
         limb = Limb(senses={"spring_force": "feet[1]"}, drives="action[0]")
         env = TegotaeWrapper(Keyed(), two_feet(limbs=[limb]))
@@ -366,11 +366,11 @@ class TestMujoco:
 
     def test_a_foot_without_a_name_is_given_by_its_geom(self, hopper):
         geom = MujocoContactForce(hopper.env, "foot_geom")
-        both = MujocoContactForce(geom, "foot")
-        both.reset(seed=0)
+        together = MujocoContactForce(geom, "foot")
+        together.reset(seed=0)
         for _ in range(30):
-            seen, *_ = both.step(np.zeros(3))
-        assert seen[-1] == seen[-2] > 0.0
+            observation, *_ = together.step(np.zeros(3))
+        assert observation[-1] == observation[-2] > 0.0
 
     def test_model_without_that_body_is_told(self, hopper):
         with pytest.raises(TegotaeError, match="did you mean foot"):

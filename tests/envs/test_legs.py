@@ -77,18 +77,18 @@ def test_a_foot_is_where_mujoco_has_it(kind):
     model, legs = robot(*kind)
     joints = drawn(legs, 1.0)
     begin = places(model, legs, started(model))
-    for own, place in zip(joints, legs.places_of(joints), strict=True):
+    for row, place in zip(joints, legs.places_of(joints), strict=True):
         assert place == pytest.approx(
-            places(model, legs, posed(model, legs, own)) - begin, abs=1e-5
+            places(model, legs, posed(model, legs, row)) - begin, abs=1e-5
         )
 
 
 @pytest.mark.parametrize("kind", MODELS)
 def test_a_foot_goes_to_any_place_within_reach(kind):
     _, legs = robot(*kind)
-    wanted = legs.places_of(drawn(legs, 0.4))
-    joints = legs.joints_at(wanted)
-    missed = np.linalg.norm(legs.places_of(joints) - wanted, axis=2)
+    expected = legs.places_of(drawn(legs, 0.4))
+    joints = legs.joints_at(expected)
+    missed = np.linalg.norm(legs.places_of(joints) - expected, axis=2)
     assert np.median(missed) < 1e-4 * legs.length_m
     assert np.quantile(missed, 0.95) < 0.01 * legs.length_m
     unit = np.where(legs.chains.slides, legs.length_m, 1.0)
@@ -100,8 +100,8 @@ def test_a_foot_goes_to_any_place_within_reach(kind):
 def test_a_place_near_the_start_is_met_as_closely_as_eight_steps_promise():
     _, legs = robot(*MODELS[5])
     assert not has_closed_form(legs.chains)
-    wanted = legs.places_of(drawn(legs, 0.2, lanes=64))
-    missed = np.linalg.norm(legs.places_of(legs.joints_at(wanted)) - wanted, axis=2)
+    expected = legs.places_of(drawn(legs, 0.2, lanes=64))
+    missed = np.linalg.norm(legs.places_of(legs.joints_at(expected)) - expected, axis=2)
     assert np.quantile(missed, 0.95) < 1e-5 * legs.length_m
 
 
@@ -112,10 +112,10 @@ def test_upper_limits_hold_joints_as_lower_ones_do(kind):
     mirrored = chains._replace(axis=-chains.axis, low=-chains.high, high=-chains.low)
     shape = (3, len(legs.feet), 64)
     place = list(np.random.default_rng(0).uniform(-0.4, 0.4, shape).astype("f"))
-    joints, others = np.asarray(solved(chains, place)), -np.asarray(solved(mirrored, place))
+    joints, remaining = np.asarray(solved(chains, place)), -np.asarray(solved(mirrored, place))
     high = chains.high.T[..., None]
     assert (joints >= high - 1e-6).any()
-    assert np.mean(np.abs(joints - others) < 1e-3) > 0.99
+    assert np.mean(np.abs(joints - remaining) < 1e-3) > 0.99
 
 
 @pytest.mark.parametrize("lanes", [0, 1, 32, 33, 70])
@@ -131,8 +131,8 @@ def test_a_force_on_a_foot_is_felt_in_the_torques_that_balance_it(kind):
     model, legs = robot(*kind)
     joints, force = drawn(legs, 0.3), np.array([3.0, -2.0, 10.0])
     torques = np.zeros_like(joints)
-    for lane, own in enumerate(joints):
-        data = posed(model, legs, own)
+    for lane, row in enumerate(joints):
+        data = posed(model, legs, row)
         trunk = data.xmat[1].reshape(3, 3)
         for leg, foot in enumerate(legs.feet):
             jacobian, body = np.zeros((3, model.nv)), model.body(foot).id
@@ -173,11 +173,11 @@ def test_legs_that_bend_in_a_plane_have_a_closed_form(seed, joints):
     assert has_closed_form(chains)
     draw = np.random.default_rng(seed)
     joined = draw.uniform(-0.3, 0.3, (joints, len(chains.foot), 64)).astype("f")
-    wanted = kinematics(chains, list(joined))[0]
-    found, there = direct(chains, wanted)
-    assert (np.asarray(there) == 1.0).all()
-    assert np.stack(found) == pytest.approx(joined, abs=1e-4)
-    place = [x - chains.foot[:, i, None] for i, x in enumerate(wanted)]
+    expected = kinematics(chains, list(joined))[0]
+    result, reached = direct(chains, expected)
+    assert (np.asarray(reached) == 1.0).all()
+    assert np.stack(result) == pytest.approx(joined, abs=1e-4)
+    place = [x - chains.foot[:, i, None] for i, x in enumerate(expected)]
     assert np.asarray(solved(chains, place)) == pytest.approx(joined, abs=1e-4)
 
 
@@ -186,32 +186,34 @@ def test_a_closed_form_says_where_it_is_as_near_as_the_leg_reaches(joints):
     chains = planar(7, joints)
     shape = (len(chains.foot), 64)
     place = np.random.default_rng(0).uniform(-1.0, 1.0, (3, *shape)).astype("f")
-    wanted = [chains.foot[:, i, None] + x for i, x in enumerate(place)]
+    expected = [chains.foot[:, i, None] + x for i, x in enumerate(place)]
 
-    def missed(found):
-        return np.linalg.norm(np.stack(kinematics(chains, found)[0]) - np.stack(wanted), axis=0)
+    def missed(result):
+        return np.linalg.norm(np.stack(kinematics(chains, result)[0]) - np.stack(expected), axis=0)
 
-    found, there = direct(chains, wanted)
-    assert (np.abs(np.stack(found)) <= 1.2 + 1e-6).all()
-    there = np.asarray(there) == 1.0
+    results, reached = direct(chains, expected)
+    assert (np.abs(np.stack(results)) <= 1.2 + 1e-6).all()
+    reached = np.asarray(reached) == 1.0
     stepped = [jnp.zeros(shape) for _ in range(joints)]
     for _ in range(50):
-        stepped = nearer(chains, wanted, stepped)
-    assert (missed(found) <= missed(stepped) + 1e-4)[there].all()
-    assert there.any()
+        stepped = nearer(chains, expected, stepped)
+    assert (missed(results) <= missed(stepped) + 1e-4)[reached].all()
+    assert reached.any()
     if joints == 3:
-        np.testing.assert_array_equal(missed(found) < 1e-4, there)
-    after = missed(list(solved(chains, place)))
-    assert (after[there] == missed(found)[there]).all()
-    assert np.mean(after - missed(found)) < 0.0
+        np.testing.assert_array_equal(missed(results) < 1e-4, reached)
+    updated = missed(list(solved(chains, place)))
+    assert (updated[reached] == missed(results)[reached]).all()
+    assert np.mean(updated - missed(results)) < 0.0
 
 
 @pytest.mark.parametrize("name", ["hexapod", "servo_quadruped", "boom_leg"])
 def test_a_foot_of_an_example_goes_wherever_its_joints_can_put_it(name):
     model = mujoco.MjModel.from_xml_path(str(ROOT / "examples" / "robots" / f"{name}.xml"))
     legs = legs_of(model, lowest_feet(model))
-    wanted = legs.places_of(drawn(legs, 1.0, lanes=100))
-    assert legs.places_of(legs.joints_at(wanted)) == pytest.approx(wanted, abs=1e-5 * legs.length_m)
+    expected = legs.places_of(drawn(legs, 1.0, lanes=100))
+    assert legs.places_of(legs.joints_at(expected)) == pytest.approx(
+        expected, abs=1e-5 * legs.length_m
+    )
 
 
 @pytest.mark.parametrize(
@@ -230,10 +232,10 @@ def test_a_closed_form_takes_the_side_and_the_turn_that_limits_allow(low, high):
     chains = Chains(*(np.asarray(x, np.float32) for x in numbers))
     assert has_closed_form(chains)
     joined = np.random.default_rng(0).uniform(low, high, (200, 1, 2)).T.astype("f")
-    wanted = kinematics(chains, list(joined))[0]
-    found, there = direct(chains, wanted)
-    assert (np.asarray(there) == 1.0).all()
-    assert np.stack(kinematics(chains, found)[0]) == pytest.approx(np.stack(wanted), abs=1e-5)
+    expected = kinematics(chains, list(joined))[0]
+    result, reached = direct(chains, expected)
+    assert (np.asarray(reached) == 1.0).all()
+    assert np.stack(kinematics(chains, result)[0]) == pytest.approx(np.stack(expected), abs=1e-5)
 
 
 def test_legs_without_a_plane_or_a_bend_have_no_closed_form():
@@ -243,17 +245,17 @@ def test_legs_without_a_plane_or_a_bend_have_no_closed_form():
     straight[:, 2] = 0.5 * (chains.anchor[:, 1] + chains.foot)
     sliding = chains.slides.copy()
     sliding[0, 2] = 1.0
-    for other in ({"axis": tilted}, {"anchor": straight}, {"slides": sliding}):
-        assert not has_closed_form(chains._replace(**other))
+    for second in ({"axis": tilted}, {"anchor": straight}, {"slides": sliding}):
+        assert not has_closed_form(chains._replace(**second))
     four = {name: getattr(chains, name)[:, [0, 1, 2, 2]] for name in ("axis", "anchor", "slides")}
     assert not has_closed_form(chains._replace(**four))
 
 
 def test_lanes_do_not_depend_on_their_neighbours():
     _, legs = robot(2, 4, 3, False)
-    wanted = legs.places_of(drawn(legs, 0.4))
-    together = legs.joints_at(wanted)
-    assert (legs.joints_at(wanted[3:4]) == together[3:4]).all()
+    expected = legs.places_of(drawn(legs, 0.4))
+    together = legs.joints_at(expected)
+    assert (legs.joints_at(expected[3:4]) == together[3:4]).all()
 
 
 SPRUNG = sprung_robot()
@@ -266,10 +268,10 @@ def test_actions_are_places_and_observations_say_what_feet_bear():
     env = ModelEnv(SETTINGS)
     assert env.action_names[:3] == ("foot0_x", "foot0_y", "foot0_z")
     assert env.action_space.shape == (12,)
-    seen, _ = env.reset(seed=0)
+    observation, _ = env.reset(seed=0)
     for _ in range(300):
-        seen, *_ = env.step(np.zeros(12, np.float32))
-    felt = dict(zip(env.observation_names, seen, strict=True))
+        observation, *_ = env.step(np.zeros(12, np.float32))
+    felt = dict(zip(env.observation_names, observation, strict=True))
     assert sum(felt[f"{foot}_force"] for foot in FEET) == pytest.approx(9.81, rel=0.01)
     for foot in FEET:
         assert felt[f"{foot}_estimated_force"] == pytest.approx(felt[f"{foot}_force"], abs=0.1)
@@ -281,12 +283,12 @@ def test_servos_meet_a_place_but_for_their_stiffness():
     assert sensed.legs is not None
     batch = ModelBatch(sensed, 1, STEP_S, threads=1)
     batch.reset(1.0)  # in flight, so that nothing bears on the feet
-    wanted = np.tile([0.05, 0.02, 0.04], (1, 4, 1))
+    expected = np.tile([0.05, 0.02, 0.04], (1, 4, 1))
     for _ in range(40):
-        seen = batch.step(wanted.reshape(1, -1))
-    joints = seen[0, [sensed.names.index(name) for i in range(4) for name in
+        observation = batch.step(expected.reshape(1, -1))
+    joints = observation[0, [sensed.names.index(name) for i in range(4) for name in
                       (f"roll{i}", f"pitch{i}", f"slide{i}")]]  # fmt: skip
-    assert sensed.legs.places_of(joints.reshape(1, 4, 3)) == pytest.approx(wanted, abs=0.02)
+    assert sensed.legs.places_of(joints.reshape(1, 4, 3)) == pytest.approx(expected, abs=0.02)
     batch.close()
 
 
@@ -298,22 +300,24 @@ def test_an_imu_has_the_trunks_angles_with_their_signs():
         data.qpos[4 + axis] = np.sin(angle / 2)
         data.qvel[3:6] = np.eye(3)[axis]
         mujoco.mj_forward(sensed.model, data)
-        seen = dict(zip(sensed.names, sensed.observed(data.sensordata[None])[0], strict=True))
-        assert seen[f"root_{name}"] == pytest.approx(np.sin(angle))
-        assert seen[f"root_{name}_rate"] == pytest.approx(1.0)
+        observation = dict(
+            zip(sensed.names, sensed.observed(data.sensordata[None])[0], strict=True)
+        )
+        assert observation[f"root_{name}"] == pytest.approx(np.sin(angle))
+        assert observation[f"root_{name}_rate"] == pytest.approx(1.0)
 
 
 def test_a_shank_that_is_named_as_foot_bears_what_its_sole_does():
     model = jointed_robot(4, 2, 1)
-    seen = {}
+    observation = {}
     for foot in ("leg0_1", "foot0"):
         batch = ModelBatch(sensing(ModelSettings(model=model, feet=[foot])), 1, 0.002, threads=1)
         batch.reset(-0.5)
         felt = np.array([batch.step(np.zeros((1, 2)))[0] for _ in range(400)])
-        seen[foot] = felt[:, batch.sensing.names.index(batch.sensing.contacts[0])].max()
+        observation[foot] = felt[:, batch.sensing.names.index(batch.sensing.contacts[0])].max()
         batch.close()
-    assert seen["leg0_1"] >= seen["foot0"]
-    assert seen["leg0_1"] > 0.0
+    assert observation["leg0_1"] >= observation["foot0"]
+    assert observation["leg0_1"] > 0.0
 
 
 def test_a_controller_in_units_does_the_same_in_proportion():
@@ -333,10 +337,10 @@ def test_a_controller_in_units_does_the_same_in_proportion():
         assert wires is not None, problems
         pilots.append(Pilot(wires, wiring, np.asarray(wiring.weights)[:, None]))
     for _ in range(20):
-        seen = np.zeros((1, len(names)))
-        seen[0, loads] = draw.uniform(0.0, 1.0, 4)
-        own = pilots[0].act(seen)
-        assert pilots[1].act(40.0 * seen) == pytest.approx(0.5 * own, rel=1e-4, abs=1e-6)
+        observation = np.zeros((1, len(names)))
+        observation[0, loads] = draw.uniform(0.0, 1.0, 4)
+        pushed = pilots[0].act(observation)
+        assert pilots[1].act(40.0 * observation) == pytest.approx(0.5 * pushed, rel=1e-4, abs=1e-6)
     assert pilots[1].feedback == pytest.approx(pilots[0].feedback / 0.25, rel=1e-4)
     env.close()
 
@@ -345,8 +349,8 @@ def paced():
     """A law whose stride grows with the frequency, from nothing at a half of its own."""
     system = design("load-p@quadruped-c").experiment().system
     names = [path[-1] for path in system.controller.weight_names]
-    of = {"sigma": 0.3, "stride_m": 0.4, "lift_m": 0.1, "still_rad_per_s": 1.0}
-    return SavedController(system, np.array([of.get(name, 0.0) for name in names]), "paced")
+    source = {"sigma": 0.3, "stride_m": 0.4, "lift_m": 0.1, "still_rad_per_s": 1.0}
+    return SavedController(system, np.array([source.get(name, 0.0) for name in names]), "paced")
 
 
 LAWS = {
@@ -365,9 +369,9 @@ def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_comma
     wires, problems = look_up(env, wiring)
     assert wires is not None, problems
     pilot = Pilot(wires, wiring, np.asarray(wiring.weights)[:, None])
-    seen, load_n = np.zeros((1, len(env.observation_names))), [3.0, 20.0, 0.0, 9.0]
+    observation, load_n = np.zeros((1, len(env.observation_names))), [3.0, 20.0, 0.0, 9.0]
     for foot, load in zip(FEET, load_n, strict=True):
-        seen[0, env.observation_names.index(f"{foot}_estimated_force")] = load
+        observation[0, env.observation_names.index(f"{foot}_estimated_force")] = load
     (tmp_path / "robot.xml").write_text(SPRUNG)
     experiment = EnvExperiment(
         name="law",
@@ -380,14 +384,14 @@ def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_comma
     robot = RobotController(saved)
     phases = np.float32([[limb.phase_rad] for limb in wiring.limbs])
     level = {name: np.zeros((4, 1), np.float32) for name in robot.senses}
-    now = robot.decide(
+    decision = robot.decide(
         np.full((4, 1), wiring.omega, "float32"),
         robot.controller.oscillator.start(jnp.asarray(phases)),
         {**level, "spring_force": np.float32(load_n)[:, None]},
     )
-    places = pilot.act(seen).reshape(4, 3)[:, [0, 2]].T
-    assert np.asarray(now.command)[:, :, 0] == pytest.approx(places, abs=1e-5)
-    assert np.asarray(now.feedback) == pytest.approx(pilot.feedback, rel=1e-4)
+    places = pilot.act(observation).reshape(4, 3)[:, [0, 2]].T
+    assert np.asarray(decision.command)[:, :, 0] == pytest.approx(places, abs=1e-5)
+    assert np.asarray(decision.feedback) == pytest.approx(pilot.feedback, rel=1e-4)
     env.close()
 
 
@@ -411,11 +415,11 @@ def test_a_law_that_a_tilt_alarmed_makes_shorter_steps_and_so_does_its_export():
     state = scaled.oscillator.start(phases)
     sensed = {name: jnp.zeros((4, 1)) for name in TiltReaction.READS + BalancedFoot.READS}
     sensed |= {"pitch": jnp.full((4, 1), 0.2)}
-    for own in steps:
+    for row in steps:
         signals = with_oscillator(scaled, Signals(sensed), state)
-        now = decide(scaled, spread, jnp.full((4, 1), wiring.omega), signals, state, 1.0)
-        assert np.asarray(now.command)[0, :, 0] == pytest.approx(own, abs=1e-4)
-        state = held(state, now.rate, wires.step_s)
+        decision = decide(scaled, spread, jnp.full((4, 1), wiring.omega), signals, state, 1.0)
+        assert np.asarray(decision.command)[0, :, 0] == pytest.approx(row, abs=1e-4)
+        state = held(state, decision.rate, wires.step_s)
     calm = 0.4 * units.length_m
     assert 0.1 < np.abs(steps[-1]).max() / calm < 0.5
     env.close()
@@ -428,9 +432,9 @@ def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_pa
     where = ["--feet", *FEET, "--settings", "legs=true"]
     assert not main(["wiring", "suggest", "robot.xml", *where, "--out", "q.toml"])
     walk = tg.load("quadruped-c@q.toml").simulate(duration_s=8.0).numbers
-    own = tg.load("quadruped-c").simulate().numbers
+    plain = tg.load("quadruped-c").simulate().numbers
     assert walk["lasted"] == 1.0
-    assert walk["speed_m_per_s"] / np.sqrt(9.81) == pytest.approx(own["speed_m_per_s"], rel=0.15)
+    assert walk["speed_m_per_s"] / np.sqrt(9.81) == pytest.approx(plain["speed_m_per_s"], rel=0.15)
 
 
 @pytest.mark.parametrize(
@@ -455,9 +459,9 @@ def test_a_law_of_four_legs_stands_on_any_number_and_neighbours_alternate(file, 
     assert wires is not None, problems
     assert wires.controller.limbs == len(feet)
     pilot = Pilot(wires, wiring, np.asarray(wiring.weights)[:, None])
-    seen, _ = env.reset(seed=0)
+    observation, _ = env.reset(seed=0)
     for _ in range(round(3.0 / wires.step_s / 4)):
-        seen, _, ended, *_ = env.step(pilot.act(seen[None])[0].astype(np.float32))
+        observation, _, ended, *_ = env.step(pilot.act(observation[None])[0].astype(np.float32))
         assert not ended
     env.close()
 

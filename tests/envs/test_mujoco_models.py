@@ -39,19 +39,19 @@ def experiment(name="hopper", model="V-sector-w8", **settings):
     return EnvExperiment.of_model(find(model), EnvSpec(env=name), load_wiring(name), **settings)
 
 
-def apexes(height, least=1.01):
+def apexes(height, smallest=1.01):
     """Heights of the hops' apexes [m]."""
-    top = (height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:]) & (height[1:-1] > least)
+    top = (height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:]) & (height[1:-1] > smallest)
     return height[1:-1][top]
 
 
 @pytest.fixture(scope="module")
 def hopped():
     """The MuJoCo hopper under the vanilla controller: its record."""
-    own = experiment(omega=OMEGA, objective=UserObjective("nobody:asks"))
-    lanes = environment_lanes(own, 1)
-    pilot = Pilot(own.wires, own.wiring, np.array([[SIGMA]]))
-    return play(lanes, pilot, own.wires, seed=0)
+    task = experiment(omega=OMEGA, objective=UserObjective("nobody:asks"))
+    lanes = environment_lanes(task, 1)
+    pilot = Pilot(task.wires, task.wiring, np.array([[SIGMA]]))
+    return play(lanes, pilot, task.wires, seed=0)
 
 
 def test_the_hoppers_apexes_are_within_a_centimetre_of_the_engines(hopped):
@@ -84,44 +84,46 @@ def test_what_is_observed_has_the_names_of_joints_springs_actuators_and_feet():
 
 def test_feet_at_rest_bear_the_weight():
     feet = [f"foot{i}" for i in range(4)]
-    seen = sensing(ModelSettings(model="quadruped", feet=feet))
-    batch = ModelBatch(seen, 1, 70 * seen.model.opt.timestep)
+    observation = sensing(ModelSettings(model="quadruped", feet=feet))
+    batch = ModelBatch(observation, 1, 70 * observation.model.opt.timestep)
     batch.reset()
     for _ in range(60):
-        told = batch.step(np.zeros((1, 8)))[0]
-    loads = [told[seen.names.index(f"{foot}_force")] for foot in feet]
+        message = batch.step(np.zeros((1, 8)))[0]
+    loads = [message[observation.names.index(f"{foot}_force")] for foot in feet]
     assert sum(loads) == pytest.approx(1.5 * 9.81, rel=0.02)
-    springs = [-told[seen.names.index(f"z{i}_force")] for i in range(4)]
+    springs = [-message[observation.names.index(f"z{i}_force")] for i in range(4)]
     assert sum(springs) == pytest.approx(1.5 * 9.81, rel=0.03)
 
 
 def test_an_environment_is_one_lane_of_a_batch():
-    own = experiment(duration_s=1.0)
-    lanes, env = environment_lanes(own, 3), ModelEnv(model="hopper", duration_s=1.0)
+    task = experiment(duration_s=1.0)
+    lanes, env = environment_lanes(task, 3), ModelEnv(model="hopper", duration_s=1.0)
     assert lanes.steps == env.fate.steps
     alive = np.ones(3, bool)
-    seen, _ = env.reset(seed=0)
-    np.testing.assert_array_equal(lanes.reset(0, alive)[1], seen)
+    observation, _ = env.reset(seed=0)
+    np.testing.assert_array_equal(lanes.reset(0, alive)[1], observation)
     rng = np.random.default_rng(0)
     for _ in range(100):
         actions = rng.uniform(0.0, 4.0, (3, 1)).astype(np.float32)
         together, rewards, over = lanes.step(actions, alive)
-        seen, reward, fallen, cut, _ = env.step(actions[1])
-        np.testing.assert_array_equal(together[1], seen)
+        observation, reward, fallen, cut, _ = env.step(actions[1])
+        np.testing.assert_array_equal(together[1], observation)
         assert (rewards[1], over[1]) == (pytest.approx(reward), fallen or cut)
 
 
 def test_the_state_of_a_lane_can_be_put_into_mujocos_own_data():
     import mujoco
 
-    seen = sensing(ModelSettings(model="leg", feet=["foot"]))
-    batch = ModelBatch(seen, 2, 0.01)
+    observation = sensing(ModelSettings(model="leg", feet=["foot"]))
+    batch = ModelBatch(observation, 2, 0.01)
     batch.reset(np.array([0.0, 0.1]))
-    told = batch.step(np.zeros((2, 2)))
-    data = mujoco.MjData(seen.model)
-    mujoco.mj_setState(seen.model, data, batch.states[1], mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    message = batch.step(np.zeros((2, 2)))
+    data = mujoco.MjData(observation.model)
+    mujoco.mj_setState(
+        observation.model, data, batch.states[1], mujoco.mjtState.mjSTATE_FULLPHYSICS
+    )
     assert data.time == pytest.approx(0.01)
-    assert data.qpos[1] == pytest.approx(told[1, seen.names.index("height")], abs=0.005)
+    assert data.qpos[1] == pytest.approx(message[1, observation.names.index("height")], abs=0.005)
     assert (batch.states[0] != batch.states[1]).any()
 
 
@@ -130,16 +132,16 @@ def test_it_keeps_gymnasiums_interface():
 
 
 def test_pushes_and_other_models_are_of_single_lanes():
-    seen = sensing(ModelSettings(model="hopper", feet=["foot"]))
+    observation = sensing(ModelSettings(model="hopper", feet=["foot"]))
     heavy = sensing(ModelSettings(model="hopper", feet=["foot"])).model
     heavy.body_mass[:] *= 1.2
-    batch = ModelBatch(seen, 2, 0.01, models=[seen.model, heavy])
+    batch = ModelBatch(observation, 2, 0.01, models=[observation.model, heavy])
     batch.reset(0.5)
     lift = np.zeros((2, 3))
     lift[1, 2] = heavy.body_mass.sum() * 9.81
     for _ in range(10):
-        told = batch.step(np.zeros((2, 1)), lift)
-    fall = told[:, seen.names.index("root_climb")]
+        message = batch.step(np.zeros((2, 1)), lift)
+    fall = message[:, observation.names.index("root_climb")]
     assert fall[0] == pytest.approx(-9.81 * 0.1, rel=0.01)
     assert fall[1] == pytest.approx(0.0, abs=1e-6)  # held by exactly its weight
 
@@ -159,16 +161,16 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
     )
     # σ counts the load in weights; here in newtons.
     sigma = 1.25 / second / (1.5 * 9.81)
-    own = EnvExperiment(
+    task = EnvExperiment(
         name="vanilla",
         spec=EnvSpec(env="quadruped"),
         wiring=dataclasses.replace(wiring, limbs=limbs, omega=2.1 / second),
         objective=UserObjective("nobody:asks"),
         duration_s=6.0,
     )
-    lanes = environment_lanes(own, 2)
-    pilot = Pilot(own.wires, own.wiring, np.array([[sigma, 0.0]]))
-    record = play(lanes, pilot, own.wires, seed=0)
+    lanes = environment_lanes(task, 2)
+    pilot = Pilot(task.wires, task.wiring, np.array([[sigma, 0.0]]))
+    record = play(lanes, pilot, task.wires, seed=0)
     assert (record.lasted == 1.0).all()
     speed = record.entry("root_forward")[-1] / 6.0 / math.sqrt(9.81 * 0.2)
     # The engine's walks with 0.19 to 0.32 √(g L) between 1.8 and 2.4; its twin a little slower.
@@ -176,9 +178,9 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
 
 
 def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
-    own = experiment(model="V-sector-w8", duration_s=8.0)
-    assert own.objective == Hopping(settle_s=4.0)
-    with evaluator_of(own) as evaluator:
+    task = experiment(model="V-sector-w8", duration_s=8.0)
+    assert task.objective == Hopping(settle_s=4.0)
+    with evaluator_of(task) as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [SIGMA]]]), Generation.alike())
     still, hops = verdict.cot_inverse[0]
     assert still < 0.5 < 0.7 * 1.4
@@ -187,10 +189,10 @@ def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
 
 
 def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
-    own = experiment("leg", "V-sector-w8", duration_s=4.0)
-    assert isinstance(own.objective, Hopping)
-    own = dataclasses.replace(own, objective=Return())
-    with evaluator_of(own) as evaluator:
+    task = experiment("leg", "V-sector-w8", duration_s=4.0)
+    assert isinstance(task.objective, Hopping)
+    task = dataclasses.replace(task, objective=Return())
+    with evaluator_of(task) as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [1.0]]]), Generation.alike())
     assert np.isfinite(verdict.fitness).all()
     assert not verdict.failed.any()
@@ -211,8 +213,8 @@ def test_misuse_of_the_interface_is_told():
 @pytest.mark.filterwarnings("ignore:MuJoCo")
 @pytest.mark.parametrize("value", [np.nan, 1e30])
 def test_a_state_that_explodes_ends_the_episode_and_is_told(value):
-    own = experiment(duration_s=1.0)
-    lanes = environment_lanes(own, 2)
+    task = experiment(duration_s=1.0)
+    lanes = environment_lanes(task, 2)
     alive = np.ones(2, bool)
     lanes.reset(0, alive)
     lanes.batch._states[1] = value

@@ -45,12 +45,12 @@ ROBOT = """
 """
 
 
-def moved(seen, seconds, command=0.0):
+def moved(observation, seconds, command=0.0):
     """A model after some time of one command."""
-    data = mujoco.MjData(seen.model)
+    data = mujoco.MjData(observation.model)
     data.ctrl[:] = command
     while data.time < seconds:
-        mujoco.mj_step(seen.model, data)
+        mujoco.mj_step(observation.model, data)
     return data
 
 
@@ -69,25 +69,25 @@ def test_what_is_left_out_is_gone():
 
 
 def test_a_servo_goes_where_it_is_told_with_no_more_than_the_motors_torque():
-    seen = sensing(
+    observation = sensing(
         ModelSettings(model=ROBOT, feet=["foot"], without=["ball"], servo_nm_per_rad=200.0)
     )
-    seen.model.opt.gravity[:] = 0.0
-    assert moved(seen, 1.0, command=0.4).joint("knee").qpos == pytest.approx(0.4, abs=0.01)
-    assert seen.model.actuator_forcerange[0].tolist() == [-6.0, 6.0]  # 3 by a gear of 2
-    low, high = seen.model.actuator_ctrlrange[0]
+    observation.model.opt.gravity[:] = 0.0
+    assert moved(observation, 1.0, command=0.4).joint("knee").qpos == pytest.approx(0.4, abs=0.01)
+    assert observation.model.actuator_forcerange[0].tolist() == [-6.0, 6.0]  # 3 by a gear of 2
+    low, high = observation.model.actuator_ctrlrange[0]
     assert (low, high) == pytest.approx(np.deg2rad([-30.0, 60.0]))
 
 
 def test_the_sector_of_a_wiring_is_where_its_controllers_push(tmp_path):
     limb = Limb(senses={"spring_force": "foot_force"}, drives="knee")
     wiring = Wiring(limbs=(limb,), sector_rad=(3.0, 2.0))
-    own = wiring.controller.actuation
-    assert isinstance(own, Sector)
-    assert (own.start_rad, own.width_rad) == (3.0, 2.0)
-    both = wiring.reading(find("V-both-w8").controller()).controller.actuation
-    assert isinstance(both, Sector)
-    assert both.width_rad == 2.0
+    actuation = wiring.controller.actuation
+    assert isinstance(actuation, Sector)
+    assert (actuation.start_rad, actuation.width_rad) == (3.0, 2.0)
+    together = wiring.reading(find("V-both-w8").controller()).controller.actuation
+    assert isinstance(together, Sector)
+    assert together.width_rad == 2.0
     learned = find("ART").controller()
     assert wiring.reading(learned).controller == learned
     save_wiring(wiring, tmp_path / "leg.toml")
@@ -104,7 +104,7 @@ def test_a_file_of_an_installed_package_is_named_by_the_package():
 
 
 @pytest.mark.parametrize(
-    ("made", "said"),
+    ("created", "said"),
     [
         ({"model": "hoper"}, "no MuJoCo model of this package is called 'hoper'; did you mean hop"),
         ({"model": "none.xml"}, r"there is no file none\.xml"),
@@ -126,9 +126,9 @@ def test_a_file_of_an_installed_package_is_named_by_the_package():
         ({"model": "no_such_package:go1.xml"}, "no such package is installed"),
     ],
 )
-def test_a_model_that_cannot_be_used_is_refused_in_one_line(made, said):
+def test_a_model_that_cannot_be_used_is_refused_in_one_line(created, said):
     with pytest.raises(TegotaeError, match=said) as raised:
-        ModelEnv(**made)
+        ModelEnv(**created)
     assert "\n" not in str(raised.value)
 
 
@@ -162,25 +162,25 @@ QUADRUPED = (
 def test_under_its_bare_rhythm_the_body_of_an_example_steps_forward_and_stands(
     model, file, omega, height_m
 ):
-    env, made = model
+    env, created = model
     package = env.partition(":")[0]
     if find_spec(package) is None:
         pytest.skip(f"the model is {package}'s, which is not installed")
-    own = EnvExperiment.of_model(
+    task = EnvExperiment.of_model(
         find("V-sector-w8"),
-        EnvSpec(env=env, settings=tuple(made.items())),
+        EnvSpec(env=env, settings=tuple(created.items())),
         load_wiring(WIRINGS / file),
         omega=omega,
         duration_s=4.0,
     )
-    own = dataclasses.replace(own, objective=UserObjective("nobody:asks"))
-    lanes = environment_lanes(own, 1)
-    pilot = Pilot(own.wires, own.wiring, np.zeros((1, 1)))
-    record = play(lanes, pilot, own.wires, seed=0)
+    task = dataclasses.replace(task, objective=UserObjective("nobody:asks"))
+    lanes = environment_lanes(task, 1)
+    pilot = Pilot(task.wires, task.wiring, np.zeros((1, 1)))
+    record = play(lanes, pilot, task.wires, seed=0)
     lanes.close()
     assert record.lasted[0] == 1.0
     assert record.entry("root_forward")[-1, 0] > 0.3
     assert record.entry("root_height")[100:, 0] == pytest.approx(height_m, abs=0.06)
-    for foot in made["feet"]:  # every foot is lifted, and bears load
+    for foot in created["feet"]:  # every foot is lifted, and bears load
         load = record.entry(f"{foot}_force")[100:, 0]
         assert load.min() == 0.0 < load.max()

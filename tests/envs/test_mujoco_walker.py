@@ -32,8 +32,8 @@ def last(time, phase, x, y):
     """Lags [legs] and speed over the last 15 units of time."""
     late = time > time[-1] - 15.0
     lag = (phase[late, :1] - phase[late]) / (2 * np.pi)
-    way = np.hypot(x[late][-1] - x[late][0], y[late][-1] - y[late][0])
-    return np.asarray(circular_mean(lag)), way / 15.0
+    distance = np.hypot(x[late][-1] - x[late][0], y[late][-1] - y[late][0])
+    return np.asarray(circular_mean(lag)), distance / 15.0
 
 
 def test_the_packages_quadruped_is_the_walker_at_the_size_of_a_small_robot():
@@ -49,8 +49,10 @@ def test_the_packages_quadruped_is_the_walker_at_the_size_of_a_small_robot():
 
 
 def test_the_twin_stands_at_the_walkers_height():
-    seen = twin(SET_A, 0.0, (-np.pi / 2,) * 4, 10.0)
-    np.testing.assert_allclose(seen.place_m[-1], (0.0, 0.0, SET_A.standing_height), atol=3e-3)
+    observation = twin(SET_A, 0.0, (-np.pi / 2,) * 4, 10.0)
+    np.testing.assert_allclose(
+        observation.place_m[-1], (0.0, 0.0, SET_A.standing_height), atol=3e-3
+    )
 
 
 @pytest.mark.thorough
@@ -61,10 +63,12 @@ def test_the_twin_trots_and_walks_where_the_walker_does():
     path = walkers.run(SET_C, omegas, np.tile(phases[:, None], 3), timing)
     hind_lags = []
     for lane, omega in enumerate(omegas):
-        own = [path[name][..., lane] for name in ("time_s", "phase_rad", "x_m", "y_m")]
-        lag, speed = last(*own)
-        seen = twin(SET_C, omega, phases, 60.0)
-        lag_of_twin, speed_of_twin = last(seen.time_s, seen.phase_rad, *seen.place_m[:, :2].T)
+        series = [path[name][..., lane] for name in ("time_s", "phase_rad", "x_m", "y_m")]
+        lag, speed = last(*series)
+        observation = twin(SET_C, omega, phases, 60.0)
+        lag_of_twin, speed_of_twin = last(
+            observation.time_s, observation.phase_rad, *observation.place_m[:, :2].T
+        )
         assert np.abs(lag_difference(lag_of_twin, lag)).max() < 0.06
         assert speed_of_twin == pytest.approx(speed, rel=0.12)
         hind_lags.append(lag[2])

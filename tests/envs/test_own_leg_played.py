@@ -38,8 +38,8 @@ def swept(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def file(swept):
-    (found,) = swept.glob("*-seed0.json")
-    return found
+    (result,) = swept.glob("*-seed0.json")
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_evaluate_tries_what_was_learned_under_other_masses_and_starts(swept, ca
     words = ["evaluate", str(swept), "--json", "--starts", "2"]
     assert main([*words, "--settings", "mass_factor=1.3", "noise=0.02"]) == 0
     disturbed = json.loads(capsys.readouterr().out)["rows"]
-    assert [each["start"] for each in disturbed] == [0, 1]
+    assert [entry["start"] for entry in disturbed] == [0, 1]
     assert disturbed[0]["return"] != disturbed[1]["return"]
 
 
@@ -111,14 +111,14 @@ def test_compare_plays_sets_of_one_environment(swept, file, tmp_path, capsys):
     saved, still = controller_file.load(file), tmp_path / "still.json"
     controller_file.save(dataclasses.replace(saved, weights=np.zeros(1, "float32")), still)
     assert main(["compare", str(swept), str(still), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert len({row["controller"] for row in found["rows"]}) == 2
-    assert found["differences"][0]["fitness"]["mean"] != 0.0
+    result = json.loads(capsys.readouterr().out)
+    assert len({row["controller"] for row in result["rows"]}) == 2
+    assert result["differences"][0]["fitness"]["mean"] != 0.0
 
 
 def test_compare_refuses_sets_of_different_worlds(swept, one_line_error):
-    said = one_line_error("compare", "V-sector-w4", str(swept))
-    assert "V-sector-w4 hops on one leg, and V-sector-w8 runs in another simulator" in said
+    message = one_line_error("compare", "V-sector-w4", str(swept))
+    assert "V-sector-w4 hops on one leg, and V-sector-w8 runs in another simulator" in message
 
 
 @pytest.mark.thorough
@@ -156,8 +156,8 @@ def test_a_heavier_leg_presses_harder():
         env = ModelEnv(model="leg", mass_factor=factor, release_m=0.0)
         env.reset()
         for _ in range(100):
-            seen = env.step(np.zeros(2))[0]
-            heights.append(float(seen[env.observation_names.index("root_height")]))
+            observation = env.step(np.zeros(2))[0]
+            heights.append(float(observation[env.observation_names.index("root_height")]))
     assert heights[199] < heights[99]
 
 
@@ -173,8 +173,8 @@ def test_a_heavier_leg_presses_harder():
 )
 def test_what_has_no_meaning_on_an_environment_is_refused(words, said, file, one_line_error):
     first, *options = words.split(" --")
-    more = [word for each in options for word in f"--{each}".split()]
-    assert said in one_line_error(*first.split(), str(file), *more)
+    extra = [word for entry in options for word in f"--{entry}".split()]
+    assert said in one_line_error(*first.split(), str(file), *extra)
 
 
 def test_a_machine_that_cannot_draw_says_so_in_one_line(played, monkeypatch, tmp_path):

@@ -61,44 +61,44 @@ def hopping():
 
 
 def test_a_function_of_phase_and_force_has_the_surface_that_it_says():
-    found = actuation_surface(from_function(reflex), FORCES, columns=5)
-    expected = np.maximum(0.0, 2.0 * np.cos(found.phase_rad) * FORCES[:, None])
-    np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
-    assert not found.feedback_rad_per_s.any()
+    result = actuation_surface(from_function(reflex), FORCES, columns=5)
+    expected = np.maximum(0.0, 2.0 * np.cos(result.phase_rad) * FORCES[:, None])
+    np.testing.assert_allclose(result.actuator_force_n, expected, atol=1e-6)
+    assert not result.feedback_rad_per_s.any()
 
 
 def test_a_function_without_a_phase_has_a_surface_over_velocity():
-    found = actuation_surface(from_function(bang), FORCES, columns=4)
-    assert found.phase_rad is None
-    expected = 4.0 * ((found.velocity_m_per_s > 0.0) & (FORCES[:, None] > 0.0))
-    np.testing.assert_allclose(found.actuator_force_n, expected)
+    result = actuation_surface(from_function(bang), FORCES, columns=4)
+    assert result.phase_rad is None
+    expected = 4.0 * ((result.velocity_m_per_s > 0.0) & (FORCES[:, None] > 0.0))
+    np.testing.assert_allclose(result.actuator_force_n, expected)
 
 
 def test_a_feedback_function_has_the_surface_of_the_controller_that_it_copies():
     """Vanilla feedback as somebody's function, beside the package's own controller of it."""
     meaning = Meaning(acts="feedback", actuation="reflex", omega=8.0)
-    found = actuation_surface(from_function(slowing, meaning), FORCES, columns=9)
-    own = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
-    expected = actuation_surface(own, FORCES, columns=9)
-    np.testing.assert_allclose(found.actuator_force_n, expected.actuator_force_n, atol=1e-6)
-    np.testing.assert_allclose(found.feedback_rad_per_s, expected.feedback_rad_per_s, atol=1e-6)
+    result = actuation_surface(from_function(slowing, meaning), FORCES, columns=9)
+    plain = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    expected = actuation_surface(plain, FORCES, columns=9)
+    np.testing.assert_allclose(result.actuator_force_n, expected.actuator_force_n, atol=1e-6)
+    np.testing.assert_allclose(result.feedback_rad_per_s, expected.feedback_rad_per_s, atol=1e-6)
 
 
 def test_a_function_of_single_numbers_is_asked_one_by_one():
     def slow(phase_rad, spring_force_n):
         return max(0.0, math.cos(phase_rad)) * spring_force_n
 
-    found = actuation_surface(from_function(slow), FORCES, columns=5)
-    expected = np.maximum(0.0, np.cos(found.phase_rad)) * FORCES[:, None]
-    np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
+    result = actuation_surface(from_function(slow), FORCES, columns=5)
+    expected = np.maximum(0.0, np.cos(result.phase_rad)) * FORCES[:, None]
+    np.testing.assert_allclose(result.actuator_force_n, expected, atol=1e-6)
 
 
 def test_a_policys_gait_is_measured_as_any_recording(hopping):
     policy, paths = hopping
-    found = measured_policy(policy, paths)
-    assert found.limit_cycle_period == 1
-    assert found.hop_rate == pytest.approx(8.0, rel=0.01)  # it keeps to its clock
-    assert 0.0 < found.optimum_share < 1.0
+    result = measured_policy(policy, paths)
+    assert result.limit_cycle_period == 1
+    assert result.hop_rate == pytest.approx(8.0, rel=0.01)  # it keeps to its clock
+    assert 0.0 < result.optimum_share < 1.0
 
 
 def test_a_policys_orbit_is_one_turn_of_its_limit_cycle(hopping):
@@ -178,10 +178,10 @@ def small_relu():
     ],
 )
 def test_a_model_of_stable_baselines_answers_as_it_does_itself(algorithm, settings, model):
-    own, env, path = model(algorithm, **settings())
+    original, env, path = model(algorithm, **settings())
     policy = load_policy(str(path))
     observed = env.reset() + np.array([[0.0, 0.0], [0.5, -1.0]], np.float32)
-    expected = np.clip(own.predict(observed, deterministic=True)[0][:, 0], -1.0, 1.0)
+    expected = np.clip(original.predict(observed, deterministic=True)[0][:, 0], -1.0, 1.0)
     np.testing.assert_allclose(policy.actions(observed), expected, rtol=1e-6)
 
 
@@ -189,8 +189,8 @@ def test_a_model_that_observes_less_than_declared_is_refused_and_another_is_draw
     path = str(model()[2])
     with pytest.raises(TegotaeError, match=r"observes 2 numbers, and it is declared to observe 3"):
         load_policy(path, Meaning(acts="feedback"))
-    found = actuation_surface(load_policy(path), FORCES, columns=3)
-    assert found.actuator_force_n.shape == (3, 3)
+    result = actuation_surface(load_policy(path), FORCES, columns=3)
+    assert result.actuator_force_n.shape == (3, 3)
 
 
 class Harm:
@@ -306,9 +306,9 @@ def test_an_answer_in_newton_is_scaled_to_the_largest_force(network):
 
 
 def test_an_answer_of_a_function_is_scaled_where_that_is_asked_for():
-    found = actuation_surface(from_function(reflex, Meaning(answer_scale=0.5)), FORCES, columns=5)
-    expected = np.maximum(0.0, np.cos(found.phase_rad) * FORCES[:, None])
-    np.testing.assert_allclose(found.actuator_force_n, expected, atol=1e-6)
+    result = actuation_surface(from_function(reflex, Meaning(answer_scale=0.5)), FORCES, columns=5)
+    expected = np.maximum(0.0, np.cos(result.phase_rad) * FORCES[:, None])
+    np.testing.assert_allclose(result.actuator_force_n, expected, atol=1e-6)
 
 
 def test_feedback_that_is_cut_off_is_said():
@@ -343,7 +343,7 @@ def test_a_policy_that_fails_is_told_in_one_line(answer, says):
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("inputs", "says"),
     [
         ({"acts": "torque"}, "no kind of action is called 'torque'"),
         ({"observes": ("speed",)}, "no observation of this environment is called 'speed'"),
@@ -353,9 +353,9 @@ def test_a_policy_that_fails_is_told_in_one_line(answer, says):
         ({"step_s": 0.0015}, "step_s is 0.0015; it must be a whole number of ticks of 0.001 s"),
     ],
 )
-def test_a_meaning_that_cannot_be_is_refused(given, says):
+def test_a_meaning_that_cannot_be_is_refused(inputs, says):
     with pytest.raises(TegotaeError, match=says):
-        Meaning(**given)
+        Meaning(**inputs)
 
 
 @pytest.mark.parametrize(

@@ -122,8 +122,8 @@ def test_a_hoppers_controller_is_wired_by_a_file_of_limbs(tmp_path):
     # What this controller does not read is left out.
     assert wiring.limbs[0].senses == {"spring_force": "load"}
     assert check_wiring(Scales(), wiring, steps=0) == []
-    other = Wiring.from_controller(tmp_path / "hopper.json", WIRING, omega=6.0)
-    assert other.omega == 6.0
+    second = Wiring.from_controller(tmp_path / "hopper.json", WIRING, omega=6.0)
+    assert second.omega == 6.0
 
 
 def test_a_controller_goes_on_seeing_what_it_senses_over_the_scales_it_was_trained_with(tmp_path):
@@ -145,13 +145,13 @@ def test_only_what_an_environment_calls_a_contact_force_is_told_as_one():
     assert contact_names(Scales()) == ()
     limb = load_wiring("leg").limbs[0]
     spring = dataclasses.replace(limb, senses={"spring_force": "knee_force"})
-    known = dataclasses.replace(load_wiring("leg"), weights=[1.0], omega=8.0)
-    for felt, told in ((limb, 1), (spring, 0)):
-        wiring = dataclasses.replace(known, limbs=[felt]).reading(build("V-sector-w8"))
+    basis = dataclasses.replace(load_wiring("leg"), weights=[1.0], omega=8.0)
+    for felt, message in ((limb, 1), (spring, 0)):
+        wiring = dataclasses.replace(basis, limbs=[felt]).reading(build("V-sector-w8"))
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             TegotaeWrapper(env, wiring)
-        assert len([each for each in caught if "contact force" in str(each.message)]) == told
+        assert len([entry for entry in caught if "contact force" in str(entry.message)]) == message
     env.close()
 
 
@@ -188,9 +188,9 @@ def test_a_wiring_file_names_its_controller_as_a_command_does(tmp_path, monkeypa
     document = json.loads((tmp_path / "leg.json").read_text())
     (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": name}))
     meant = resolve(name).controller()  # which names the code that a wiring may refer to
-    found = load_wiring(tmp_path / "leg.json")
-    assert found.omega == meant.omega
-    assert found.weights is not None
+    result = load_wiring(tmp_path / "leg.json")
+    assert result.omega == meant.omega
+    assert result.weights is not None
     (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": "none.json"}))
     with pytest.raises(TegotaeError, match=r"no controller file at .*none\.json"):
         load_wiring(tmp_path / "leg.json")
@@ -223,11 +223,13 @@ def test_scales_are_those_of_the_model():
         model_scales(ModelEnv(model="hopper"), feet=["feet"])
     with pytest.raises(TegotaeError, match="no MuJoCo model to take scales from"):
         model_scales(Scales())
-    known = load_wiring("hopper")
-    own = dataclasses.replace(known, scales={"velocity": 9.0}).with_scales(ModelEnv(model="hopper"))
+    basis = load_wiring("hopper")
+    original = dataclasses.replace(basis, scales={"velocity": 9.0}).with_scales(
+        ModelEnv(model="hopper")
+    )
     # What is given stands, and the packaged wiring's numbers are the model's.
-    assert own.scales["velocity"] == 9.0
-    for name, scale in known.scales.items():
+    assert original.scales["velocity"] == 9.0
+    for name, scale in basis.scales.items():
         assert scales[name] == pytest.approx(scale, rel=2e-3)
 
 
@@ -237,8 +239,8 @@ def test_a_scale_whose_name_has_a_slip_is_told_and_not_passed_over():
 
     scales = {"spring_force": 2.5, "velocty": 0.1, "pressure": 1.0}
     slip = dataclasses.replace(WIRING.reading(build("AR-rFv-sector-w8")), scales=scales)
-    said = "no signal is called 'velocty'; did you mean velocity?"
-    assert [problem for problem in check_wiring(Scales(), slip, steps=0) if said in problem]
+    message = "no signal is called 'velocty'; did you mean velocity?"
+    assert [problem for problem in check_wiring(Scales(), slip, steps=0) if message in problem]
     with pytest.raises(TegotaeError, match="did you mean velocity"):
         dataclasses.replace(load_wiring("hopper"), scales=scales).with_scales(
             ModelEnv(model="hopper")

@@ -21,17 +21,17 @@ def public() -> Iterator[tuple[str, Any]]:
             if directive == "automodule":
                 yield from _of_module(name, options)
             else:
-                home, _, own = name.rpartition(".")
-                yield name, getattr(importlib.import_module(home), own)
+                home, _, attribute = name.rpartition(".")
+                yield name, getattr(importlib.import_module(home), attribute)
 
 
 def _of_module(name: str, options: str) -> Iterator[tuple[str, Any]]:
     module = importlib.import_module(name)
     yield name, module
-    given = re.search(r":members:(.*)", options)
-    if given is None:
+    inputs = re.search(r":members:(.*)", options)
+    if inputs is None:
         return
-    members = [each.strip() for each in given[1].split(",") if each.strip()]
+    members = [entry.strip() for entry in inputs[1].split(",") if entry.strip()]
     if not members:
         members = list(getattr(module, "__all__", None) or _own(module))
     for member in members:

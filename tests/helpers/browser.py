@@ -57,8 +57,8 @@ def resize(driver: Any, width: int, height: int = 900) -> None:
 
 def prefer(driver: Any, **features: str) -> None:
     """Set what the user prefers, such as `color_scheme="dark"`, `reduced_motion="reduce"`."""
-    chosen = [
+    selection = [
         {"name": "prefers-" + name.replace("_", "-"), "value": value}
         for name, value in features.items()
     ]
-    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": chosen})
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": selection})

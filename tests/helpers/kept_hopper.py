@@ -43,7 +43,7 @@ def weights_of(name: str, lanes: int = 3) -> np.ndarray:
 
 def trajectories() -> dict[str, np.ndarray]:
     """Some lanes of some models over 3 s, a drop in the last, by model, dtype and channel."""
-    found = {}
+    result = {}
     scenario = Scenario(
         omega=np.array([4.0, 6.5, 8.0]),
         height_m=np.array([1.2, 1.3, 1.1]),
@@ -56,26 +56,26 @@ def trajectories() -> dict[str, np.ndarray]:
             engine = Engine(controller=build(name), timing=Timing(duration_s=3.0))
             path = engine.run(weights_of(name), scenario, dtype=dtype)
             for channel in CHANNELS:
-                found[f"{name}.{dtype}.{channel}"] = getattr(path, channel)[4::5]
-    return found
+                result[f"{name}.{dtype}.{channel}"] = getattr(path, channel)[4::5]
+    return result
 
 
 def evaluation() -> dict[str, np.ndarray]:
     """All metrics of a short evaluation of the vanilla controller, [runs, episodes]."""
     protocol = Protocol(undisturbed_s=12.0, disturbed_s=12.0, offsets=(-1.0, 0.0))
-    found = evaluate(build("V-sector-w8"), [[1.5], [3.0]], 8.0, protocol=protocol)
-    return {f"evaluation.{name}": values for name, values in found.episodes.items()}
+    result = evaluate(build("V-sector-w8"), [[1.5], [3.0]], 8.0, protocol=protocol)
+    return {f"evaluation.{name}": values for name, values in result.episodes.items()}
 
 
 def study() -> dict[str, np.ndarray]:
     """Weights, fitness and curves of a unit of the smoke study, and its episodes' CoT⁻¹."""
     (unit,) = plan("smoke", "ART*").units
     record = work(unit)
-    found = {f"study.curves.{name}": values for name, values in record.curves.items()}
-    found["study.weights"] = record.weights
-    found["study.best_fitness"] = record.best_fitness
-    found |= {f"study.episodes.{name}": values for name, values in record.episodes.items()}
-    return found
+    result = {f"study.curves.{name}": values for name, values in record.curves.items()}
+    result["study.weights"] = record.weights
+    result["study.best_fitness"] = record.best_fitness
+    result |= {f"study.episodes.{name}": values for name, values in record.episodes.items()}
+    return result
 
 
 def now() -> dict[str, np.ndarray]:
@@ -90,9 +90,9 @@ def kept() -> dict[str, np.ndarray]:
         return {name: stored[name] for name in stored.files}
 
 
-def difference(before: np.ndarray, after: np.ndarray) -> float:
+def difference(previous: np.ndarray, updated: np.ndarray) -> float:
     """The largest one; infinite where one is NaN and the other is not."""
-    a, b = np.asarray(before, float), np.asarray(after, float)
+    a, b = np.asarray(previous, float), np.asarray(updated, float)
     if a.shape != b.shape or (np.isfinite(a) != np.isfinite(b)).any():
         return float("inf")
     return float(np.abs(np.where(np.isfinite(a), a - b, 0.0)).max(initial=0.0))

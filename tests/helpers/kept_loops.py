@@ -49,13 +49,13 @@ def walker() -> dict[str, np.ndarray]:
     """Four lanes of the quadruped over 4 √(l0/g): a drop, a lost leg, another mass, by channel."""
     legged = system("quadruped-c")
     drawn = np.random.default_rng(4).uniform(0.0, 2.0 * np.pi, (legged.body.limbs, 4))
-    there = np.ones((legged.body.limbs, 4))
-    there[0, 2] = 0.0
+    present = np.ones((legged.body.limbs, 4))
+    present[0, 2] = 0.0
     scenario = legged.scenario(
         drawn,
         drop_m=np.array([0.0, 0.1, 0.0, 0.0]),
         drop_time_s=np.array([np.inf, 2.0, np.inf, np.inf]),
-        changes={"present": Step(there, 2.0), "mass_kg": np.array([1.0, 1.0, 1.0, 1.3])},
+        changes={"present": Step(present, 2.0), "mass_kg": np.array([1.0, 1.0, 1.0, 1.3])},
     )
     timing = Timing(duration_s=4.0, tick_s=legged.timing.tick_s, frame_s=0.2)
     engine = legged.engine(whole_trajectory, timing)
@@ -80,10 +80,10 @@ def mujoco_training() -> dict[str, np.ndarray]:
     columns = dict(
         zip(header, zip(*(row.split(",") for row in rows[1:]), strict=True), strict=True)
     )
-    found = {f"mujoco.curves.{n}": np.array(columns[n], float) for n in header if "fitness" in n}
-    found["mujoco.weights"] = np.stack([each.weights for each in saved])
-    found["mujoco.best_fitness"] = np.array([each.training["best_fitness"] for each in saved])
-    return found
+    result = {f"mujoco.curves.{n}": np.array(columns[n], float) for n in header if "fitness" in n}
+    result["mujoco.weights"] = np.stack([entry.weights for entry in saved])
+    result["mujoco.best_fitness"] = np.array([entry.training["best_fitness"] for entry in saved])
+    return result
 
 
 def now() -> dict[str, np.ndarray]:

@@ -42,14 +42,14 @@ def evaluated(
     kernel = compile_episode(
         program(function), arrays, shared, dtype, target=target, vectors=vectors
     )
-    found: dict[int, Any] = {}
+    result: dict[int, Any] = {}
 
     def collect(first: int, lanes: int, channels: Any) -> None:
-        found[first] = jax.tree.map(lambda x: np.array(x[0, ..., :lanes]), channels)
+        result[first] = jax.tree.map(lambda x: np.array(x[0, ..., :lanes]), channels)
 
     kernel.run(arrays, shared, frames=1, ticks_per_frame=1, threads=threads, collect=collect)
-    parts = [found[first] for first in sorted(found)]
-    return jax.tree.map(lambda *each: np.concatenate(each, axis=-1), *parts)
+    parts = [result[first] for first in sorted(result)]
+    return jax.tree.map(lambda *entry: np.concatenate(entry, axis=-1), *parts)
 
 
 def samples(dtype: str, n: int = 200) -> np.ndarray:
@@ -57,10 +57,10 @@ def samples(dtype: str, n: int = 200) -> np.ndarray:
     info = np.finfo(dtype)
     special = [0.0, info.smallest_subnormal, info.tiny, 1e-3, 0.5, 1.0, 1.5, 2.0, 3.0, 100.0]
     special += [float(info.max), np.inf]
-    usual = np.random.default_rng(0).normal(size=n) * np.exp(
+    normal = np.random.default_rng(0).normal(size=n) * np.exp(
         np.random.default_rng(1).uniform(-6, 6, n)
     )
-    return np.concatenate([special, np.negative(special), [np.nan], usual]).astype(dtype)
+    return np.concatenate([special, np.negative(special), [np.nan], normal]).astype(dtype)
 
 
 def same_bits(a: Any, b: Any) -> bool:
@@ -69,8 +69,8 @@ def same_bits(a: Any, b: Any) -> bool:
     def same(x: np.ndarray, y: np.ndarray) -> bool:
         if x.dtype.kind != "f":
             return bool((x == y).all())
-        whole = f"i{x.dtype.itemsize}"
-        return bool(((x.view(whole) == y.view(whole)) | (np.isnan(x) & np.isnan(y))).all())
+        integers = f"i{x.dtype.itemsize}"
+        return bool(((x.view(integers) == y.view(integers)) | (np.isnan(x) & np.isnan(y))).all())
 
     return all(same(x, y) for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True))
 

@@ -81,9 +81,9 @@ def study() -> Results:
 
 def generalisation() -> Results:
     """A leg and a quadruped under other conditions."""
-    one = System(controller=build("V-reflex-w8"), omega=8.0)
+    single = System(controller=build("V-reflex-w8"), omega=8.0)
     hopper = ControllersUnderTest(
-        ControllerSet("V", one, np.array([[2.0]]), ("0",)),
+        ControllerSet("V", single, np.array([[2.0]]), ("0",)),
         looked_at=Timing(duration_s=24.0, tick_s=0.002),
     )
     legged = system("quadruped-c")
@@ -107,13 +107,13 @@ def map_of_gaits() -> Results:
     """The gaits of two legs under a bar, over its inertia and the gain."""
     bar = system("bar-light").replaced(timing=Timing(duration_s=40.0))
     drawn = map_gaits(bar, Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 1.0)), starts=3)
-    found = {name: drawn.grid(name) for name in [*drawn.frame][3:]}
+    result = {name: drawn.grid(name) for name in [*drawn.frame][3:]}
     of_legs = {
-        name: np.stack([found[f"{column}_{leg}"] for leg in bar.names], axis=2)
+        name: np.stack([result[f"{column}_{leg}"] for leg in bar.names], axis=2)
         for name, column in _OF_LEGS.items()
     }
-    alone = {name: found["moved_cycles" if name == "moved" else name] for name in _OF_BODY}
-    return {**of_legs, **alone, "gait": found["gait"].astype(str)}
+    alone = {name: result["moved_cycles" if name == "moved" else name] for name in _OF_BODY}
+    return {**of_legs, **alone, "gait": result["gait"].astype(str)}
 
 
 _OF_LEGS = {
@@ -136,8 +136,8 @@ def trained(*words: str) -> Results:
         f"curves.{name}": np.array(column, float)
         for name, column in zip(header, zip(*rows, strict=True), strict=True)
     }
-    results["weights"] = np.stack([one.weights for one in saved])
-    results["best_fitness"] = np.array([one.training["best_fitness"] for one in saved])
+    results["weights"] = np.stack([single.weights for single in saved])
+    results["best_fitness"] = np.array([single.training["best_fitness"] for single in saved])
     return results
 
 
@@ -172,8 +172,8 @@ def export_to_c() -> Results:
         saved = SavedController.from_weights(
             controller, weights, model.omega_t, Hopper(), name=name
         )
-        made = Export(saved)
-        results |= {f"{name}.c": source(made), f"{name}.h": header(made)}
+        created = Export(saved)
+        results |= {f"{name}.c": source(created), f"{name}.h": header(created)}
     return results
 
 
@@ -219,9 +219,9 @@ def hashes(name: str) -> dict[str, str]:
     return {key: hash_of(result) for key, result in PINS[name]().items()}
 
 
-def unequal(kept: dict[str, str], now: dict[str, str]) -> list[str]:
+def unequal(kept: dict[str, str], current: dict[str, str]) -> list[str]:
     """Kept results that are others now, or are gone; new ones beside them are no difference."""
-    return [key for key, value in kept.items() if now.get(key) != value]
+    return [key for key, value in kept.items() if current.get(key) != value]
 
 
 def renew() -> None:
@@ -232,21 +232,21 @@ def renew() -> None:
 
 def compare() -> bool:
     """Print which pins differ from the kept ones; whether none does."""
-    kept, here = json.loads(KEPT.read_text()), machine()
-    changed = {name for name, value in kept["machine"].items() if here.get(name) != value}
-    same = True
-    for name, before in kept["pins"].items():
+    stored, current = json.loads(KEPT.read_text()), machine()
+    changed = {name for name, value in stored["machine"].items() if current.get(name) != value}
+    equal = True
+    for name, previous in stored["pins"].items():
         needed = changed if name == "training on mujoco" else changed - set(MUJOCO)
         if needed:
             print(f"{name}: not compared, for {', '.join(sorted(needed))} is another")
             continue
         begin = time.process_time()
-        different = unequal(before, hashes(name))
+        different = unequal(previous, hashes(name))
         took = f"{time.process_time() - begin:.1f} s"
-        said = f"other bits in {', '.join(different)}" if different else "equal to the bit"
-        print(f"{name}: {len(before)} results in {took}, {said}", flush=True)
-        same = same and not different
-    return same
+        message = f"other bits in {', '.join(different)}" if different else "equal to the bit"
+        print(f"{name}: {len(previous)} results in {took}, {message}", flush=True)
+        equal = equal and not different
+    return equal
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ class Case:
         """Data for a page."""
         program, scenario = Program(self.controller, self.body), self.scenario
         phases = np.broadcast_to(np.asarray(scenario.phase_rad).reshape(-1), (program.limbs,))
-        given = {
+        inputs = {
             "weights": np.asarray(self.weights, "float32").tolist(),
             "omega": float(scenario.omega),
             "ground_m": 0.0,
@@ -87,7 +87,7 @@ class Case:
             **self.given,
         }
         return {
-            "given": given,
+            "given": inputs,
             "frames": round(self.duration_s / FRAME_S),
             "ticks": round(FRAME_S / 0.001),
             "happens": [[round(t / FRAME_S), name, value] for t, name, value in self.happens],
@@ -119,14 +119,14 @@ def in_node(script: str, data: Any, folder: Path) -> Any:
     )
     (folder / "package.json").write_text('{"type": "module"}')
     assert NODE is not None
-    done = subprocess.run(
+    process = subprocess.run(
         [NODE, "--no-warnings", str(folder / "run.mjs")],
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    assert process.returncode == 0, process.stderr
+    return json.loads(process.stdout)
 
 
 def wasm_of(engine: engine_cache.CompiledEngine) -> dict[str, Any]:
@@ -153,25 +153,25 @@ def arrays(record: dict[str, Any]) -> dict[str, np.ndarray]:
     return {name: np.array(rows, float) for name, rows in record.items()}
 
 
-def assert_same(found: dict[str, np.ndarray], wanted: dict[str, np.ndarray]) -> None:
+def assert_same(result: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> None:
     """The same run, but for the last digits of float32, which differ between processors."""
     for name, size in (("height_m", 1e-4), ("energy_j", 1e-3), ("climb_flight_m", 1e-3)):
-        np.testing.assert_allclose(found[name], wanted[name], atol=size, err_msg=name)
+        np.testing.assert_allclose(result[name], expected[name], atol=size, err_msg=name)
     for name in ("work_absolute_j", "spring_force_n"):
-        np.testing.assert_allclose(found[name], wanted[name], rtol=1e-3, atol=1e-3, err_msg=name)
-    apart = np.angle(np.exp(1j * (found["phase_rad"] - wanted["phase_rad"])))
-    assert np.abs(apart).max() < 1e-3
-    assert (found["failed"] == wanted["failed"]).all()
-    both = ~np.isnan(found["apex_height_m"]) & ~np.isnan(wanted["apex_height_m"])
+        np.testing.assert_allclose(result[name], expected[name], rtol=1e-3, atol=1e-3, err_msg=name)
+    difference = np.angle(np.exp(1j * (result["phase_rad"] - expected["phase_rad"])))
+    assert np.abs(difference).max() < 1e-3
+    assert (result["failed"] == expected["failed"]).all()
+    together = ~np.isnan(result["apex_height_m"]) & ~np.isnan(expected["apex_height_m"])
     # An apex at the very end of a frame may be found in the next one.
-    assert (np.isnan(found["apex_height_m"]) ^ np.isnan(wanted["apex_height_m"])).sum() <= 2
-    gap = np.abs(found["apex_height_m"] - wanted["apex_height_m"])[both]
+    assert (np.isnan(result["apex_height_m"]) ^ np.isnan(expected["apex_height_m"])).sum() <= 2
+    gap = np.abs(result["apex_height_m"] - expected["apex_height_m"])[together]
     assert gap.size == 0 or gap.max() < 1e-4
 
 
 def all_that_can_happen() -> Case:
     """A learned controller; frequency, mass, stiffness and gravity change, and the ground drops."""
-    saved = next(each.saved for each in standard() if each.saved.name == "ART-rF-tphif-w8")
+    saved = next(entry.saved for entry in standard() if entry.saved.name == "ART-rF-tphif-w8")
     changes = {
         "omega": Step(7.0, from_s=2.0),
         "mass_kg": Step(0.11, from_s=3.0),

@@ -26,14 +26,14 @@ PROGRAMS: Mapping[str, tuple[Command | CommandGroup, str]] = {
 
 def main(words: Sequence[str]) -> int:
     """Run `tegotae`, or another program that the first word names: its exit status."""
-    program, rest = _split(words)
-    return cli.main(rest, *PROGRAMS[program])
+    program, arguments = _split(words)
+    return cli.main(arguments, *PROGRAMS[program])
 
 
 def parsed(words: Sequence[str]) -> Any:
     """The command of `tegotae`, or of another program that the first word names."""
-    program, rest = _split(words)
-    return cli.parsed(rest, *PROGRAMS[program])
+    program, arguments = _split(words)
+    return cli.parsed(arguments, *PROGRAMS[program])
 
 
 def _split(words: Sequence[str]) -> tuple[str, list[str]]:

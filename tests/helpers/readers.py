@@ -44,29 +44,31 @@ WRITTEN = ("--out", "--csv", "--plot", "--animate")
 
 def typed(page: Path) -> list[tuple[str, str]]:
     """Language and text of a page's blocks that a reader follows or compares, in their order."""
-    found = [
+    result = [
         (start, language, text.replace("\\\n", ""))
         for language in ("console", "sh", "python", "text")
         for start, text in blocks(page, language)
     ]
-    return [(language, text) for _, language, text in sorted(found)]
+    return [(language, text) for _, language, text in sorted(result)]
 
 
 def shortened(line: str) -> str:
     """The same command with values for which a test has time."""
     learns_step_by_step = re.search("--algorithm (ppo|sac)", line)
     for command, caps in CAPS.items():
-        for option, most in caps.items() if f" {command} " in line else ():
+        for option, largest in caps.items() if f" {command} " in line else ():
             pattern = rf"(--{option}) (\S+)"
-            line = re.sub(pattern, lambda m, most=most: f"{m[1]} {min(float(m[2]), most):g}", line)
+            line = re.sub(
+                pattern, lambda m, largest=largest: f"{m[1]} {min(float(m[2]), largest):g}", line
+            )
     if "--animate" in line:
         line = re.sub(r" --duration-s \S+", "", line)
-    for command, more in ADDED.items():
+    for command, extra in ADDED.items():
         if f" {command} " not in line or learns_step_by_step:
             continue
         if command == "simulate" and ("--animate" not in line or "--drop-m" in line):
             continue
-        for option, value in re.findall(r"(--\S+) (\S+)", more):
+        for option, value in re.findall(r"(--\S+) (\S+)", extra):
             line += "" if option in line else f" {option} {value}"
     return line
 
@@ -89,13 +91,13 @@ class Reader:
                     self.type(line.strip())
         printed = "".join(self.said)
         lines = {line.strip() for line in printed.splitlines()}
-        shown = "".join(text for language, text in typed(page) if language == "text")
-        assert [x for x in shown.splitlines() if x.strip() not in lines] == []
+        output = "".join(text for language, text in typed(page) if language == "text")
+        assert [x for x in output.splitlines() if x.strip() not in lines] == []
         return printed
 
     def _python(self, page: Path, text: str, namespace: dict) -> None:
-        if named := re.match(r"# (\w+\.py)\n", text):  # a file that the reader is to write
-            Path(named[1]).write_text(text, encoding="utf-8")
+        if names := re.match(r"# (\w+\.py)\n", text):  # a file that the reader is to write
+            Path(names[1]).write_text(text, encoding="utf-8")
         with self._heard():
             exec(compile(text, page.name, "exec"), namespace)
 
@@ -112,13 +114,13 @@ class Reader:
         words = [x for word in _split(line) for x in _globbed(word)]
         program = words_of(shlex.join(words))
         if program is None:
-            done = subprocess.run(
+            process = subprocess.run(
                 ["bash", "-c", re.sub("^python", shlex.quote(sys.executable), line)],
                 capture_output=True,
                 text=True,
             )
-            self.said.append(done.stdout)
-            assert done.returncode == 0, f"{line}\n{done.stderr}"
+            self.said.append(process.stdout)
+            assert process.returncode == 0, f"{line}\n{process.stderr}"
         else:
             with self._heard():
                 assert main(program) == 0, line

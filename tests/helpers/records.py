@@ -18,8 +18,8 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
     random = np.random.default_rng(int(unit.key[-8:], 16))
 
     def metric(name: str, *shape: int) -> np.ndarray:
-        least, most = range_of(name)
-        return np.clip(random.normal(size=shape), least, most).astype("float32")
+        smallest, largest = range_of(name)
+        return np.clip(random.normal(size=shape), smallest, largest).astype("float32")
 
     n_weights = unit.run.experiment.controller.n_weights
     return Record(

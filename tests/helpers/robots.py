@@ -29,8 +29,8 @@ def own_run(saved: SavedController, timing: Timing, **release: Any) -> Any:
 
 def apexes_of_the_package(saved: SavedController, **release: Any) -> tuple[np.ndarray, np.ndarray]:
     """Times and heights of the apexes of the package's own run, held over the ticks."""
-    found = own_run(saved, HELD, **release)
-    times, heights = (np.asarray(x)[:, 0] for x in (found.apex_time_s, found.apex_height_m))
+    result = own_run(saved, HELD, **release)
+    times, heights = (np.asarray(x)[:, 0] for x in (result.apex_time_s, result.apex_height_m))
     return times[~np.isnan(times)], heights[~np.isnan(heights)]
 
 
@@ -66,17 +66,17 @@ def driven(
 
     @jax.jit
     def advance(state: Any, command: Any) -> tuple:
-        after, contact = body.advance(state, Push(command), ground, step_s)
-        return after, body.sense(after, ground).values, recorded(after, contact)
+        updated, contact = body.advance(state, Push(command), ground, step_s)
+        return updated, body.sense(updated, ground).values, recorded(updated, contact)
 
     def say(sensed: dict) -> Any:
         values = {name: np.asarray(x) for name, x in sensed.items()}
         for lane, program in enumerate(programs):
-            own = {name: x[..., lane] for name, x in values.items()}
-            inputs = measures[lane](program, own, command[0, 0, lane])
+            readings = {name: x[..., lane] for name, x in values.items()}
+            inputs = measures[lane](program, readings, command[0, 0, lane])
             command[..., lane] = program.step(inputs)[:numbers]
-        said = command[0] if numbers == 1 else command
-        return said[0] if limbs == 1 else said
+        message = command[0] if numbers == 1 else command
+        return message[0] if limbs == 1 else message
 
     def begin() -> None:
         for program in programs:
@@ -87,11 +87,11 @@ def driven(
     state = body.commanded(state, jnp.asarray(say(sense(state))))
     begin()
     command[:] = 0.0
-    sensed, found = sense(state), []
+    sensed, result = sense(state), []
     for _ in range(round(timing.duration_s / timing.tick_s)):
-        state, sensed, each = advance(state, say(sensed))
-        found.append(each)
-    return np.stack([np.asarray(each) for each in found])
+        state, sensed, entry = advance(state, say(sensed))
+        result.append(entry)
+    return np.stack([np.asarray(entry) for entry in result])
 
 
 def apexes_of_the_robots(

@@ -60,10 +60,10 @@ def main(names: list[str]) -> None:
     def hopping(body):
         return System(controller=build("V-reflex-w8"), body=body, omega=8.0), (1.0,)
 
-    def legged(found):
-        return found.system, found.weights
+    def legged(result):
+        return result.system, result.weights
 
-    made = {
+    created = {
         "hopper": lambda: hopping(Hopper()),
         "wrapped hopper": lambda: hopping(Blows(body=Actuators(body=Sensors(body=Hopper())))),
         "bar": lambda: legged(bar(1.0)),
@@ -71,9 +71,9 @@ def main(names: list[str]) -> None:
         "walker": lambda: legged(SYSTEMS["quadruped-c"]()),
     }
     for name in names:
-        system, weights = made[name]()
-        found = dataclasses.replace(system, timing=Timing(duration_s=0.04)).run(weights)
-        print(name, found.height_m.shape)
+        system, weights = created[name]()
+        results = dataclasses.replace(system, timing=Timing(duration_s=0.04)).run(weights)
+        print(name, results.height_m.shape)
 
 
 if __name__ == "__main__":

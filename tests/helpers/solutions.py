@@ -21,13 +21,13 @@ _solved: dict[str, dict[str, np.ndarray]] = {}
 
 @functools.cache
 def _kept() -> dict[str, dict[str, np.ndarray]]:
-    found: dict[str, dict[str, np.ndarray]] = {}
+    result: dict[str, dict[str, np.ndarray]] = {}
     if FILE.exists():
         with np.load(FILE) as archive:
             for name, value in archive.items():
                 key, _, part = name.partition("/")
-                found.setdefault(key, {})[part] = value
-    return found
+                result.setdefault(key, {})[part] = value
+    return result
 
 
 def kept(solve):
@@ -35,13 +35,13 @@ def kept(solve):
     code = inspect.getsource(inspect.getmodule(solve))
 
     @functools.wraps(solve)
-    def answer(*args, **named):
-        asked = f"{code}\0{args!r}\0{sorted(named.items())!r}"
-        key = hashlib.sha256(asked.encode()).hexdigest()[:16]
+    def answer(*args, **names):
+        requested = f"{code}\0{args!r}\0{sorted(names.items())!r}"
+        key = hashlib.sha256(requested.encode()).hexdigest()[:16]
         kind = inspect.get_annotations(solve, eval_str=True)["return"]
         if key in _kept() and ANEW not in os.environ:
             return kind(**{name: value[()] for name, value in _kept()[key].items()})
-        flown = solve(*args, **named)
+        flown = solve(*args, **names)
         _solved[key] = {name: np.asarray(value) for name, value in vars(flown).items()}
         if os.environ.get(ANEW) == "compare" and key in _kept():
             for name, value in _kept()[key].items():

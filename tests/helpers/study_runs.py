@@ -31,7 +31,7 @@ WHOLE_CACHE = {
 
 
 def start(
-    folder: Path, *more: str, programs_of: Path | None = None, keep: Path | None = None
+    folder: Path, *extra: str, programs_of: Path | None = None, keep: Path | None = None
 ) -> subprocess.Popen[str]:
     """Start `python -m reproduction run` in a session of its own, as in a terminal of its own.
 
@@ -45,7 +45,7 @@ def start(
         keep = folder.with_name(f"{folder.name}-programs")
         shutil.copytree(programs_of.with_name(PROGRAMS), keep, dirs_exist_ok=True)
     cache = {} if keep is None else {"JAX_COMPILATION_CACHE_DIR": str(keep), **WHOLE_CACHE}
-    words = ["run", "--dir", str(folder), "--scale", "smoke", *more]
+    words = ["run", "--dir", str(folder), "--scale", "smoke", *extra]
     return subprocess.Popen(
         [sys.executable, "-m", "reproduction", *words],
         stdout=subprocess.PIPE,
@@ -91,7 +91,7 @@ def copy(undisturbed: Path, folder: Path, *models: str) -> Path:
 
 def numbers(folder: Path) -> dict[str, Any]:
     """Everything a study found, model by model: configuration, weights, curves, metrics."""
-    found, wrong = Folder(folder).all()
+    result, wrong = Folder(folder).all()
     assert wrong == []
     return {
         record.model: {
@@ -107,7 +107,7 @@ def numbers(folder: Path) -> dict[str, Any]:
             "episodes": record.episodes,
             "sampled": record.sampled,
         }
-        for record in found
+        for record in result
     }
 
 
@@ -123,24 +123,24 @@ def assert_same(folder: Path, undisturbed: Path) -> None:
 
 def workers(process: subprocess.Popen[str]) -> list[psutil.Process]:
     """The worker processes of a run."""
-    found = []
+    result = []
     for child in psutil.Process(process.pid).children(recursive=True):
         try:
             if "spawn_main" in " ".join(child.cmdline()):
-                found.append(child)
+                result.append(child)
         except psutil.NoSuchProcess:
             continue
-    return found
+    return result
 
 
-def wait_for(event: Callable[[], Any], what: str, process: Any = None) -> Any:
+def wait_for(event: Callable[[], Any], subject: str, process: Any = None) -> Any:
     """Return an event's value once it is true; fail if it never is, or once a run has ended."""
     deadline = time.monotonic() + 120.0
-    while not (seen := event()):
-        assert time.monotonic() < deadline, f"never seen: {what}"
-        assert process is None or process.poll() is None, f"the run ended before {what}"
+    while not (observation := event()):
+        assert time.monotonic() < deadline, f"never seen: {subject}"
+        assert process is None or process.poll() is None, f"the run ended before {subject}"
         time.sleep(0.01)
-    return seen
+    return observation
 
 
 def assert_ended(processes: list[psutil.Process]) -> None:

@@ -21,18 +21,18 @@ MODELS = {
 
 def table(**changed: np.ndarray) -> StudyTable:
     """Five runs of each model that learns, whose CoT⁻¹ lie around a value of the model."""
-    known = all_models()
+    basis = all_models()
 
     def metrics(name: str, runs: int) -> dict[str, np.ndarray]:
-        found = {metric: np.linspace(0.8, 1.0, runs) for metric in metric_names()}
-        found["cot_inverse"] = MODELS[name] * np.linspace(0.9, 1.1, runs)
-        return found | changed
+        result = {metric: np.linspace(0.8, 1.0, runs) for metric in metric_names()}
+        result["cot_inverse"] = MODELS[name] * np.linspace(0.9, 1.1, runs)
+        return result | changed
 
     sets = []
     for name in MODELS:
-        runs = 5 if known[name].is_trained else 1
+        runs = 5 if basis[name].is_trained else 1
         values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
-        sets.append((design_place(known[name]), {"best_fitness": np.zeros(runs)}, values))
+        sets.append((design_place(basis[name]), {"best_fitness": np.zeros(runs)}, values))
     return table_of_runs(sets)
 
 

@@ -40,13 +40,13 @@ class Hopping:
     def height_m(self, time_s: np.ndarray) -> np.ndarray:
         """Heights at the given times [m]; rests at the touchdown height after the last flight."""
         height = np.full_like(time_s, L0)
-        for apex, at, half in zip(self.apex_m, self.apex_s, self._half_flight_s, strict=True):
-            flies = np.abs(time_s - at) <= half
-            height[flies] = apex - 0.5 * G * (time_s[flies] - at) ** 2
+        for apex, index, half in zip(self.apex_m, self.apex_s, self._half_flight_s, strict=True):
+            flies = np.abs(time_s - index) <= half
+            height[flies] = apex - 0.5 * G * (time_s[flies] - index) ** 2
         lands, leaves = -G * self._half_flight_s[:-1], G * self._half_flight_s[1:]
-        for at, down, up in zip(self.touchdown_s, lands, leaves, strict=False):
-            stands = (time_s > at) & (time_s < at + STANCE_S)
-            s = (time_s[stands] - at) / STANCE_S
+        for index, down, up in zip(self.touchdown_s, lands, leaves, strict=False):
+            stands = (time_s > index) & (time_s < index + STANCE_S)
+            s = (time_s[stands] - index) / STANCE_S
             height[stands] = L0 + STANCE_S * (s * (1 - s) ** 2 * down - s**2 * (1 - s) * up)
         return height
 

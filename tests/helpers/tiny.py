@@ -54,9 +54,9 @@ def run_of(generations: int) -> Run:
     return dataclasses.replace(RUN, learner=learner)
 
 
-def train(out: Path, *more: str, generations: int = GENERATIONS) -> int:
+def train(out: Path, *extra: str, generations: int = GENERATIONS) -> int:
     """Call `tegotae train`; its exit status."""
-    return main(["train", *OPTIONS, "--generations", str(generations), "--out", str(out), *more])
+    return main(["train", *OPTIONS, "--generations", str(generations), "--out", str(out), *extra])
 
 
 def controllers(folder: Path) -> list[Path]:
@@ -72,8 +72,8 @@ def learned(folder: Path) -> dict[str, Any]:
     return {
         "checkpoint": checkpoint,
         "curves": list(csv.reader((folder / "curves.csv").open())),
-        "weights": [one.weights.tolist() for one in saved],
-        "training": [one.training for one in saved],
+        "weights": [single.weights.tolist() for single in saved],
+        "training": [single.training for single in saved],
         "configuration": json.loads((folder / "run.json").read_text())["configuration"],
     }
 

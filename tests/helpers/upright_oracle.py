@@ -128,8 +128,8 @@ def fly(
             max_step=0.03,
         )
         if not stance.any():
-            found = zip(solved.t_events[-1], solved.y_events[-1], strict=True)
-            apexes += [(when, y[0]) for when, y in found if when > t]
+            result = zip(solved.t_events[-1], solved.y_events[-1], strict=True)
+            apexes += [(when, y[0]) for when, y in result if when > t]
         t, state = solved.t[-1], solved.y[:, -1].copy()
         landed = [i for i in range(n) if len(solved.t_events[i])]
         for i in landed:

@@ -194,9 +194,9 @@ class Walk:
 
     def cost_of_transport(self, first: int, last: int = -1) -> float:
         """Absolute work of all legs over distance between two of the times."""
-        done = (self.work_done - self.work_taken).sum(1)
-        way = np.linalg.norm(self.place[last, :2] - self.place[first, :2])
-        return (done[last] - done[first]) / way
+        process = (self.work_done - self.work_taken).sum(1)
+        distance = np.linalg.norm(self.place[last, :2] - self.place[first, :2])
+        return (process[last] - process[first]) / distance
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -253,17 +253,17 @@ def look(parts: Parts, omega, s: np.ndarray, contact: np.ndarray, lifting: np.nd
     d_rate = arm_rate - foot_rate
 
     # What spring and damper want, and what the ground gives.
-    wanted = np.where(contact[:, None], (k * d + c * d_rate) @ r.T, 0.0)
-    normal = np.maximum(0.0, wanted[:, 2])
-    along = np.hypot(wanted[:, 0], wanted[:, 1])
+    expected = np.where(contact[:, None], (k * d + c * d_rate) @ r.T, 0.0)
+    normal = np.maximum(0.0, expected[:, 2])
+    along = np.hypot(expected[:, 0], expected[:, 1])
     held = np.minimum(1.0, parts.friction * normal / np.maximum(along, 1e-300))
-    force = np.column_stack([wanted[:, :2] * held[:, None], normal])
-    slip = (force[:, :2] - wanted[:, :2]) / c[0]
+    force = np.column_stack([expected[:, :2] * held[:, None], normal])
+    slip = (force[:, :2] - expected[:, :2]) / c[0]
     force_b = force @ r
 
     power = -(force_b * foot_rate).sum(1)
     moved = d_rate + np.column_stack([slip, np.zeros(n)]) @ r
-    lost = ((force_b - k * d) * moved).sum(1)
+    missing = ((force_b - k * d) * moved).sum(1)
     turned = np.concatenate([[-(turn[1:] @ w)], turn[0] * w + cross(turn[1:], w)]) * 0.5
     rate = np.concatenate(
         [
@@ -277,7 +277,7 @@ def look(parts: Parts, omega, s: np.ndarray, contact: np.ndarray, lifting: np.nd
             np.maximum(power, 0.0),
             np.minimum(power, 0.0),
             np.hypot(slip[:, 0], slip[:, 1]),
-            np.where(contact, lost, 0.0),
+            np.where(contact, missing, 0.0),
             -(force[:, :2] * slip).sum(1),
             np.zeros(n),
         ]
@@ -313,13 +313,13 @@ def walk(
             s[13 + n + leg], s[13 + 2 * n + leg] = s[:2] + foot[leg, :2]
 
     follow(s, range(n))
-    seen: list[tuple] = []
+    samples: list[tuple] = []
     touchdowns, liftoffs = [], []
     since = {"contact": np.full(n, -1.0), "lifting": np.full(n, -1.0)}
     t, end = 0.0, float(times[-1])
     if times[0] == 0.0:
-        here = look(parts, omega, s, contact, lifting)
-        seen.append((s.copy(), here.load, contact, here.spring.sum()))
+        moment = look(parts, omega, s, contact, lifting)
+        samples.append((s.copy(), moment.load, contact, moment.spring.sum()))
 
     for segment in itertools.count():
         if t >= end - 1e-12:
@@ -365,11 +365,11 @@ def walk(
         assert solved.status >= 0, solved.message
         for state in map(np.copy, np.transpose(solved.y) if len(solved.t) else ()):
             follow(state, np.flatnonzero(~contact))
-            here = look(parts, omega, state, contact, lifting)
-            seen.append((state, here.load, contact, here.spring.sum()))
+            moment = look(parts, omega, state, contact, lifting)
+            samples.append((state, moment.load, contact, moment.spring.sum()))
         if solved.status == 0:
             break
-        (hit,) = (i for i, found in enumerate(solved.t_events) if len(found))
+        (hit,) = (i for i, result in enumerate(solved.t_events) if len(result))
         t, s = solved.t_events[hit][0], solved.y_events[hit][0].copy()
         contact, lifting = contact.copy(), lifting.copy()
         for i, (event, kind, leg) in enumerate(events):
@@ -389,5 +389,5 @@ def walk(
                 contact[leg] = True
                 touchdowns.append((t, leg))
 
-    state, load, down, spring = map(np.array, zip(*seen, strict=True))
+    state, load, down, spring = map(np.array, zip(*samples, strict=True))
     return Walk(times, state, load, down, spring, n, touchdowns, liftoffs)

@@ -44,11 +44,11 @@ class Scales(gymnasium.Env):
         self.work += push * self.dt
         if push > 0.5 and self.fail:
             return self._fail()
-        seen = self._seen()
-        return seen, push * seen[0] - 0.2 * push, False, self.n >= STEPS, {}
+        observation = self._seen()
+        return observation, push * observation[0] - 0.2 * push, False, self.n >= STEPS, {}
 
     def _fail(self):
-        seen = self._seen()
+        observed = self._seen()
         if self.fail == "raise":
             raise RuntimeError("the motor is on fire")
         if self.fail == "leave":
@@ -58,10 +58,10 @@ class Scales(gymnasium.Env):
         if self.fail == "hang":
             time.sleep(600.0)
         if self.fail == "nan":
-            return seen * np.nan, 0.0, False, False, {}
+            return observed * np.nan, 0.0, False, False, {}
         if self.fail == "pay":
-            return seen, math.inf, False, False, {}
-        return seen[:2], 0.0, False, False, {}  # of another shape
+            return observed, math.inf, False, False, {}
+        return observed[:2], 0.0, False, False, {}  # of another shape
 
 
 class AtOnce(Scales):

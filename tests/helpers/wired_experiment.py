@@ -18,11 +18,11 @@ WIRING = Wiring(
 
 def experiment(model: str = "AR", *, env: str = ENV, budget: int = 12, **settings):
     """A model on the scales."""
-    made = tuple(settings.pop("made", {}).items())
+    created = tuple(settings.pop("made", {}).items())
     wiring = settings.pop("wiring", WIRING)
     return EnvExperiment.of_model(
         find(model),
-        EnvSpec(env=env, settings=made),
+        EnvSpec(env=env, settings=created),
         wiring,
         **{"budget": budget, "duration_s": 0.8, **settings},
     )

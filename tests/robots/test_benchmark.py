@@ -82,21 +82,21 @@ def test_the_interval_is_over_starts_not_over_conditions():
 
 
 def test_more_conditions_from_the_same_starts_narrow_neither_interval():
-    one = np.array([[1.0, np.nan, 3.0, 2.0] * 4])
-    assert summary(np.repeat(one, 6, axis=0)) == pytest.approx(summary(one))
+    single = np.array([[1.0, np.nan, 3.0, 2.0] * 4])
+    assert summary(np.repeat(single, 6, axis=0)) == pytest.approx(summary(single))
 
 
 @pytest.mark.thorough
 def test_who_folds_all_legs_falls_and_who_keeps_them_stands():
     subject = BriefQuadruped()
-    folded = subject.scores(lambda: lambda seen: np.repeat([0.0, 1.0], 4), "load")
-    kept = subject.scores(lambda: lambda seen: np.zeros(8), "load")
+    folded = subject.scores(lambda: lambda observation: np.repeat([0.0, 1.0], 4), "load")
+    stored = subject.scores(lambda: lambda observation: np.zeros(8), "load")
     assert np.isnan(folded).all()
-    assert kept.tolist() == [[0.0, 0.0]] * 2  # it stands, and does not walk
+    assert stored.tolist() == [[0.0, 0.0]] * 2  # it stands, and does not walk
 
 
 def test_a_hopper_that_never_pushes_stands_and_scores_nothing():
-    scores = BriefHopper().scores(lambda: lambda seen: [0.0], "all")
+    scores = BriefHopper().scores(lambda: lambda observation: [0.0], "all")
     assert scores.tolist() == [[0.0, 0.0]] * 2
 
 
@@ -112,14 +112,14 @@ def test_a_track_senses_all_that_the_one_before_it_does(subject):
 
 def test_a_policy_is_given_what_the_track_lists():
     """Its first observation is that of the release: no load, falling or rising, at a height."""
-    subject, seen = BriefHopper(), []
+    subject, observation = BriefHopper(), []
 
     def policy(observed):
-        seen.append(observed.copy())
+        observation.append(observed.copy())
         return [0.0]
 
     subject.scores(lambda: policy, "all")
-    first = np.array(seen[:4])
+    first = np.array(observation[:4])
     assert subject.senses["all"] == ("spring_force", "velocity", "height")
     assert (first[:, 0] == 0.0).all()
     assert (np.abs(first[:, 1]) <= 0.5).all()
@@ -127,9 +127,9 @@ def test_a_policy_is_given_what_the_track_lists():
 
 
 def test_all_conditions_begin_from_the_same_starts_and_these_differ():
-    subject, seen = BriefHopper(), []
-    subject.scores(lambda: lambda observed: seen.append(observed.copy()) or [0.0], "all")
-    undisturbed, heavy = seen[:2], seen[2:4]
+    subject, observation = BriefHopper(), []
+    subject.scores(lambda: lambda observed: observation.append(observed.copy()) or [0.0], "all")
+    undisturbed, heavy = observation[:2], observation[2:4]
     np.testing.assert_array_equal(undisturbed, heavy)
     assert not np.array_equal(undisturbed[0], undisturbed[1])
 
@@ -151,11 +151,11 @@ def brief(monkeypatch):
 
 def test_an_entry_is_shown_among_the_kept_ones_that_sense_no_more(brief, tmp_path):
     answer = benchmark("zoo:V-sector-w4/0", track="load")
-    (shown,) = answer.texts()
-    assert "zoo:V-sector-w4/0 (this one)" in shown.index
-    assert set(shown["track"]) == {"load"}
-    assert "zoo:ART-rF-tphif-w4/8" in shown.index
-    assert not any("quadruped" in name for name in shown.index)
+    (output,) = answer.texts()
+    assert "zoo:V-sector-w4/0 (this one)" in output.index
+    assert set(output["track"]) == {"load"}
+    assert "zoo:ART-rF-tphif-w4/8" in output.index
+    assert not any("quadruped" in name for name in output.index)
 
 
 def test_the_table_has_a_row_an_episode_and_the_document_the_score(brief):
@@ -172,11 +172,11 @@ def test_the_table_has_a_row_an_episode_and_the_document_the_score(brief):
 
 
 def test_the_kept_rows_are_those_of_the_page_and_of_five_kinds():
-    kept = pd.read_csv(KEPT)
+    stored = pd.read_csv(KEPT)
     assert KEPT.read_text() == (ROOT / "docs/_static/benchmark/scores.csv").read_text()
-    assert len(kept) >= 10
-    assert set(kept["kind"]) == {"name", "controller file", "function", "ONNX", "C"}
-    assert (kept["cpu_s"] < 3600).all()
+    assert len(stored) >= 10
+    assert set(stored["kind"]) == {"name", "controller file", "function", "ONNX", "C"}
+    assert (stored["cpu_s"] < 3600).all()
 
 
 def test_the_table_of_the_page_follows_from_the_kept_rows(study, monkeypatch, tmp_path):

@@ -65,19 +65,19 @@ def test_a_controller_file_scores_as_its_name(tmp_path, of_names):
 
 @needs_gcc
 def test_a_c_program_scores_as_the_controller_that_it_was_exported_from(of_names):
-    found = scored(ENTRIES / "hopper" / "arg.c")
-    np.testing.assert_allclose(found, of_names["feedback"], rtol=1e-3)
+    result = scored(ENTRIES / "hopper" / "arg.c")
+    np.testing.assert_allclose(result, of_names["feedback"], rtol=1e-3)
 
 
 def test_a_function_scores_as_the_network_that_it_computes(of_names):
-    found = scored(single_network, "load+imu")
-    np.testing.assert_allclose(found, of_names["network"], rtol=1e-3)
+    result = scored(single_network, "load+imu")
+    np.testing.assert_allclose(result, of_names["network"], rtol=1e-3)
 
 
 def test_an_onnx_file_scores_as_the_network_in_it(of_names):
     pytest.importorskip("onnxruntime")
-    found = scored(ENTRIES / "hopper.onnx", "load+imu")
-    np.testing.assert_allclose(found, of_names["network"], rtol=1e-3)
+    result = scored(ENTRIES / "hopper.onnx", "load+imu")
+    np.testing.assert_allclose(result, of_names["network"], rtol=1e-3)
 
 
 @pytest.mark.thorough
@@ -235,8 +235,8 @@ def test_a_c_file_that_does_not_compile_is_refused_in_a_line(places):
 
 def test_a_network_of_other_senses_is_refused_in_a_line():
     pytest.importorskip("onnxruntime")
-    said = "observes 2 numbers; on the track load there are 1: spring_force"
-    with pytest.raises(TegotaeError, match=said):
+    message = "observes 2 numbers; on the track load there are 1: spring_force"
+    with pytest.raises(TegotaeError, match=message):
         read_entry(ENTRIES / "hopper.onnx", HopperSubject(), "load")
 
 
@@ -285,8 +285,8 @@ def test_an_action_beyond_the_range_is_clipped():
 
 
 def test_all_kept_entries_are_here():
-    kept = Path(benchmark.__file__).parents[1] / "questions" / "benchmark.csv"
-    places = [line.split(",")[2] for line in kept.read_text().splitlines()[1:]]
+    stored = Path(benchmark.__file__).parents[1] / "questions" / "benchmark.csv"
+    places = [line.split(",")[2] for line in stored.read_text().splitlines()[1:]]
     files = [x.partition(":")[0] for x in places if x.startswith("benchmarks/")]
     assert len(files) >= 8
     assert all((ROOT / file).is_file() for file in files)

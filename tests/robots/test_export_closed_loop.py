@@ -38,10 +38,10 @@ from tegotae_robots.c import Export
 ALLOWED_M = 1e-3
 
 
-def with_weights(controller: Controller, named: dict[tuple, float]) -> np.ndarray:
+def with_weights(controller: Controller, names: dict[tuple, float]) -> np.ndarray:
     """Weights that are zero but for those that are named."""
     weights = np.zeros(controller.n_weights)
-    for path, value in named.items():
+    for path, value in names.items():
         weights[controller.weight_names.index(path)] = value
     return weights
 
@@ -141,9 +141,9 @@ def test_two_compiled_legs_under_a_bar_hop_as_the_simulated_ones_do(tmp_path):
     saved = SavedController.from_weights(controller, np.array([1.0]), 8.0, Bar(inertia_ratio=1.6))
     phases = np.array([0.0, 1.0])
     times, heights = apexes_of_the_package(saved, phase_rad=phases[:, None])
-    (found,) = apexes_of_the_robots([Compiled(Export(saved), tmp_path)], saved.body, 1.2, phases)
-    assert len(found) == len(heights) > 5
-    assert np.abs(found - heights).max() < ALLOWED_M
+    (result,) = apexes_of_the_robots([Compiled(Export(saved), tmp_path)], saved.body, 1.2, phases)
+    assert len(result) == len(heights) > 5
+    assert np.abs(result - heights).max() < ALLOWED_M
     assert times[-1] > 15.0  # in phase, so that both legs leave the ground
 
 
@@ -166,30 +166,32 @@ def test_every_oscillator_hops_compiled_as_it_does_simulated(oscillator, tmp_pat
     late = heights[times > 12.0]
     if oscillator != "learned-adaptive-hopf":  # of which no regular gait is known
         assert late.max() - late.min() < 0.01, "the gait that is compared is no regular one"
-    (found,) = apexes_of_the_robots([Compiled(Export(saved, TICK_S), tmp_path)], Hopper(), 1.2, 0.0)
-    assert len(found) == len(heights) > 5
-    assert np.abs(found - heights).max() < ALLOWED_M
+    (result,) = apexes_of_the_robots(
+        [Compiled(Export(saved, TICK_S), tmp_path)], Hopper(), 1.2, 0.0
+    )
+    assert len(result) == len(heights) > 5
+    assert np.abs(result - heights).max() < ALLOWED_M
 
 
 @needs_gcc
 @pytest.mark.thorough
 def test_learned_legs_of_a_walker_move_compiled_as_they_do_simulated(tmp_path):
-    own = design("ARGT-t+phif@quadruped-c").experiment()
-    weights = np.array(own.controller.initial(jax.random.key(1)))
-    saved = SavedController.from_weights(own.controller, weights, own.omega, own.body)
+    task = design("ARGT-t+phif@quadruped-c").experiment()
+    weights = np.array(task.controller.initial(jax.random.key(1)))
+    saved = SavedController.from_weights(task.controller, weights, task.omega, task.body)
     timing = Timing(duration_s=4.0, tick_s=0.004, frame_s=0.04)
-    phases = np.linspace(0.0, 5.0, own.body.limbs)
+    phases = np.linspace(0.0, 5.0, task.body.limbs)
     path = own_run(saved, timing, height_m=1.1, phase_rad=phases[:, None])
-    found = driven(
+    result = driven(
         [Compiled(Export(saved, timing.tick_s), tmp_path)],
-        own.body,
+        task.body,
         1.1,
         phases,
         timing=timing,
         recorded=lambda state, contact: state.position,
     )
     every = round(timing.frame_s / timing.tick_s)
-    of_robot = found[every - 1 :: every, 2, 0]
+    of_robot = result[every - 1 :: every, 2, 0]
     of_package = np.asarray(path.height_m)[:, 0]
     assert np.ptp(of_package) > 0.01, "it does not move"
     assert np.abs(of_robot - of_package).max() < ALLOWED_M

@@ -75,15 +75,15 @@ def written(tmp_path_factory):
     """The folder of an export made by the command, and its controller."""
     folder = tmp_path_factory.mktemp("export")
     path, out = folder / "controller.json", folder / "out"
-    one = trained(0.002)
-    controller_file.save(one, path)
+    single = trained(0.002)
+    controller_file.save(single, path)
     arguments = ["export", "c", str(path), "--out", str(out), "--prefix", "leg"]
     assert cli.main(arguments) == 0
-    return out, one
+    return out, single
 
 
 def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flight(written):
-    out, one = written
+    out, single = written
     manifest = json.loads((out / "leg.json").read_text())
     (force,) = manifest["inputs"]
     assert (force["name"], force["unit"]) == ("spring_force_n", "N")
@@ -93,16 +93,16 @@ def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flig
     assert "air" in manifest["flight"]
     assert set(manifest["files"]) == FILES["flat"] == {path.name for path in out.iterdir()}
     neuron = manifest["weights"]["reaction"]["neuron"][0]
-    first = one.controller.layout["reaction"].start
-    assert neuron["spring_force"] == pytest.approx(float(one.weights[first]))
+    first = single.controller.layout["reaction"].start
+    assert neuron["spring_force"] == pytest.approx(float(single.weights[first]))
 
 
 def test_the_source_has_all_weights_by_name_no_double_no_memory_and_no_library_but_maths(written):
-    out, one = written
+    out, single = written
     text = (out / "leg.c").read_text()
     for name in (".spring_force = ", ".sin_phase = ", ".bias = ", ".sigma = "):
         assert name in text
-    for weight in np.asarray(one.weights, np.float32):
+    for weight in np.asarray(single.weights, np.float32):
         assert f"{weight!s}f" in text
     included = {line for line in text.splitlines() if line.startswith("#include")}
     assert included == {'#include "leg.h"', "#include <float.h>", "#include <math.h>"}
@@ -114,18 +114,18 @@ def test_the_source_has_all_weights_by_name_no_double_no_memory_and_no_library_b
 
 @needs_gcc
 def test_the_golden_vectors_pass_under_sanitizers_and_find_another_controller(written, tmp_path):
-    out, one = written
+    out, single = written
     program = tmp_path / "test_leg"
     command = ["gcc", *FLAGS, *SANITIZERS, "-O1", "leg.c", "test_leg.c", "-lm", "-o", program]
     subprocess.run(command, cwd=out, check=True)
-    done = said_by(program)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "1000 golden vectors" in done.stdout
-    assert "bounded" in done.stdout
+    process = said_by(program)
+    assert process.returncode == 0, process.stdout + process.stderr
+    assert "1000 golden vectors" in process.stdout
+    assert "bounded" in process.stdout
     for name in ("leg.h", "test_leg.c"):
         shutil.copy(out / name, tmp_path)
-    other = dataclasses.replace(one, weights=np.asarray(one.weights) * 1.001)
-    (tmp_path / "leg.c").write_text(source(Export(other, prefix="leg")))
+    second = dataclasses.replace(single, weights=np.asarray(single.weights) * 1.001)
+    (tmp_path / "leg.c").write_text(source(Export(second, prefix="leg")))
     command = ["gcc", "-std=c99", "leg.c", "test_leg.c", "-lm", "-o", "test_leg"]
     subprocess.run(command, cwd=tmp_path, check=True)
     assert said_by(program).returncode == 1
@@ -150,17 +150,19 @@ def test_a_program_in_cpp_calls_it(written, tmp_path):
 @needs_gcc
 @pytest.mark.parametrize("limbs", [1, 2])
 def test_a_start_keeps_any_finite_phase_and_counts_any_other_as_a_fault(tmp_path, limbs):
-    one = saved("V-reflex-w8")
+    single = saved("V-reflex-w8")
     body = Hopper() if limbs == 1 else Bar()
-    one = one.replaced(controller=dataclasses.replace(one.controller, limbs=limbs), body=body)
-    leg = Compiled(Export(one), tmp_path)
+    single = single.replaced(
+        controller=dataclasses.replace(single.controller, limbs=limbs), body=body
+    )
+    leg = Compiled(Export(single), tmp_path)
     for phase in np.float32([0.0, 1.0, -1.0, 6.2831853, 100.0, -12345.678, 1e6, -3e37, 3.4e38]):
         leg.init(phase if limbs == 1 else [phase] * limbs)
         phases = leg.oscillators[:, 0]
         assert ((phases >= 0.0) & (phases < 2.0 * np.pi)).all()
         if abs(phase) < 1e7:
-            apart = np.angle(np.exp(1j * (phases.astype(float) - float(phase))))
-            np.testing.assert_allclose(apart, 0.0, atol=1e-6)
+            difference = np.angle(np.exp(1j * (phases.astype(float) - float(phase))))
+            np.testing.assert_allclose(difference, 0.0, atol=1e-6)
         assert leg.faults == 0
     for phase in (np.nan, np.inf, -np.inf):
         leg.init(phase if limbs == 1 else [0.5] * (limbs - 1) + [phase])
@@ -223,8 +225,8 @@ def test_a_library_for_arduino_compiles_and_its_sketch_keeps_the_period(
         ["g++", "counted.o", "control_loop.o", "board.o", "-lm", "-o", "board"],
     ):
         subprocess.run(command, cwd=tmp_path, check=True)
-    done = said_by(tmp_path / "board", check=True)
-    assert int(done.stdout) == 101  # from 0 to 0.1 s, every 1 ms
+    process = said_by(tmp_path / "board", check=True)
+    assert int(process.stdout) == 101  # from 0 to 0.1 s, every 1 ms
 
 
 @needs_gcc
@@ -233,8 +235,8 @@ def test_the_check_that_a_library_names_runs(tmp_path):
     answer.save(tmp_path)
     command = answer.title.splitlines()[1]
     assert command in (tmp_path / "README.md").read_text()
-    done = said_by("sh", "-c", command, cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
+    process = said_by("sh", "-c", command, cwd=tmp_path)
+    assert process.returncode == 0, process.stdout + process.stderr
     description = json.loads((tmp_path / "library.json").read_text())
     assert (description["name"], description["headers"]) == ("tegotae", "tegotae.h")
 
@@ -292,13 +294,13 @@ def test_elementary_functions_stand_in_c_by_their_names():
 
 
 def over_all_limbs() -> SavedController:
-    own = design("W-F@quadruped-c").experiment()
-    weights = np.zeros(own.controller.n_weights)
-    return SavedController.from_weights(own.controller, weights, own.omega, own.body)
+    task = design("W-F@quadruped-c").experiment()
+    weights = np.zeros(task.controller.n_weights)
+    return SavedController.from_weights(task.controller, weights, task.omega, task.body)
 
 
 @pytest.mark.parametrize(
-    ("controller", "options", "why"),
+    ("controller", "options", "reason"),
     [
         (lambda: with_action(Looping()), {}, r"^'while' \(test_export_files.*has no C: write it"),
         (lambda: with_action(Sorting()), {}, r"^'sort' \(test_export_files.*has no C"),
@@ -315,8 +317,8 @@ def over_all_limbs() -> SavedController:
         (saved, {"max_force_n": 2.0}, "has its largest force already"),
     ],
 )
-def test_what_cannot_be_exported_is_refused_in_a_line(controller, options, why):
-    with pytest.raises(TegotaeError, match=why):
+def test_what_cannot_be_exported_is_refused_in_a_line(controller, options, reason):
+    with pytest.raises(TegotaeError, match=reason):
         package_texts(Export(controller(), **options))
 
 

@@ -78,8 +78,8 @@ def test_joints_in_c_put_the_feet_where_the_law_has_them(exported):
     export, _, library = exported
     legs, places = export.legs, places_within(export, 0.5)
     places[..., 1] = 0.0  # the law commands ahead and up alone
-    wanted = legs.joints_at(places)
-    for place, golden in zip(places, wanted, strict=True):
+    expected = legs.joints_at(places)
+    for place, golden in zip(places, expected, strict=True):
         out = np.zeros((5, export.limbs), np.float32)
         out[:2] = place[:, [0, 2]].T
         joints = np.zeros(golden.shape, np.float32)

@@ -34,40 +34,40 @@ LEGS = Wiring(
 def trained(model: str, wiring: Wiring = LEGS, **settings) -> tuple[EnvExperiment, SavedController]:
     """A model with random weights, as a training on the MuJoCo hopper saves it."""
     spec = EnvSpec(env="hopper", settings=tuple(settings.items()))
-    own = EnvExperiment.of_model(find(model), spec, wiring, omega=8.0, budget=24)
-    weights = 2.0 * np.random.default_rng(3).standard_normal(own.controller.n_weights)
-    return own, SavedController(own.system, weights, model, task=own.task)
+    task = EnvExperiment.of_model(find(model), spec, wiring, omega=8.0, budget=24)
+    weights = 2.0 * np.random.default_rng(3).standard_normal(task.controller.n_weights)
+    return task, SavedController(task.system, weights, model, task=task.task)
 
 
 @needs_gcc
 @pytest.mark.parametrize("model", ["AR-rF-sector-w8", "ART-rF-tphif-w8"])
 def test_a_mujoco_body_moves_under_the_c_as_under_the_limbs_that_were_trained(model, tmp_path):
-    one = dataclasses.replace(
+    single = dataclasses.replace(
         LEGS,
         limbs=[Limb(senses={"spring_force": "leg_spring"}, drives="leg", rest=0.0, push=4.0)],
     )
-    own, saved = trained(model, one, control_s=0.01)
+    task, saved = trained(model, single, control_s=0.01)
     program = Compiled(Export(saved, usual_tick_s(saved)), tmp_path)
-    env = own.spec.make()
-    pilot = Pilot(own.wires, own.wiring, saved.weights[:, None])
-    felt = own.wires.observed.index("leg_spring")
+    env = task.spec.make()
+    pilot = Pilot(task.wires, task.wiring, saved.weights[:, None])
+    felt = task.wires.observed.index("leg_spring")
 
-    def of_package(seen):
-        return pilot.act(seen[None])[0]
+    def of_package(observation):
+        return pilot.act(observation[None])[0]
 
-    def of_c(seen):
-        force = program.step([max(seen[felt], 0.0)])[0, 0]
+    def of_c(observed):
+        force = program.step([max(observed[felt], 0.0)])[0, 0]
         return np.array([program.number("action", force)])
 
     def heights(act):
-        seen, _ = env.reset(seed=0)
+        readings, _ = env.reset(seed=0)
         pilot.reset()
         program.init(0.0)
-        found = []
+        result = []
         for _ in range(150):
-            seen = env.step(act(seen))[0]
-            found.append(seen[0])
-        return np.array(found)
+            readings = env.step(act(readings))[0]
+            result.append(readings[0])
+        return np.array(result)
 
     package = heights(of_package)
     assert np.ptp(package) > 0.1, "it does not move"
@@ -80,8 +80,8 @@ def test_what_limbs_do_on_an_environment_passes_the_programs_own_check(tmp_path)
     tg.robots.export_c(saved, tick_s=0.02, prefix="legs").save(tmp_path)
     command = ["gcc", *FLAGS, "-O1", "legs.c", "test_legs.c", "-lm", "-o", "check"]
     subprocess.run(command, check=True, cwd=tmp_path)
-    done = subprocess.run([tmp_path / "check"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
+    process = subprocess.run([tmp_path / "check"], capture_output=True, text=True)
+    assert process.returncode == 0, process.stdout
     header = (tmp_path / "legs.h").read_text()
     assert "#define LEGS_PHASE_RAD {0.0f, 3.0f}" in header
     assert "limb 1: spring_force is -knee, drives knee" in " ".join(header.split())

@@ -90,7 +90,7 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
     }
     sensed = sensed or {"nothing": jnp.zeros(shape, jnp.float32)}
     heard = with_oscillator(controller, Signals(sensed, export.scales), state)
-    said = decide(
+    message = decide(
         controller,
         weights,
         omega,
@@ -99,9 +99,9 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
         body.max_force_n,
         rate_scale=body.rate_scale,
     )
-    phase = phase_of(controller, state, said.feedback)
-    own = controller.actuation, controller.of_part("actuation", weights)
-    pushed = push(*own, body.max_force_n, said.command, phase, phase, omega)
+    phase = phase_of(controller, state, message.feedback)
+    original = controller.actuation, controller.of_part("actuation", weights)
+    pushed = push(*original, body.max_force_n, message.command, phase, phase, omega)
     pushed = to_limbs(controller, pushed).mean_n
     commands = [pushed] if len(export.commands) == 1 else list(pushed)
     order = controller.wiring or tuple(range(limbs))
@@ -109,13 +109,13 @@ def said_by_the_package(export: Export, leaves: np.ndarray, inputs: np.ndarray):
     def by_limb(x):
         return x if limbs == 1 else x[jnp.asarray([order.index(i) for i in range(limbs)])]
 
-    outputs = [*commands, by_limb(said.feedback)]
+    outputs = [*commands, by_limb(message.feedback)]
     if export.has_phase:
         outputs.append(by_limb(phase))
-    after = settled(controller, held(state, said.rate, jnp.float32(export.tick_s)))
+    updated = settled(controller, held(state, message.rate, jnp.float32(export.tick_s)))
     return (
         np.stack([np.reshape(x, (limbs, lanes)) for x in outputs]),
-        [np.reshape(x, (limbs, lanes)) for x in jax.tree.leaves(after)],
+        [np.reshape(x, (limbs, lanes)) for x in jax.tree.leaves(updated)],
     )
 
 
@@ -128,18 +128,18 @@ def check_parity(export: Export, folder: Path, seed: int = 0) -> None:
     inputs = np.stack(
         [random.uniform(-0.2, 1.0, (limbs, LANES)) * size.get(n, 1.0) for n in export.senses]
     ).astype(np.float32)
-    outputs, after = said_by_the_package(export, leaves, inputs)
+    outputs, updated = said_by_the_package(export, leaves, inputs)
     sizes = np.maximum(np.abs(outputs).max(axis=(1, 2)), 1e-3)
     program.init(np.zeros(limbs) if limbs > 1 else 0.0)
     for lane in range(LANES):
         if program.leaves:
             program.oscillators[:] = leaves[:, :, lane].T
-        found = program.step(inputs[:, :, lane])
-        error = np.abs(found - outputs[:, :, lane]) / np.maximum(
+        result = program.step(inputs[:, :, lane])
+        error = np.abs(result - outputs[:, :, lane]) / np.maximum(
             np.abs(outputs[:, :, lane]), sizes[:, None]
         )
-        assert error.max() < 1e-5, (lane, found, outputs[:, :, lane])
-        for leaf, of_package in enumerate(after):
+        assert error.max() < 1e-5, (lane, result, outputs[:, :, lane])
+        for leaf, of_package in enumerate(updated):
             gap = np.abs(program.oscillators[:, leaf] - of_package[:, lane])
             assert np.minimum(gap, np.abs(2.0 * np.pi - gap)).max() < 1e-4
     assert program.faults == 0
@@ -314,11 +314,11 @@ ANY = st.floats(width=32, allow_nan=True, allow_infinity=True)
 @given(st.lists(st.tuples(ANY, ANY), min_size=1, max_size=20), ANY)
 def test_whatever_is_measured_the_force_stays_within_zero_and_alpha(unbounded, inputs, phase):
     unbounded.init(phase)
-    for each in inputs:
-        force, feedback, at = unbounded.step(each)[:, 0]
+    for entry in inputs:
+        force, feedback, reached = unbounded.step(entry)[:, 0]
         assert 0.0 <= force <= ALPHA
         assert np.isfinite(feedback)
-        assert 0.0 <= at < 2.0 * np.pi + 1e-6
+        assert 0.0 <= reached < 2.0 * np.pi + 1e-6
 
 
 def test_an_input_that_is_no_number_counts_as_zero_and_is_told(unbounded):

@@ -60,8 +60,8 @@ def test_packets_are_found_in_pieces_and_among_others(example):
     serial_leg = example("serial_leg")
     packets = serial_leg.Packets("<ff")
     stream = b"\x00\xa5" + serial_leg.packet("<ff", 1.5, -2.0) + serial_leg.packet("<ff", 3.0, 0.25)
-    found = [numbers for i in range(len(stream)) for numbers in packets.feed(stream[i : i + 1])]
-    assert found == [(1.5, -2.0), (3.0, 0.25)]
+    result = [numbers for i in range(len(stream)) for numbers in packets.feed(stream[i : i + 1])]
+    assert result == [(1.5, -2.0), (3.0, 0.25)]
     assert packets.damaged == 0
 
 

@@ -47,12 +47,12 @@ def identified(log):
 
 
 def test_the_numbers_of_a_leg_are_found_within_five_percent_from_three_percent_noise(identified):
-    found = identified.raw
-    assert {n: found.values[n] for n in TRUTH} == pytest.approx(TRUTH, rel=0.05)
-    for name, value in found.values.items():
-        assert found.low[name] < value < found.high[name]
-    assert found.noise[0] == pytest.approx(0.03 * 0.42, rel=0.1)
-    assert found.noise[1] == pytest.approx(0.03 * 1.7 * 9.81, rel=0.1)
+    result = identified.raw
+    assert {n: result.values[n] for n in TRUTH} == pytest.approx(TRUTH, rel=0.05)
+    for name, value in result.values.items():
+        assert result.low[name] < value < result.high[name]
+    assert result.noise[0] == pytest.approx(0.03 * 0.42, rel=0.1)
+    assert result.noise[1] == pytest.approx(0.03 * 1.7 * 9.81, rel=0.1)
 
 
 def test_hops_that_were_not_fitted_are_predicted_to_the_noise(identified):
@@ -91,11 +91,11 @@ def leg(identified, tmp_path):
 
 @pytest.mark.parametrize("name", ["AR-rF-reflex-w14", "V-reflex-w14"])
 def test_pushes_and_gains_are_those_of_the_bodys_weight(name, leg):
-    ours, other = (experiment_named(name, body=body) for body in (None, leg))
-    weights = other.body.weight_n / ours.body.weight_n
+    ours, second = (experiment_named(name, body=body) for body in (None, leg))
+    weights = second.body.weight_n / ours.body.weight_n
     assert weights == pytest.approx(17.0, rel=0.01)
-    assert other.controller.actuation.newtons_per_feedback == pytest.approx(weights)
-    np.testing.assert_allclose(other.gains, ours.gains / weights)
+    assert second.controller.actuation.newtons_per_feedback == pytest.approx(weights)
+    np.testing.assert_allclose(second.gains, ours.gains / weights)
 
 
 @pytest.mark.parametrize(
@@ -108,9 +108,11 @@ def test_pushes_and_gains_are_those_of_the_bodys_weight(name, leg):
 def test_a_training_whose_result_does_not_hop_says_so_and_what_to_try(name, short, leg, tmp_path):
     timing = {"height_m": 0.5, "duration_s": 14.0, "seeds": 1, "out": tmp_path / "runs"}
     trained = tg.train(name, body=leg, **timing, **short)
-    (said,) = (note for note in trained.notes if "do not hop" in note)
-    assert said.startswith("1 of 1 do not hop: CoT⁻¹ is 0 where they end. The body weighs 16.7 N")
-    assert "Try in this order: a name with ω near" in said
+    (message,) = (note for note in trained.notes if "do not hop" in note)
+    assert message.startswith(
+        "1 of 1 do not hop: CoT⁻¹ is 0 where they end. The body weighs 16.7 N"
+    )
+    assert "Try in this order: a name with ω near" in message
 
 
 @pytest.mark.thorough
@@ -294,20 +296,20 @@ def test_a_damping_that_noise_leaves_below_zero_is_none():
 def test_intervals_of_few_hops_are_those_of_student(table, monkeypatch):
     """The sandwich of n hops times n / (n - 6), and the quantile of n - 6 degrees of freedom."""
     log = identification.log_of(table.head(3200))
-    seen = {}
+    observation = {}
     solved = identification._solved
     monkeypatch.setattr(
         identification,
         "_solved",
         lambda s, *a, **k: (
-            seen.setdefault(len(s.first), []).append(found := solved(s, *a, **k)) or found
+            observation.setdefault(len(s.first), []).append(result := solved(s, *a, **k)) or result
         ),
     )
     fit = identification.identify(log)
     n = fit.hops[0]
-    _, wanted, shared = seen[n][2]
+    _, expected, shared = observation[n][2]
     inverse = np.linalg.inv(np.einsum("hri,hrj->ij", shared, shared))
-    scores = np.einsum("hri,hr->hi", shared, wanted)
+    scores = np.einsum("hri,hr->hi", shared, expected)
     spread = inverse @ scores.T @ scores @ inverse
     factor = student.ppf(0.975, n - 6) * np.sqrt(n / (n - 6))
     half = 0.5 * (np.array([*fit.high.values()]) - np.array([*fit.low.values()]))
@@ -317,10 +319,10 @@ def test_intervals_of_few_hops_are_those_of_student(table, monkeypatch):
 
 def test_the_state_that_predicts_is_not_fitted_to_the_hops_that_it_predicts(table, identified):
     """Then what is added to those heights is in the error, and nothing makes up for it."""
-    log, found = identification.log_of(table), identified.raw
+    log, result = identification.log_of(table), identified.raw
     middles, sides = (part[-5:] for part in identification.hop_middles(log))
     begun = identification._begun(log, middles, sides, 9.81)
-    value, sigma, added_m = np.array([*found.values.values()]), np.array(found.noise), 0.05
+    value, sigma, added_m = np.array([*result.values.values()]), np.array(result.noise), 0.05
 
     def errors(shift_m):
         height = log.height_m + np.where(np.arange(len(log.height_m)) < middles[1], 0.0, shift_m)

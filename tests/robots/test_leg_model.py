@@ -105,9 +105,9 @@ def test_a_stiff_spring_at_a_foot_or_a_constraint_elsewhere_leaves_a_leg_as_it_i
     ],
 )
 def test_what_a_law_would_stumble_over_is_remarked_on_with_the_way_out(model, changes, remarks):
-    said = " ".join(suggest_legs(settings(model, **changes)).remarks)
-    assert all(remark in said for remark in remarks), said
-    assert bool(said) == bool(remarks)
+    message = " ".join(suggest_legs(settings(model, **changes)).remarks)
+    assert all(remark in message for remark in remarks), message
+    assert bool(message) == bool(remarks)
 
 
 TAIL = (
@@ -170,12 +170,12 @@ def test_a_sense_that_is_wired_to_nothing_is_zero():
     wires, problems = look_up(env, dataclasses.replace(wiring, limbs=unfelt))
     assert wires is not None, problems
     weights = np.asarray(wiring.weights)[:, None]
-    seen = np.zeros((1, len(env.observation_names)))
-    seen[0, [env.observation_names.index(f"{foot}_estimated_force") for foot in FEET]] = 9.0
-    felt, unloaded = look_up(env, wiring)[0], np.zeros_like(seen)
+    observation = np.zeros((1, len(env.observation_names)))
+    observation[0, [env.observation_names.index(f"{foot}_estimated_force") for foot in FEET]] = 9.0
+    felt, unloaded = look_up(env, wiring)[0], np.zeros_like(observation)
     assert felt is not None
-    wanted = Pilot(felt, wiring, weights).act(unloaded)
-    np.testing.assert_array_equal(Pilot(wires, wiring, weights).act(seen), wanted)
+    expected = Pilot(felt, wiring, weights).act(unloaded)
+    np.testing.assert_array_equal(Pilot(wires, wiring, weights).act(observation), expected)
     env.close()
 
 
@@ -214,6 +214,6 @@ def test_no_template_is_fitted_to_a_robot_that_does_not_stand(stiffness, message
     "words", [("wiring", "suggest"), ("template",), ("train", "AR@quadruped-c", "--env")]
 )
 def test_urdf_is_refused_with_the_way_to_mjcf(words, one_line_error):
-    said = one_line_error(*words, "robot.urdf")
-    assert "robot.urdf is URDF; convert it to MJCF" in said
-    assert "mj_saveLastXML" in said
+    message = one_line_error(*words, "robot.urdf")
+    assert "robot.urdf is URDF; convert it to MJCF" in message
+    assert "mj_saveLastXML" in message

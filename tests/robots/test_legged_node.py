@@ -47,7 +47,7 @@ def walked(example, law, seconds, **bad):
     """A robot and its node, a packet at a time over two ports; both, and the log."""
     link, file_folder = example("legged_link"), law
     robot, node = example("legged_robot").Robot(*file_folder), example("legged_node").Node(law[1])
-    there, back, log = link.Link(1, **bad), link.Link(2, **bad), b""
+    target, back, log = link.Link(1, **bad), link.Link(2, **bad), b""
     with (
         socket.socket(type=socket.SOCK_DGRAM) as ours,
         socket.socket(type=socket.SOCK_DGRAM) as theirs,
@@ -59,7 +59,7 @@ def walked(example, law, seconds, **bad):
         theirs.connect(ours.getsockname())
         for _ in range(round(seconds / link.PERIOD_S)):
             command = b""
-            if state := there.passed(robot.state()):
+            if state := target.passed(robot.state()):
                 theirs.send(state)
                 ours.send(command := node.answer(ours.recv(link.STATE.size)))
                 log += state + command
@@ -137,9 +137,9 @@ def test_an_old_state_is_answered_by_the_command_of_the_newest(example, law):
 
 def test_a_node_answers_one_session_and_no_count_far_ahead(example, law):
     link, node = example("legged_link"), example("legged_node").Node(law[1])
-    before = node.answer(state_of(link, 1))
+    previous = node.answer(state_of(link, 1))
     assert node.answer(state_of(link, 2, session=SESSION + 1)) == b""
-    assert node.answer(state_of(link, 2**32 - 1)) == before
+    assert node.answer(state_of(link, 2**32 - 1)) == previous
     assert link.count_of(node.answer(state_of(link, 2))) == 2
 
 
@@ -214,12 +214,12 @@ def test_a_command_for_a_state_of_long_ago_is_not_taken(example, law):
 
 def test_no_command_moves_a_joint_further_than_its_limit(example, law):
     link, robot = example("legged_link"), example("legged_robot").Robot(*law)
-    asked = []
+    requested = []
     step = robot.env.step
-    robot.env.step = lambda action: asked.append(action) or step(action)
-    now = robot.seen[robot.entries[: link.JOINTS]]
+    robot.env.step = lambda action: requested.append(action) or step(action)
+    current = robot.seen[robot.entries[: link.JOINTS]]
     robot.step(command_of(link, robot, 1, angle=6.0))
-    assert np.abs(asked[0][robot.order] - now).max() <= link.APART_RAD + 1e-6
+    assert np.abs(requested[0][robot.order] - current).max() <= link.APART_RAD + 1e-6
 
 
 class Port:
@@ -252,8 +252,8 @@ def test_a_robot_is_driven_by_who_called_and_by_no_other_address(example, law, m
     link, ports = example("legged_link"), example("legged_ports")
     robot = example("legged_robot").Robot(*law)
     ours, theirs = ("127.0.0.1", 1), ("127.0.0.1", 2)
-    spoofed, own = (command_of(link, robot, 1, angle=a) for a in (0.2, 0.1))
-    heard = [(b"junk", theirs), (link.CALL, ours), (spoofed, theirs), (own, ours)]
+    spoofed, original = (command_of(link, robot, 1, angle=a) for a in (0.2, 0.1))
+    heard = [(b"junk", theirs), (link.CALL, ours), (spoofed, theirs), (original, ours)]
     port = Port(heard, clock)
     monkeypatch.setattr(ports.time, "monotonic", clock.perf_counter)
 
@@ -288,13 +288,13 @@ def test_a_node_ends_where_no_new_state_comes_whatever_else_does(
     "words", [["robot"], [".", "law.json"], [".", "--replay", "walk.log"]], ids=lambda x: x[-1]
 )
 def test_a_file_that_is_not_there_ends_a_walk_in_a_line(words, tmp_path):
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, str(HARDWARE / "legged_walk.py"), *words],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 2
-    assert f"error: there is no {words[-1]}; " in done.stderr
-    assert "Traceback" not in done.stderr
+    assert process.returncode == 2
+    assert f"error: there is no {words[-1]}; " in process.stderr
+    assert "Traceback" not in process.stderr

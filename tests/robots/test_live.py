@@ -52,8 +52,8 @@ def learned(model: str) -> SavedController:
 
 
 def with_oscillator(oscillator: object) -> SavedController:
-    own = build("V-reflex-w8")
-    controller = Controller(Reflex(), oscillator, tegotae=own.tegotae)
+    plain = build("V-reflex-w8")
+    controller = Controller(Reflex(), oscillator, tegotae=plain.tegotae)
     return SavedController.from_weights(controller, np.full(controller.n_weights, SIGMA), 8.0)
 
 
@@ -86,39 +86,41 @@ def test_every_tick_of_a_simulated_run_is_repeated(name):
     columns = list(run.columns)
 
     def of(prefix: str) -> np.ndarray:
-        at = [i for i, each in enumerate(columns) if each.split("[")[0] == prefix]
-        return run.rows[:, at]
+        index = [i for i, item in enumerate(columns) if item.split("[")[0] == prefix]
+        return run.rows[:, index]
 
     state = [x for x in live._step.state.dtype.names if x.startswith("oscillator")]
-    names = [each.split("[")[0] for each in columns if each.startswith("state.")]
-    before = [of(each) for each in dict.fromkeys(names)]
-    after = [of(each.replace("state.", "next.")) for each in dict.fromkeys(names)]
-    ways = [np.atleast_2d(of(f"out.{member(each)}").T).T for each in live.commands]
+    names = [element.split("[")[0] for element in columns if element.startswith("state.")]
+    previous = [of(element) for element in dict.fromkeys(names)]
+    updated = [of(element.replace("state.", "next.")) for element in dict.fromkeys(names)]
+    paths = [np.atleast_2d(of(f"out.{member(element)}").T).T for element in live.commands]
     for tick in range(0, len(run.rows), 10):
         live.reset()
-        for entry, values in zip(state, before, strict=True):
+        for entry, values in zip(state, previous, strict=True):
             live._step.state[entry][...] = values[tick].reshape(live._step.state[entry].shape)
-        senses = {each: of(f"in.{member(each)}")[tick] for each in live.senses}
+        senses = {element: of(f"in.{member(element)}")[tick] for element in live.senses}
         command = np.reshape(live.step(senses, 0.001), (len(live.commands), -1))
-        for got, wanted in zip(command, ways, strict=True):
-            np.testing.assert_allclose(got, wanted[tick], rtol=1e-5, atol=1e-5)
+        for got, expected in zip(command, paths, strict=True):
+            np.testing.assert_allclose(got, expected[tick], rtol=1e-5, atol=1e-5)
         feedback = of("out.feedback_rad_per_s")[tick]
         np.testing.assert_allclose(live.feedback_rad_per_s, feedback, rtol=1e-5, atol=1e-4)
         live.step(senses, 0.001)
-        for entry, values in zip(state, after, strict=True):
-            here = live._step.state[entry].reshape(-1)
-            off = np.abs(np.angle(np.exp(1j * (here - values[tick]))))  # a phase may have wrapped
+        for entry, values in zip(state, updated, strict=True):
+            current = live._step.state[entry].reshape(-1)
+            off = np.abs(
+                np.angle(np.exp(1j * (current - values[tick])))
+            )  # a phase may have wrapped
             assert (off < 1e-5).all(), entry
 
 
 def test_a_unit_feels_and_drives_the_limb_that_its_wiring_names():
     """The wiring is not its own inverse."""
     wiring, gains, forces = (1, 2, 0), (1.0, 2.0, 3.0), (0.5, 1.0, 2.0)
-    one = build("V-reflex-w8")
-    three = dataclasses.replace(one, limbs=3, sharing=(0, 1, 2), wiring=wiring)
+    single = build("V-reflex-w8")
+    three = dataclasses.replace(single, limbs=3, sharing=(0, 1, 2), wiring=wiring)
     body = SeparateHoppers(hoppers=3)
     together = live_of(SavedController.from_weights(three, np.array(gains), 8.0, body))
-    of_units = [live_of(SavedController.from_weights(one, np.array([x]), 8.0)) for x in gains]
+    of_units = [live_of(SavedController.from_weights(single, np.array([x]), 8.0)) for x in gains]
     for _ in range(3):
         commands = together.step({"spring_force": forces}, 0.05)
         for live, limb in zip(of_units, wiring, strict=True):
@@ -166,19 +168,19 @@ def test_a_copy_goes_on_by_itself_from_where_the_controller_is(name, copied):
     live.omega_rad_per_s = 3.0
     for force in (1.0, 5.0):
         live.step({"spring_force": force}, 0.01)
-    other = copied(live)
-    assert (other.steps, other.omega_rad_per_s) == (2, 3.0)
-    wanted = live.step({"spring_force": 9.0}, 0.01).copy()
+    second = copied(live)
+    assert (second.steps, second.omega_rad_per_s) == (2, 3.0)
+    expected = live.step({"spring_force": 9.0}, 0.01).copy()
     live.reset()
-    np.testing.assert_array_equal(other.step({"spring_force": 9.0}, 0.01), wanted)
+    np.testing.assert_array_equal(second.step({"spring_force": 9.0}, 0.01), expected)
 
 
 def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
     live = live_of(vanilla())
     live.step({"spring_force": 1.0}, 0.01)
     live.step({"spring_force": 1.0}, 0.01)
-    before = live.phase_rad
-    for measured, dt_s, why in (
+    previous = live.phase_rad
+    for measured, dt_s, reason in (
         ({"force": 1.0}, 0.01, "lack 'spring_force'.* was given force"),
         ({"spring_force": np.nan}, 0.01, "spring_force is nan at step 2"),
         ({"spring_force": np.ones(3)}, 0.01, r"is array\(.*it must be a finite number or one for"),
@@ -195,22 +197,22 @@ def test_what_cannot_be_stepped_is_refused_and_changes_nothing():
         ({"spring_force": 1.0}, "soon", "dt_s is 'soon'; it must be a number"),
         ({"spring_force": 1.0}, [0.01, 0.02], r"dt_s is \[0.01, 0.02\]; it must be a number"),
     ):
-        with pytest.raises(TegotaeError, match=why):
+        with pytest.raises(TegotaeError, match=reason):
             live.step(measured, dt_s)
     for phase in ([1.0, 2.0], "late", 1e39, 10**400, np.nan):
         with pytest.raises(TegotaeError, match="phase_rad is"):
             live.reset(phase_rad=phase)
-    for omega, why in (
+    for omega, reason in (
         (None, "has an oscillator"),
         (1e39, "at most 1000"),
         (10**400, "too large"),
         (np.nan, "must be finite"),
         ("fast", "must be a number"),
     ):
-        with pytest.raises(TegotaeError, match=why):
+        with pytest.raises(TegotaeError, match=reason):
             live.omega_rad_per_s = omega
     assert live.steps == 2
-    assert (live.phase_rad == before).all()
+    assert (live.phase_rad == previous).all()
     live.step({"spring_force": 1.0}, 0.01)
     assert live.phase_rad == pytest.approx(undisturbed(3), abs=0.0)
 
@@ -263,13 +265,13 @@ def test_a_small_process_loads_and_steps_without_jax(exported):
         "print(*(float(live.step({'spring_force': 9.0 * i}, 0.01)[0]) for i in range(5)))\n"
         "assert 'jax' not in sys.modules and 'pandas' not in sys.modules\n"
     )
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
     live = live_of(vanilla())
-    here = [float(live.step({"spring_force": 9.0 * i}, 0.01)[0]) for i in range(5)]
-    assert [float(x) for x in done.stdout.split()] == here
+    current = [float(live.step({"spring_force": 9.0 * i}, 0.01)[0]) for i in range(5)]
+    assert [float(x) for x in process.stdout.split()] == current
 
 
 def test_the_command_writes_what_load_reads(tmp_path, capsys):
@@ -395,7 +397,7 @@ def test_a_signal_ends_safe_and_no_further_one_interrupts_that(
 ):
     number = getattr(signal, name)
     _, _, written = leg()
-    usual: list[int] = []
+    default: list[int] = []
 
     def read() -> dict[str, float]:
         if len(written) == 5:
@@ -409,20 +411,20 @@ def test_a_signal_ends_safe_and_no_further_one_interrupts_that(
                 signal.raise_signal(further)
         written.append(float(command[0]))
 
-    before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGHUP)}
-    for each in before:
-        signal.signal(each, lambda came, _: usual.append(came))
+    previous = {entry: signal.getsignal(entry) for entry in (signal.SIGTERM, signal.SIGHUP)}
+    for entry in previous:
+        signal.signal(entry, lambda came, _: default.append(came))
     path = tmp_path / "run.npz"
     try:
         report = driven(LiveController.load(exported), read, write, recording=path)
     finally:
-        for each, handler in before.items():
-            signal.signal(each, handler)
+        for entry, handler in previous.items():
+            signal.signal(entry, handler)
     assert report.stopped == "interrupted"
     assert report.ticks == 5
     assert written[5:] == [-1.0]
     assert len(np.load(path)["time_s"]) == 5
-    assert usual == list(dict.fromkeys(x for x in (number, signal.SIGTERM) if x != signal.SIGINT))
+    assert default == list(dict.fromkeys(x for x in (number, signal.SIGTERM) if x != signal.SIGINT))
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
@@ -440,16 +442,16 @@ def test_a_process_that_is_asked_to_end_does_so_after_the_safe_command(tmp_path,
         f"drive_hardware(LiveController.load({str(exported)!r}), read, write, duration_s=60.0,\n"
         "    safe=-1.0, watchdog_s=60.0, recording='run.npz')\n"
     )
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=tmp_path
     )
-    assert done.returncode == -signal.SIGTERM, done.stderr
-    assert [float(x) for x in done.stdout.split()][3:] == [-1.0]
+    assert process.returncode == -signal.SIGTERM, process.stderr
+    assert [float(x) for x in process.stdout.split()][3:] == [-1.0]
     assert len(np.load(tmp_path / "run.npz")["time_s"]) == 3
 
 
 @pytest.mark.parametrize(
-    ("options", "why"),
+    ("options", "reason"),
     [
         ({"rate_hz": 0.0}, "rate_hz is 0"),
         ({"watchdog_s": 0.0001}, "watchdog_s is 0.0001"),
@@ -467,19 +469,19 @@ def test_a_process_that_is_asked_to_end_does_so_after_the_safe_command(tmp_path,
     ],
 )
 def test_a_loop_that_cannot_be_is_refused_before_it_reads_or_moves_anything(
-    options, why, exported, tmp_path, monkeypatch
+    options, reason, exported, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     Path("folder.npz").mkdir()
     Path("kept.npz").touch()
     _, write, written = leg()
-    with pytest.raises(TegotaeError, match=why):
+    with pytest.raises(TegotaeError, match=reason):
         driven(LiveController.load(exported), lambda: pytest.fail("it was read"), write, **options)
     assert not written
 
 
 @pytest.mark.parametrize(
-    ("measured", "why"),
+    ("measured", "reason"),
     [
         (3.0, "read gave 3.0; it must give measurements by name, such as {'spring_force': 0.0}"),
         (None, "read gave None"),
@@ -498,10 +500,10 @@ def test_a_loop_that_cannot_be_is_refused_before_it_reads_or_moves_anything(
         ({"spring_force": 3.0, 70000 * "x": 0.0}, "of at most 100 characters"),
     ],
 )
-def test_what_is_no_measurement_is_refused_before_the_first_command(measured, why, exported):
+def test_what_is_no_measurement_is_refused_before_the_first_command(measured, reason, exported):
     _, write, written = leg()
     live = LiveController.load(exported)
-    with pytest.raises(TegotaeError, match=why):
+    with pytest.raises(TegotaeError, match=reason):
         driven(live, lambda: measured, write)
     assert written == [-1.0]
 
@@ -510,8 +512,8 @@ def test_two_measurements_never_share_a_column(tmp_path, clock):
     live = live_of(walker())
     path = tmp_path / "run.npz"
 
-    def measuring(**more: object) -> None:
-        measured = {"spring_force": np.arange(4.0), "height_m": 0.3, **more}
+    def measuring(**extra: object) -> None:
+        measured = {"spring_force": np.arange(4.0), "height_m": 0.3, **extra}
         times = {"rate_hz": 500.0, "duration_s": 0.02}
         driven(live, lambda: measured, lambda command: None, recording=path, **times)
 
@@ -549,9 +551,9 @@ def test_steps_do_not_grow_memory():
     for _ in range(100):
         live.step(measured, 0.001)
     tracemalloc.start()
-    before = tracemalloc.get_traced_memory()[0]
+    previous = tracemalloc.get_traced_memory()[0]
     for _ in range(5000):
         live.step(measured, 0.001)
-    grown = tracemalloc.get_traced_memory()[0] - before
+    grown = tracemalloc.get_traced_memory()[0] - previous
     tracemalloc.stop()
     assert grown < 4096

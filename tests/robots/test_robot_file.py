@@ -93,9 +93,9 @@ def test_a_walkers_law_is_a_controller_on_a_robot_by_name_for_every_command(legg
     saved = resolve(name).controller()
     assert saved.task is not None
     assert saved.system.body.limbs == 4
-    there = str(tmp_path / "there.json")
-    assert not main(["wiring", "transfer", name, "--out", there])
-    assert resolve(there).controller().system == saved.system
+    target = str(tmp_path / "there.json")
+    assert not main(["wiring", "transfer", name, "--out", target])
+    assert resolve(target).controller().system == saved.system
     assert not main(["simulate", name, "--duration-s", "0.3"])
     assert not main(["export", "c", name, "--out", str(tmp_path / "c")])
 
@@ -142,8 +142,8 @@ def test_a_missing_foot_is_refused_before_a_training(leg, one_line_error):
     leg.write_text(
         leg.read_text(encoding="utf-8").replace('["foot"]', '["foto"]'), encoding="utf-8"
     )
-    said = one_line_error("train", f"AR@{leg}", "--fitness", "return")
-    assert "'foto'; did you mean foot" in said
+    message = one_line_error("train", f"AR@{leg}", "--fitness", "return")
+    assert "'foto'; did you mean foot" in message
 
 
 @pytest.mark.parametrize(
@@ -159,5 +159,5 @@ def test_a_missing_foot_is_refused_before_a_training(leg, one_line_error):
     ],
 )
 def test_a_name_without_a_law_or_weights_is_refused(leg, one_line_error, words, message):
-    said = one_line_error(*(word.replace("ROBOT", str(leg)) for word in words))
-    assert re.search(message, said)
+    text = one_line_error(*(word.replace("ROBOT", str(leg)) for word in words))
+    assert re.search(message, text)

@@ -28,11 +28,11 @@ def program(tmp_path):
         for ending in (".c", ".h", ".json"):
             shutil.copy(ARG.with_suffix(ending), tmp_path)
         file = tmp_path / "arg.c"
-        before, head, step = file.read_text().partition("void arg_step(")
+        previous, head, step = file.read_text().partition("void arg_step(")
         head, brace, body = (head + step).partition("{")
-        file.write_text(f"#include <stdlib.h>\n{before}{head}{brace}{statement}{body}")
-        about = json.loads(ARG.with_suffix(".json").read_text())
-        file.with_suffix(".json").write_text(json.dumps(about | manifest))
+        file.write_text(f"#include <stdlib.h>\n{previous}{head}{brace}{statement}{body}")
+        subject = json.loads(ARG.with_suffix(".json").read_text())
+        file.with_suffix(".json").write_text(json.dumps(subject | manifest))
         return file
 
     return copied
@@ -41,8 +41,10 @@ def program(tmp_path):
 @needs_gcc
 def test_an_entry_scores_the_same_in_a_process_of_its_own_as_here():
     subject = BriefHopper()
-    apart, spent_s = scored(ARG, subject, "load")
-    np.testing.assert_array_equal(apart, subject.scores(read_entry(ARG, subject, "load"), "load"))
+    difference, spent_s = scored(ARG, subject, "load")
+    np.testing.assert_array_equal(
+        difference, subject.scores(read_entry(ARG, subject, "load"), "load")
+    )
     assert spent_s > 0.0
 
 

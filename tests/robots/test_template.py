@@ -61,8 +61,8 @@ def test_mass_and_inertia_are_those_of_trunk_and_feet_together(template):
     inertia = INERTIA + masses @ ((arms**2).sum(1, keepdims=True) - arms**2)
     body = template.document["body"]
     assert [body[f"com_{axis}_m"] for axis in "xyz"] == pytest.approx(list(centre), rel=1e-3)
-    found = [body[f"inertia_{axis}_kg_m2"] for axis in "xyz"]
-    assert found == pytest.approx(list(inertia), rel=1e-3)
+    result = [body[f"inertia_{axis}_kg_m2"] for axis in "xyz"]
+    assert result == pytest.approx(list(inertia), rel=1e-3)
     assert list(zip(body["hips_x_m"], body["hips_y_m"], strict=True)) == list(HIPS)
 
 
@@ -92,13 +92,13 @@ def test_a_foot_that_does_not_reach_its_ellipse_has_no_price_to_compare():
 def test_a_larger_or_heavier_robot_of_the_same_form_has_the_same_template(
     template, length_m, mass_kg
 ):
-    other = fitted(sprung_robot(length_m, mass_kg))
-    assert (other.length_m, other.mass_kg) == pytest.approx((length_m, mass_kg))
+    second = fitted(sprung_robot(length_m, mass_kg))
+    assert (second.length_m, second.mass_kg) == pytest.approx((length_m, mass_kg))
     for name, number in template.numbers.items():
-        assert other.numbers[name].value == pytest.approx(number.value, rel=1e-3, abs=1e-6), name
-    assert other.push_n / (mass_kg * 9.81) == pytest.approx(2.0)
+        assert second.numbers[name].value == pytest.approx(number.value, rel=1e-3, abs=1e-6), name
+    assert second.push_n / (mass_kg * 9.81) == pytest.approx(2.0)
     for name, response in template.robot.responses.items():
-        assert other.robot.responses[name] == pytest.approx(response, rel=0.02)
+        assert second.robot.responses[name] == pytest.approx(response, rel=0.02)
 
 
 def test_the_walker_bounces_as_the_oscillator_that_its_numbers_make(template):
@@ -111,14 +111,17 @@ def test_the_walker_bounces_as_the_oscillator_that_its_numbers_make(template):
 
 @pytest.mark.parametrize("name", ["template", "quadruped"])
 def test_the_walker_bounces_and_sways_as_the_robot_does_in_mujoco(name, request):
-    found = request.getfixturevalue(name)
-    for way in ("bounce", "sway"):
-        (*ours, damping), (*its, robots) = found.walker[way], found.robot.responses[way]
+    result = request.getfixturevalue(name)
+    for direction in ("bounce", "sway"):
+        (*ours, damping), (*its, robots) = (
+            result.walker[direction],
+            result.robot.responses[direction],
+        )
         assert ours == pytest.approx(its, rel=0.05)
         # Sprung legs are damped unlike fore and aft and sideways; a walker has one number for both.
         assert damping == pytest.approx(robots, rel=0.15)
-    assert found.robot.sinks < 0.001
-    assert found.remarks == ()
+    assert result.robot.sinks < 0.001
+    assert result.remarks == ()
 
 
 def test_a_response_without_an_overshoot_has_no_frequency():
@@ -162,17 +165,17 @@ def test_the_largest_push_is_that_of_the_weakest_joint_of_the_weakest_leg(weakes
 
 def test_legs_that_differ_are_remarked_on_and_have_their_mean():
     softer = re.sub(r'(joint="slide3" kp)="[\d.]+"', rf'\1="{0.5 * STIFFNESS[2] * 9.81}"', ROBOT)
-    found = fitted(softer)
+    result = fitted(softer)
     mean = STIFFNESS[2] * 3.5 / 4.0
-    assert found.document["body"]["stiffness_z_n_per_m"] == pytest.approx(mean, rel=1e-3)
-    assert ["K_z is 49.1 to 98.1 N/m" in remark for remark in found.remarks] == [True]
+    assert result.document["body"]["stiffness_z_n_per_m"] == pytest.approx(mean, rel=1e-3)
+    assert ["K_z is 49.1 to 98.1 N/m" in remark for remark in result.remarks] == [True]
 
 
 def test_a_stance_that_is_fast_gets_a_shorter_control_tick():
     stiff = re.sub(r'(joint="slide\d" kp)="[\d.]+"', r'\1="5000"', ROBOT)
-    found = fitted(stiff)
-    assert found.document["ticks"] in (0.5, 0.25)
-    assert walker_of(found.document).timing.tick_s < system("quadruped-c").timing.tick_s
+    result = fitted(stiff)
+    assert result.document["ticks"] in (0.5, 0.25)
+    assert walker_of(result.document).timing.tick_s < system("quadruped-c").timing.tick_s
 
 
 @pytest.mark.parametrize(
@@ -207,10 +210,10 @@ def robot_file(tmp_path, monkeypatch):
 
 def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, capsys):
     main(["template", str(robot_file)])
-    said = capsys.readouterr().out
-    assert "servos and springs through the leg's Jacobian" in said
-    assert "bounce under its weight" in said
-    assert "tegotae train AR@robot.toml" in said
+    message = capsys.readouterr().out
+    assert "servos and springs through the leg's Jacobian" in message
+    assert "bounce under its weight" in message
+    assert "tegotae train AR@robot.toml" in message
     text = Path("robot.toml").read_text()
     assert "# contacts of the feet with the ground" in text
     assert system("robot.toml") == walker_of(tomllib.loads(text))
@@ -218,9 +221,9 @@ def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, ca
 
 
 def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read():
-    for ask, named in ((tg.template, "a.json"), (tg.wiring_suggest, "a.txt")):
-        with pytest.raises(TegotaeError, match=rf"{named} must end in \.toml"):
-            ask("no-such-model.xml", out=named)
+    for ask, names in ((tg.template, "a.json"), (tg.wiring_suggest, "a.txt")):
+        with pytest.raises(TegotaeError, match=rf"{names} must end in \.toml"):
+            ask("no-such-model.xml", out=names)
     with pytest.raises(TegotaeError, match=r"a\.toml must end in \.json"):
         tg.robots.transfer("quadruped-c", env="no-such-model.xml", out="a.toml")
 
@@ -228,8 +231,8 @@ def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read
 def test_a_file_that_is_there_or_ends_otherwise_is_not_written(robot_file):
     answer = tg.robots.fit_template(str(robot_file))
     answer.save("robot.toml")
-    for name, said in (("robot.toml", "exists already"), ("robot.json", r"must end in \.toml")):
-        with pytest.raises(TegotaeError, match=said):
+    for name, message in (("robot.toml", "exists already"), ("robot.json", r"must end in \.toml")):
+        with pytest.raises(TegotaeError, match=message):
             answer.save(name)
     assert answer.to_dict()["sigma"] == 1.25
     with pytest.raises(TegotaeError, match="is no MuJoCo model"):

@@ -83,21 +83,21 @@ def test_nothing_is_missing_of_what_is_suggested(leg):
 
 def test_a_push_is_within_the_actuators_limits_and_says_so():
     weak = LEG.replace('ctrlrange="-6 6"', 'ctrlrange="-0.1111 0.1111"')
-    found = suggest_wiring(ModelSettings(model=weak))
-    assert found.wiring.limbs[1].push == pytest.approx(-0.1111)
-    assert "the actuator's limit" in found.reasons["limbs[1].push"]
+    result = suggest_wiring(ModelSettings(model=weak))
+    assert result.wiring.limbs[1].push == pytest.approx(-0.1111)
+    assert "the actuator's limit" in result.reasons["limbs[1].push"]
 
 
 def test_a_geom_can_be_a_foot_and_feels_what_its_body_does():
     step = [ModelEnv(model=GEOM_FOOT, feet=[foot], control_s=0.005) for foot in ("sole", "foot")]
-    seen = []
+    observed = []
     for env in step:
         observation, _ = env.reset()
         for _ in range(40):
             observation = env.step(np.zeros(2))[0]
-        seen.append(observation[env.observation_names.index(env.contact_names[0])])
-    assert seen[0] == pytest.approx(seen[1])
-    assert seen[0] > 5.0
+        observed.append(observation[env.observation_names.index(env.contact_names[0])])
+    assert observed[0] == pytest.approx(observed[1])
+    assert observed[0] > 5.0
 
 
 def test_a_body_without_a_name_is_named_by_its_geom():
@@ -106,8 +106,8 @@ def test_a_body_without_a_name_is_named_by_its_geom():
 
 
 def test_an_actuator_and_a_foot_may_have_one_name():
-    same = LEG.replace('<motor name="knee"', '<motor name="foot"')
-    assert sensing(ModelSettings(model=same, feet=["foot"])).contacts == ("foot_contact_force",)
+    equal = LEG.replace('<motor name="knee"', '<motor name="foot"')
+    assert sensing(ModelSettings(model=equal, feet=["foot"])).contacts == ("foot_contact_force",)
 
 
 @pytest.mark.parametrize(
@@ -140,16 +140,16 @@ def test_a_model_that_cannot_be_wired_so_is_refused_with_the_way_on(model, feet,
 
 def test_warnings_of_mujoco_are_a_line_of_a_kind_and_leave_no_log(tmp_path):
     (tmp_path / "my_leg.xml").write_text(UNSTABLE)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "tegotae", "wiring", "suggest", "my_leg.xml"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
         check=False,
     )
-    *warned, said = done.stderr.splitlines()
-    assert done.returncode == 2
-    assert said.startswith("tegotae: the MuJoCo model is unstable")
+    *warned, message = process.stderr.splitlines()
+    assert process.returncode == 2
+    assert message.startswith("tegotae: the MuJoCo model is unstable")
     assert len(warned) <= 3
     assert warned[0].endswith("value in QACC. The simulation is unstable.")
     assert [file.name for file in tmp_path.iterdir()] == ["my_leg.xml"]
@@ -174,17 +174,17 @@ def test_the_command_writes_a_file_with_reasons_that_reads_back(model_file, leg,
 def test_a_wiring_that_is_there_is_not_overwritten(model_file, capsys):
     Path("my_leg.toml").write_text("mine")
     assert main(["wiring", "suggest", str(model_file)]) == 2
-    said = capsys.readouterr()
-    assert "name another file with --out" in said.err
-    assert not said.out
+    message = capsys.readouterr()
+    assert "name another file with --out" in message.err
+    assert not message.out
     assert Path("my_leg.toml").read_text() == "mine"
 
 
 def test_who_trains_a_model_without_a_wiring_is_pointed_at_the_suggestion(
     model_file, one_line_error
 ):
-    said = one_line_error("train", "ART", "--env", str(model_file))
-    assert "tegotae wiring suggest my_leg.xml" in said
+    message = one_line_error("train", "ART", "--env", str(model_file))
+    assert "tegotae wiring suggest my_leg.xml" in message
 
 
 def test_a_control_period_that_is_not_the_wirings_is_refused(leg):

@@ -158,8 +158,8 @@ def make_experiment(name: str = "mine", **changes: Any) -> Experiment:
     protocol = Protocol(
         undisturbed_s=2.0, disturbed_s=2.0, offsets=(0.0,), tick_s=0.004, clamped_phases=2
     )
-    usual = Experiment(name=name, system=system, objective=Height(), protocol=protocol)
-    return usual.replaced(**changes)
+    default = Experiment(name=name, system=system, objective=Height(), protocol=protocol)
+    return default.replaced(**changes)
 
 
 experiment = make_experiment()
