@@ -17,7 +17,7 @@ sweeps = {
     )
     for actuation in ("sector", "reflex")
 }
-ridges = {name: one_to_one_ridge(each) for name, each in sweeps.items()}
+ridges = {name: one_to_one_ridge(table) for name, table in sweeps.items()}
 save_figure(gain_map_figure(sweeps, ridges), "gain_map.png")
 
 for name, ridge in ridges.items():

@@ -19,19 +19,19 @@ from tegotae.systems.models import build
 GAINS = np.linspace(1.0, 6.0, 8)[:, None]
 disturbances = disturbances_named(["mass=0.5/0.8/1.25/2", "strength=0.9/0.7/0.5/0.3"])
 
-done = []
+tables = []
 for actuation in ("sector", "reflex"):
     system = System(controller=build(f"V-{actuation}-w8"), omega=8.0)
     gains = ControllerSet(actuation, system, GAINS, tuple(f"σ {x:.1f}" for x in GAINS[:, 0]))
     subject = dataclasses.replace(
         ControllersUnderTest.from_runs(gains), looked_at=Timing(duration_s=20.0, tick_s=0.002)
     )
-    done.append((subject, tried(subject, disturbances)))
-save_figure(curves_figure(done, disturbances), "generalise.png")
+    tables.append((subject, tried(subject, disturbances)))
+save_figure(curves_figure(tables, disturbances), "generalise.png")
 
-kept = {}
-for subject, outcome in done:
+shares = {}
+for subject, outcome in tables:
     weak = outcome.table.query("condition == 'strength' and level == 0.3 and had")
-    kept[subject.name] = weak["keeps"].mean()
-    print(f"{subject.name}: {kept[subject.name]:.0%} keep their gait with 30 % of the force")
-assert kept["reflex"] > kept["sector"]  # the reflex uses less than all of the force
+    shares[subject.name] = weak["keeps"].mean()
+    print(f"{subject.name}: {shares[subject.name]:.0%} keep their gait with 30 % of the force")
+assert shares["reflex"] > shares["sector"]  # the reflex uses less than all of the force

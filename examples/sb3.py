@@ -22,8 +22,8 @@ if file:
     wiring, trained = Wiring.from_controller(file[0]), EnvExperiment.from_controller(load(file[0]))
     spec, seconds = trained.spec, trained.duration_s
 else:  # the vanilla feedback with a gain that `tegotae wiring baseline` found; the agent adds to it
-    found = suggest_wiring(ModelSettings(model="leg")).wiring
-    wiring = replace(found.reading(found.controller), weights=[1.52], omega=17.5)
+    suggested = suggest_wiring(ModelSettings(model="leg")).wiring
+    wiring = replace(suggested.reading(suggested.controller), weights=[1.52], omega=17.5)
     spec, seconds = EnvSpec(env="leg").for_wiring(wiring), 1.0
 spec = replace(spec, settings=(*spec.settings, ("duration_s", seconds)))
 
@@ -36,16 +36,16 @@ def leg() -> Monitor:
 def paid(act) -> np.ndarray:
     """The rewards of an episode, added up."""
     env, rewards, over = leg(), [], False
-    seen, _ = env.reset(seed=0)
+    observation, _ = env.reset(seed=0)
     while not over:
-        seen, reward, fallen, late, _ = env.step(act(seen))
+        observation, reward, fallen, late, _ = env.step(act(observation))
         rewards.append(reward)
         over = fallen or late
     return np.cumsum(rewards)
 
 
-own = {"ppo": {"n_steps": 400, "batch_size": 100}, "sac": {"learning_starts": 200}}[name]
-agent = {"ppo": PPO, "sac": SAC}[name]("MlpPolicy", leg(), seed=0, device="cpu", **own)
+options = {"ppo": {"n_steps": 400, "batch_size": 100}, "sac": {"learning_starts": 200}}[name]
+agent = {"ppo": PPO, "sac": SAC}[name]("MlpPolicy", leg(), seed=0, device="cpu", **options)
 agent.learn(int(steps))
 alone = paid(lambda seen: np.zeros(len(wiring.limbs)))
 learned = paid(lambda seen: agent.predict(seen, deterministic=True)[0])

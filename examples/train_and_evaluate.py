@@ -33,8 +33,11 @@ learned = [saved.weights for saved in states[-1].learned]
 protocol = Protocol(undisturbed_s=12.0, disturbed_s=8.0, offsets=(0.0,))
 for name, weights in (("V-reflex-w8", [[2.0]]), (model.name, learned)):
     controller = find(name).controller()
-    found = evaluate(controller, np.array(weights), 8.0, protocol=protocol, metrics=METRICS)
-    means = {metric: round(float(each.mean), 2) for metric, each in found.summary().items()}
+    evaluation = evaluate(controller, np.array(weights), 8.0, protocol=protocol, metrics=METRICS)
+    means = {
+        metric: round(float(statistics.mean), 2)
+        for metric, statistics in evaluation.summary().items()
+    }
     print(name, means)
 
 with styled():

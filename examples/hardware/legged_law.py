@@ -13,19 +13,23 @@ class Law:
 
     def __init__(self, folder):
         folder = Path(folder)
-        about = json.loads((folder / "tegotae.json").read_text())
-        self.limbs, self.tick_s, self.wired = about["limbs"], about["tick_s"], about["wired"]
-        self.joints = [name for leg in about["legs"] for name in leg["joints"]]
-        self.feet = [leg["foot"] for leg in about["legs"]]
-        self.axes = sum(output["name"].startswith("foot_") for output in about["outputs"])
+        manifest = json.loads((folder / "tegotae.json").read_text())
+        self.limbs, self.tick_s, self.wired = (
+            manifest["limbs"],
+            manifest["tick_s"],
+            manifest["wired"],
+        )
+        self.joints = [name for leg in manifest["legs"] for name in leg["joints"]]
+        self.feet = [leg["foot"] for leg in manifest["legs"]]
+        self.axes = sum(output["name"].startswith("foot_") for output in manifest["outputs"])
         words = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "tegotae.c", "-lm", "-o", "law.so"]
         subprocess.run(words, cwd=folder, check=True)
         self.c = ctypes.CDLL(str((folder / "law.so").resolve()))
-        members = [entry["name"] for entry in about["inputs"]]
+        members = [entry["name"] for entry in manifest["inputs"]]
         signals = sorted(self.wired[0]["senses"], key=len, reverse=True)
         self.senses = [next(s for s in signals if m.startswith(f"{s}_")) for m in members]
         self.inputs = np.zeros((len(members), self.limbs), np.float32)
-        self.outputs = np.zeros(len(about["outputs"]) * self.limbs + 1, np.float32)
+        self.outputs = np.zeros(len(manifest["outputs"]) * self.limbs + 1, np.float32)
         self.state = ctypes.create_string_buffer(64 * (self.limbs + 1))
         self.legs = np.zeros((self.limbs, len(self.joints) // self.limbs), np.float32)
         phases = np.array([limb["phase_rad"] for limb in self.wired], np.float32)
@@ -34,8 +38,8 @@ class Law:
     def loads_n(self, angles, torques):
         """The load on every foot, from the torques of its servos."""
         loads = np.zeros(self.limbs, np.float32)
-        given = [np.array(x, np.float32) for x in (angles, torques)]
-        self.c.tegotae_loads(*map(pointer, given), pointer(loads))
+        inputs = [np.array(x, np.float32) for x in (angles, torques)]
+        self.c.tegotae_loads(*map(pointer, inputs), pointer(loads))
         return dict(zip((f"{foot}_estimated_force" for foot in self.feet), loads, strict=True))
 
     def step(self, felt, reach_m):

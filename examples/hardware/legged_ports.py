@@ -11,15 +11,15 @@ SILENT_S = 1.0  # without a new state, after which the node ends
 
 def serve(port, robot, seconds, bad):
     """The robot: a state out, the newest command in; who calls first is its node."""
-    there, back, late, call = Link(1, *bad), Link(2, *bad), 0, b""
+    outward, back, late, call = Link(1, *bad), Link(2, *bad), 0, b""
     while call != CALL:
         call, node = port.recvfrom(COMMAND.size + 1)
     due = time.monotonic()
     for _ in range(round(seconds / PERIOD_S)):
-        port.sendto(there.passed(robot.state()) or robot.state(), node)
+        port.sendto(outward.passed(robot.state()) or robot.state(), node)
         due, newest = due + PERIOD_S, b""
-        while (left := due - time.monotonic()) > 0.0:
-            if select.select([port], [], [], left)[0]:
+        while (remaining_s := due - time.monotonic()) > 0.0:
+            if select.select([port], [], [], remaining_s)[0]:
                 came, sender = port.recvfrom(COMMAND.size + 1)
                 if sender == node and robot.accepts(came):  # who called, and no one else
                     newest = max(newest, came, key=count_of)

@@ -15,8 +15,8 @@ class Robot:
 
     def __init__(self, law, folder, seed=0):
         task = json.loads(Path(law).read_text())["task"]
-        own = {**task["settings"], "legs": False, "control_s": PERIOD_S, "duration_s": 1e4}
-        self.env = ModelEnv(model=task["env"], **own)
+        settings = {**task["settings"], "legs": False, "control_s": PERIOD_S, "duration_s": 1e4}
+        self.env = ModelEnv(model=task["env"], **settings)
         model, motors = self.env.model, self.env.action_names
         names = [model.joint(model.actuator_trnid[i, 0]).name for i in range(model.nu)]
         legs = json.loads((Path(folder) / "tegotae.json").read_text())["legs"]
@@ -46,9 +46,11 @@ class Robot:
         if self.accepts(packet):
             _, self.heard, self.on, *self.angles = COMMAND.unpack(packet)
             self.waited = 0
-        on, now = self.on and self.waited <= WATCHDOG, self.seen[self.entries[:JOINTS]]
+        on, angles = self.on and self.waited <= WATCHDOG, self.seen[self.entries[:JOINTS]]
         action = np.zeros(JOINTS)
-        action[self.order] = np.clip(self.angles, now - APART_RAD, now + APART_RAD) if on else now
+        action[self.order] = (
+            np.clip(self.angles, angles - APART_RAD, angles + APART_RAD) if on else angles
+        )
         self.seen, _, fell, *_ = self.env.step(action)
         self.count, self.fell = self.count + 1, self.fell or fell
         return bool(on)

@@ -14,13 +14,13 @@ from legged_robot import Robot
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    usual = {"folder": "robot", "--log": "/dev/null", "--replay": "", "--port": 9870}
-    usual |= {"--seconds": 10.0, "--late": 0, "--jitter": 0, "--lost": 0.0}
-    for name, value in usual.items():
+    defaults = {"folder": "robot", "--log": "/dev/null", "--replay": "", "--port": 9870}
+    defaults |= {"--seconds": 10.0, "--late": 0, "--jitter": 0, "--lost": 0.0}
+    for name, value in defaults.items():
         parser.add_argument(name, type=type(value), default=value)
     parser.add_argument("law", nargs="?")
     x = parser.parse_args()
-    here = "127.0.0.1", x.port
+    address = "127.0.0.1", x.port
     for file in filter(None, (x.folder, x.law, x.replay)):
         if not Path(file).exists():
             parser.error(f"there is no {file}; name the folder of the exported C, and files")
@@ -28,8 +28,8 @@ if __name__ == "__main__":
         if x.replay:
             print(replayed(x.folder, Path(x.replay).read_bytes()), "answers, all the same")
         elif x.law:
-            port.bind(here)
+            port.bind(address)
             serve(port, Robot(x.law, x.folder), x.seconds, (x.late, x.jitter, x.lost))
         else:
-            port.connect(here)
+            port.connect(address)
             drive(port, Node(x.folder), log)

@@ -28,16 +28,16 @@ class Packets:
 
     def feed(self, data):
         """The numbers of each packet that is complete by now; less than a packet is kept."""
-        self.buffer, found = self.buffer + data, []
-        while (at := self.buffer.find(MARK)) >= 0 and len(self.buffer) >= at + self.size:
-            whole = self.buffer[at : at + self.size]
-            numbers = struct.unpack(self.layout, whole[len(MARK) : -2])
-            good = packet(self.layout, *numbers) == whole and all(abs(x) <= MOST for x in numbers)
+        self.buffer, packets = self.buffer + data, []
+        while (start := self.buffer.find(MARK)) >= 0 and len(self.buffer) >= start + self.size:
+            message = self.buffer[start : start + self.size]
+            numbers = struct.unpack(self.layout, message[len(MARK) : -2])
+            good = packet(self.layout, *numbers) == message and all(abs(x) <= MOST for x in numbers)
             self.damaged += not good
-            self.buffer = self.buffer[at + (self.size if good else 1) :]
-            found += [numbers] * good
-        self.buffer = self.buffer[at:] if at >= 0 else self.buffer[-1:]
-        return found
+            self.buffer = self.buffer[start + (self.size if good else 1) :]
+            packets += [numbers] * good
+        self.buffer = self.buffer[start:] if start >= 0 else self.buffer[-1:]
+        return packets
 
 
 class SerialLeg:
@@ -50,10 +50,10 @@ class SerialLeg:
         """The spring's force and the height, measured now."""
         self.port.write(packet(REQUEST, 0, 0.0))
         end_s = time.monotonic() + self.deadline_s
-        while not (found := self.packets.feed(data := self.port.read(self.packets.size))):
+        while not (packets := self.packets.feed(data := self.port.read(self.packets.size))):
             if not data or time.monotonic() > end_s:
                 raise TimeoutError("the leg does not answer")
-        return {"spring_force": found[-1][0], "height_m": found[-1][1]}
+        return {"spring_force": packets[-1][0], "height_m": packets[-1][1]}
 
     def write(self, command):
         """Set the force of the actuator [N]."""

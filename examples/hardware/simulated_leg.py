@@ -41,9 +41,9 @@ class Leg:
         """Return the bytes that the leg sends back for those that it receives."""
         self.move(now_s)
         sent = b""
-        for wanted, force_n in self.packets.feed(data):
+        for number, force_n in self.packets.feed(data):
             self.heard_s = now_s
-            if wanted == 1:
+            if number == 1:
                 self.force_n = min(max(force_n, 0.0), 4.0)
             else:
                 sent += packet(ANSWER, self.spring_n, self.height_m)
@@ -51,10 +51,10 @@ class Leg:
 
 
 if __name__ == "__main__":
-    here, there = pty.openpty()
-    tty.setraw(there)
-    print(os.ttyname(there), flush=True)
+    leg_port, user_port = pty.openpty()
+    tty.setraw(user_port)
+    print(os.ttyname(user_port), flush=True)
     leg = Leg(time.monotonic())
     while True:
-        heard = os.read(here, 256) if select.select([here], [], [], 0.01)[0] else b""
-        os.write(here, leg.answer(heard, time.monotonic()))
+        heard = os.read(leg_port, 256) if select.select([leg_port], [], [], 0.01)[0] else b""
+        os.write(leg_port, leg.answer(heard, time.monotonic()))
