@@ -32,7 +32,7 @@ from tegotae.simulation.native import forget_programs
 Arrays = dict[str, np.ndarray]
 
 MOST_BYTES = 2**28
-"""What a result may unpack to [bytes]."""
+"""Largest size of an unpacked result [bytes]."""
 _MOST_DEATHS = 5
 
 
@@ -45,11 +45,11 @@ class WorkersDiedError(Exception):
 
 
 class Cell(Protocol):
-    """What is measured once, and kept."""
+    """Measurement that is made once, and saved."""
 
     @property
     def name(self) -> str:
-        """What messages and progress call it."""
+        """Name in messages and in the progress."""
         ...
 
     @property
@@ -72,7 +72,7 @@ class Cell(Protocol):
 
 @dataclass(frozen=True)
 class CellResult:
-    """What was measured of a cell.
+    """Result of a cell.
 
     Args:
         document: of the cell that was measured.
@@ -126,7 +126,7 @@ Pool = Callable[[Sequence[Sequence[Any]]], Generator[tuple[Any, CellResult], Non
 
 @dataclass(frozen=True)
 class Study:
-    """What is measured of which cells, in a folder of one file a cell.
+    """Cells of a study and their results, in a folder of one file a cell.
 
     Args:
         folder: the files' folder.
@@ -202,7 +202,7 @@ class Study:
         return [result for cell in self.cells if (result := self.result(cell)) is not None]
 
     def place(self, cell: Cell) -> Path:
-        """Where a cell's file is or will be."""
+        """Return the path of a cell's file, which need not exist yet."""
         return self.folder / f"{cell_key(cell.name, cell.document)}{self.suffix}"
 
     def result(self, cell: Cell) -> CellResult | None:

@@ -1,1 +1,2 @@
-"""From a robot's model, or its log, to a law on the robot; and a benchmark of what drives one."""
+"""Bring a law to a robot: from the robot's model, or from its log; and benchmark controllers of
+robots."""

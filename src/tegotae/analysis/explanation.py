@@ -98,7 +98,7 @@ class Evaluated:
 
     @property
     def following_of_releases(self) -> Interval:
-        """That slope of each release alone: mean and 95 % interval."""
+        """Slope of `following` for each release alone: mean and 95 % interval."""
         releases = [slice(i, i + 1) for i in range(len(self.merit))]
         return interval([self.of_releases(release).following for release in releases])
 

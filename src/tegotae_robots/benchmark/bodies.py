@@ -69,13 +69,13 @@ class SimulatedSubject(Subject):
     """The body."""
     ACTUATION: ClassVar[GivenForce]
     SENSES: ClassVar[Mapping[str, tuple[str, ...]]]
-    """What is sensed, by the track."""
+    """Names of the senses, by the track."""
     RELEASES: ClassVar[Mapping[str, tuple[float, float]]]
-    """From where to where numbers of the release are drawn; a height is over the usual one."""
+    """Ranges from which numbers of the release are drawn; a height is over the default one."""
     TIMING: ClassVar[Timing]
-    """Of an episode."""
+    """Timing of an episode."""
     OBJECTIVE: ClassVar[Any]
-    """What measures an episode, from when it has settled on."""
+    """Objective of an episode, from the time at which it has settled on."""
     RANGE: ClassVar[tuple[float, float]]
     """Least and largest command."""
 
@@ -174,7 +174,7 @@ class SimulatedSubject(Subject):
 def _sense(
     names: tuple[str, ...], inputs: LaneInputs, shared: Shared, state: LoopState, index: Any
 ) -> tuple[jax.Array, jax.Array]:
-    """What is felt, [entries, lanes], and which lanes have failed."""
+    """Return the sensed values, [entries, lanes], and a mask of the lanes that have failed."""
     scenario, lane = inputs.scenario, state.lane
     body, _ = whole_run(shared.body, dict(scenario.changes))
     sensed = body.sense(lane.moment.body, ground_m(scenario, index, shared.tick_s)).values

@@ -63,12 +63,12 @@ _NETWORKS = (".onnx", ".zip")
 
 
 def _is_object(text: str) -> bool:
-    """Whether a text names an object in a file or a module."""
+    """Return True if a text names an object in a file or a module."""
     return is_reference(text) and not (is_zoo_name(text) or is_front_name(text))
 
 
 def is_program(place: Any) -> bool:
-    """Whether a place names code or a network of its author's, which need not end.
+    """Return True if a place names code or a network of its author's, which need not end.
 
     Example:
         >>> is_program("leg.c"), is_program("mine.py:Trot"), is_program("zoo:ART/3")
@@ -79,7 +79,7 @@ def is_program(place: Any) -> bool:
 
 
 def _indices(names: Sequence[str], entries: Sequence[str], verb: str) -> np.ndarray:
-    """Where names are among those that are known."""
+    """Return the indices of names among the entries."""
     for name in names:
         if name not in entries:
             raise TegotaeError(f"the entry {verb} {name}; here are {', '.join(entries)}")
@@ -235,7 +235,7 @@ def _in_c(name: str) -> str:
 
 
 _MOST_CC_S = 120
-"""What a compiler has for an entry [s]."""
+"""Time limit of the compiler for an entry [s]."""
 
 
 def _compiled(path: Path, manifest: Manifest) -> ctypes.CDLL:

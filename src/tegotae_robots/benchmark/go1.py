@@ -19,7 +19,7 @@ from tegotae.training.collection import sets_of
 from tegotae_robots.benchmark.subject import Driver, Entry, Subject, of_walk
 
 _LAW = "zoo:ART-rF-tphif-w8@go1"
-"""In whose training the robot has the servos, feet and starts that it has here."""
+"""Law in whose training the robot has the servos, feet and starts that it has here."""
 _TORSO = ("roll", "pitch", "roll_rate", "pitch_rate", "yaw_rate")
 
 
@@ -48,7 +48,7 @@ class Go1Subject(Subject):
 
     @cached_property
     def sensing(self) -> Sensing:
-        """What is felt of the robot, and commanded."""
+        """Sensors and actuators of the robot."""
         return sensing(self.tested.experiment.spec.model_settings)
 
     def spec(self, legs: bool) -> EnvSpec:

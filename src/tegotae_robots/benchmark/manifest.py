@@ -35,7 +35,7 @@ class Leg(msgspec.Struct):
 
 
 class Manifest(msgspec.Struct):
-    """What the JSON file beside a program says of it."""
+    """Contents of the JSON file beside a program."""
 
     format: str
     tick_s: _Positive
@@ -47,7 +47,7 @@ class Manifest(msgspec.Struct):
     inputs: Annotated[list[Number], msgspec.Meta(max_length=100)]
     outputs: Annotated[list[Number], msgspec.Meta(max_length=100)]
     state: list[_Name]
-    """Of an oscillator; empty without one."""
+    """Names of an oscillator's state; empty without one."""
     constants: dict[str, float]
     prefix: str
 
@@ -89,7 +89,7 @@ def _check(name: str, condition: str) -> str:
 
 
 def read_manifest(path: Path) -> Manifest:
-    """What stands beside a C file.
+    """Read the manifest beside a C file.
 
     Args:
         path: of the C.
@@ -116,7 +116,7 @@ def read_manifest(path: Path) -> Manifest:
 
 
 def _wrong(manifest: Manifest) -> str:
-    """Why a manifest describes no program; empty where it does."""
+    """Return the reason why a manifest describes no program; empty where it does."""
     names = [[x.name for x in numbers] for numbers in (manifest.inputs, manifest.outputs)]
     limbs, commanded = manifest.wired, manifest.commanded
     if not is_c_name(manifest.prefix):
