@@ -43,25 +43,27 @@ def test_the_tables_of_the_page_follow_from_what_was_measured(study):
 def test_the_calibrated_readings_are_those_of_the_posterior(study, measured):
     assert CALIBRATED_TABLE.read_bytes() == (KEPT / "readings.csv").read_bytes()
     accepted = study.found_by(measured.scores)[study.LEVELS.name].accepted
-    kept = [int(row.split(",")[0]) for row in CALIBRATED_TABLE.read_text().splitlines()[1:]]
-    assert len(kept) == study.SAMPLE
-    assert set(kept) <= set(measured.bodies[accepted].tolist())
+    bodies = [int(row.split(",")[0]) for row in CALIBRATED_TABLE.read_text().splitlines()[1:]]
+    assert len(bodies) == study.SAMPLE
+    assert set(bodies) <= set(measured.bodies[accepted].tolist())
 
 
 def test_the_calibrated_reading_meets_the_most_statements(study, measured, page):
     """V's own are of `vanilla.csv`; those of the maps, and the slowing, are of the fine look."""
-    rows, found = read_csv(KEPT / "vanilla.csv"), {}
+    rows, counts = read_csv(KEPT / "vanilla.csv"), {}
     for body in dict.fromkeys(rows["body"]):
-        own = rows["body"] == body
+        is_body = rows["body"] == body
         scores = measured.fine[measured.bodies == int(body)][0].copy()
-        scores[0] = rows["settled"][own].astype(float).mean() / 5.0
-        scores[1:3] = [rows[name][own].astype(float).mean() for name in ("short_t0", "short_t1")]
-        found[body] = int(met(scores, study.LEVELS.target).sum())
-    best = max(found, key=lambda body: found[body])
+        scores[0] = rows["settled"][is_body].astype(float).mean() / 5.0
+        scores[1:3] = [
+            rows[name][is_body].astype(float).mean() for name in ("short_t0", "short_t1")
+        ]
+        counts[body] = int(met(scores, study.LEVELS.target).sum())
+    best = max(counts, key=lambda body: counts[body])
     assert f"Number {best} of the prior meets" in page
-    assert f"at the middle level, {found[best]} of 8" in page
+    assert f"at the middle level, {counts[best]} of 8" in page
     hopper = candidates(int(best) + 1)[int(best)].hopper
-    kept = reading_named("calibrated")
-    given = (hopper.mass_kg, hopper.stiffness_n_per_m)
-    assert (kept.mass, kept.stiffness) == pytest.approx(given, rel=1e-6)
+    calibrated = reading_named("calibrated")
+    numbers = (hopper.mass_kg, hopper.stiffness_n_per_m)
+    assert (calibrated.mass, calibrated.stiffness) == pytest.approx(numbers, rel=1e-6)
     assert "--reading calibrated" in page

@@ -44,7 +44,7 @@ def test_the_citation_file_has_the_same_software_and_paper():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert (citation["title"], citation["version"]) == (SOFTWARE.title, SOFTWARE.version)
     paper, *related = citation["references"]
-    authors = tuple(f"{each['given-names']} {each['family-names']}" for each in paper["authors"])
+    authors = tuple(f"{item['given-names']} {item['family-names']}" for item in paper["authors"])
     assert (paper["title"], authors) == (PAPER.title, PAPER.authors)
     assert (paper["collection-title"], str(paper["year"])) == (PAPER.venue, PAPER.year)
     page = words("docs/related.md")

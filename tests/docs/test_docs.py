@@ -34,8 +34,8 @@ EXAMPLES += [*DOCS.glob("extending/*.md"), DOCS / "deploy" / "controller-file.md
 
 def commands(page: Path) -> list[list[str]]:
     """The words of the lines of a page's console blocks that start a program of the project."""
-    whole = (block.replace("\\\n", "") for _, block in blocks(page, "console"))
-    lines = (line for block in whole for line in block.splitlines())
+    joined = (block.replace("\\\n", "") for _, block in blocks(page, "console"))
+    lines = (line for block in joined for line in block.splitlines())
     return [words for line in lines if (words := words_of(line))]
 
 
@@ -71,12 +71,14 @@ def test_the_python_examples_of_a_page_run_from_top_to_bottom(page, tmp_path, mo
 def test_the_page_on_controller_files_names_every_entry_of_one():
     page = (DOCS / "deploy" / "controller-file.md").read_text(encoding="utf-8")
     tables = re.findall(r"^\| entry.*\n\|[-|]+\n((?:\|.*\n)+)", page, re.M)
-    named = [re.findall(r"`(\w+)`", "".join(re.findall(r"^\|([^|]*)\|", x, re.M))) for x in tables]
+    entries = [
+        re.findall(r"`(\w+)`", "".join(re.findall(r"^\|([^|]*)\|", x, re.M))) for x in tables
+    ]
     document = described(
         SavedController.from_weights(build("ART"), np.zeros(build("ART").n_weights), 8.0), ""
     )
     system = document["system"]
-    assert named == [list(document), list(system), list(system["controller"])]
+    assert entries == [list(document), list(system), list(system["controller"])]
     assert f'`"{FORMAT}"`, {VERSION} |' in page
     assert list(system["controller"]["tegotae"])[:3] == ["action", "reaction", "gain"]
 
@@ -100,11 +102,11 @@ def test_a_module_has_one_place_in_the_api():
 def test_the_commands_of_a_page_are_understood(page):
     for words in commands(page):
         arguments, _ = split_parts(words)
-        asked = parsed(arguments)
-        if isinstance(asked, FunctionCall):  # of files that are not here
-            kinds = options_by_subject(asked.function).values()
+        command = parsed(arguments)
+        if isinstance(command, FunctionCall):  # of files that are not here
+            kinds = options_by_subject(command.function).values()
             known = {flag_of(option) for options in kinds for option in options.values()}
-            assert {flag for flag, _ in asked.options} <= known
+            assert {flag for flag, _ in command.options} <= known
 
 
 def test_a_command_with_an_option_that_does_not_exist_is_not_understood():
@@ -117,10 +119,10 @@ def test_the_pages_build_without_a_warning(tmp_path):
     # Those of the documentation, and those of the environments that it documents.
     for extra in ("furo", "myst_parser", "gymnasium", "stable_baselines3"):
         pytest.importorskip(extra)
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", DOCS, tmp_path / "html"],
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
     assert (tmp_path / "html" / "index.html").exists()

@@ -23,12 +23,12 @@ def page(tmp_path_factory):
     source.mkdir()
     text = (DOCS / "concepts.md").read_text(encoding="utf-8")
     (source / "index.md").write_text(text, encoding="utf-8")
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-m", "sphinx", "-Q", "-c", DOCS, "-D", "html_static_path=", source, html],
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
     return html / "index.html"
 
 

@@ -36,7 +36,7 @@ def _modules() -> Iterator[str]:
 
 def examples() -> dict[str, list[doctest.DocTest]]:
     """The docstrings with examples of every module that can be imported here, by its name."""
-    found = {}
+    examples_by_module = {}
     for name in _modules():
         try:
             module = importlib.import_module(name)
@@ -44,8 +44,8 @@ def examples() -> dict[str, list[doctest.DocTest]]:
             continue
         tests = doctest.DocTestFinder(exclude_empty=True).find(module)
         if tests := [test for test in tests if test.examples]:
-            found[name] = tests
-    return found
+            examples_by_module[name] = tests
+    return examples_by_module
 
 
 FOUND = examples()
@@ -56,7 +56,7 @@ SLOW = (
     "tegotae.systems.families",
     "reproduction.",
 )
-"""Where examples roll out and so compile much; other tests do the same."""
+"""Modules whose examples roll out and so compile much; other tests do the same."""
 
 
 @pytest.mark.parametrize(
@@ -69,11 +69,11 @@ SLOW = (
 def test_the_examples_of_a_module_do_what_they_say(name, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for test in FOUND[name]:
-        said: list[str] = []
+        output: list[str] = []
         doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS).run(
-            test, out=said.append
+            test, out=output.append
         )
-        assert not said, "".join(said)
+        assert not output, "".join(output)
 
 
 def test_there_are_examples_in_most_packages():
@@ -111,7 +111,7 @@ _CONTRACTS = (Algorithm, Coupling, Integrator, Oscillator, Term)
 
 
 def is_part(value: object) -> bool:
-    """Whether it is a part that can be chosen, and no contract or tuple of numbers."""
+    """Return whether it is a part that can be chosen, and no contract or tuple of numbers."""
     return isclass(value) and not isabstract(value) and issubclass(value, _CONTRACTS)
 
 
@@ -120,14 +120,14 @@ def test_every_public_class_and_function_has_a_docstring():
 
 
 def test_every_public_method_has_a_docstring():
-    found = [
+    missing = [
         f"{name}.{method}"
         for name in CODE
         if isclass(value := PUBLIC[name]) and value.__module__.startswith("tegotae.")
-        for method, own in vars(value).items()
-        if not method.startswith("_") and isfunction(own) and not getdoc(own)
+        for method, member in vars(value).items()
+        if not method.startswith("_") and isfunction(member) and not getdoc(member)
     ]
-    assert found == []
+    assert missing == []
 
 
 def test_every_part_names_its_source():
@@ -137,12 +137,12 @@ def test_every_part_names_its_source():
 
 
 def test_every_metric_of_the_package_names_its_source():
-    named = Path(catalogue.__file__).read_text().count("\n# Source: ")
-    assert named == len(catalogue.METRICS)
+    count = Path(catalogue.__file__).read_text().count("\n# Source: ")
+    assert count == len(catalogue.METRICS)
 
 
 def test_every_public_function_of_several_arguments_explains_them():
-    found = [
+    missing = [
         name
         for name in CODE
         if name.startswith(_EXPLAINED)
@@ -150,4 +150,4 @@ def test_every_public_function_of_several_arguments_explains_them():
         and len(signature(value).parameters) > 1
         and "Args:" not in value.__doc__
     ]
-    assert found == []
+    assert missing == []

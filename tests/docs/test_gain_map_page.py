@@ -29,5 +29,5 @@ def test_the_table_of_the_page_is_what_the_command_prints(tmp_path, capsys):
     assert [row[:2] for row in rows] == [line[:2] for line in printed]
     assert len(rows) == 4
     for row, line in zip(rows, printed, strict=True):
-        told = [float(number or 0) for number in line[2:]]
-        assert [float(number) for number in row[2:]] == pytest.approx(told, abs=0.0051)
+        notes = [float(number or 0) for number in line[2:]]
+        assert [float(number) for number in row[2:]] == pytest.approx(notes, abs=0.0051)

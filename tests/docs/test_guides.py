@@ -32,7 +32,7 @@ SAID = {
     "your-policy": r"0\.\d\d m/J, \d\d% of what is possible",
     "live": r"\('spring_force',\) \('force',\) 1\n[^$]*8000 steps[^$]*hop rate",
 }
-"""What pages say in words that their commands print, beside their blocks of text."""
+"""Results that pages state in words, beside their blocks of text, as their commands print them."""
 NEEDS = {"walking-robot": ("mujoco",), "your-leg": ("mujoco", "stable_baselines3")}
 NEEDS |= {"your-policy": ("gymnasium", "stable_baselines3", "onnx", "onnxruntime")}
 """Packages without which a page cannot be followed."""
@@ -98,24 +98,28 @@ def options(name: str) -> list[str]:
         return []
     kind = entry.load()
     if inspect.isfunction(kind):
-        known = (name for own in options_by_subject(kind).values() for name in own)
-        return [name.replace("_", "-") for name in known]
+        names = (name for entries in options_by_subject(kind).values() for name in entries)
+        return [name.replace("_", "-") for name in names]
     fields = dataclasses.fields(kind)
     return [field.name.replace("_", "-") for field in fields]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_and_option_is_in_the_reference(reference, name):
-    (own,) = re.findall(rf"^## `tegotae {name}`\n(.*?)(?=^## |\Z)", reference, re.M | re.S)
+    (section,) = re.findall(rf"^## `tegotae {name}`\n(.*?)(?=^## |\Z)", reference, re.M | re.S)
     for option in options(name):
-        assert f"`--{option}" in own or f"`{option.upper()}" in own or f"[{option.upper()}" in own
+        assert (
+            f"`--{option}" in section
+            or f"`{option.upper()}" in section
+            or f"[{option.upper()}" in section
+        )
     assert main([name, "paper", "--no-such-option-at-all"]) == 2
 
 
 def test_commands_below_commands_are_in_the_reference_too(reference):
     for name in ("figure surface", "gait map", "export c"):
-        (own,) = re.findall(rf"^### `tegotae {name}`\n(.*?)(?=^##|\Z)", reference, re.M | re.S)
-        assert "| `--" in own
+        (section,) = re.findall(rf"^### `tegotae {name}`\n(.*?)(?=^##|\Z)", reference, re.M | re.S)
+        assert "| `--" in section
 
 
 def test_the_page_of_commands_has_a_place_for_the_reference():
@@ -143,12 +147,12 @@ def troubles() -> list[str]:
 
 
 def test_the_messages_that_are_explained_are_those_of_the_source():
-    there = "\n".join(messages())
+    present = "\n".join(messages())
     assert len(troubles()) > 20
     for trouble in troubles():
         # In pieces: what stands between them may be put together of several.
         for piece in (piece.strip() for piece in trouble.split("…")):
-            assert piece in there, f"{trouble!r}: nothing says {piece!r}"
+            assert piece in present, f"{trouble!r}: nothing says {piece!r}"
 
 
 def test_the_commands_of_the_gallery_are_understood():

@@ -35,7 +35,7 @@ def table():
 
 @pytest.fixture(scope="module")
 def effects():
-    """What was found of each claim: of the study, and of those beside."""
+    """Estimates of each claim, of the study and of those beside it."""
     return {name: read_effects(KEPT / "study" / f"effects{name}.csv") for name in ("", *BESIDE)}
 
 
@@ -44,7 +44,7 @@ BESIDE = ("-paper-deviation-0.2", "-paper-80x16", "-calibrated")
 
 
 def folder_of(name: str):
-    """Where a study's table is kept."""
+    """Return the folder of a study's table."""
     return KEPT / ("study-calibrated" if name == "calibrated" else "study")
 
 
@@ -76,22 +76,22 @@ def test_the_pages_tables_follow_from_the_kept_effects(effects):
 
 @pytest.mark.thorough
 def test_the_table_of_readings_follows_from_the_kept_effects():
-    readings, found = read_tables(KEPT / "multiverse")
-    assert (KEPT / "multiverse" / "multiverse.md").read_text() == shares_table(readings, found)
+    readings, result = read_tables(KEPT / "multiverse")
+    assert (KEPT / "multiverse" / "multiverse.md").read_text() == shares_table(readings, result)
 
 
 def test_what_chose_the_calibrated_body_is_never_reproduced_in_it(effects):
-    found = {each.claim.name: each for each in effects["-calibrated"]}
-    assert {name for name, each in found.items() if each.selected} == SELECTED
-    assert not [name for name in SELECTED if found[name].tally[REPRODUCED]]
-    assert not [each for each in effects[""] if each.selected]
+    by_name = {finding.claim.name: finding for finding in effects["-calibrated"]}
+    assert {name for name, finding in by_name.items() if finding.selected} == SELECTED
+    assert not [name for name in SELECTED if by_name[name].tally[REPRODUCED]]
+    assert not [finding for finding in effects[""] if finding.selected]
 
 
 def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
     tallies = [finding.tally for finding in effects[""]]
     reproduced = sum(bool(t[REPRODUCED] and not t[OPPOSITE]) for t in tallies)
-    opposite = [sum(bool(t[OPPOSITE] and bool(t[REPRODUCED]) == both) for t in tallies)
-                for both in (False, True)]  # fmt: skip
+    opposite = [sum(bool(t[OPPOSITE] and bool(t[REPRODUCED]) == is_both) for t in tallies)
+                for is_both in (False, True)]  # fmt: skip
     assert (len(tallies), reproduced, opposite) == (53, 30, [10, 7])
     page = prose("reproduction/claims.md")
     assert "of 53 statements, 50 can be measured: 30 are reproduced in some or all ways" in page
@@ -99,37 +99,39 @@ def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
 
 def test_the_figure_has_a_row_for_every_claim_with_an_effect(effects):
     rows = claims_figure(effects[""]).axes[0].get_yticklabels()
-    drawn = {each.claim.title for each in effects[""] if each.outcome != NOT_MEASURED}
+    drawn = {finding.claim.title for finding in effects[""] if finding.outcome != NOT_MEASURED}
     assert {row.get_text() for row in rows} == drawn
 
 
 def test_kept_effects_are_those_of_the_kept_tables(effects):
-    """Of a few claims in every way to count; all of them where time does not matter."""
+    """Compare a few claims, counted in every way; all claims where time does not matter."""
     few = ("learned-beats-v", "vg-t1", "v-input-cpgu")
     claims = [claim for claim in ATOMIC_CLAIMS if claim.name in few]
-    kept = [each for each in effects[""] if each.claim in claims]
-    found = findings(runs_of("paper"), KEPT / "experiments", claims)
-    assert effects_csv(found) == effects_csv(kept)
+    stored = [finding for finding in effects[""] if finding.claim in claims]
+    results = findings(runs_of("paper"), KEPT / "experiments", claims)
+    assert effects_csv(results) == effects_csv(stored)
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["", *BESIDE])
 def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
-    own = name.removeprefix("-") or "paper"
-    experiments = folder_of(own) if name else KEPT / "experiments"
-    found = findings(runs_of(own), experiments, selected=SELECTED if "calib" in name else ())
-    assert effects_csv(found) == effects_csv(effects[name])
+    study_name = name.removeprefix("-") or "paper"
+    experiments = folder_of(study_name) if name else KEPT / "experiments"
+    results = findings(
+        runs_of(study_name), experiments, selected=SELECTED if "calib" in name else ()
+    )
+    assert effects_csv(results) == effects_csv(effects[name])
 
 
 @pytest.mark.thorough
 def test_verdicts_after_each_budget_are_those_of_the_kept_tables(table):
-    after = {
+    by_heading = {
         name: findings(runs, options=[Count()])
         for name, runs in by_budget(
             read_study_csv(KEPT / "study" / "paper-budgets.csv"), table
         ).items()
     }
-    assert (KEPT / "study" / "claims-by-budget.md").read_text() == by_budget_table(after)
+    assert (KEPT / "study" / "claims-by-budget.md").read_text() == by_budget_table(by_heading)
 
 
 def test_how_trainings_ended_is_what_the_table_says(table):
@@ -139,16 +141,16 @@ def test_how_trainings_ended_is_what_the_table_says(table):
 
 
 def test_effects_in_prose_are_those_of_the_tables(effects):
-    known = {
-        f"{each.effect:+.2f} [{each.low:.2f}, {each.high:.2f}]"
-        for found in effects.values()
-        for finding in found
-        for each in finding.by_count.values()
+    intervals = {
+        f"{estimate.effect:+.2f} [{estimate.low:.2f}, {estimate.high:.2f}]"
+        for results in effects.values()
+        for finding in results
+        for estimate in finding.by_count.values()
     }
     text = (ROOT / "docs" / "reproduction/claims.md").read_text(encoding="utf-8")
-    said = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]", text)
-    assert len(said) >= 10
-    assert set(said) - known == set()
+    quoted = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]", text)
+    assert len(quoted) >= 10
+    assert set(quoted) - intervals == set()
 
 
 def test_no_statement_of_the_paper_is_contradicted_in_every_way_to_count(effects):
@@ -162,8 +164,8 @@ def test_a_learned_force_on_the_phase_is_smoother_than_the_sectors_at_8_rad_per_
             table.where(omega_t=omega, architecture=("V", "VT"), actuation=name)["smoothness"]
             for name in (learned, fixed)
         )
-        one, other = map(np.nanmean, pair)
-        return one / other
+        first, second = map(np.nanmean, pair)
+        return first / second
 
     assert ratio(8.0, "tphi", "sector") < 0.95
     assert ratio(8.0, "tf", "reflex") > 2.0

@@ -36,14 +36,14 @@ def test_a_run_is_selected_by_the_selection_alone(study, monkeypatch, tmp_path):
 
 def test_the_releases_of_selection_test_and_training_are_others(study):
     evaluation = study("learned_legs_evaluate")
-    chosen, judged = (
+    selection, judged = (
         random_phases(4, count, seed)
         for count, seed in (
             (evaluation.SELECTION, evaluation.SELECTION_SEED),
             (evaluation.TEST, evaluation.TEST_SEED),
         )
     )
-    assert not np.isin(chosen, judged).any()
+    assert not np.isin(selection, judged).any()
 
 
 def test_a_score_is_the_fitness_of_the_training_and_falls_come_last(study):
@@ -55,29 +55,29 @@ def test_a_score_is_the_fitness_of_the_training_and_falls_come_last(study):
     up = np.array([[1.0, 1.0], [1.0, 1.0], [1.0, 0.0]])
     measures = {"speed_m_per_s": speed, "cost_of_transport": cost, "upright": up}
     rows = {name: values.ravel() for name, values in measures.items()}
-    found = SimpleNamespace(
+    evaluated = SimpleNamespace(
         summary=pandas.DataFrame({"run": np.repeat(range(3), 2), "omega": 2.0, **rows})
     )
-    usual, cheap, falls = evaluation.scores(found, 0.1)
-    assert (usual, cheap) == pytest.approx((0.0, np.log(2.0)))
-    assert falls < usual
+    standard, cheap, falls = evaluation.scores(evaluated, 0.1)
+    assert (standard, cheap) == pytest.approx((0.0, np.log(2.0)))
+    assert falls < standard
 
 
 def test_the_tables_of_learned_legs_follow_from_the_kept_rows(study):
     report = study("learned_legs_report")
-    found, disturbed = report.table("range"), report.table("disturbed")
-    kept = KEPT / "learned_legs"
-    assert (kept / "range.md").read_text() == report.by_family(found, disturbed)
-    assert (kept / "robust.md").read_text() == report.robust(found, disturbed)
+    rows, disturbed = report.table("range"), report.table("disturbed")
+    folder = KEPT / "learned_legs"
+    assert (folder / "range.md").read_text() == report.by_family(rows, disturbed)
+    assert (folder / "robust.md").read_text() == report.robust(rows, disturbed)
 
 
 # Go1
 
 
 def test_the_tables_of_go1_follow_from_the_kept_rows(study):
-    report, kept = study("go1_report"), KEPT / "mujoco"
-    assert (kept / "go1_judged.md").read_text() == report.judged_text()
-    assert (kept / "go1_conditions.md").read_text() == report.conditions_text()
+    report, folder = study("go1_report"), KEPT / "mujoco"
+    assert (folder / "go1_judged.md").read_text() == report.judged_text()
+    assert (folder / "go1_conditions.md").read_text() == report.conditions_text()
 
 
 # The walker's cost
@@ -89,10 +89,10 @@ def test_the_table_of_the_walkers_cost_is_the_kept_one(study):
 
 def test_two_axes_that_are_netted_cost_less_than_each_by_itself():
     table = read_csv(KEPT / "gaits" / "walker_cost.csv")
-    told, apart, least = (
+    netted, separate, lowest = (
         column(table, name) for name in ("cost_of_transport", "each_axis", "positive_only")
     )
-    assert np.all((least < told) & (told < apart))
+    assert np.all((lowest < netted) & (netted < separate))
 
 
 @pytest.mark.parametrize("name", ["judge", "map", "simulate", "sweep", "findings"])
@@ -114,9 +114,9 @@ def test_v_never_rises_without_an_even_part_and_sometimes_with_one(study, monkey
 
 
 def test_the_comparison_of_fig_3_follows_from_its_curves(study):
-    kept = KEPT / "experiments"
-    assert (kept / "figure3.md").read_text() == study("figure3").text(
-        read_curves([kept / "figure3.csv"])
+    folder = KEPT / "experiments"
+    assert (folder / "figure3.md").read_text() == study("figure3").text(
+        read_curves([folder / "figure3.csv"])
     )
 
 
@@ -125,15 +125,15 @@ LIMIT = 1.296
 
 
 @pytest.mark.parametrize(
-    ("name", "file", "most"),
+    ("name", "file", "name_of_column"),
     [
         ("reproduction/algorithms.md", "figure3.csv", "cot_inverse"),
         ("reproduction/algorithms.md", "second_look.csv", "cot_inverse"),
         ("reproduction/parameter_limit.md", "parameter_limit.csv", "cot_inverse_m_per_j"),
     ],
 )
-def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, file, most):
-    largest = np.nanmax(column(read_csv(KEPT / "experiments" / file), most))
+def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, file, name_of_column):
+    largest = np.nanmax(column(read_csv(KEPT / "experiments" / file), name_of_column))
     if largest > LIMIT:
         assert f"Values above {LIMIT:g} m/J" in prose(name)
         assert "still settling" in prose(name)
@@ -146,15 +146,15 @@ def test_the_table_of_what_is_possible_is_the_kept_one(study):
     possible = study("physical_limit")
     assert (KEPT / "generalisation" / "possible.md").read_text() == possible.text()
     table = read_csv(KEPT / "generalisation" / "possible.csv")
-    kept = zip(table["condition"], *(column(table, n) for n in ("level", "omega")), strict=True)
-    assert list(kept) == list(possible.cases())
+    cases = zip(table["condition"], *(column(table, n) for n in ("level", "omega")), strict=True)
+    assert list(cases) == list(possible.cases())
 
 
 def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
     table = read_csv(KEPT / "generalisation" / "possible.csv")
-    found, bound = column(table, "cot_inverse"), column(table, "upper_bound")
-    assert np.isfinite(found).all()
-    assert np.all(np.isnan(bound) | (found <= 1.0001 * bound))
+    best, bound = column(table, "cot_inverse"), column(table, "upper_bound")
+    assert np.isfinite(best).all()
+    assert np.all(np.isnan(bound) | (best <= 1.0001 * bound))
     assert np.all(column(table, "caught_l0") > 1.0)
 
 
@@ -175,16 +175,18 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
 
 
 def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(study):
-    both = study("two_readings")
-    found = both.found()
-    assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == both.text(found)
-    said = prose("reproduction/two_readings.md")
-    settled = [of["limit_cycle_share", "V", "F"].mean for of in found.values()]
+    two_readings = study("two_readings")
+    summaries = two_readings.found()
+    assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == two_readings.text(
+        summaries
+    )
+    text = prose("reproduction/two_readings.md")
+    settled = [summary["limit_cycle_share", "V", "F"].mean for summary in summaries.values()]
     assert (
         "| settles | {:.0f} % of the episodes | {:.0f} % |".format(
             *(100.0 * share for share in settled)
         )
-        in said
+        in text
     )
 
 
@@ -203,11 +205,11 @@ def test_every_kept_table_of_the_hopper_names_its_engine():
         "oscillators",
         "generalisation",
     )
-    kept = [
+    paths = [
         *KEPT.glob("*.csv"),
         *(path for name in folders for path in (KEPT / name).glob("*.csv")),
     ]
-    names = [path.relative_to(KEPT).as_posix() for path in kept]
+    names = [path.relative_to(KEPT).as_posix() for path in paths]
     assert [n for n in names if not any(fnmatch.fnmatch(n, p) for p in patterns)] == []
     assert [p for p in patterns if not list(KEPT.glob(p))] == []
 
@@ -232,12 +234,12 @@ def test_laws_that_react_go_on_without_any_leg_and_the_page_says_in_how_many_sta
     body, run = (np.asarray(table[name], str) for name in ("body", "run"))
     walks = column(table, "walks_on")
     assert (walks[body == "no reaction"] == 0).all()
-    said = prose("studies/lost_leg.md")
+    text = prose("studies/lost_leg.md")
     learned = walks[body == "feels-tilt"]
-    assert f"in {learned.min():.0f} to {learned.max():.0f} of 64 starts" in said
+    assert f"in {learned.min():.0f} to {learned.max():.0f} of 64 starts" in text
     assert walks[(body == "feels-tilt") & (run == "2")].tolist() == [64, 63, 64, 64]
     by_hand = [walks[(body == "shift-by-hand") & (run == str(k))].min() for k in range(6)]
-    assert sum(least == 64 for least in by_hand) == 5
+    assert sum(count == 64 for count in by_hand) == 5
 
 
 def test_no_law_shifts_a_foot_further_than_is_allowed_and_sides_are_mirror_images(study):
@@ -246,9 +248,9 @@ def test_no_law_shifts_a_foot_further_than_is_allowed_and_sides_are_mirror_image
     x = np.random.default_rng(0).normal(size=(50, law.size)) * 5.0
     legs = law.weights(x, 1.9).reshape(50, 4, law.unit)  # LF, RF, LH, RH
     neurons = legs[..., 1:].reshape(50, 4, 2, 3, 4)
-    most = np.abs(neurons[..., -1]).sum(axis=-1)
-    assert most[..., 0].max() <= laws.SHIFT_M * (1.0 + 1e-9)
-    assert most[..., 1].max() <= laws.LIFT_M * (1.0 + 1e-9)
+    largest = np.abs(neurons[..., -1]).sum(axis=-1)
+    assert largest[..., 0].max() <= laws.SHIFT_M * (1.0 + 1e-9)
+    assert largest[..., 1].max() <= laws.LIFT_M * (1.0 + 1e-9)
     left, right = neurons[:, ::2], neurons[:, 1::2]
     assert np.array_equal(right, left * [1.0, -1.0, 1.0, 1.0])
 
@@ -261,9 +263,12 @@ def test_a_gait_is_the_same_in_a_larger_space(study, steps, harmonics):
     gaits = study("legs_limit_gaits")
     small, large = gaits.Space("free", 1, 3), gaits.Space("free", steps, harmonics)
     x = small.random(np.random.default_rng(1)) + 0.3
-    own = [feet_of(space, of) for space, of in ((small, x), (large, large.from_space(small, x)))]
-    assert np.ptp(own[0]) > 0.1
-    assert np.abs(own[0] - own[1]).max() < 1e-4
+    feet = [
+        feet_of(space, coordinates)
+        for space, coordinates in ((small, x), (large, large.from_space(small, x)))
+    ]
+    assert np.ptp(feet[0]) > 0.1
+    assert np.abs(feet[0] - feet[1]).max() < 1e-4
 
 
 def feet_of(space, x):
@@ -271,10 +276,10 @@ def feet_of(space, x):
     weights, scenario = space.decoded(x[None], np.array([0.5]))
     time, n = np.linspace(0.0, 8.0, 40), space.foot.n_weights
     phase = scenario.phase_rad + scenario.omega * time
-    each = zip(weights[0].reshape(4, n), phase, strict=True)
+    pairs = zip(weights[0].reshape(4, n), phase, strict=True)
     return np.array(
         [
-            space.foot(own, Signals({"cos_phase": np.cos(a), "sin_phase": np.sin(a)}))
-            for own, a in each
+            space.foot(leg_weights, Signals({"cos_phase": np.cos(a), "sin_phase": np.sin(a)}))
+            for leg_weights, a in pairs
         ]
     )

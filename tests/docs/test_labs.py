@@ -31,7 +31,7 @@ def tagged(notebook, tag):
     return [cell for cell in notebook.cells if tag in cell.metadata.get("tags", ())]
 
 
-def shown(notebook) -> str:
+def printed_text(notebook) -> str:
     """All that the cells print or show as text, and their sources."""
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     outputs = [x for cell in cells for x in cell.outputs]
@@ -58,11 +58,11 @@ def test_the_sections_of_a_lab_are_ninety_minutes(path):
 @labs
 def test_every_exercise_has_a_folded_solution_below_it(path):
     notebook = read(path)
-    asked = re.findall(r"\*\*Exercise (\d+)\.\*\*", "\n".join(x.source for x in notebook.cells))
+    numbers = re.findall(r"\*\*Exercise (\d+)\.\*\*", "\n".join(x.source for x in notebook.cells))
     tags = [cell.metadata.get("tags", [""])[0] for cell in notebook.cells]
     order = [tag for tag in tags if tag in ("exercise", "solution")]
-    assert order == ["exercise", "solution"] * len(asked)
-    assert 5 <= len(asked) <= 8
+    assert order == ["exercise", "solution"] * len(numbers)
+    assert 5 <= len(numbers) <= 8
     for cell in tagged(notebook, "hide-cell"):
         assert cell.metadata["jupyter"] == {"outputs_hidden": True, "source_hidden": True}
         assert cell.outputs
@@ -74,8 +74,8 @@ def test_every_question_has_a_folded_answer_with_numbers_that_cells_print(path):
     texts = [cell.source for cell in notebook.cells if cell.cell_type == "markdown"]
     answers = re.findall(r"<details><summary>Answer</summary>(.*?)</details>", "".join(texts), re.S)
     assert len(answers) >= "".join(texts).count("**Question.**") > 0
-    known = shown(notebook)
-    assert [x for a in answers for x in re.findall(r"\d+\.\d+", a) if x not in known] == []
+    printed = printed_text(notebook)
+    assert [x for a in answers for x in re.findall(r"\d+\.\d+", a) if x not in printed] == []
 
 
 @labs

@@ -37,7 +37,7 @@ def parsed():
 @pytest.fixture(scope="module")
 def definitions(parsed):
     """Names of classes, functions, arguments and variables, by their words, with their places."""
-    found = defaultdict(list)
+    places = defaultdict(list)
     for file, tree in parsed.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef | ast.FunctionDef):
@@ -50,8 +50,8 @@ def definitions(parsed):
                 continue
             words = re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower())
             for word in words:
-                found[word].append(f"{file}:{node.lineno} {name}")
-    return found
+                places[word].append(f"{file}:{node.lineno} {name}")
+    return places
 
 
 def test_no_two_classes_have_one_name(parsed):
@@ -60,7 +60,7 @@ def test_no_two_classes_have_one_name(parsed):
         for node in tree.body:
             if isinstance(node, ast.ClassDef):
                 places[node.name].append(file)
-    assert {name: found for name, found in places.items() if len(found) > 1} == {}
+    assert {name: owners for name, owners in places.items() if len(owners) > 1} == {}
 
 
 def test_no_two_public_functions_of_the_library_have_one_name(parsed):
@@ -80,8 +80,8 @@ def test_no_two_public_functions_of_the_library_have_one_name(parsed):
 @pytest.mark.parametrize("word", NAMES)
 def test_a_name_is_the_fields_term(word, definitions):
     assert definitions["term"]  # a word that the package has
-    found = [f"{place}: {NAMES[word]}" for place in definitions.get(word, [])]
-    assert found == []
+    faults = [f"{place}: {NAMES[word]}" for place in definitions.get(word, [])]
+    assert faults == []
 
 
 @pytest.mark.parametrize(

@@ -53,16 +53,16 @@ def prose(text: str) -> Iterator[tuple[int, str]]:
 
 def unplain(text: str) -> list[str]:
     """Words of a text that the project does not use, with line and advice."""
-    found = []
+    faults = []
     for pattern, advice in PROSE.items():
         flags = re.IGNORECASE if pattern == pattern.lower() else 0
         word = re.compile(rf"(?<![\w-])(?:{pattern})(?![\w-])", flags)
-        found += [
+        faults += [
             f"line {number}: {match[0]!r}: {advice}"
             for number, line in prose(text)
             for match in word.finditer(line)
         ]
-    return found
+    return faults
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -97,7 +97,9 @@ def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
         kind = entry.load()
         yield inspect.getdoc(kind) or ""
         if inspect.isfunction(kind):
-            yield from (x.about for own in options_by_subject(kind).values() for x in own.values())
+            yield from (
+                x.about for options in options_by_subject(kind).values() for x in options.values()
+            )
         else:
             yield from (option.about for _, option in flags_of(kind))
         return
@@ -121,4 +123,4 @@ def test_a_term_of_the_project_is_in_the_glossary(term):
     defined = re.findall(
         r"^\*\*(.+?)\*\*", (DOCS / "glossary.md").read_text(encoding="utf-8"), re.M
     )
-    assert term in {each for entry in defined for each in re.split(r", ", entry)}
+    assert term in {part for entry in defined for part in re.split(r", ", entry)}

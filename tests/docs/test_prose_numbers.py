@@ -19,7 +19,7 @@ def test_a_page_says_what_its_tables_say(path):
 
 
 @pytest.mark.parametrize(
-    ("said", "right"),
+    ("text", "right"),
     [
         ("it is 5<!-- = 4 -->", "4"),
         ("it is 91 %<!-- = 0.902 -->", "90"),
@@ -31,8 +31,8 @@ def test_a_page_says_what_its_tables_say(path):
         ("it is 5<!-- = [4, 5] -->", "4"),
     ],
 )
-def test_a_number_changed_by_hand_is_found(said, right):
-    (fault,) = stale(said)
+def test_a_number_changed_by_hand_is_found(text, right):
+    (fault,) = stale(text)
     assert fault.endswith(f" is {right}")
 
 
@@ -49,8 +49,8 @@ def test_numbers_are_compared_as_they_are_written():
 
 def test_every_study_with_a_result_has_marks():
     studies = sorted((ROOT / "docs" / "studies").glob("*.md"))
-    said = {path for path in studies if "**Result" in path.read_text(encoding="utf-8")}
-    assert {path.stem for path in said - set(MARKED)} <= WITHOUT_MARKS
+    with_results = {path for path in studies if "**Result" in path.read_text(encoding="utf-8")}
+    assert {path.stem for path in with_results - set(MARKED)} <= WITHOUT_MARKS
 
 
 def test_the_front_page_has_marks():
@@ -63,15 +63,15 @@ def test_a_number_of_an_included_table_is_named_by_its_column_and_row():
     assert len(cells("legs_limit/limit", "CoT")) == 24
 
 
-@pytest.mark.parametrize("named", [("mass 0.9", "cos+range"), ("mass 0.8", "sine+range")])
-def test_a_column_or_row_that_is_not_there_is_refused(named):
+@pytest.mark.parametrize("key", [("mass 0.9", "cos+range"), ("mass 0.8", "sine+range")])
+def test_a_column_or_row_that_is_not_there_is_refused(key):
     with pytest.raises(LookupError, match="has no"):
-        cell("learned_legs/robust", *named)
+        cell("learned_legs/robust", *key)
 
 
 def test_rows_have_one_of_the_values_that_are_asked_for():
-    kept = rows("lost_leg/learned", run=[0, 2], leg="LH")
-    assert kept.run.tolist() == [0, 2]
+    selected = rows("lost_leg/learned", run=[0, 2], leg="LH")
+    assert selected.run.tolist() == [0, 2]
 
 
 def test_a_multiplier_crosses_one_between_two_values():

@@ -46,12 +46,12 @@ def test_its_commands_are_understood():
 @pytest.mark.parametrize("verb", ["simulate", "export"])
 def test_a_command_prints_what_is_shown(verb, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    command, shown = next(each for each in SHOWN if each[0].split()[1] == verb)
+    command, output = next(block for block in SHOWN if block[0].split()[1] == verb)
     arguments = shlex.split(command)[1:]
     if "--animate" in arguments:  # drawing takes longer than the rollout
-        at = arguments.index("--animate")
-        del arguments[at : at + 2]
+        position = arguments.index("--animate")
+        del arguments[position : position + 2]
     assert main(arguments) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    for line in shown.splitlines():
+    for line in output.splitlines():
         assert " ".join(line.split()) in printed

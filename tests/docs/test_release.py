@@ -82,13 +82,13 @@ def test_extras_are_named_with_their_sizes():
 def built(tmp_path_factory) -> Path:
     """A folder with a source distribution and a wheel."""
     folder = tmp_path_factory.mktemp("built")
-    tools, made = folder / "tools", folder / "dist"
+    tools, dist = folder / "tools", folder / "dist"
     pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
     subprocess.run([*pip, "--target", tools, "hatchling"], check=True)
-    command = [sys.executable, "-c", BUILD.format(str(made))]
+    command = [sys.executable, "-c", BUILD.format(str(dist))]
     path = {"PYTHONPATH": str(tools)}
     subprocess.run(command, cwd=ROOT, env=os.environ | path, check=True, capture_output=True)
-    return made
+    return dist
 
 
 @pytest.mark.thorough
@@ -127,12 +127,12 @@ def test_an_installed_wheel_works_without_extras_or_names_the_one(built, tmp_pat
     (wheel,) = built.glob("*.whl")
     place = tmp_path / "installed"
     zipfile.ZipFile(wheel).extractall(place)  # what pip does, but for the commands
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-P", "-c", WITHOUT_EXTRAS, *words.split()],
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(place)},
         capture_output=True,
         text=True,
     )
-    assert output in done.stdout + done.stderr
-    assert "Traceback" not in done.stderr
+    assert output in completed.stdout + completed.stderr
+    assert "Traceback" not in completed.stderr

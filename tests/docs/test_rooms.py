@@ -27,7 +27,7 @@ ROOMS = (
     "questions",
     "cli",
 )
-"""From the ground up."""
+"""Rooms, from the lowest to the highest."""
 
 
 def module_name(file: Path) -> str:
@@ -59,7 +59,7 @@ def imports(node: ast.AST, *, when_called: bool) -> Iterator[str]:
 
 
 def arrows(*, when_called: bool) -> dict[str, set[str]]:
-    """What every file imports."""
+    """Return the imports of every file."""
     return {
         name: set(imports(ast.parse(file.read_text(encoding="utf-8")), when_called=when_called))
         for name, file in FILES.items()
@@ -79,10 +79,12 @@ def test_every_folder_of_the_package_is_a_room():
 
 def test_no_room_imports_from_one_above_it():
     up = [
-        f"{file} imports {other}"
-        for file, others in arrows(when_called=True).items()
-        for other in others
-        if (mine := room(file)) and (its := room(other)) and ROOMS.index(its) > ROOMS.index(mine)
+        f"{file} imports {imported}"
+        for file, imports in arrows(when_called=True).items()
+        for imported in imports
+        if (mine := room(file))
+        and (level := room(imported))
+        and ROOMS.index(level) > ROOMS.index(mine)
     ]
     assert up == []
 
@@ -102,9 +104,9 @@ def test_the_page_on_architecture_has_every_room_in_this_order():
 def test_the_files_that_the_page_on_architecture_names_are_there():
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     rooms = "|".join(ROOMS)
-    named = re.findall(rf"`((?:{rooms})/[\w/]*(?:\.py)?)`", page)
-    assert len(named) > len(ROOMS)
-    assert [name for name in named if not (PACKAGE / name).exists()] == []
+    paths = re.findall(rf"`((?:{rooms})/[\w/]*(?:\.py)?)`", page)
+    assert len(paths) > len(ROOMS)
+    assert [name for name in paths if not (PACKAGE / name).exists()] == []
 
 
 def test_the_page_on_architecture_names_every_shape():

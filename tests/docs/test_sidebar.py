@@ -16,13 +16,13 @@ MOST = 7
 
 def contents(page: Path) -> dict[str, list[Path]]:
     """The pages of each table of contents of a page, by its caption."""
-    found: dict[str, list[Path]] = {}
+    sections: dict[str, list[Path]] = {}
     for block in re.findall(r"^```\{toctree\}\n(.*?)^```$", page.read_text(), re.M | re.S):
         caption = re.search(r":caption: (.*)", block)
         entries = [line for line in block.splitlines() if line and not line.startswith(":")]
         pages = [(page.parent / f"{entry}.md").resolve() for entry in entries]
-        found.setdefault(caption[1] if caption else page.stem, []).extend(pages)
-    return found
+        sections.setdefault(caption[1] if caption else page.stem, []).extend(pages)
+    return sections
 
 
 def test_pages_are_arranged_by_need():

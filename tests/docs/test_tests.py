@@ -33,5 +33,5 @@ def test_no_two_files_of_tests_have_one_name():
 
 def test_no_file_of_tests_imports_another():
     pattern = re.compile(r"^\s*(?:from|import) (test_\w+)", re.MULTILINE)
-    found = {file.name: pattern.findall(file.read_text(encoding="utf-8")) for file in FILES}
-    assert {name: others for name, others in found.items() if others} == {}
+    by_file = {file.name: pattern.findall(file.read_text(encoding="utf-8")) for file in FILES}
+    assert {name: modules for name, modules in by_file.items() if modules} == {}

@@ -16,8 +16,9 @@ PROGRAM = TESTS / "helpers" / "pins.py"
 
 
 @pytest.fixture(scope="module")
-def said() -> dict[str, str]:
-    """What the program says of each pin. It sets flags of XLA, so it is a process of its own."""
+def pin_lines() -> dict[str, str]:
+    """Return the program's line on each pin. It sets flags of XLA, so it is a process of its
+    own."""
     outcome = subprocess.run(
         [sys.executable, str(PROGRAM)], cwd=ROOT, capture_output=True, text=True, timeout=900
     )
@@ -27,17 +28,17 @@ def said() -> dict[str, str]:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("pin", json.loads(KEPT.read_text())["pins"])
-def test_results_are_the_same_bits_as_before(said, pin):
-    if "not compared" in said[pin]:
-        pytest.skip(said[pin])
-    assert said[pin].endswith("equal to the bit"), said[pin]
+def test_results_are_the_same_bits_as_before(pin_lines, pin):
+    if "not compared" in pin_lines[pin]:
+        pytest.skip(pin_lines[pin])
+    assert pin_lines[pin].endswith("equal to the bit"), pin_lines[pin]
 
 
 THREE = np.array([1.0, -0.0, np.nan])
 
 
 @pytest.mark.parametrize(
-    "other",
+    "changed",
     [
         pytest.param(np.array([np.nextafter(1.0, 2.0), -0.0, np.nan]), id="the last bit"),
         pytest.param(np.array([1.0, 0.0, np.nan]), id="the sign of zero"),
@@ -47,8 +48,8 @@ THREE = np.array([1.0, -0.0, np.nan])
         pytest.param("1.0 -0.0 nan", id="a text"),
     ],
 )
-def test_a_hash_sees(other):
-    assert hash_of(other) != hash_of(THREE)
+def test_a_hash_sees(changed):
+    assert hash_of(changed) != hash_of(THREE)
     assert hash_of(THREE.copy()) == hash_of(THREE)
 
 
@@ -58,6 +59,6 @@ def test_texts_of_other_widths_have_the_same_hash():
 
 
 def test_a_new_result_is_no_difference_and_one_that_is_gone_is_one():
-    kept = {"speed": "1", "cost": "2", "lag": "3"}
-    assert unequal(kept, {"speed": "1", "cost": "0", "power": "4"}) == ["cost", "lag"]
-    assert unequal(kept, kept | {"power": "4"}) == []
+    stored = {"speed": "1", "cost": "2", "lag": "3"}
+    assert unequal(stored, {"speed": "1", "cost": "0", "power": "4"}) == ["cost", "lag"]
+    assert unequal(stored, stored | {"power": "4"}) == []

@@ -17,37 +17,39 @@ from lowered import available_targets, evaluated, of_everything, same_bits, samp
 DTYPES = ("float32", "float64")
 
 
-def given(dtype):
+def inputs(dtype):
     x = samples(dtype, 60)
     return x, np.random.default_rng(5).permutation(x)
 
 
 @functools.cache
-def usual(dtype):
-    return evaluated(of_everything, *given(dtype), dtype=dtype)
+def reference_bits(dtype):
+    return evaluated(of_everything, *inputs(dtype), dtype=dtype)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("vectors", [1, 3])
 @pytest.mark.parametrize("target", available_targets())
 def test_bits_depend_on_neither_the_processor_nor_the_vectors_of_a_block(target, vectors, dtype):
-    found = evaluated(of_everything, *given(dtype), dtype=dtype, target=target, vectors=vectors)
-    assert same_bits(found, usual(dtype))
+    result = evaluated(of_everything, *inputs(dtype), dtype=dtype, target=target, vectors=vectors)
+    assert same_bits(result, reference_bits(dtype))
 
 
 def test_bits_do_not_depend_on_threads():
-    assert same_bits(evaluated(of_everything, *given("float32"), threads=3), usual("float32"))
+    assert same_bits(
+        evaluated(of_everything, *inputs("float32"), threads=3), reference_bits("float32")
+    )
 
 
 def test_bits_of_a_lane_do_not_depend_on_its_neighbours():
-    x, y = given("float32")
+    x, y = inputs("float32")
     for some in (slice(5, 6), slice(40, 75), slice(None, None, -1)):
-        found = evaluated(of_everything, x[some], y[some])
+        result = evaluated(of_everything, x[some], y[some])
         expected = {
-            name: [each[..., some] for each in value] if isinstance(value, list) else value[some]
-            for name, value in usual("float32").items()
+            name: [part[..., some] for part in value] if isinstance(value, list) else value[some]
+            for name, value in reference_bits("float32").items()
         }
-        assert same_bits(found, expected)
+        assert same_bits(result, expected)
 
 
 def episode_kernel(target, dtype="float32"):
@@ -57,8 +59,8 @@ def episode_kernel(target, dtype="float32"):
         return {"x": lanes["x"], "largest": jnp.zeros_like(lanes["x"])}
 
     def tick(lanes, shared, state, index):
-        found = of_everything(state["x"], lanes["y"])
-        step = shared["step"] * (found["branch"][0] - found["ratio"] / lanes["y"])
+        result = of_everything(state["x"], lanes["y"])
+        step = shared["step"] * (result["branch"][0] - result["ratio"] / lanes["y"])
         x = state["x"] + step + 0.01 * index.astype(state["x"].dtype)
         x = jnp.where(jnp.isfinite(x), jnp.clip(x, -3.0, 3.0), 0.5)
         return {"x": x, "largest": jnp.maximum(state["largest"], x)}
@@ -73,13 +75,13 @@ def episode_kernel(target, dtype="float32"):
 
 
 def rolled_out(kernel, lanes, shared, frames=6, ticks=5):
-    found = []
+    outputs = []
 
     def collect(first, n, channels):
-        found.append({name: np.array(x[..., :n]) for name, x in channels.items()})
+        outputs.append({name: np.array(x[..., :n]) for name, x in channels.items()})
 
     kernel.run(lanes, shared, frames=frames, ticks_per_frame=ticks, threads=1, collect=collect)
-    return found[0]
+    return outputs[0]
 
 
 @pytest.mark.parametrize("optimisation", [0, 2, 3])
@@ -123,10 +125,10 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
 
     kernel, lanes, shared = episode_kernel("host", dtype)
     expected = rolled_out(kernel, lanes, shared)
-    own = kernel.module
+    parsed = kernel.module
     vectors = 8 // target_of("aarch64").lanes_of_vector(dtype)
     module = EpisodeModule(
-        own.stages, own.lanes, own.recorded, target_of("aarch64"), dtype, vectors
+        parsed.stages, parsed.lanes, parsed.recorded, target_of("aarch64"), dtype, vectors
     )
     text, block, frames, ticks = module.text(), module.block, 6, 5
     (tmp_path / "code.o").write_bytes(object_file(text, module.target))
@@ -148,12 +150,14 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
     step = np.zeros(8 // np.dtype(dtype).itemsize, dtype)
     step[0] = shared["step"]
     given_to = step.tobytes() + lanes["x"].tobytes() + lanes["y"].tobytes()
-    done = subprocess.run([tools[1], "./driver"], input=given_to, capture_output=True, cwd=tmp_path)
-    assert done.returncode == 0
-    memory = np.frombuffer(done.stdout, np.uint8)
+    completed = subprocess.run(
+        [tools[1], "./driver"], input=given_to, capture_output=True, cwd=tmp_path
+    )
+    assert completed.returncode == 0
+    memory = np.frombuffer(completed.stdout, np.uint8)
     views = module.recorded.views(memory, frames, block)
     for name, view in zip(sorted(expected), views, strict=True):  # entries of a dictionary
-        found = view[:, 0, :]
+        bits = view[:, 0, :]
         if expected[name].dtype == bool:
-            found = found != 0
-        assert same_bits(np.ascontiguousarray(found), expected[name])
+            bits = bits != 0
+        assert same_bits(np.ascontiguousarray(bits), expected[name])

@@ -87,25 +87,25 @@ def test_a_closed_loop_goes_on_tick_by_tick_as_under_xla(name):
     with jax.enable_x64(dtype == "float64"):
         of_body = jax.tree.map(lambda x: np.asarray(x, dtype), body)
         shared = {"body": of_body, "tick_s": np.asarray(0.001, dtype)}
-        whole = program(loop)
-        kernel = compile_episode(whole, lanes, shared, dtype)
-        found = []
+        complete = program(loop)
+        kernel = compile_episode(complete, lanes, shared, dtype)
+        frames = []
 
         def collect(first, n, state):
-            found.append((first, jax.tree.map(lambda x: np.array(x[..., :n]), state)))
+            frames.append((first, jax.tree.map(lambda x: np.array(x[..., :n]), state)))
 
         kernel.run(lanes, shared, frames=TICKS, ticks_per_frame=1, threads=1, collect=collect)
-        found.sort(key=lambda group: group[0])
+        frames.sort(key=lambda group: group[0])
         native = jax.tree.map(
-            lambda *parts: np.concatenate(parts, axis=-1), *(state for _, state in found)
+            lambda *parts: np.concatenate(parts, axis=-1), *(state for _, state in frames)
         )
 
         @jax.jit
         def under_xla(lanes, shared):
-            begun = whole.start(lanes, shared)
+            begun = complete.start(lanes, shared)
 
             def step(state, index):
-                state = whole.tick(lanes, shared, state, index)
+                state = complete.tick(lanes, shared, state, index)
                 return state, state
 
             return jax.lax.scan(step, begun, jnp.arange(TICKS, dtype="int32"))[1]

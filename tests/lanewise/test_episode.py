@@ -25,15 +25,20 @@ def tick(lanes, shared, state, index):
 
 
 def frame(lanes, shared, state, last):
-    told = {"x": state["x"], "largest": state["largest"], "high": state["x"] > 1.0, "last": last}
-    told["last"] = jnp.broadcast_to(last, state["x"].shape)
-    return {**state, "largest": jnp.full_like(state["x"], -jnp.inf)}, told
+    channels = {
+        "x": state["x"],
+        "largest": state["largest"],
+        "high": state["x"] > 1.0,
+        "last": last,
+    }
+    channels["last"] = jnp.broadcast_to(last, state["x"].shape)
+    return {**state, "largest": jnp.full_like(state["x"], -jnp.inf)}, channels
 
 
 PROGRAM = TracedEpisode(start, tick, frame)
 
 
-def given(lanes=37, dtype="float32"):
+def inputs(lanes=37, dtype="float32"):
     rng = np.random.default_rng(0)
     of_lanes = {name: rng.normal(size=lanes).astype(dtype) for name in ("x", "rate")}
     return of_lanes, {"step": np.asarray(0.125, dtype)}
@@ -61,8 +66,8 @@ def run(of_lanes, shared, dtype="float32", threads=1, **options):
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 def test_a_kernel_rolls_out_every_lane_as_numpy_does(dtype):
-    of_lanes, shared = given(dtype=dtype)
-    found = run(of_lanes, shared, dtype)
+    of_lanes, shared = inputs(dtype=dtype)
+    result = run(of_lanes, shared, dtype)
     x = of_lanes["x"].astype("float64")
     for n in range(FRAMES):
         largest = np.full_like(x, -np.inf)
@@ -70,16 +75,16 @@ def test_a_kernel_rolls_out_every_lane_as_numpy_does(dtype):
             x = x + 0.125 * (of_lanes["rate"] - x) + 0.01 * index
             largest = np.maximum(largest, x)
         tolerance = 1e-5 if dtype == "float32" else 1e-13
-        np.testing.assert_allclose(found["x"][n], x, tolerance, tolerance)
-        np.testing.assert_allclose(found["largest"][n], largest, tolerance, tolerance)
-        assert (found["last"][n] == (n + 1) * TICKS - 1).all()
-    assert found["x"].dtype == dtype
-    assert found["high"].dtype == bool
-    assert (found["high"] == (found["x"] > 1.0)).all()
+        np.testing.assert_allclose(result["x"][n], x, tolerance, tolerance)
+        np.testing.assert_allclose(result["largest"][n], largest, tolerance, tolerance)
+        assert (result["last"][n] == (n + 1) * TICKS - 1).all()
+    assert result["x"].dtype == dtype
+    assert result["high"].dtype == bool
+    assert (result["high"] == (result["x"] > 1.0)).all()
 
 
 def test_what_a_collector_raises_reaches_the_caller():
-    of_lanes, shared = given()
+    of_lanes, shared = inputs()
     kernel = compile_episode(PROGRAM, of_lanes, shared, "float32")
 
     def collect(first, n, channels):

@@ -54,14 +54,16 @@ def pairs(dtype):
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_basic_operations_are_those_of_numpy_to_the_bit(dtype):
     x, y = pairs(dtype)
-    found = evaluated(lambda x, y: {k: f(x, y) for k, (f, _) in BASIC.items()}, x, y, dtype=dtype)
+    result = evaluated(lambda x, y: {k: f(x, y) for k, (f, _) in BASIC.items()}, x, y, dtype=dtype)
     with np.errstate(all="ignore"):
         for name, (_, function) in BASIC.items():
             expected = function(x, y)
-            np.testing.assert_array_equal(found[name], expected, name)
+            np.testing.assert_array_equal(result[name], expected, name)
             if name not in ("max", "min", "clamp", "sign"):  # of two zeros, either
-                kept = ~np.isnan(expected) if expected.dtype.kind == "f" else slice(None)
-                assert (np.signbit(found[name][kept]) == np.signbit(expected[kept])).all(), name
+                defined = ~np.isnan(expected) if expected.dtype.kind == "f" else slice(None)
+                assert (np.signbit(result[name][defined]) == np.signbit(expected[defined])).all(), (
+                    name
+                )
 
 
 WHOLE = {
@@ -86,14 +88,16 @@ def test_whole_numbers_wrap_around_as_those_of_numpy():
     rng = np.random.default_rng(0)
     a, b = (rng.integers(-(2**31), 2**31, 300).astype("int32") for _ in range(2))
     a[:3], b[:3] = (-(2**31), 2**31 - 1, 7), (-1, -1, 0)
-    found = evaluated(lambda a, b: {k: f(a, b) for k, f in WHOLE.items()}, a, b)
+    result = evaluated(lambda a, b: {k: f(a, b) for k, f in WHOLE.items()}, a, b)
     with np.errstate(all="ignore"):
         for name, function in WHOLE.items():
-            np.testing.assert_array_equal(found[name], function(a, b), name)
+            np.testing.assert_array_equal(result[name], function(a, b), name)
     ratio = evaluated(jax.lax.div, a, b)
     np.testing.assert_array_equal(ratio, np.asarray(jax.lax.div(jnp.asarray(a), jnp.asarray(b))))
-    left = evaluated(jax.lax.rem, a, b)
-    np.testing.assert_array_equal(left, np.asarray(jax.lax.rem(jnp.asarray(a), jnp.asarray(b))))
+    remainder = evaluated(jax.lax.rem, a, b)
+    np.testing.assert_array_equal(
+        remainder, np.asarray(jax.lax.rem(jnp.asarray(a), jnp.asarray(b)))
+    )
 
 
 SHIFTS = {
@@ -112,9 +116,9 @@ def test_a_shift_by_more_bits_than_there_are_is_that_of_xla(by):
         amount = b if by is None else jnp.full_like(b, by)
         return {name: shift(a, amount) for name, shift in SHIFTS.items()}
 
-    found, expected = evaluated(shifted, a, b), shifted(jnp.asarray(a), jnp.asarray(b))
+    result, expected = evaluated(shifted, a, b), shifted(jnp.asarray(a), jnp.asarray(b))
     for name in SHIFTS:
-        np.testing.assert_array_equal(found[name], np.asarray(expected[name]), name)
+        np.testing.assert_array_equal(result[name], np.asarray(expected[name]), name)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
@@ -122,8 +126,8 @@ def test_a_float_becomes_whole_as_in_a_trace_whatever_it_is(dtype):
     x = samples(dtype)
     with jax.enable_x64(dtype == "float64"):
         expected = np.asarray(jnp.asarray(x).astype("int32"))
-    found = evaluated(lambda x: x.astype("int32"), x, dtype=dtype)
-    np.testing.assert_array_equal(found, expected)
+    result = evaluated(lambda x: x.astype("int32"), x, dtype=dtype)
+    np.testing.assert_array_equal(result, expected)
 
 
 UNARY = {
@@ -162,44 +166,44 @@ def test_elementary_functions_are_right_within_a_few_units_in_the_last_place(dty
         arguments[name] = np.abs(arguments[name]) + (1 if name == "arccosh" else 0)
 
     def all_of_them(*columns):
-        named = zip(UNARY, columns, strict=True)
-        return {name: getattr(jnp, name)(column) for name, column in named}
+        pairs = zip(UNARY, columns, strict=True)
+        return {name: getattr(jnp, name)(column) for name, column in pairs}
 
-    found = evaluated(all_of_them, *arguments.values(), dtype=dtype)
+    result = evaluated(all_of_them, *arguments.values(), dtype=dtype)
     with np.errstate(all="ignore"):
         for name, x in arguments.items():
             expected = getattr(np, name)(x.astype(exact))
             unit = np.spacing(np.abs(expected.astype(dtype)))
             finite = np.isfinite(expected.astype(dtype))
-            units = np.abs(found[name].astype(exact) - expected)[finite] / unit[finite]
-            most = {"tan": 6, "arccosh": 6, "sinh": 5, "cosh": 5, "tanh": 6}.get(name, 4)
+            units = np.abs(result[name].astype(exact) - expected)[finite] / unit[finite]
+            tolerance = {"tan": 6, "arccosh": 6, "sinh": 5, "cosh": 5, "tanh": 6}.get(name, 4)
             worst = np.argmax(units)
-            assert units[worst] <= most, (name, x[finite][worst], units[worst])
+            assert units[worst] <= tolerance, (name, x[finite][worst], units[worst])
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_elementary_functions_end_where_those_of_numpy_do(dtype):
     x = np.array([0.0, -0.0, np.inf, -np.inf, np.nan, 1.0, -1.0, 2.0], dtype)
-    found = evaluated(lambda x: {k: getattr(jnp, k)(x) for k in UNARY}, x, dtype=dtype)
+    result = evaluated(lambda x: {k: getattr(jnp, k)(x) for k in UNARY}, x, dtype=dtype)
     with np.errstate(all="ignore"):
         for name in UNARY:
             expected = getattr(np, name)(x)
-            np.testing.assert_array_equal(np.isnan(found[name]), np.isnan(expected), name)
-            np.testing.assert_allclose(found[name], expected, 1e-6, 1e-7, err_msg=name)
+            np.testing.assert_array_equal(np.isnan(result[name]), np.isnan(expected), name)
+            np.testing.assert_allclose(result[name], expected, 1e-6, 1e-7, err_msg=name)
 
 
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_functions_of_two_numbers_are_those_of_numpy(dtype):
     rng = np.random.default_rng(0)
     special = np.array([0.0, -0.0, 1.0, -1.0, 2.0, -3.0, 0.5, np.inf, -np.inf, np.nan])
-    a, b = (each.ravel() for each in np.meshgrid(special, special))
+    a, b = (grid.ravel() for grid in np.meshgrid(special, special))
     x = np.concatenate([a, np.abs(rng.normal(size=300))]).astype(dtype)
     y = np.concatenate([b, 3.0 * rng.normal(size=300)]).astype(dtype)
 
     def function(x, y):
         return {"atan2": jnp.arctan2(y, x), "pow": x**y, "rem": jnp.fmod(y, x)}
 
-    found = evaluated(function, x, y, dtype=dtype)
+    result = evaluated(function, x, y, dtype=dtype)
     with np.errstate(all="ignore"):
         wide = (x.astype("float64"), y.astype("float64"))
         expected = {
@@ -210,22 +214,24 @@ def test_functions_of_two_numbers_are_those_of_numpy(dtype):
     tolerance = 4 * np.finfo(dtype).eps
     for name, values in expected.items():
         np.testing.assert_allclose(
-            found[name], values.astype(dtype), tolerance, 1e-37, err_msg=name
+            result[name], values.astype(dtype), tolerance, 1e-37, err_msg=name
         )
 
 
 def test_powers_by_whole_numbers_are_products():
     x = samples("float32")
-    found = evaluated(lambda x: [x**3, x**-2, x**0], x)
+    result = evaluated(lambda x: [x**3, x**-2, x**0], x)
     with np.errstate(all="ignore"):
-        np.testing.assert_array_equal(found[0], x * (x * x))
-        np.testing.assert_array_equal(found[1], np.float32(1.0) / (x * x))
-    assert (found[2] == 1.0).all()
+        np.testing.assert_array_equal(result[0], x * (x * x))
+        np.testing.assert_array_equal(result[1], np.float32(1.0) / (x * x))
+    assert (result[2] == 1.0).all()
 
 
 def test_every_operation_of_the_table_is_native_code_or_made_of_what_is():
     missing = {
-        name for name, each in OPERATIONS.items() if each.llvm is None and name not in _FUNCTIONS
+        name
+        for name, operation in OPERATIONS.items()
+        if operation.llvm is None and name not in _FUNCTIONS
     }
     assert missing == {"erf", "copy"}  # copies are moves
 
@@ -253,14 +259,14 @@ STEPS = {
 )
 def test_any_graph_gives_what_numpy_gives_for_numbers_of_all_sorts(steps):
     def function(np_, x, y):
-        known = [x, y, np_.asarray(0.75, x.dtype) + 0 * x]
+        nodes = [x, y, np_.asarray(0.75, x.dtype) + 0 * x]
         for name, a, b in steps:
-            known.append(STEPS[name](np_, known[a % len(known)], known[b % len(known)]))
-        return known[-3:]
+            nodes.append(STEPS[name](np_, nodes[a % len(nodes)], nodes[b % len(nodes)]))
+        return nodes[-3:]
 
     x, y = pairs("float32")
-    found = evaluated(lambda x, y: function(jnp, x, y), x, y)
+    result = evaluated(lambda x, y: function(jnp, x, y), x, y)
     with np.errstate(all="ignore"):
         expected = function(np, x, y)
-    for got, wanted in zip(found, expected, strict=True):
-        np.testing.assert_array_equal(got, wanted)
+    for got, expected_value in zip(result, expected, strict=True):
+        np.testing.assert_array_equal(got, expected_value)

@@ -1,4 +1,4 @@
-"""What is read of a trace: what moves entries, what stays a branch, what cannot be native code."""
+"""Reading of a trace: operations that move entries, those that stay a branch, and refusals."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ def moves(x):
 
 
 def test_what_only_moves_entries_or_repeats_them_is_done_beforehand():
-    found = evaluated(moves, X)
+    result = evaluated(moves, X)
     for lane, x in enumerate(X):
         expected = moves(jnp.asarray([x]))
         for name, value in expected.items():
             np.testing.assert_allclose(
-                found[name][..., lane], np.asarray(value)[..., 0], 1e-6, err_msg=name
+                result[name][..., lane], np.asarray(value)[..., 0], 1e-6, err_msg=name
             )
 
 
@@ -101,9 +101,9 @@ def test_lanes_side_by_side_step_as_each_alone_to_the_bit(lanes):
         return {"phase": state["phase"] + inputs["gain"] * far}, {"on": far > 0.0, "far": far}
 
     def stepped(felt, count):
-        one = np.zeros(1, "float32")
-        given = {"felt": np.zeros((2, 1), "float32"), "gain": np.float32(0.0)}
-        step = compile_function(driven, {"phase": one}, given, lanes=count).step()
+        separate = np.zeros(1, "float32")
+        arguments = {"felt": np.zeros((2, 1), "float32"), "gain": np.float32(0.0)}
+        step = compile_function(driven, {"phase": separate}, arguments, lanes=count).step()
         step.inputs["felt"][..., :count], step.inputs["gain"][...] = felt, 0.5
         step.state["phase"][:count] = 0.9
         for _ in range(3):
@@ -114,8 +114,8 @@ def test_lanes_side_by_side_step_as_each_alone_to_the_bit(lanes):
     together = stepped(felt, lanes)
     for lane in range(lanes):
         alone = stepped(felt[:, [lane]], 1)
-        for whole, one in zip(together, alone, strict=True):
-            assert whole[lane] == one[0]
+        for joint, expected in zip(together, alone, strict=True):
+            assert joint[lane] == expected[0]
 
 
 def read(step):
@@ -150,12 +150,12 @@ def test_code_for_another_processor_or_altered_is_refused_before_it_is_loaded():
     kernel = compile_function(controller, BEGUN, {"felt": FELT})
     with pytest.raises(LanewiseError, match="another processor"):
         load_step(kernel.to_bytes("aarch64"))
-    whole = kernel.to_bytes()
-    load_step(whole)
-    damaged = [b"", b"no code", whole + b"\0"]
-    for place in range(0, len(whole), 61):
-        altered = bytes([whole[place] ^ 0x10])
-        damaged += [whole[:place], whole[:place] + altered + whole[place + 1 :]]
+    content = kernel.to_bytes()
+    load_step(content)
+    damaged = [b"", b"no code", content + b"\0"]
+    for place in range(0, len(content), 61):
+        altered = bytes([content[place] ^ 0x10])
+        damaged += [content[:place], content[:place] + altered + content[place + 1 :]]
     for code in damaged:
         with pytest.raises(LanewiseError, match="truncated or altered"):
             load_step(code)

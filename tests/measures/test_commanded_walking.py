@@ -1,4 +1,4 @@
-"""What a law for a range of commands is trained for: cheap for its speed, as fast as commanded."""
+"""Fitness of a law for a range of commands: cheap for its speed, as fast as commanded."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TIME = 0.1 * np.arange(1, 201)[:, None]
 
 
 def fitness(speed, power, omega, mass=1.0):
-    """Of a walk straight ahead, each a number or one a lane."""
+    """Return the fitness of a walk straight ahead; each argument is a number or one a lane."""
     speed, power, omega, mass = np.broadcast_arrays(
         *map(np.atleast_1d, (speed, power, omega, mass))
     )
@@ -39,8 +39,8 @@ def fitness(speed, power, omega, mass=1.0):
 
 
 def test_who_costs_what_the_front_costs_at_that_speed_gains_nothing():
-    found = fitness(speed=[0.1, 0.2, 0.6], power=[0.08, 0.12, 0.24], omega=[1.0, 2.0, 6.0])
-    np.testing.assert_allclose(found, 0.0, atol=2e-3)
+    result = fitness(speed=[0.1, 0.2, 0.6], power=[0.08, 0.12, 0.24], omega=[1.0, 2.0, 6.0])
+    np.testing.assert_allclose(result, 0.0, atol=2e-3)
 
 
 def test_half_the_cost_at_one_speed_is_worth_what_double_at_another_costs():
@@ -50,8 +50,8 @@ def test_half_the_cost_at_one_speed_is_worth_what_double_at_another_costs():
 
 
 def test_the_wanted_speed_follows_from_the_command_of_each_episode():
-    found = fitness(speed=0.3, power=0.12, omega=[3.0, 2.0, 6.0])
-    assert found == pytest.approx([0.0, -0.5 * TRACKING, -0.5 * TRACKING], abs=4e-3)
+    result = fitness(speed=0.3, power=0.12, omega=[3.0, 2.0, 6.0])
+    assert result == pytest.approx([0.0, -0.5 * TRACKING, -0.5 * TRACKING], abs=4e-3)
 
 
 def test_a_heavier_body_may_need_more():
@@ -64,8 +64,8 @@ def test_who_stands_is_better_than_who_goes_backwards_and_worse_than_who_creeps(
 
 
 def test_another_front_is_data_of_the_same_program():
-    other = dataclasses.replace(WALK, front=((0.2, 0.5), (0.3, 0.3), (0.5, 0.6)), tracking=1.0)
-    assert other.program == WALK.program
+    second = dataclasses.replace(WALK, front=((0.2, 0.5), (0.3, 0.3), (0.5, 0.6)), tracking=1.0)
+    assert second.program == WALK.program
 
 
 @pytest.mark.parametrize(

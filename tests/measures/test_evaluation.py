@@ -26,7 +26,7 @@ def reflex() -> Evaluation:
 
 
 def settles(flown, start_s: float, end_s: float) -> float:
-    """When the oracle's apexes settle [s]."""
+    """Return the time at which the oracle's apexes settle [s]."""
     column = np.full((3, len(flown.apex_time)), np.nan)
     column[:] = flown.apex_time, flown.apex_height, flown.apex_phase % (2 * math.pi)
     frame = np.arange(column.shape[1], dtype=np.int32)[:, None]
@@ -54,10 +54,10 @@ def test_five_episodes_around_the_training_frequency(reflex):
 
 
 def test_a_run_does_not_depend_on_the_runs_it_is_evaluated_with(reflex):
-    others = evaluate(build("V-reflex-w8"), [[2.0], [7.0], [0.5]], 8.0, protocol=SHORT)
+    extra = evaluate(build("V-reflex-w8"), [[2.0], [7.0], [0.5]], 8.0, protocol=SHORT)
     for name in metric_names():
         np.testing.assert_allclose(
-            others.episodes[name][0], reflex.episodes[name][1], rtol=1e-4, atol=1e-5, err_msg=name
+            extra.episodes[name][0], reflex.episodes[name][1], rtol=1e-4, atol=1e-5, err_msg=name
         )
 
 
@@ -81,21 +81,21 @@ def test_a_controller_that_needs_its_oscillator_hops_at_no_clamped_phase(reflex)
 def test_without_an_oscillator_there_is_one_episode():
     model = find("T-Fv")
     still = np.zeros((2, model.controller().n_weights))
-    found = evaluate(model.controller(), still, model.omega_t, protocol=SHORT)
-    assert np.isnan(found.omega).all()
-    assert found.episodes["t0_s"].shape == (2, 1)
-    assert np.all(found.episodes["cot_inverse"] == 0.0)  # no force: comes to rest
-    assert np.all(found.episodes["limit_cycle_share"] == 0.0)
+    result = evaluate(model.controller(), still, model.omega_t, protocol=SHORT)
+    assert np.isnan(result.omega).all()
+    assert result.episodes["t0_s"].shape == (2, 1)
+    assert np.all(result.episodes["cot_inverse"] == 0.0)  # no force: comes to rest
+    assert np.all(result.episodes["limit_cycle_share"] == 0.0)
     for name in ("cpgu", "delta_w", "t0_s", "t1_s", "recovery_share"):
-        assert np.isnan(found.episodes[name]).all(), name
+        assert np.isnan(result.episodes[name]).all(), name
 
 
 def test_without_a_drop_there_is_nothing_to_recover_from(reflex):
     calm = dataclasses.replace(SHORT, drop_m=0.0)
-    found = evaluate(build("V-reflex-w8"), SIGMAS, 8.0, protocol=calm)
-    assert np.isnan(found.episodes["t1_s"]).all()
-    assert np.isnan(found.episodes["recovery_share"]).all()
-    np.testing.assert_allclose(found.episodes["t0_s"], reflex.episodes["t0_s"], rtol=1e-5)
+    result = evaluate(build("V-reflex-w8"), SIGMAS, 8.0, protocol=calm)
+    assert np.isnan(result.episodes["t1_s"]).all()
+    assert np.isnan(result.episodes["recovery_share"]).all()
+    np.testing.assert_allclose(result.episodes["t0_s"], reflex.episodes["t0_s"], rtol=1e-5)
 
 
 @pytest.mark.parametrize(

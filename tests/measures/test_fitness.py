@@ -50,13 +50,13 @@ def trajectory(height: np.ndarray, **totals) -> Trajectory:
     return Trajectory(**jax.tree.map(jnp.asarray, entries))
 
 
-def judge(what: Trajectory, omega=5.0, fitness: Fitness = FITNESS) -> dict[str, np.ndarray]:
-    lanes = what.height_m.shape[1]
+def judge(recorded: Trajectory, omega=5.0, fitness: Fitness = FITNESS) -> dict[str, np.ndarray]:
+    lanes = recorded.height_m.shape[1]
     scenario = jax.tree.map(
         lambda x: jnp.asarray(np.broadcast_to(x, (lanes,)), "float32"), Scenario(np.asarray(omega))
     )
     body = jax.tree.map(jnp.float32, Hopper())
-    return jax.tree.map(np.asarray, fitness(what, scenario, body, TIMING))
+    return jax.tree.map(np.asarray, fitness(recorded, scenario, body, TIMING))
 
 
 def sinusoid(*omegas: float, amplitude: float = 0.3) -> np.ndarray:
@@ -142,9 +142,9 @@ def test_less_than_a_whole_hop_is_worth_nothing():
 
 def test_a_gait_that_has_died_out_by_the_last_quarter_is_none():
     for last_s, alive in ((14.95, False), (15.35, True)):
-        what = hopping(0.4, (1.5,), first_s=0.1)
-        hops = jnp.where(what.time_s <= last_s, what.apex_height_m, jnp.nan)
-        cot = judge(Trajectory(**{**what.channels, "apex_height_m": hops}))["cot_inverse"][0]
+        recorded = hopping(0.4, (1.5,), first_s=0.1)
+        hops = jnp.where(recorded.time_s <= last_s, recorded.apex_height_m, jnp.nan)
+        cot = judge(Trajectory(**{**recorded.channels, "apex_height_m": hops}))["cot_inverse"][0]
         assert cot == pytest.approx(0.75 if alive else 0.0, rel=1e-4)
 
 
@@ -154,11 +154,13 @@ def test_the_definition_of_energy_is_a_choice(energy):
         f"work_{name}_j": TIME * x
         for name, x in zip(("absolute", "positive", "net"), (4, 3, 2), strict=True)
     }
-    what = trajectory(sinusoid(5.0), climb_flight_m=12.0 * TIME, **work)
-    out = judge(what, fitness=Fitness(work=energy))
+    recorded = trajectory(sinusoid(5.0), climb_flight_m=12.0 * TIME, **work)
+    out = judge(recorded, fitness=Fitness(work=energy))
     expected = {"absolute": 3.0, "positive": 4.0, "net": 6.0}[energy]
     assert out["cot_inverse"][0] == pytest.approx(expected, rel=1e-4)
-    np.testing.assert_array_equal(work_total(what, energy), getattr(what, f"work_{energy}_j"))
+    np.testing.assert_array_equal(
+        work_total(recorded, energy), getattr(recorded, f"work_{energy}_j")
+    )
 
 
 def test_bounces_that_do_not_clear_the_rest_length_by_a_hundredth_are_no_hops():
@@ -183,24 +185,24 @@ def test_a_hop_is_measured_from_the_ground_where_it_is():
 
 
 def test_the_fitness_is_the_sum_of_both():
-    what = trajectory(sinusoid(4.5), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
-    out = judge(what, omega=5.0)
+    recorded = trajectory(sinusoid(4.5), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
+    out = judge(recorded, omega=5.0)
     assert out["delta_omega"][0] == pytest.approx(-0.25, abs=3e-3)
     assert out["fitness"][0] == pytest.approx(1.5 - 0.25, abs=5e-3)
 
 
 def test_the_frequency_can_be_left_out():
-    what = trajectory(sinusoid(4.0), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
-    out = judge(what, omega=8.0, fitness=Fitness(follow_omega=False))
+    recorded = trajectory(sinusoid(4.0), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
+    out = judge(recorded, omega=8.0, fitness=Fitness(follow_omega=False))
     assert out["fitness"][0] == pytest.approx(1.5, abs=2e-3)
     assert out["delta_omega"][0] == 0.0
 
 
 @pytest.mark.parametrize("weight", [0.0, HERTZ, 0.5, 1.0])
 def test_what_the_frequency_counts_for_is_a_choice(weight):
-    what = trajectory(sinusoid(4.5), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
+    recorded = trajectory(sinusoid(4.5), climb_flight_m=3.0 * TIME, work_absolute_j=2.0 * TIME)
     plain, weighted = (
-        judge(what, fitness=f) for f in (Fitness(), Fitness(frequency_weight=weight))
+        judge(recorded, fitness=f) for f in (Fitness(), Fitness(frequency_weight=weight))
     )
     gap = plain["fitness"][0] - plain["cot_inverse"][0]
     assert weighted["fitness"][0] == pytest.approx(1.5 + weight * gap, abs=2e-3)
@@ -222,8 +224,8 @@ def test_a_body_at_rest_gets_the_gap_of_no_motion():
 
 def test_motion_in_tune_is_better_than_rest_and_rest_better_than_far_out_of_tune():
     height = np.concatenate([sinusoid(5.0, 11.0), np.full((len(TIME), 1), 0.8)], axis=1)
-    in_tune, out_of_tune, rest = judge(trajectory(height), omega=5.0)["fitness"]
-    assert in_tune > rest > out_of_tune
+    in_tune, out_of_tune, at_rest = judge(trajectory(height), omega=5.0)["fitness"]
+    assert in_tune > at_rest > out_of_tune
 
 
 @pytest.mark.thorough
@@ -252,7 +254,7 @@ def test_a_failure_is_worse_than_anything_that_does_not_fail():
 
 
 def test_to_fail_later_is_better():
-    failed = np.stack([at < TIME for at in (2.0, 10.0, 19.0)], axis=1)
+    failed = np.stack([failed_at_s < TIME for failed_at_s in (2.0, 10.0, 19.0)], axis=1)
     out = judge(trajectory(sinusoid(5.0, 5.0, 5.0), failed=failed))
     assert (np.diff(out["fitness"]) > 0.1).all()
 
@@ -291,9 +293,9 @@ def test_training_pays_within_two_percent_of_what_a_long_window_of_the_same_gait
     controller, sigma = build("V-reflex-w4"), np.linspace(1.0, 9.0, 40)[:, None]
     omega = np.linspace(3.0, 9.0, 40)
     paid = Engine(controller=controller, timing=EPISODE, summary=Fitness())
-    made = Engine(controller=controller, timing=Timing(duration_s=60.0), summary=GaitSummary())
+    engine = Engine(controller=controller, timing=Timing(duration_s=60.0), summary=GaitSummary())
     trained = paid.run(sigma, Scenario(omega))["cot_inverse"]
-    long = made.run(sigma, Scenario(omega))
+    long = engine.run(sigma, Scenario(omega))
     settled = np.isfinite(long.limit_cycle_period) & (long.t0_s < SETTLE_S)
     settled &= long.limit_cycle_period <= 2
     assert settled.sum() >= 15

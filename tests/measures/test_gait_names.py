@@ -105,10 +105,10 @@ def test_the_sway_within_a_stride_averages_out_over_it():
 
 def test_each_lane_is_averaged_over_its_own_stride():
     raw = jnp.asarray(np.random.default_rng(0).uniform(0, 0.4, (200, 2, 2)).astype("float32"))
-    both = over_strides(raw, jnp.array([20, 50]))
+    averaged = over_strides(raw, jnp.array([20, 50]))
     for lane, frames in enumerate((20, 50)):
-        own = circular_mean(raw[150 - frames + 1 : 151, :, lane])
-        np.testing.assert_allclose(both[150, :, lane], own, atol=1e-4)
+        mean = circular_mean(raw[150 - frames + 1 : 151, :, lane])
+        np.testing.assert_allclose(averaged[150, :, lane], mean, atol=1e-4)
 
 
 def test_the_time_to_lock_is_the_last_time_that_the_lags_come_near():
@@ -141,8 +141,8 @@ def test_steps_are_counted_from_the_first_touchdown_to_the_last():
 def test_stances_begin_and_end_within_frames():
     time = 0.1 * np.arange(1, 8)
     gained = np.array([0.0, 0.03, 0.1, 0.06, 0.0, 0.0, 0.1])
-    (found,) = stances(time, np.cumsum(gained)[:, None])
-    assert [(s.touchdown_s, s.liftoff_s) for s in found] == [(0.17, 0.36), (0.6, 0.7)]
+    (stance,) = stances(time, np.cumsum(gained)[:, None])
+    assert [(s.touchdown_s, s.liftoff_s) for s in stance] == [(0.17, 0.36), (0.6, 0.7)]
 
 
 def test_a_leg_that_never_touches_the_ground_has_no_stance():
@@ -170,8 +170,8 @@ def test_legs_whose_places_say_nothing_are_numbered():
 @pytest.mark.parametrize("order", [1, -1], ids=["in order", "reversed"])
 def test_every_pattern_has_its_own_name_from_any_reference_leg_and_mirrored(pattern, order):
     legs = tuple(pattern.lags)[::order]
-    for each in (pattern, pattern.mirrored()):
-        lags = np.array([[each.lags[leg]] for leg in legs])
+    for variant in (pattern, pattern.mirrored()):
+        lags = np.array([[variant.lags[leg]] for leg in legs])
         for reference in range(len(legs)):
             assert nearest_pattern((lags - lags[reference]) % 1.0, legs) == pattern.name
 
@@ -180,8 +180,8 @@ def test_every_pattern_has_its_own_name_from_any_reference_leg_and_mirrored(patt
 def test_no_pattern_has_the_lags_of_another_within_the_tolerance(legs):
     rows = [(p.name, np.array([[p.lags[leg]] for leg in legs])) for p in patterns_for(legs)]
     for i, (name, row) in enumerate(rows):
-        for other, far in rows[i + 1 :]:
-            if name != other:
+        for neighbour, far in rows[i + 1 :]:
+            if name != neighbour:
                 assert distance(row, far)[0] > 0.1 - 1e-9  # a transverse gallop and a bound
 
 
@@ -217,12 +217,12 @@ def test_lags_of_another_number_of_legs_are_refused():
         nearest_pattern([[0.0], [0.5]], ("H", "F"), 0.7)
 
 
-def found(**entries) -> Coordination:
+def coordination(**entries) -> Coordination:
     """The coordination of one lane of two legs in antiphase, but for some entries."""
-    one = {name: np.zeros(1) for name in Coordination._fields}
-    one |= {"lag": np.array([[0.0], [0.5]]), "moved": np.array([0.3])}
-    one |= {"cycle_frequency_hz": np.full(1, 1.2), "fall_time_s": np.array([np.nan])}
-    return Coordination(**{**one, **entries})
+    fields = {name: np.zeros(1) for name in Coordination._fields}
+    fields |= {"lag": np.array([[0.0], [0.5]]), "moved": np.array([0.3])}
+    fields |= {"cycle_frequency_hz": np.full(1, 1.2), "fall_time_s": np.array([np.nan])}
+    return Coordination(**{**fields, **entries})
 
 
 @pytest.mark.parametrize(
@@ -237,7 +237,7 @@ def found(**entries) -> Coordination:
     ],
 )
 def test_a_lane_without_a_gait_says_why(entries, name):
-    assert gait_of(found(**entries), ("H", "F")) == name
+    assert gait_of(coordination(**entries), ("H", "F")) == name
     assert name in (*NO_GAIT, "antiphase")
 
 
@@ -253,9 +253,9 @@ def test_a_lane_without_a_gait_says_why(entries, name):
     ],
 )
 def test_a_gallop_runs_and_flies_and_a_canter_runs(lags, duty, flight, name):
-    one = found(
+    gait = coordination(
         lag=np.array(lags)[:, None],
         duty_factor=np.full((4, 1), duty),
         flight_share=np.full(1, flight),
     )
-    assert gait_of(one, FOUR) == name
+    assert gait_of(gait, FOUR) == name

@@ -1,4 +1,4 @@
-"""What legs are trained for: a walk at a speed, hopping leg by leg; and terms for legs."""
+"""Fitness of legs: a walk at a speed, hopping leg by leg; and terms for legs."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ CASES = {
 @pytest.fixture(scope="module")
 def walks():
     """A function that returns an entry of the fitness's parts of walks by name."""
-    usual = {"speed": 0.25, "power": 0.1, "yaw": 0.0, "looks": 0.0, "failed": 0.0}
-    lanes = {k: np.array([{**usual, **case}[k] for case in CASES.values()]) for k in usual}
+    standard = {"speed": 0.25, "power": 0.1, "yaw": 0.0, "looks": 0.0, "failed": 0.0}
+    lanes = {k: np.array([{**standard, **case}[k] for case in CASES.values()]) for k in standard}
     frames = {
         "time_s": TIME + 0.0 * lanes["speed"],
         "x_m": TIME * lanes["speed"] * np.cos(lanes["yaw"]),
@@ -65,9 +65,9 @@ def walks():
         "failed": (TIME > 15.0) & (lanes["failed"] > 0.0),
     }
     recorded = Trajectory(**jax.tree.map(jnp.asarray, frames))
-    found = jax.jit(lambda t: WALK(t, Scenario(omega=2.0), Walker(), TIMING))(recorded)
-    found = jax.tree.map(np.asarray, found)
-    return lambda entry, *names: [float(found[entry][list(CASES).index(n)]) for n in names]
+    result = jax.jit(lambda t: WALK(t, Scenario(omega=2.0), Walker(), TIMING))(recorded)
+    result = jax.tree.map(np.asarray, result)
+    return lambda entry, *names: [float(result[entry][list(CASES).index(n)]) for n in names]
 
 
 # Walking
@@ -166,24 +166,24 @@ def test_one_network_for_all_legs_is_its_formula():
     weights = np.random.default_rng(1).normal(size=(network.n_weights, 3, 2)).astype("float32")
     weights = np.broadcast_to(weights[:, :1], weights.shape)  # shared by all legs
     heard = of_legs()
-    found = np.asarray(jax.jit(lambda w: network(list(w), heard))(weights))
+    result = np.asarray(jax.jit(lambda w: network(list(w), heard))(weights))
     x = np.concatenate([np.asarray(heard["spring_force"]) / 2.0, np.asarray(heard["pitch"])[:1]])
     neurons = weights[:, 0].reshape(2, -1, 2)
     hidden = np.tanh((neurons[:, :4] * x[None]).sum(axis=1) + neurons[:, 4])
-    np.testing.assert_allclose(found, (neurons[:, 5:] * hidden[:, None]).sum(axis=0), rtol=1e-5)
+    np.testing.assert_allclose(result, (neurons[:, 5:] * hidden[:, None]).sum(axis=0), rtol=1e-5)
 
 
 def test_one_network_for_all_legs_feels_every_leg_and_a_network_a_leg_its_own_alone():
-    whole = WholeBodyFoot(("spring_force",), (), limbs=3, hidden=3)
-    own = LearnedFoot(("spring_force",), hidden=3)
+    complete = WholeBodyFoot(("spring_force",), (), limbs=3, hidden=3)
+    separate = LearnedFoot(("spring_force",), hidden=3)
     heard = of_legs()
     loads = heard["spring_force"]
     moved = Signals({**heard.values, "spring_force": loads.at[2].add(1.0)}, heard.scales)
-    for term, others_move in ((whole, True), (own, False)):
+    for term, others_move in ((complete, True), (separate, False)):
         weights = term.initial(jax.random.key(0))[:, None, None] * jnp.ones((1, 3, 2))
         say = jax.jit(lambda w, x, values, term=term: term(list(w), Signals(values, x)))
-        told = [say(weights, dict(each.scales), each.values) for each in (moved, heard)]
-        change = np.abs(np.asarray(told[0] - told[1]))
+        outputs = [say(weights, dict(signals.scales), signals.values) for signals in (moved, heard)]
+        change = np.abs(np.asarray(outputs[0] - outputs[1]))
         assert (change[:, 2] > 0.0).all()
         assert (change[:, :2] > 0.0).all() == others_move
 
@@ -235,8 +235,8 @@ def test_ellipses_under_one_clock_follow_the_first_leg_at_their_leads():
     sine, cosine = heard["sin_phase"][0], heard["cos_phase"][0]
     clock, size = jnp.arctan2(sine, cosine), jnp.hypot(sine, cosine)  # drawn, and so not of size 1
     turned = [(size * jnp.sin(clock + lead), size * jnp.cos(clock + lead)) for lead in leads]
-    expected = [ellipse.place(*each) for each in turned]
-    found = jax.jit(lambda w: term(list(w), heard))(weights)
-    np.testing.assert_allclose(found, jnp.stack(expected, axis=1), atol=1e-6)
+    expected = [ellipse.place(*signals) for signals in turned]
+    result = jax.jit(lambda w: term(list(w), heard))(weights)
+    np.testing.assert_allclose(result, jnp.stack(expected, axis=1), atol=1e-6)
     with pytest.raises(TegotaeError, match="give it 3, one a leg"):
         dataclasses.replace(term, lead_rad=(0.0,))

@@ -152,8 +152,8 @@ def test_what_no_body_does_is_not_measured(columns, options, message, tmp_path, 
 def test_a_hole_is_not_measured_over(resample, tmp_path, one_line_error):
     path = tmp_path / "log.csv"
     LOG.drop(index=range(200, 300)).to_csv(path, index=False)
-    said = one_line_error("measure", str(path), "--rest-length-m", "1", *resample)
-    assert "no sample for 0.505 s after sample 199 (0.995 s)" in said
+    message = one_line_error("measure", str(path), "--rest-length-m", "1", *resample)
+    assert "no sample for 0.505 s after sample 199 (0.995 s)" in message
 
 
 @pytest.mark.parametrize(

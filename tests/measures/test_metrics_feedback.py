@@ -1,4 +1,4 @@
-"""Whether a gait uses its oscillator's feedback, and its phase, on recordings made by hand."""
+"""Measures of the use of feedback and of phase, on recordings made by hand."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ METRICS = (catalogue.feedback_share, catalogue.feedback_while_pushing, catalogue
 ALPHA = 4.0
 
 
-def found(force_n, feedback=0.0, has_oscillator: bool = True) -> dict[str, float]:
+def feedback_metrics(force_n, feedback=0.0, has_oscillator: bool = True) -> dict[str, float]:
     """The metrics of a gait of one hop, whose force is a function of F_k and of compression.
 
     F_k grows with compression, up to some 10 N.
@@ -51,17 +51,19 @@ def in_stance() -> float:
     "law", [lambda felt, _: 0.3 * felt, lambda felt, _: 4.0 * np.tanh(0.5 * felt)]
 )
 def test_a_force_that_follows_the_spring_alone_leaves_nothing_to_the_phase(law):
-    assert found(law)["phase_share"] < 0.02
+    assert feedback_metrics(law)["phase_share"] < 0.02
 
 
 def test_a_push_in_compression_alone_is_the_phases():
-    assert found(lambda felt, down: np.where(down, 4.0, 0.0))["phase_share"] > 0.95
+    assert feedback_metrics(lambda felt, down: np.where(down, 4.0, 0.0))["phase_share"] > 0.95
 
 
 def test_a_force_that_has_both_is_shared_by_their_variances():
-    spring = found(lambda felt, _: 0.3 * felt)
+    spring = feedback_metrics(lambda felt, _: 0.3 * felt)
     assert spring["phase_share"] < 0.02
-    share = found(lambda felt, down: 0.3 * felt + np.where(down, 1.0, -1.0))["phase_share"]
+    share = feedback_metrics(lambda felt, down: 0.3 * felt + np.where(down, 1.0, -1.0))[
+        "phase_share"
+    ]
     hopping, time_s = Hopping(np.full(40, 1.2)), np.arange(1, 1501) * 0.02
     compression = 1.0 - hopping.height_m(time_s)
     variance = np.var(7.5 * compression[compression > 0.0])
@@ -69,25 +71,27 @@ def test_a_force_that_has_both_is_shared_by_their_variances():
 
 
 def test_a_constant_force_has_no_variance_to_explain():
-    assert np.isnan(found(lambda felt, _: 2.0 + 0.0 * felt)["phase_share"])
+    assert np.isnan(feedback_metrics(lambda felt, _: 2.0 + 0.0 * felt)["phase_share"])
 
 
 def test_feedback_that_is_off_makes_nothing_of_the_phases_advance():
-    assert found(lambda felt, _: 0.3 * felt)["feedback_share"] == 0.0
+    assert feedback_metrics(lambda felt, _: 0.3 * felt)["feedback_share"] == 0.0
 
 
 @pytest.mark.parametrize("feedback", [-2.0, 2.0])
 def test_the_share_of_feedback_is_that_of_its_size(feedback):
     mean = 2.0 * in_stance()
-    share = found(lambda felt, _: 0.3 * felt, feedback)["feedback_share"]
+    share = feedback_metrics(lambda felt, _: 0.3 * felt, feedback)["feedback_share"]
     assert share == pytest.approx(mean / (6.0 + mean), rel=0.02)
 
 
 def test_the_feedback_counts_while_the_actuator_pushes():
-    slowed = found(lambda felt, down: np.where(down, 1.0, 0.0), -2.0)
+    slowed = feedback_metrics(lambda felt, down: np.where(down, 1.0, 0.0), -2.0)
     assert slowed["feedback_while_pushing"] == pytest.approx(-2.0)
-    assert np.isnan(found(lambda felt, _: 0.0 * felt, -2.0)["feedback_while_pushing"])
+    assert np.isnan(feedback_metrics(lambda felt, _: 0.0 * felt, -2.0)["feedback_while_pushing"])
 
 
 def test_without_an_oscillator_there_is_nothing_to_feed_back():
-    assert np.isnan([*found(lambda felt, _: 0.3 * felt, -2.0, has_oscillator=False).values()]).all()
+    assert np.isnan(
+        [*feedback_metrics(lambda felt, _: 0.3 * felt, -2.0, has_oscillator=False).values()]
+    ).all()

@@ -40,8 +40,8 @@ def sine(step_s: float = 0.004, omega: float = 6.0):
     return time_s, 1 + 0.1 * np.sin(omega * time_s), 2.0 * (1 + np.cos(omega * time_s))
 
 
-def regime(found) -> str:
-    return REGIMES[found.regime]
+def regime(outcome) -> str:
+    return REGIMES[outcome.regime]
 
 
 @pytest.mark.parametrize("step_s", [0.002, 0.004, 0.01, 0.02])
@@ -49,21 +49,21 @@ def test_a_sine_at_any_resolution(step_s):
     """All in closed form: climbs 0.1 m above touchdown and 0.2 m in all per turn; the work is
     4 · 2 · 0.1 J (absolute), and the force changes by 2 ω sin ωt."""
     time_s, height, force = sine(step_s)
-    found = measure(time_s, height, rest_length_m=1.0, omega=5.5, force_n=force, max_force_n=4.0)
-    assert regime(found) == "limit cycle"
-    assert found.limit_cycle_period == 1
-    assert found.t0_s == pytest.approx(math.pi / 12, abs=1e-4)
-    assert found.cot_inverse == pytest.approx(1 / 8, rel=0.01)
-    assert found.cot_inverse_total == pytest.approx(1 / 4, rel=0.01)
-    assert found.w_peak == pytest.approx(6.0, abs=0.002)
-    assert found.a_peak == pytest.approx(1.0, abs=0.002)
-    assert found.delta_omega == pytest.approx(-0.25, abs=0.003)
-    assert found.delta_w == pytest.approx(0.5, abs=0.003)
+    result = measure(time_s, height, rest_length_m=1.0, omega=5.5, force_n=force, max_force_n=4.0)
+    assert regime(result) == "limit cycle"
+    assert result.limit_cycle_period == 1
+    assert result.t0_s == pytest.approx(math.pi / 12, abs=1e-4)
+    assert result.cot_inverse == pytest.approx(1 / 8, rel=0.01)
+    assert result.cot_inverse_total == pytest.approx(1 / 4, rel=0.01)
+    assert result.w_peak == pytest.approx(6.0, abs=0.002)
+    assert result.a_peak == pytest.approx(1.0, abs=0.002)
+    assert result.delta_omega == pytest.approx(-0.25, abs=0.003)
+    assert result.delta_w == pytest.approx(0.5, abs=0.003)
     # Averaging over 20 ms shortens the force by sinc(ωΔ/2), and so does differencing.
     half_turn = 6.0 * 0.02 / 2
     rate = 2.0 * 6.0 / math.sqrt(2.0) * (math.sin(half_turn) / half_turn) ** 2
-    assert found.smoothness == pytest.approx(rate / 4.0, rel=0.01)
-    assert math.isnan(found.t1_s)
+    assert result.smoothness == pytest.approx(rate / 4.0, rel=0.01)
+    assert math.isnan(result.t1_s)
 
 
 @pytest.mark.parametrize(
@@ -72,8 +72,8 @@ def test_a_sine_at_any_resolution(step_s):
 )
 def test_the_three_definitions_of_work(work, joule):
     time_s, height, force = sine()
-    found = measure(time_s, height, rest_length_m=1.0, force_n=force, work=work)
-    assert found.cot_inverse == pytest.approx(0.1 / joule, rel=0.002)
+    result = measure(time_s, height, rest_length_m=1.0, force_n=force, work=work)
+    assert result.cot_inverse == pytest.approx(0.1 / joule, rel=0.002)
 
 
 @pytest.fixture(scope="module")
@@ -102,18 +102,18 @@ def dropped():
 
 def test_recovery_from_a_drop_of_the_ground(dropped):
     time_s, height, ground, drop_s, t1_s = dropped
-    found = measure(time_s, height, rest_length_m=1.0, ground_m=ground, disturbed_at_s=drop_s)
-    assert found.limit_cycle_period == 1
-    assert found.t0_s < 1.5
-    assert found.t1_s == pytest.approx(t1_s, abs=2e-3)
+    result = measure(time_s, height, rest_length_m=1.0, ground_m=ground, disturbed_at_s=drop_s)
+    assert result.limit_cycle_period == 1
+    assert result.t0_s < 1.5
+    assert result.t1_s == pytest.approx(t1_s, abs=2e-3)
 
 
 def test_without_naming_the_disturbance_there_is_no_limit_cycle(dropped):
     """Its apexes lie 0.2 m lower after it: the gait only settles late, and T1 is undefined."""
     time_s, height, ground, drop_s, _ = dropped
-    found = measure(time_s, height, rest_length_m=1.0, ground_m=ground)
-    assert found.t0_s > drop_s
-    assert math.isnan(found.t1_s)
+    result = measure(time_s, height, rest_length_m=1.0, ground_m=ground)
+    assert result.t0_s > drop_s
+    assert math.isnan(result.t1_s)
 
 
 def test_no_cycle_before_the_disturbance_leaves_the_recovery_undefined():
@@ -122,19 +122,19 @@ def test_no_cycle_before_the_disturbance_leaves_the_recovery_undefined():
         chaotic.append(3.9 * chaotic[-1] * (1 - chaotic[-1]))
     hopping = Hopping(np.concatenate([1.1 + 0.3 * np.array(chaotic), np.full(20, 1.2)]))
     time_s = seconds()
-    found = measure(
+    result = measure(
         time_s,
         hopping.height_m(time_s),
         rest_length_m=1.0,
         disturbed_at_s=float(hopping.apex_s[11]),
     )
-    assert regime(found) == "no limit cycle"
-    assert math.isnan(found.t1_s)
+    assert regime(result) == "no limit cycle"
+    assert math.isnan(result.t1_s)
 
 
 def test_a_body_at_rest_hops_nowhere():
     time_s = seconds()
-    found = measure(
+    result = measure(
         time_s,
         np.full_like(time_s, 0.8),
         rest_length_m=1.0,
@@ -142,24 +142,24 @@ def test_a_body_at_rest_hops_nowhere():
         force_n=np.ones_like(time_s),
         max_force_n=4.0,
     )
-    assert regime(found) == "at rest"
-    assert found.cot_inverse == found.cot_inverse_total == 0.0
-    assert all(math.isnan(getattr(found, name)) for name in UNDEFINED_WITHOUT_CYCLE)
+    assert regime(result) == "at rest"
+    assert result.cot_inverse == result.cot_inverse_total == 0.0
+    assert all(math.isnan(getattr(result, name)) for name in UNDEFINED_WITHOUT_CYCLE)
 
 
 def test_a_body_that_hops_at_first_and_then_rests_is_at_rest():
     hopping = Hopping(np.full(10, 1.2))
     time_s = seconds()
-    found = measure(time_s, hopping.height_m(time_s), rest_length_m=1.0)
-    assert regime(found) == "at rest"
-    assert math.isnan(found.t0_s)
+    result = measure(time_s, hopping.height_m(time_s), rest_length_m=1.0)
+    assert regime(result) == "at rest"
+    assert math.isnan(result.t0_s)
 
 
 def test_a_gait_that_never_settles_is_marked_and_has_no_efficiency():
     random = np.random.default_rng(0)
     hopping = Hopping(random.uniform(1.1, 1.5, 40))
     time_s = seconds()
-    found = measure(
+    result = measure(
         time_s,
         hopping.height_m(time_s),
         rest_length_m=1.0,
@@ -167,9 +167,9 @@ def test_a_gait_that_never_settles_is_marked_and_has_no_efficiency():
         force_n=np.ones_like(time_s),
         max_force_n=4.0,
     )
-    assert regime(found) == "no limit cycle"
+    assert regime(result) == "no limit cycle"
     undefined = (*UNDEFINED_WITHOUT_CYCLE, "cot_inverse", "cot_inverse_total")
-    assert all(math.isnan(getattr(found, name)) for name in undefined)
+    assert all(math.isnan(getattr(result, name)) for name in undefined)
 
 
 def test_a_phase_that_slips_past_the_hops_is_no_limit_cycle():
@@ -181,8 +181,8 @@ def test_a_phase_that_slips_past_the_hops_is_no_limit_cycle():
     assert measure(time_s, height, rest_length_m=1.0, phase_rad=locked).limit_cycle_period == 1
     wrapped = locked % (2 * math.pi)
     assert measure(time_s, height, rest_length_m=1.0, phase_rad=wrapped).limit_cycle_period == 1
-    found = measure(time_s, height, rest_length_m=1.0, phase_rad=slipping)
-    assert regime(found) == "no limit cycle"
+    result = measure(time_s, height, rest_length_m=1.0, phase_rad=slipping)
+    assert regime(result) == "no limit cycle"
 
 
 def test_what_was_not_recorded_leaves_undefined_what_needs_it():
@@ -206,14 +206,14 @@ def test_what_was_not_recorded_leaves_undefined_what_needs_it():
 
 def test_work_that_is_negative_in_sum_has_no_efficiency():
     time_s, height, force = sine()
-    found = measure(time_s, height, rest_length_m=1.0, force_n=-force, work="net")
-    assert math.isnan(found.cot_inverse)
+    result = measure(time_s, height, rest_length_m=1.0, force_n=-force, work="net")
+    assert math.isnan(result.cot_inverse)
 
 
 def test_hopping_without_work_has_an_efficiency_of_zero():
     time_s, height, _ = sine()
-    found = measure(time_s, height, rest_length_m=1.0, force_n=np.zeros_like(time_s))
-    assert found.cot_inverse == 0.0
+    result = measure(time_s, height, rest_length_m=1.0, force_n=np.zeros_like(time_s))
+    assert result.cot_inverse == 0.0
 
 
 @pytest.mark.precise
@@ -266,14 +266,14 @@ def test_an_apex_between_samples_is_found():
 TIME, HEIGHT, FORCE = sine()
 
 
-def with_(array: np.ndarray, at: int, value: float) -> np.ndarray:
+def with_(array: np.ndarray, index: int, value: float) -> np.ndarray:
     changed = array.copy()
-    changed[at] = value
+    changed[index] = value
     return changed
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("arguments", "says"),
     [
         ({"height_m": with_(HEIGHT, 7, math.nan)}, "height_m is nan at sample 7"),
         ({"force_n": with_(FORCE, 9, math.inf)}, "force_n is inf at sample 9"),
@@ -302,8 +302,8 @@ def with_(array: np.ndarray, at: int, value: float) -> np.ndarray:
         ({"disturbed_at_s": -1.0}, "disturbed_at_s lies -1 s after"),
     ],
 )
-def test_recordings_that_cannot_be_measured_are_refused_in_one_line(given, says):
-    recording = {"time_s": TIME, "height_m": HEIGHT, "rest_length_m": 1.0, **given}
+def test_recordings_that_cannot_be_measured_are_refused_in_one_line(arguments, says):
+    recording = {"time_s": TIME, "height_m": HEIGHT, "rest_length_m": 1.0, **arguments}
     with pytest.raises(TegotaeError, match=says) as refusal:
         measure(**recording)
     assert "\n" not in str(refusal.value)

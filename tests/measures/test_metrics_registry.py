@@ -16,7 +16,7 @@ from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.measures import evaluation
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric, registry as there
+from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric, registry as catalogue
 from tegotae.measures.hopping.check import check_metric
 from tegotae.measures.hopping.registry import metrics, register_metric
 from tegotae.parts.bodies import Hopper
@@ -31,29 +31,29 @@ def registered():
     """The two metrics of the user's file, for one test."""
     yield register_metric(PEAK), register_metric(IN_WEIGHTS)
     for metric in (PEAK, IN_WEIGHTS):
-        there.forget(metric.name)
+        catalogue.forget(metric.name)
 
 
 def rolled_out(monkeypatch) -> list[str]:
-    """Which rollouts an evaluation makes, as it makes them, without making them."""
-    made: list[str] = []
+    """Record the rollouts that an evaluation asks for, without making them."""
+    names_made: list[str] = []
 
     class StopHereError(Exception):
         pass
 
     def made_up(name):
         def rollouts(*_, **__):
-            made.append(name)
+            names_made.append(name)
             raise StopHereError
 
         return rollouts
 
     for name in ("disturbed", "undisturbed", "clamped"):
         monkeypatch.setattr(evaluation.EvaluatedEpisodes, name, made_up(name))
-    for asked in ("cot_inverse", "optimum_share", "t1_s", "recovery_share", "cpgu"):
+    for metric in ("cot_inverse", "optimum_share", "t1_s", "recovery_share", "cpgu"):
         with pytest.raises(StopHereError):
-            evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=[asked])
-    return made
+            evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=[metric])
+    return names_made
 
 
 def test_what_no_metric_asked_for_needs_is_not_rolled_out(monkeypatch):
@@ -65,12 +65,12 @@ def test_what_no_metric_asked_for_needs_is_not_rolled_out(monkeypatch):
 
 
 def test_a_users_metric_is_evaluated_beside_the_packages_own(registered):
-    asked = ["peak_force_in_weights", "cot_inverse", "peak_force_n"]
-    found = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=asked)
-    assert list(found.episodes) == ["cot_inverse", "peak_force_n", "peak_force_in_weights"]
-    force_n = found.episodes["peak_force_n"][0, 0]
+    metrics = ["peak_force_in_weights", "cot_inverse", "peak_force_n"]
+    result = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=metrics)
+    assert list(result.episodes) == ["cot_inverse", "peak_force_n", "peak_force_in_weights"]
+    force_n = result.episodes["peak_force_n"][0, 0]
     assert 1.0 < force_n <= Hopper().max_force_n
-    weights = found.summary()["peak_force_in_weights"].mean
+    weights = result.summary()["peak_force_in_weights"].mean
     assert weights == pytest.approx(force_n / Hopper().weight_n)
 
 
@@ -84,8 +84,8 @@ def test_a_users_metric_is_in_tables_and_figures(registered):
 def test_a_table_of_a_metric_that_is_not_registered_here_stays_readable(registered, tmp_path):
     path = tmp_path / "table.csv"
     path.write_text(csv_of(table(peak_force_n=np.linspace(1.0, 2.0, 5))), encoding="utf-8")
-    there.forget(PEAK.name)
-    there.forget(IN_WEIGHTS.name)
+    catalogue.forget(PEAK.name)
+    catalogue.forget(IN_WEIGHTS.name)
     again = read_study_csv(path)
     assert again["peak_force_n"][0] == 1.0
     assert csv_of(again) == path.read_text(encoding="utf-8")
@@ -102,20 +102,20 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
     try:
         arguments = ["evaluate", "V-reflex-w8", "--metric", "cot_inverse", "peak_force:peak_force"]
         assert main(arguments) == 0
-        said = capsys.readouterr().out
-        assert "peak force [N]" in said
-        assert "CoT⁻¹ [m/J]" in said
-        assert "T0 [s]" not in said
+        message = capsys.readouterr().out
+        assert "peak force [N]" in message
+        assert "CoT⁻¹ [m/J]" in message
+        assert "T0 [s]" not in message
         assert main([*arguments, "--json"]) == 0
         (document,) = json.loads(capsys.readouterr().out)["rows"]
         assert document["peak_force_n"] == 2.5
     finally:
         for metric in (PEAK, IN_WEIGHTS):  # all of the file's
-            there.forget(metric.name)
+            catalogue.forget(metric.name)
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"),
+    ("requested", "says"),
     [
         ("cot_invers", "no metric is called 'cot_invers'; did you mean cot_inverse"),
         ("no_such_file.py:metric", "there is no file no_such_file.py"),
@@ -124,9 +124,9 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
     ],
 )
 def test_a_metric_that_is_not_there_is_told_before_anything_is_simulated(
-    asked, says, one_line_error
+    requested, says, one_line_error
 ):
-    assert says in one_line_error("evaluate", "V-reflex-w8", "--metric", asked)
+    assert says in one_line_error("evaluate", "V-reflex-w8", "--metric", requested)
 
 
 def test_names_of_the_package_and_of_other_files_are_taken(registered):
@@ -155,22 +155,22 @@ def test_metrics_follow_from_others_of_the_same_episodes():
         "hop_rate": np.array([4.0, np.nan, np.nan]),
         "limit_cycle_period": np.array([1.0, 1.0, np.nan]),
     }
-    shares = there.derived(values, Conditions(Hopper()))["optimum_share"]
+    shares = catalogue.derived(values, Conditions(Hopper()))["optimum_share"]
     assert shares[0] == pytest.approx(0.6 / 1.212, abs=1e-3)
     assert np.isnan(shares[1:]).all()
     for body in (Hopper(mass_kg=0.11), None):
-        assert np.isnan(there.derived(values, Conditions(body))["optimum_share"]).all()
-    assert there.derived({"cot_inverse": values["cot_inverse"]}, Conditions(Hopper())) == {}
+        assert np.isnan(catalogue.derived(values, Conditions(body))["optimum_share"]).all()
+    assert catalogue.derived({"cot_inverse": values["cot_inverse"]}, Conditions(Hopper())) == {}
 
 
 def test_the_built_in_metrics_say_what_they_are():
-    assert [metric.name for metric in there.built_in()][:2] == ["cot_inverse", "optimum_share"]
-    assert len({metric.label for metric in there.built_in()}) == len(there.built_in())
+    assert [metric.name for metric in catalogue.built_in()][:2] == ["cot_inverse", "optimum_share"]
+    assert len({metric.label for metric in catalogue.built_in()}) == len(catalogue.built_in())
 
 
 @pytest.mark.parametrize("name", ["limit_cycle_share", "optimum_share", "cpgu", "t0_s"])
 def test_metrics_of_each_kind_pass_the_check(name):
-    check_metric(there.find_metric(name))
+    check_metric(catalogue.find_metric(name))
 
 
 def test_a_users_metric_passes_the_check(registered):

@@ -43,8 +43,8 @@ def test_delta_w_weighs_all_peaks_of_at_least_half_the_largest():
 def test_every_lane_has_its_own_window_and_frequency():
     """A lane whose window starts late sees only what comes after, as if the signal were cut."""
     height = np.concatenate([signal((0.1, 9.0))[:700], signal((0.1, 4.0), (0.06, 8.0))[700:]])
-    both = np.concatenate([height, height], axis=1)
-    together = spectrum(both, STEP_S, np.array([0, 700]))
+    pair = np.concatenate([height, height], axis=1)
+    together = spectrum(pair, STEP_S, np.array([0, 700]))
     w_peak, a_peak = peak(together)
     cut_w, cut_a = peak(spectrum(height[700:], STEP_S))
     assert w_peak[0] == pytest.approx(9.0, abs=0.1)

@@ -20,8 +20,8 @@ from tegotae.measures.hopping.statistics import (
 
 def test_the_interval_covers_the_true_mean_about_as_often_as_it_says():
     random = np.random.default_rng(1)
-    found = [interval(random.normal(3.0, 1.0, 30)) for _ in range(200)]
-    covered = np.mean([f.low <= 3.0 <= f.high for f in found])
+    intervals = [interval(random.normal(3.0, 1.0, 30)) for _ in range(200)]
+    covered = np.mean([f.low <= 3.0 <= f.high for f in intervals])
     assert 0.88 < covered < 0.99
 
 
@@ -31,24 +31,24 @@ def test_the_same_values_give_the_same_interval():
 
 
 def test_undefined_values_are_counted_and_stay_out():
-    found = interval([1.0, math.nan, 3.0, math.nan])
-    assert (found.mean, found.count, found.undefined) == (2.0, 2, 2)
-    assert found.std == pytest.approx(math.sqrt(2.0))
+    result = interval([1.0, math.nan, 3.0, math.nan])
+    assert (result.mean, result.count, result.undefined) == (2.0, 2, 2)
+    assert result.std == pytest.approx(math.sqrt(2.0))
 
 
 def test_nothing_defined_is_undefined(recwarn):
     for values in ([], [math.nan, math.nan]):
-        found = interval(values)
-        assert math.isnan(found.mean)
-        assert found.count == 0
+        result = interval(values)
+        assert math.isnan(result.mean)
+        assert result.count == 0
     assert not recwarn.list
 
 
 def test_a_single_value_says_nothing_about_its_spread():
-    found = interval([2.5])
-    assert found.mean == 2.5
-    assert math.isnan(found.std)
-    assert math.isnan(found.low)
+    result = interval([2.5])
+    assert result.mean == 2.5
+    assert math.isnan(result.std)
+    assert math.isnan(result.low)
 
 
 def test_pairing_removes_what_both_rows_share():
@@ -56,15 +56,15 @@ def test_pairing_removes_what_both_rows_share():
     random = np.random.default_rng(2)
     base = random.normal(0.0, 10.0, 15)
     better = base + 1.0 + random.normal(0.0, 0.1, 15)
-    paired, apart = paired_difference(better, base), difference(better, base)
+    paired, separate = paired_difference(better, base), difference(better, base)
     assert 0.9 < paired.low < paired.high < 1.1
-    assert apart.low < 0.0 < apart.high
-    assert paired.mean == pytest.approx(apart.mean)
+    assert separate.low < 0.0 < separate.high
+    assert paired.mean == pytest.approx(separate.mean)
 
 
 def test_a_pair_with_an_undefined_member_is_undefined():
-    found = paired_difference([1.0, math.nan, 3.0], [0.0, 1.0, math.nan])
-    assert (found.mean, found.count, found.undefined) == (1.0, 1, 2)
+    result = paired_difference([1.0, math.nan, 3.0], [0.0, 1.0, math.nan])
+    assert (result.mean, result.count, result.undefined) == (1.0, 1, 2)
 
 
 def test_rows_need_not_be_of_one_length_unless_paired():
@@ -86,16 +86,16 @@ def test_a_stratified_difference_is_not_fooled_by_which_stratum_is_undefined():
     low, high = random.normal(0.0, 0.1, (2, 40)), random.normal(5.0, 0.1, (2, 40))
     high[0, 5:] = np.nan
     pooled = difference([*low[0], *high[0]], [*low[1], *high[1]])
-    found = stratified_difference([(low[0], low[1]), (high[0], high[1])])
+    result = stratified_difference([(low[0], low[1]), (high[0], high[1])])
     assert pooled.high < -1.0
-    assert -0.1 < found.low < found.high < 0.1
-    assert (found.count, found.undefined) == (pooled.count, pooled.undefined) == (125, 35)
+    assert -0.1 < result.low < result.high < 0.1
+    assert (result.count, result.undefined) == (pooled.count, pooled.undefined) == (125, 35)
 
 
 def test_a_stratum_without_a_counterpart_is_left_out():
-    found = stratified_difference([([1.0, 2.0], [0.0, 1.0]), ([9.0, 9.0], [math.nan, math.nan])])
-    assert found.mean == 1.0
-    assert (found.count, found.undefined) == (4, 0)
+    result = stratified_difference([([1.0, 2.0], [0.0, 1.0]), ([9.0, 9.0], [math.nan, math.nan])])
+    assert result.mean == 1.0
+    assert (result.count, result.undefined) == (4, 0)
     assert math.isnan(stratified_difference([]).mean)
 
 
@@ -116,15 +116,15 @@ def test_of_a_sample_that_lost_all_but_one_value_nothing_is_known():
 @pytest.mark.parametrize("n", [2, 3, 5, 7])
 def test_intervals_of_few_values_are_wide_enough(n):
     random = np.random.default_rng(n)
-    found = [interval(random.normal(3.0, 1.0, n)) for _ in range(1000)]
-    assert 0.92 < np.mean([f.low <= 3.0 <= f.high for f in found]) < 0.98
-    pairs = [difference(random.normal(3.0, 1.0, n), random.normal(0.0, 2.0, 15)) for _ in found]
+    intervals = [interval(random.normal(3.0, 1.0, n)) for _ in range(1000)]
+    assert 0.92 < np.mean([f.low <= 3.0 <= f.high for f in intervals]) < 0.98
+    pairs = [difference(random.normal(3.0, 1.0, n), random.normal(0.0, 2.0, 15)) for _ in intervals]
     assert 0.92 < np.mean([f.low <= 3.0 <= f.high for f in pairs]) < 0.98
 
 
 def test_rows_count_alike_however_long_they_are():
-    found = balanced_difference([[1.0] * 50 + [1.2] * 50, [9.0, 9.2]], [[1.0, 2.0]])
-    assert found.mean == pytest.approx(5.1 - 1.5)
+    result = balanced_difference([[1.0] * 50 + [1.2] * 50, [9.0, 9.2]], [[1.0, 2.0]])
+    assert result.mean == pytest.approx(5.1 - 1.5)
     assert balanced_difference([[1.0, 1.2], [9.0, 9.2]]).mean == pytest.approx(5.1)
     assert math.isnan(balanced_difference([[1.0, 1.2]], [[3.0]]).mean)
 
@@ -134,18 +134,18 @@ def test_rows_count_alike_however_long_they_are():
 
 @pytest.mark.parametrize("values", [[1.0, 1.0, 0.2], [0.0, 0.4], [0.9, 0.1, 1.0, 1.0]])
 def test_an_interval_of_a_share_is_one_of_shares(values):
-    free, found = interval(values), interval(values, within=(0.0, 1.0))
+    free, result = interval(values), interval(values, within=(0.0, 1.0))
     assert not 0.0 <= free.low <= free.high <= 1.0
-    assert (found.low, found.high) == (max(free.low, 0.0), min(free.high, 1.0))
-    assert (found.mean, found.std) == (free.mean, free.std)
+    assert (result.low, result.high) == (max(free.low, 0.0), min(free.high, 1.0))
+    assert (result.mean, result.std) == (free.mean, free.std)
 
 
 def test_what_is_cut_off_an_interval_never_held_the_mean():
     random = np.random.default_rng(0)
     covers = []
     for values in random.beta(0.5, 0.5, (500, 5)):
-        free, found = interval(values), interval(values, within=(0.0, 1.0))
-        covers.append([i.low <= 0.5 <= i.high for i in (free, found)])
+        free, result = interval(values), interval(values, within=(0.0, 1.0))
+        covers.append([i.low <= 0.5 <= i.high for i in (free, result)])
     assert np.mean(covers, axis=0)[0] == np.mean(covers, axis=0)[1]
 
 
@@ -154,29 +154,29 @@ def test_intervals_of_metrics_stay_within_what_the_metrics_can_be(n):
     random = np.random.default_rng(n)
     values = {}
     for metric in metrics():
-        least, most = metric.range
+        lowest, highest = metric.range
         # Most at an end of the range, one far from it.
-        end, far = (least, 1.0) if np.isfinite(least) else (most, -1.0)
+        end, far = (lowest, 1.0) if np.isfinite(lowest) else (highest, -1.0)
         end = end if np.isfinite(end) else 0.0
         values[metric.name] = np.where(np.arange(n) == 0, end + far, end) + 0.0 * random.normal(
             size=n
         )
     for name in values:
-        found = interval(values[name], within=range_of(name))
-        least, most = range_of(name)
-        assert least <= found.low <= found.mean <= found.high <= most
+        result = interval(values[name], within=range_of(name))
+        lowest, highest = range_of(name)
+        assert lowest <= result.low <= result.mean <= result.high <= highest
 
 
 def test_differences_of_shares_stay_between_minus_one_and_one():
     a, b, share = [1.0, 0.9, 0.2], [0.0, 0.0, 0.7], (0.0, 1.0)
     assert paired_difference(a, b).high > 1.0
     assert difference(a, b).high > 1.0
-    for found in (
+    for result in (
         paired_difference(a, b, within=share),
         difference(a, b, within=share),
         stratified_difference([(a, b)], within=share),
     ):
-        assert -1.0 <= found.low < found.high == 1.0
+        assert -1.0 <= result.low < result.high == 1.0
     assert balanced_difference([a], within=share).high == 1.0
 
 

@@ -49,7 +49,7 @@ def wandering():
     return measure(TIME, hopping.height_m(TIME), rest_length_m=1.0, force_n=np.abs(FORCE))
 
 
-def written(folder, columns, ending):
+def recording_file(folder, columns, ending):
     path = folder / f"walk{ending}"
     frame = pandas.DataFrame(columns)
     if ending == ".npz":
@@ -65,7 +65,7 @@ def written(folder, columns, ending):
 def test_a_file_of_any_format_holds_the_same_recording(tmp_path, ending):
     if ending == ".parquet":
         pytest.importorskip("pyarrow")
-    read = recording(read_columns(written(tmp_path, COLUMNS, ending)))
+    read = recording(read_columns(recording_file(tmp_path, COLUMNS, ending)))
     np.testing.assert_allclose(read.time_s, TIME)
     np.testing.assert_allclose(read.height_m, HEIGHT)
     np.testing.assert_allclose(read.force_n, FORCE)
@@ -115,7 +115,7 @@ def test_an_energy_is_no_work_of_the_actuators_unless_it_is_said_to_be():
 
 def test_a_column_whose_unit_nobody_tells_is_left_alone_and_that_is_said(tmp_path, capsys):
     table = {"time_s": TIME, "height_m": HEIGHT, "actuator_force": FORCE, "phase [turns]": TIME}
-    path = written(tmp_path, table, ".csv")
+    path = recording_file(tmp_path, table, ".csv")
     assert main(["measure", str(path), "--rest-length-m", "1"]) == 0
     force, phase = capsys.readouterr().err.splitlines()
     assert "column 'actuator_force' is without a unit and is left alone" in force
@@ -140,19 +140,21 @@ def test_a_wrapped_phase_is_resampled_as_a_phase():
 
 
 @pytest.mark.parametrize(
-    ("name", "ticks", "named"),
+    ("name", "ticks", "options"),
     [("time_s", 1.0, []), ("%time", 1e9, ["--columns", "time=%time[ns]"])],  # of Unix, of ROS
 )
 def test_time_stamps_count_from_the_first_sample_and_a_line_says_so(
-    tmp_path, capsys, name, ticks, named
+    tmp_path, capsys, name, ticks, options
 ):
-    def told(times, *more):
-        path = written(tmp_path, {**times, "height_m": HEIGHT}, ".csv")
-        assert main(["measure", str(path), "--rest-length-m", "1", "--json", *more]) == 0
+    def printed_by(times, *arguments):
+        path = recording_file(tmp_path, {**times, "height_m": HEIGHT}, ".csv")
+        assert main(["measure", str(path), "--rest-length-m", "1", "--json", *arguments]) == 0
         return json.loads(capsys.readouterr().out)
 
-    stamped = told({name: np.round(ticks * (1.7e9 + TIME), 2 if ticks == 1.0 else 0)}, *named)
-    plain = told({"time_s": TIME})
+    stamped = printed_by(
+        {name: np.round(ticks * (1.7e9 + TIME), 2 if ticks == 1.0 else 0)}, *options
+    )
+    plain = printed_by({"time_s": TIME})
     assert stamped.pop("notes") == ["times count from the first sample, stamped 1700000000 s"]
     assert plain.pop("notes") == []
     assert stamped["apex_time_s"] == pytest.approx(plain["apex_time_s"], abs=1e-5)
@@ -160,12 +162,12 @@ def test_time_stamps_count_from_the_first_sample_and_a_line_says_so(
 
 
 def test_every_metric_has_a_value_or_a_reason(settled, wandering):
-    for found in (settled, wandering):
-        undefined = {name for name, value in found.values.items() if math.isnan(value)}
-        assert undefined <= set(found.reasons)
-        assert all(found.reasons.values())
-        for name in set(found.reasons) & set(found.values):
-            assert math.isnan(found.values[name])
+    for measured in (settled, wandering):
+        undefined = {name for name, value in measured.values.items() if math.isnan(value)}
+        assert undefined <= set(measured.reasons)
+        assert all(measured.reasons.values())
+        for name in set(measured.reasons) & set(measured.values):
+            assert math.isnan(measured.values[name])
 
 
 def test_the_reason_says_how_far_a_gait_is_from_a_limit_cycle(wandering):
@@ -177,12 +179,12 @@ def test_the_reason_says_how_far_a_gait_is_from_a_limit_cycle(wandering):
 
 
 def test_the_reason_names_what_was_not_given():
-    found = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE)
-    assert "α is not given" in found.reasons["smoothness"]
-    assert "ω is not given" in found.reasons["delta_omega"]
-    assert "no disturbance" in found.reasons["t1_s"]
-    assert "no recording" in found.reasons["cpgu"]
-    assert "not given" in found.reasons["optimum_share"]
+    result = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE)
+    assert "α is not given" in result.reasons["smoothness"]
+    assert "ω is not given" in result.reasons["delta_omega"]
+    assert "no disturbance" in result.reasons["t1_s"]
+    assert "no recording" in result.reasons["cpgu"]
+    assert "not given" in result.reasons["optimum_share"]
 
 
 def test_what_takes_the_body_is_undefined_until_the_body_is_given():
@@ -193,35 +195,35 @@ def test_what_takes_the_body_is_undefined_until_the_body_is_given():
     assert math.isnan(bare.peak_force_in_weights)
     assert bare.reasons["peak_force_in_weights"] == "it takes the body, which is not given"
     body = Hopper(mass_kg=0.2)
-    found = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE, body=body)
-    assert found.peak_force_in_weights == pytest.approx(bare.peak_force_n / body.weight_n)
-    assert found.reasons["optimum_share"] == "it has no value for such a gait of this body"
+    result = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE, body=body)
+    assert result.peak_force_in_weights == pytest.approx(bare.peak_force_n / body.weight_n)
+    assert result.reasons["optimum_share"] == "it has no value for such a gait of this body"
 
 
 def test_the_efficiency_of_a_gait_that_settles_is_its_cost_of_transport(settled):
-    of = settled.efficiency
-    assert of.settled
-    assert of.cot_inverse == pytest.approx(settled.cot_inverse)
-    assert of.cot_inverse_total == pytest.approx(settled.cot_inverse_total)
+    efficiency = settled.efficiency
+    assert efficiency.settled
+    assert efficiency.cot_inverse == pytest.approx(settled.cot_inverse)
+    assert efficiency.cot_inverse_total == pytest.approx(settled.cot_inverse_total)
 
 
 def test_a_gait_that_does_not_settle_has_an_efficiency_that_is_marked(wandering):
-    of = wandering.efficiency
+    efficiency = wandering.efficiency
     assert math.isnan(wandering.cot_inverse)
-    assert not of.settled
-    assert of.start_s >= 10.0
-    assert of.cot_inverse > 0.0
-    assert of.cot_inverse == pytest.approx(of.climb_flight_m / of.work_j)
+    assert not efficiency.settled
+    assert efficiency.start_s >= 10.0
+    assert efficiency.cot_inverse > 0.0
+    assert efficiency.cot_inverse == pytest.approx(efficiency.climb_flight_m / efficiency.work_j)
 
 
 def test_work_that_was_recorded_is_not_computed_from_the_force(settled):
     """Half of the energy that the force's work would have been: twice the efficiency."""
-    done = np.concatenate(
+    work = np.concatenate(
         [[0.0], np.cumsum(np.abs(0.5 * (FORCE[1:] + FORCE[:-1]) * np.diff(HEIGHT)))]
     )
-    found = measure(TIME, HEIGHT, rest_length_m=1.0, phase_rad=6.0 * TIME, work_j=0.5 * done)
-    assert found.cot_inverse == pytest.approx(2.0 * settled.cot_inverse)
-    assert found.reasons["smoothness"] == "the actuator force was not recorded"
+    result = measure(TIME, HEIGHT, rest_length_m=1.0, phase_rad=6.0 * TIME, work_j=0.5 * work)
+    assert result.cot_inverse == pytest.approx(2.0 * settled.cot_inverse)
+    assert result.reasons["smoothness"] == "the actuator force was not recorded"
 
 
 def counted():
@@ -233,12 +235,12 @@ def counted():
 
 def test_running_totals_go_before_what_samples_tell_and_that_is_said(settled):
     totals = counted()
-    found = measure(**recording({**COLUMNS, **totals}), rest_length_m=1.0)
-    assert found.efficiency.climb_flight_m == pytest.approx(10 * settled.efficiency.climb_flight_m)
-    assert found.efficiency.climb_m == pytest.approx(10 * settled.efficiency.climb_m)
-    hops = found.efficiency
+    result = measure(**recording({**COLUMNS, **totals}), rest_length_m=1.0)
+    assert result.efficiency.climb_flight_m == pytest.approx(10 * settled.efficiency.climb_flight_m)
+    assert result.efficiency.climb_m == pytest.approx(10 * settled.efficiency.climb_m)
+    hops = result.efficiency
     assert hops.work_j == pytest.approx(10.0 * (hops.end_s - hops.start_s), rel=2e-3)
-    assert "work_j, climb_flight_m and climb_m: the recording's own" in found.notes[0]
+    assert "work_j, climb_flight_m and climb_m: the recording's own" in result.notes[0]
     assert settled.notes == ()
 
 
@@ -274,16 +276,16 @@ def test_a_height_that_leaps_by_a_leg_and_back_is_refused():
 
 @pytest.mark.parametrize("with_phase", [False, True])
 def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
-    found = settled if with_phase else wandering
-    figure = recording_figure(found, rest_length_m=1.0, note="walk")
+    measured = settled if with_phase else wandering
+    figure = recording_figure(measured, rest_length_m=1.0, note="walk")
     assert len(figure.axes) == (5 if with_phase else 4)
     if not with_phase:  # each apex over the one before, about the diagonal
         section = figure.axes[2]
         assert section.get_xlim() == section.get_ylim()
         assert section.get_box_aspect() == 1.0
-    tables = recording_tables(found)
+    tables = recording_tables(measured)
     assert set(tables) == {"frames", "hops", "spectrum"}
-    assert len(tables["hops"]["apex_height_m"]) == len(found.hops.time_s)
+    assert len(tables["hops"]["apex_height_m"]) == len(measured.hops.time_s)
     peak = np.argmax(tables["spectrum"]["power_share"])
     if with_phase:
         assert tables["spectrum"]["angular_frequency_rad_per_s"][peak] == pytest.approx(6, abs=0.1)
@@ -292,24 +294,26 @@ def test_the_picture_shows_what_was_measured(settled, wandering, with_phase):
 @pytest.mark.thorough
 def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
     """`simulate --csv`, then `measure`: the numbers of the engine's own summary."""
-    path, shown = tmp_path / "hop.csv", tmp_path / "hop.png"
-    given = ("paper", "--omega", "5", "--sigma", "2.753", "--duration-s", "20")
-    assert main(["simulate", *given, "--csv", str(path)]) == 0
-    before = path.read_bytes()
+    path, picture = tmp_path / "hop.csv", tmp_path / "hop.png"
+    arguments = ("paper", "--omega", "5", "--sigma", "2.753", "--duration-s", "20")
+    assert main(["simulate", *arguments, "--csv", str(path)]) == 0
+    previous = path.read_bytes()
     capsys.readouterr()
-    measured = ["measure", str(path), "--preset", "paper", "--omega", "5", "--plot", str(shown)]
+    measured = ["measure", str(path), "--preset", "paper", "--omega", "5", "--plot", str(picture)]
     assert main([*measured, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert shown.stat().st_size > 0
-    assert path.read_bytes() == before  # not by the figure's tables
+    result = json.loads(capsys.readouterr().out)
+    assert picture.stat().st_size > 0
+    assert path.read_bytes() == previous  # not by the figure's tables
     inside = Engine(
         controller=preset("paper").controller("sector"),
         timing=Timing(duration_s=20.0),
         summary=GaitSummary(),
     ).run([2.753], Scenario(omega=5.0))
-    assert found["regime"] == "limit cycle"
-    assert found["t0_s"] == pytest.approx(inside.t0_s[0], abs=0.011)  # its first sample is 10 ms in
-    assert found["limit_cycle_period"] == inside.limit_cycle_period[0]
+    assert result["regime"] == "limit cycle"
+    assert result["t0_s"] == pytest.approx(
+        inside.t0_s[0], abs=0.011
+    )  # its first sample is 10 ms in
+    assert result["limit_cycle_period"] == inside.limit_cycle_period[0]
     for name, relative in {
         "cot_inverse": 0.01,
         "cot_inverse_total": 0.01,
@@ -320,21 +324,21 @@ def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
         "hop_rate": 1e-3,
         "smoothness": 0.05,
     }.items():
-        assert found[name] == pytest.approx(getattr(inside, name)[0], rel=relative), name
-    assert 0.9 < found["optimum_share"] < 1.0
-    assert found["reasons"].keys() == {"t1_s", "cpgu", "feedback_while_pushing"}
+        assert result[name] == pytest.approx(getattr(inside, name)[0], rel=relative), name
+    assert 0.9 < result["optimum_share"] < 1.0
+    assert result["reasons"].keys() == {"t1_s", "cpgu", "feedback_while_pushing"}
 
 
 def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, capsys):
-    path = written(tmp_path, {"time_s": TIME, "height_m": HEIGHT}, ".csv")
+    path = recording_file(tmp_path, {"time_s": TIME, "height_m": HEIGHT}, ".csv")
     assert main(["measure", str(path), "--rest-length-m", "1", "--mass-kg", "2"]) == 0
-    said = capsys.readouterr().out
-    assert said.startswith("limit cycle; 19 hops in 20.00 s")
-    assert "neither the actuator force nor its work was recorded" in said
+    message = capsys.readouterr().out
+    assert message.startswith("limit cycle; 19 hops in 20.00 s")
+    assert "neither the actuator force nor its work was recorded" in message
 
 
 @pytest.mark.parametrize(
-    ("columns", "named", "says"),
+    ("columns", "options", "says"),
     [
         ({"time_s": [0]}, [], r"no column is the height \(height_m/cm/mm\) among 'time_s'"),
         (
@@ -367,9 +371,9 @@ def test_the_command_says_what_it_is_and_why_the_rest_is_undefined(tmp_path, cap
         ({"time_s": [], "height_m": []}, [], "the recording holds 0 samples; .* at least 3"),
     ],
 )
-def test_columns_that_make_no_recording_are_refused_in_one_line(columns, named, says):
+def test_columns_that_make_no_recording_are_refused_in_one_line(columns, options, says):
     with pytest.raises(TegotaeError, match=says) as refusal:
-        recording(columns, named)
+        recording(columns, options)
     assert "\n" not in str(refusal.value)
 
 
@@ -459,5 +463,5 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
 def test_options_that_cannot_be_used_are_refused_in_one_line(
     tmp_path, one_line_error, options, says
 ):
-    path = written(tmp_path, COLUMNS, ".csv")
+    path = recording_file(tmp_path, COLUMNS, ".csv")
     assert says in one_line_error("measure", str(path), *options)

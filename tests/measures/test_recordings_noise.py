@@ -51,10 +51,10 @@ def hopper(script):
 def test_up_to_five_per_cent_of_noise_changes_no_number_by_more(script, hopper, level, seed):
     walk, right = hopper
     noise = script.noisy(walk, level, seed)
-    found = script.measured(noise)
-    assert found.regime == right.regime
-    assert found.limit_cycle_period == right.limit_cycle_period
-    for name, error in script.errors(found, right).items():
+    result = script.measured(noise)
+    assert result.regime == right.regime
+    assert result.limit_cycle_period == right.limit_cycle_period
+    for name, error in script.errors(result, right).items():
         assert abs(error) < 0.05, name
     raw = script.errors(script.measured(noise, lowpass_hz=np.inf), right)
     assert abs(raw["apex"]) > 0.005
@@ -63,9 +63,9 @@ def test_up_to_five_per_cent_of_noise_changes_no_number_by_more(script, hopper, 
 @pytest.mark.parametrize("cutoff_hz", [4.0, 6.0])
 def test_a_cutoff_that_fits_does_as_well(script, hopper, cutoff_hz):
     walk, right = hopper
-    found = script.measured(script.noisy(walk, 0.03, 2), lowpass_hz=cutoff_hz)
-    assert f"low-passed at {cutoff_hz:g} Hz" in " ".join(found.notes)
-    for name, error in script.errors(found, right).items():
+    result = script.measured(script.noisy(walk, 0.03, 2), lowpass_hz=cutoff_hz)
+    assert f"low-passed at {cutoff_hz:g} Hz" in " ".join(result.notes)
+    for name, error in script.errors(result, right).items():
         assert abs(error) < 0.05, name
 
 
@@ -91,20 +91,20 @@ def test_the_noise_is_told_apart_from_a_smooth_gait(level):
 
 def test_a_recording_without_noise_is_left_as_it_is():
     columns = {"time_s": TIME, "height_m": HEIGHT, "force_n": FORCE, "phase_rad": 6.0 * TIME}
-    found = denoised(columns, rest_length_m=1.0, limit_cycle=LimitCycle(), work="absolute")
+    result = denoised(columns, rest_length_m=1.0, limit_cycle=LimitCycle(), work="absolute")
     for name, column in columns.items():
-        np.testing.assert_array_equal(found.samples[name], column)
-    assert found.notes == ()
-    assert found.prominence_m == 0.0
-    assert found.limit_cycle == LimitCycle()
+        np.testing.assert_array_equal(result.samples[name], column)
+    assert result.notes == ()
+    assert result.prominence_m == 0.0
+    assert result.limit_cycle == LimitCycle()
 
 
 def test_the_low_pass_shifts_no_phase():
     clean = cleaned(HEIGHT + white(0.03), 0.01, floor=1e-4)
     lags = np.arange(-10, 11)
     inside = slice(50, -50)
-    alike = [np.dot(np.roll(clean.samples, lag)[inside] - 1, HEIGHT[inside] - 1) for lag in lags]
-    assert lags[np.argmax(alike)] == 0
+    products = [np.dot(np.roll(clean.samples, lag)[inside] - 1, HEIGHT[inside] - 1) for lag in lags]
+    assert lags[np.argmax(products)] == 0
     assert np.std(clean.samples - HEIGHT) < 0.01
 
 
@@ -120,11 +120,11 @@ def test_noise_of_a_force_is_no_work():
     push = np.where(np.cos(6.0 * TIME) > 0.0, 2.0, 0.0)
     up = np.sign(np.diff(HEIGHT))
     for definition, right in (("absolute", 1.0), ("positive", 1.0), ("net", 1.0)):
-        done = work_under_noise(push + white(0.2), HEIGHT, up, 0.01, definition)[-1]
-        assert done == pytest.approx(right * work_under_noise(push, HEIGHT, up, 0.01, "net")[-1],
+        work = work_under_noise(push + white(0.2), HEIGHT, up, 0.01, definition)[-1]
+        assert work == pytest.approx(right * work_under_noise(push, HEIGHT, up, 0.01, "net")[-1],
                                      rel=0.02)  # fmt: skip
-    both = work_under_noise(-push + white(0.2), HEIGHT, up, 0.01, "absolute")[-1]
-    assert both == pytest.approx(work_under_noise(push, HEIGHT, up, 0.01, "net")[-1], rel=0.02)
+    absolute = work_under_noise(-push + white(0.2), HEIGHT, up, 0.01, "absolute")[-1]
+    assert absolute == pytest.approx(work_under_noise(push, HEIGHT, up, 0.01, "net")[-1], rel=0.02)
 
 
 def test_what_noise_hides_is_said(tmp_path, capsys):
@@ -132,11 +132,11 @@ def test_what_noise_hides_is_said(tmp_path, capsys):
     table = {"time_s": TIME, "height_m": HEIGHT + white(0.02), "force_n": FORCE + white(0.1)}
     pandas.DataFrame(table).to_csv(path, index=False)
     assert main(["measure", str(path), "--rest-length-m", "1", "--json"]) == 0
-    height, force, alike = json.loads(capsys.readouterr().out)["notes"]
+    height, force, repeat = json.loads(capsys.readouterr().out)["notes"]
     assert "the height holds noise of about 19 mm" in height
     assert "low-passed at" in height
     assert "the force holds noise of about 0.096 N" in force
-    assert "hops that differ by less than 30 mm count as alike" in alike
+    assert "hops that differ by less than 30 mm count as alike" in repeat
     assert main(["measure", str(path), "--rest-length-m", "1", "--lowpass", "5"]) == 0
     assert "low-passed at 5 Hz" in capsys.readouterr().out
 
@@ -153,17 +153,19 @@ def test_hops_climb_and_spectrum_that_contradict_each_other_are_said_to():
 
 
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("arguments", "says"),
     [
         ("0", "lowpass is 0; it must be greater than 0"),
         ("50", "lowpass is 50 Hz; it must be below half of the sampling rate, 50 Hz"),
         ("nan", "lowpass is nan"),
     ],
 )
-def test_a_cutoff_that_cannot_be_used_is_refused(tmp_path, one_line_error, given, says):
+def test_a_cutoff_that_cannot_be_used_is_refused(tmp_path, one_line_error, arguments, says):
     path = tmp_path / "walk.csv"
     pandas.DataFrame({"time_s": TIME, "height_m": HEIGHT}).to_csv(path, index=False)
-    assert says in one_line_error("measure", str(path), "--rest-length-m", "1", "--lowpass", given)
+    assert says in one_line_error(
+        "measure", str(path), "--rest-length-m", "1", "--lowpass", arguments
+    )
 
 
 def test_too_few_samples_for_a_low_pass_are_refused():

@@ -26,7 +26,7 @@ def test_a_hexapod_has_a_margin_whatever_leg_it_loses_and_most_without_a_middle_
     assert margins["LF"] == margins["RH"] == pytest.approx(0.306, abs=1e-3)
 
 
-@pytest.mark.parametrize(("lost", "says"), [((4,), "0 ... 3"), ((0, 1), "2 legs are left")])
-def test_a_leg_that_there_is_not_or_too_few_legs_are_refused(lost, says):
+@pytest.mark.parametrize(("missing", "says"), [((4,), "0 ... 3"), ((0, 1), "2 legs are left")])
+def test_a_leg_that_there_is_not_or_too_few_legs_are_refused(missing, says):
     with pytest.raises(TegotaeError, match=says):
-        support_margin_m(Walker(), lost)
+        support_margin_m(Walker(), missing)

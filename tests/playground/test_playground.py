@@ -77,9 +77,9 @@ def a_quadruped_that_loses_a_leg() -> Case:
 @pytest.mark.parametrize("case", [all_that_can_happen, a_quadruped_that_loses_a_leg])
 def test_the_engine_of_a_page_moves_as_the_package_does_whatever_happens(case, tmp_path):
     run = case()
-    wanted = run.by_the_package()
-    assert np.ptp(wanted["height_m"]) > 0.2
-    assert_same(played_in_node(run, tmp_path), wanted)
+    expected = run.by_the_package()
+    assert np.ptp(expected["height_m"]) > 0.2
+    assert_same(played_in_node(run, tmp_path), expected)
 
 
 @needs_node
@@ -93,9 +93,9 @@ def test_a_frozen_oscillator_is_a_clamped_one(tmp_path):
         given={"moving": 0.0},
     )
     clamped = dataclasses.replace(VANILLA.controller, oscillator=Clamped(PhaseOscillator()))
-    found = played_in_node(still, tmp_path)
-    assert_same(found, still.by_the_package(clamped))
-    assert np.ptp(found["phase_rad"]) == 0.0
+    result = played_in_node(still, tmp_path)
+    assert_same(result, still.by_the_package(clamped))
+    assert np.ptp(result["phase_rad"]) == 0.0
 
 
 @needs_node
@@ -103,27 +103,27 @@ def test_a_frozen_oscillator_is_a_clamped_one(tmp_path):
 def test_a_term_of_ones_own_is_compiled_and_does_what_it_does_in_the_package(tmp_path):
     for part in (my_parts.DriftingPhase, my_parts.HarmonicAction):
         tegotae.register(part)
-    own = Controller(
+    controller = Controller(
         Reflex(),
         my_parts.DriftingPhase(),
         Tegotae(my_parts.HarmonicAction(), VanillaReaction(), ConstantGain()),
     )
-    assert not shelf.has(own, Hopper())
-    weights = np.asarray(own.initial(jax.random.key(1)))
-    run = Case(own, weights, Hopper(), Scenario(omega=8.0), duration_s=4.0)
+    assert not shelf.has(controller, Hopper())
+    weights = np.asarray(controller.initial(jax.random.key(1)))
+    run = Case(controller, weights, Hopper(), Scenario(omega=8.0), duration_s=4.0)
     assert_same(played_in_node(run, tmp_path), run.by_the_package())
 
 
 @needs_compiler
 @pytest.mark.parametrize("name", ["V-sector-w8", "ART-rF-tphif-w8"])
 def test_engines_that_come_with_the_package_are_those_of_its_present_code(name):
-    kept = shelf.cached_engine(CHOICES[name].controller, Hopper())
-    if kept.made_by != shelf.makers():
-        pytest.skip(f"the engines were made by {kept.made_by}, and here is {shelf.makers()}")
-    made = shelf.compile_engine(CHOICES[name].controller, Hopper())
-    assert kept.layout == made.layout
-    same = gzip.decompress(kept.wasm) == gzip.decompress(made.wasm)
-    assert same, "run python -m playground.make"
+    stored = shelf.cached_engine(CHOICES[name].controller, Hopper())
+    if stored.made_by != shelf.makers():
+        pytest.skip(f"the engines were made by {stored.made_by}, and here is {shelf.makers()}")
+    compiled = shelf.compile_engine(CHOICES[name].controller, Hopper())
+    assert stored.layout == compiled.layout
+    is_equal = gzip.decompress(stored.wasm) == gzip.decompress(compiled.wasm)
+    assert is_equal, "run python -m playground.make"
 
 
 def test_every_standard_controller_has_an_engine_for_every_standard_body():
@@ -154,7 +154,7 @@ def test_an_episode_is_worth_in_the_page_what_it_is_worth_in_the_package(tmp_pat
     controller = VANILLA.controller
     weights = np.array([[1.0], [2.0], [0.0], [3.0], [-1.0]], "float32")
     engine = Engine(controller=controller, timing=EPISODE, summary=Fitness())
-    wanted = engine.run(weights, Scenario(omega=8.0))
+    expected = engine.run(weights, Scenario(omega=8.0))
     data = {
         **wasm_of(shelf.cached_engine(controller, Hopper())),
         "given": Case(controller, [1.0], Hopper(), Scenario(omega=8.0)).task()["given"],
@@ -162,11 +162,13 @@ def test_an_episode_is_worth_in_the_page_what_it_is_worth_in_the_package(tmp_pat
         "timing": {**dataclasses.asdict(EPISODE), "settle_s": SETTLE_S},
         "definitions": {**DEFINITIONS, "follow_omega": True},
     }
-    found = in_node(JUDGED, data, tmp_path)
-    assert wanted["cot_inverse"].max() > 0.3
+    outcomes = in_node(JUDGED, data, tmp_path)
+    assert expected["cot_inverse"].max() > 0.3
     for name, key in (("cot_inverse", "cotInverse"), ("fitness", "fitness")):
-        np.testing.assert_allclose([each[key] for each in found], wanted[name], atol=5e-3)
-    assert [each["failed"] for each in found] == wanted["failed"].tolist()
+        np.testing.assert_allclose(
+            [outcome[key] for outcome in outcomes], expected[name], atol=5e-3
+        )
+    assert [outcome["failed"] for outcome in outcomes] == expected["failed"].tolist()
 
 
 HEARD = """
@@ -184,19 +186,19 @@ def test_the_cost_that_a_page_shows_is_over_whole_hops_and_none_of_a_gait_that_i
     engine = Engine(controller=VANILLA.controller, timing=Timing(duration_s=10.0, tick_s=0.002))
     t = jax.tree.map(lambda x: x[:, 0], engine.run([1.0], Scenario(omega=8.0)))
     # JSON has no NaN: no apex is one far below.
-    told = {f"channel.{name}": np.nan_to_num(getattr(t, name), nan=-1.0).astype(float)
+    columns = {f"channel.{name}": np.nan_to_num(getattr(t, name), nan=-1.0).astype(float)
             for name in HEARD_CHANNELS}  # fmt: skip
-    frames = [dict(zip(told, row, strict=True), **{"body.rest_length_m": 1.0})
-              for row in np.array(list(told.values())).T.tolist()]  # fmt: skip
-    still = [dict(frames[-1], **{"channel.time_s": at, "channel.apex_height_m": -1.0})
-             for at in (12.0, 13.5)]  # fmt: skip
+    frames = [dict(zip(columns, row, strict=True), **{"body.rest_length_m": 1.0})
+              for row in np.array(list(columns.values())).T.tolist()]  # fmt: skip
+    still = [dict(frames[-1], **{"channel.time_s": time_s, "channel.apex_height_m": -1.0})
+             for time_s in (12.0, 13.5)]  # fmt: skip
     data = {"definitions": DEFINITIONS, "frames": [*frames, *still]}
-    *shown, soon, late = in_node(HEARD, data, tmp_path)
+    *costs, soon, late = in_node(HEARD, data, tmp_path)
     first = np.flatnonzero(t.apex_height_m >= 1.01)[-9]
     eight = whole_hops(t.apex_height_m[first:], t.ground_m[first:], 1.0)
     climb, work = (eight.over(x[first:]) for x in (t.climb_flight_m, t.work_absolute_j))
     assert int(eight.n_hops) == 8
-    assert shown[-1] == soon == pytest.approx(float(climb / work), rel=1e-5)
+    assert costs[-1] == soon == pytest.approx(float(climb / work), rel=1e-5)
     assert late == 0
 
 
@@ -224,9 +226,9 @@ def test_a_search_moves_in_the_page_as_in_the_package(tmp_path):
     });
     """
     start = {"start": [0.5, -0.2, 0.1], "settings": dataclasses.asdict(settings), "rounds": rounds}
-    found = np.array(in_node(script, start, tmp_path))
-    np.testing.assert_allclose(found[:, 0], means, atol=1e-5)
-    np.testing.assert_allclose(found[:, 1], stds, atol=1e-5)
+    moments = np.array(in_node(script, start, tmp_path))
+    np.testing.assert_allclose(moments[:, 0], means, atol=1e-5)
+    np.testing.assert_allclose(moments[:, 1], stds, atol=1e-5)
     assert np.abs(means[-1] - means[0]).max() > 0.1
 
 
@@ -250,12 +252,12 @@ def test_a_gait_is_learned_from_random_weights_by_the_pages_own_learner(tmp_path
     const task = { ...data, wasm: Buffer.from(data.wasm, "base64") };
     await learn(task, (told) => result.push(told));
     """
-    told = in_node(script, task, tmp_path)
-    assert [each["generation"] for each in told] == list(range(12))
-    best = [each["best"]["fitness"] for each in told]
+    reports = in_node(script, task, tmp_path)
+    assert [report["generation"] for report in reports] == list(range(12))
+    best = [report["best"]["fitness"] for report in reports]
     assert best == sorted(best)
     assert best[-1] > best[0] + 0.1
-    assert len(told[-1]["best"]["weights"]) == ART.controller.n_weights
+    assert len(reports[-1]["best"]["weights"]) == ART.controller.n_weights
 
 
 def test_a_page_is_one_file_that_needs_nothing_else():
@@ -308,18 +310,18 @@ def saved_at(path, controller=None, body=None, omega=8.0):
 
 
 def test_a_controller_of_ones_own_comes_first_with_its_bodys_numbers(tmp_path, capsys):
-    own = saved_at(tmp_path / "mine.json", body=Hopper(mass_kg=0.2))
+    path = saved_at(tmp_path / "mine.json", body=Hopper(mass_kg=0.2))
     page = tmp_path / "page.html"
-    assert main(["playground", str(own), "--out", str(page)]) == 0
+    assert main(["playground", str(path), "--out", str(page)]) == 0
     assert str(page) in capsys.readouterr().out
     data = data_of(page.read_text(encoding="utf-8"))
-    assert [each["label"] for each in data["controllers"]] == ["mine", "V: nothing learned"]
+    assert [entry["label"] for entry in data["controllers"]] == ["mine", "V: nothing learned"]
     assert data["bodies"][0]["numbers"]["mass_kg"] == 0.2
     assert set(data["controllers"][0]["engines"]) == set(STANDARD)
 
 
 def data_of(html: str) -> dict:
-    """What the scripts of a page know."""
+    """Return the data that the scripts of a page read."""
     text = html.split('id="data">')[1].split("</script>")[0]
     return json.loads(text.replace("<\\/", "</"))
 
@@ -333,7 +335,7 @@ def test_a_controller_for_several_legs_is_offered_on_its_own_body_alone():
     assert list(first["engines"]) == ["quadruped"]
     assert first["engines"]["quadruped"] == vanilla["engines"]["quadruped"]
     assert first["starts"] == []
-    (quadruped,) = (each for each in data["bodies"] if each["name"] == "quadruped")
+    (quadruped,) = (entry for entry in data["bodies"] if entry["name"] == "quadruped")
     assert quadruped["numbers"]["pitch_inertia_ratio"] == 1.6
     assert quadruped["legs"] == ["LF", "RF", "LH", "RH"]
 
@@ -342,15 +344,15 @@ def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path):
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         saved_at(tmp_path / folder / "mine.json")
-    own = [str(tmp_path / folder / "mine.json") for folder in ("a", "b")]
+    paths = [str(tmp_path / folder / "mine.json") for folder in ("a", "b")]
     page = tmp_path / "page.html"
-    assert main(["playground", *own, "--out", str(page)]) == 0
+    assert main(["playground", *paths, "--out", str(page)]) == 0
     data = data_of(page.read_text(encoding="utf-8"))
-    assert [each["label"] for each in data["controllers"]] == [*own, "V: nothing learned"]
+    assert [entry["label"] for entry in data["controllers"]] == [*paths, "V: nothing learned"]
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("{}", "not a controller file"),
         ("no JSON", "not a controller file"),
@@ -358,7 +360,7 @@ def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path):
     ],
 )
 def test_what_is_no_controller_is_refused_in_one_line_before_anything_is_written(
-    text, said, tmp_path, capsys
+    text, message, tmp_path, capsys
 ):
     path = tmp_path / "other.json"
     if text is not None:
@@ -366,7 +368,7 @@ def test_what_is_no_controller_is_refused_in_one_line_before_anything_is_written
     page = tmp_path / "page.html"
     assert main(["playground", str(path), "--out", str(page)]) == 2
     error = capsys.readouterr().err.strip()
-    assert said in error
+    assert message in error
     assert "\n" not in error
     assert not page.exists()
 
@@ -384,8 +386,8 @@ def test_a_page_of_another_ending_which_no_browser_shows_is_refused(tmp_path, ca
 
 def test_without_a_compiler_one_line_says_what_to_install(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(compiler, "has_compiler", lambda: False)
-    own = saved_at(tmp_path / "mine.json", build("V-reflex-w8"))
-    assert main(["playground", str(own), "--out", str(tmp_path / "page.html")]) == 2
+    path = saved_at(tmp_path / "mine.json", build("V-reflex-w8"))
+    assert main(["playground", str(path), "--out", str(tmp_path / "page.html")]) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert "mine: no engine comes with the package" in error
     assert "pip install 'tegotae[playground]'" in error

@@ -45,13 +45,13 @@ def loaded(browser, address):
 @pytest.fixture
 def page(loaded):
     """The page as it is after loading: the hopper, two controllers, nothing changed; paused."""
-    told(loaded, 'await playground.takeBody("hopper"); playground.state.playing = false')
+    script_result(loaded, 'await playground.takeBody("hopper"); playground.state.playing = false')
     loaded.execute_script("document.getElementById('release').click()")
     return loaded
 
 
-def told(page, script: str):
-    """What an asynchronous script returns."""
+def script_result(page, script: str):
+    """Return the result of an asynchronous script."""
     return page.execute_async_script(
         "const [done] = [arguments[arguments.length - 1]];"
         f"(async () => {{ {script} }})().then(done, (error) => done('failed: ' + error))"
@@ -111,8 +111,8 @@ def test_the_engine_in_the_browser_moves_as_the_package_does(page):
 def test_the_page_says_nothing_to_the_console_and_asks_the_network_for_nothing(page, address):
     advance(page, 5.0)
     assert page.get_log("browser") == []
-    asked = [url for url in requested(page) if not url.startswith(("data:", "blob:"))]
-    assert set(asked) <= {address}
+    urls = [url for url in requested(page) if not url.startswith(("data:", "blob:"))]
+    assert set(urls) <= {address}
 
 
 def test_dropping_the_ground_lowers_it_on_both_sides_by_what_is_chosen(page):
@@ -128,14 +128,14 @@ def test_dropping_the_ground_lowers_it_on_both_sides_by_what_is_chosen(page):
 
 @pytest.mark.parametrize(("name", "speed"), [("push-up", 0.5), ("push-down", -0.5)])
 def test_a_push_changes_the_velocity_at_once(page, name, speed):
-    before = of_lanes(page, "state.lane.moment.body.velocity")
+    previous = of_lanes(page, "state.lane.moment.body.velocity")
     click(page, name)
-    after = of_lanes(page, "state.lane.moment.body.velocity")
-    assert np.subtract(after, before) == pytest.approx([speed, speed])
+    following = of_lanes(page, "state.lane.moment.body.velocity")
+    assert np.subtract(following, previous) == pytest.approx([speed, speed])
 
 
 def test_a_push_on_a_corner_turns_the_plate_too(page):
-    told(page, 'await playground.takeBody("quadruped")')
+    script_result(page, 'await playground.takeBody("quadruped")')
     click(page, "push-up")
     rates = [of_lanes(page, "state.lane.moment.body.rate", mode)[0] for mode in range(3)]
     # v x / (j a²) about each axis, of the first hip at (0.5, 0.3).
@@ -145,12 +145,12 @@ def test_a_push_on_a_corner_turns_the_plate_too(page):
 def test_a_frozen_oscillator_stands_still_and_a_thawed_one_moves(page):
     click(page, "frozen")
     advance(page, 0.1)
-    before = of_lanes(page, "channel.phase_rad")
+    previous = of_lanes(page, "channel.phase_rad")
     advance(page, 0.2)
-    assert of_lanes(page, "channel.phase_rad") == before
+    assert of_lanes(page, "channel.phase_rad") == previous
     click(page, "frozen")
     advance(page, 0.2)
-    assert of_lanes(page, "channel.phase_rad") != before
+    assert of_lanes(page, "channel.phase_rad") != previous
 
 
 def test_release_puts_everything_back(page):
@@ -174,19 +174,19 @@ def test_release_puts_everything_back(page):
 def test_a_slider_changes_its_number_on_both_sides_and_as_they_were_changes_it_back(
     page, name, entry, value
 ):
-    usual = of_lanes(page, entry)
+    standard = of_lanes(page, entry)
     slide(page, name, value)
     assert of_lanes(page, entry) == pytest.approx([value, value])
     click(page, "usual")
-    assert of_lanes(page, entry) == usual
+    assert of_lanes(page, entry) == standard
 
 
 def test_inertias_are_changed_where_a_body_has_some(page):
-    told(page, 'await playground.takeBody("quadruped")')
+    script_result(page, 'await playground.takeBody("quadruped")')
     for name in ("pitch_inertia_ratio", "roll_inertia_ratio"):
         slide(page, name, 2.0)
         assert of_lanes(page, f"body.{name}") == [2.0, 2.0]
-    told(page, 'await playground.takeBody("bar")')
+    script_result(page, 'await playground.takeBody("bar")')
     slide(page, "inertia_ratio", 2.0)
     assert of_lanes(page, "body.inertia_ratio") == [2.0, 2.0]
 
@@ -197,7 +197,7 @@ def test_sigma_is_multiplied_where_it_is_a_number(page):
 
 
 def test_a_leg_that_is_cut_bears_nothing_and_one_leg_stays(page):
-    told(page, 'await playground.takeBody("bar")')
+    script_result(page, 'await playground.takeBody("bar")')
     click(page, "leg-F")
     assert of_lanes(page, "body.present", 1) == [0.0, 0.0]
     click(page, "leg-H")
@@ -207,11 +207,11 @@ def test_a_leg_that_is_cut_bears_nothing_and_one_leg_stays(page):
 
 
 def test_other_phases_are_those_of_a_new_release(page):
-    told(page, 'await playground.takeBody("bar")')
+    script_result(page, 'await playground.takeBody("bar")')
     advance(page, 1.0)
-    before = of_lanes(page, "release.phase_rad", 1)
+    previous = of_lanes(page, "release.phase_rad", 1)
     click(page, "phases")
-    assert of_lanes(page, "release.phase_rad", 1) != before
+    assert of_lanes(page, "release.phase_rad", 1) != previous
     assert of_lanes(page, "channel.time_s") == [0.0, 0.0]
 
 
@@ -255,10 +255,10 @@ def test_the_page_can_be_used_by_its_keys(page):
     assert of_lanes(page, "ground_m") == pytest.approx([-0.2, -0.2])
     pressed(page, "f")
     assert of_lanes(page, "moving") == [0.0, 0.0]
-    before = of_lanes(page, "state.lane.moment.body.velocity")
+    previous = of_lanes(page, "state.lane.moment.body.velocity")
     pressed(page, "p")
-    after = of_lanes(page, "state.lane.moment.body.velocity")
-    assert np.subtract(after, before) == pytest.approx([-0.5, -0.5])
+    following = of_lanes(page, "state.lane.moment.body.velocity")
+    assert np.subtract(following, previous) == pytest.approx([-0.5, -0.5])
 
 
 def test_every_control_has_a_name_and_takes_the_focus(page):
@@ -283,9 +283,9 @@ def test_a_controller_learns_on_a_worker_and_shows_what_it_can(page):
     )
     curve = page.execute_script("return playground.learner.curve.map((each) => each.best.fitness)")
     assert curve == sorted(curve)
-    shown = page.execute_script("return playground.panes[1].runner.weights[0]")
+    weight = page.execute_script("return playground.panes[1].runner.weights[0]")
     best = page.execute_script("return playground.learner.learned.weights[0]")
-    assert shown == pytest.approx(best, rel=1e-6)
+    assert weight == pytest.approx(best, rel=1e-6)
     click(page, "learn")
     assert page.execute_script("return playground.learner.going") is False
     assert "Stopped: generation" in page.execute_script(
@@ -294,7 +294,7 @@ def test_a_controller_learns_on_a_worker_and_shows_what_it_can(page):
 
 
 def test_memory_stays_flat_over_a_minute(page):
-    used = """
+    script = """
         const bytes = await Promise.all([...playground.engines.values()]);
         const wasm = bytes.map((each) => each.program.memory.buffer.byteLength);
         return [performance.memory.usedJSHeapSize, ...wasm];
@@ -304,7 +304,7 @@ def test_memory_stays_flat_over_a_minute(page):
         for _ in range(12):
             advance(page, 5.0)
         page.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
-        sizes.append(told(page, used))
+        sizes.append(script_result(page, script))
     heap, *wasm = np.subtract(sizes[1], sizes[0])
     assert not np.any(wasm)
     assert heap < 300_000
@@ -352,7 +352,7 @@ def test_the_ground_drops_in_sight_of_the_leg_on_a_phone(browser, address):
 
 def test_a_link_opens_the_page_as_it_was(browser, address):
     page = opened(browser, address)
-    told(page, 'await playground.takeBody("quadruped"); playground.state.playing = false')
+    script_result(page, 'await playground.takeBody("quadruped"); playground.state.playing = false')
     slide(page, "mass_kg", 0.15)
     slide(page, "omega", 6)
     click(page, "phases")
@@ -363,37 +363,37 @@ def test_a_link_opens_the_page_as_it_was(browser, address):
     link = page.execute_script("return location.href")
     browser.get("about:blank")
     opened(browser, link)
-    found = page.execute_script(
+    state = page.execute_script(
         "const { world } = playground;"
         "return [world.body.name, world.numbers.mass_kg, world.omega, world.frozen, world.seed,"
         " world.present]"
     )
-    assert found == ["quadruped", 0.15, 6, True, 2, [1, 1, 1, 0]]
+    assert state == ["quadruped", 0.15, 6, True, 2, [1, 1, 1, 0]]
 
 
 def test_a_link_with_numbers_out_of_range_is_moved_into_it(browser, address):
     browser.get("about:blank")
     page = opened(browser, f"{address}#body=hopper&mass_kg=1e9&omega=nonsense&speed=7&left=none")
-    found = page.execute_script(
+    state = page.execute_script(
         "const { world } = playground; return [world.body.name, world.numbers.mass_kg, world.omega]"
     )
-    assert found == ["hopper", 0.25, None]
+    assert state == ["hopper", 0.25, None]
     assert page.execute_script("return document.getElementById('trouble').hidden")
 
 
 def test_a_listener_hears_what_was_done(page):
     click(page, "drop")
-    said = page.execute_script("return document.querySelector('#said[role=status]').textContent")
-    assert said == "The ground is at -0.2 m."
+    text = page.execute_script("return document.querySelector('#said[role=status]').textContent")
+    assert text == "The ground is at -0.2 m."
 
 
 def test_a_listener_asks_for_the_motion_and_hears_it_of_both_sides(page):
     advance(page, 20.0)
     page.execute_script("document.activeElement.blur()")
     pressed(page, "s")
-    said = page.execute_script("return document.getElementById('said').textContent")
-    assert "Left: V: nothing learned, 20 seconds after the release, hops at" in said
-    assert "Right:" in said
+    text = page.execute_script("return document.getElementById('said').textContent")
+    assert "Left: V: nothing learned, 20 seconds after the release, hops at" in text
+    assert "Right:" in text
 
 
 def test_the_tour_shows_three_steps_and_gives_the_focus_back(page):

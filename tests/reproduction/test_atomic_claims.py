@@ -53,4 +53,4 @@ def test_effects_name_metrics_and_architectures_that_there_are():
             assert effect.metric in metric_names()
         if isinstance(effect, Difference):
             groups = [group for group in (effect.ours, effect.theirs) if group]
-            assert {name for each in groups for name in each.architectures} <= set(ARCHITECTURES)
+            assert {name for entry in groups for name in entry.architectures} <= set(ARCHITECTURES)

@@ -52,9 +52,9 @@ NAN = float("nan")
 FEW = 200
 
 
-def rows(*models: tuple, runs: int = 4, **more) -> StudyTable:
+def rows(*models: tuple, runs: int = 4, **columns_added) -> StudyTable:
     """A table of (architecture, actuation, ω_t, CoT⁻¹ of the runs) with settled runs."""
-    found = {
+    columns = {
         name: []
         for name in (
             *("model", "architecture", "observation", "actuation", "omega_t", "run"),
@@ -65,14 +65,16 @@ def rows(*models: tuple, runs: int = 4, **more) -> StudyTable:
         for run, value in enumerate(np.broadcast_to(values, runs)):
             name = f"{architecture}-{actuation}-w{omega:g}"
             row = (name, architecture, "F", actuation, omega, run, float(run), value, 1.0, 0.0)
-            for column, entry in zip(found.values(), row, strict=True):
+            for column, entry in zip(columns.values(), row, strict=True):
                 column.append(entry)
-    table = {name: np.array(column) for name, column in found.items()}
-    return StudyTable(table | {name: np.array(column) for name, column in more.items()})
+    table = {name: np.array(column) for name, column in columns.items()}
+    return StudyTable(table | {name: np.array(column) for name, column in columns_added.items()})
 
 
-def effect(table: StudyTable, count: Count | None = None, of: Effect = VG_OVER_V) -> EffectEstimate:
-    return estimate_effect(of, Resampled(table, FEW), count or Count())
+def effect(
+    table: StudyTable, count: Count | None = None, measured: Effect = VG_OVER_V
+) -> EffectEstimate:
+    return estimate_effect(measured, Resampled(table, FEW), count or Count())
 
 
 def test_architectures_are_compared_at_equal_frequency_and_input():
@@ -96,8 +98,8 @@ def test_as_in_figure_2_all_models_of_an_architecture_are_pooled_and_normalised(
         ("VG", "sector", 4.0, 1.5),
         ("V", "sector", 8.0, 0.0),
     )
-    found = effect(table, Count(average=FIGURE_2))
-    assert found.effect == pytest.approx((1.5 - 2.0) / 5.0)
+    estimate = effect(table, Count(average=FIGURE_2))
+    assert estimate.effect == pytest.approx((1.5 - 2.0) / 5.0)
 
 
 def test_the_best_run_is_that_of_the_highest_fitness_in_training():
@@ -123,8 +125,8 @@ def test_where_a_table_does_not_say_how_many_rest_both_bounds_are_ways_to_count(
     table = rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, 1.5))
     table.columns["limit_cycle_share"] = np.repeat([1.0, 0.4], 4)
     table.columns["failed_share"] = np.repeat([0.0, 0.2], 4)
-    found = effect(table, Count(unsettled=AT_REST))
-    assert found.effect == pytest.approx(0.8 * 1.5 - 1.0), "only those that fell are not at rest"
+    estimate = effect(table, Count(unsettled=AT_REST))
+    assert estimate.effect == pytest.approx(0.8 * 1.5 - 1.0), "only those that fell are not at rest"
 
 
 def test_transients_that_never_end_are_as_long_as_the_episode():
@@ -168,10 +170,10 @@ def test_a_controller_drawn_from_the_best_runs_distribution_is_a_way_to_count():
 
 def test_the_single_network_is_compared_with_every_design():
     table = rows(("V", "sector", 4.0, 1.0), ("V", "sector", 8.0, 0.4), ("T", "tF", NAN, 0.9))
-    of = Difference("cot_inverse", T, V)
-    assert effect(table, of=of).effect == pytest.approx(0.2)
-    assert effect(table, Count(omega_t="8"), of).effect == pytest.approx(0.5)
-    assert effect(table, Count(average=FIGURE_2), of).effect == pytest.approx(0.2 / 0.6)
+    difference = Difference("cot_inverse", T, V)
+    assert effect(table, measured=difference).effect == pytest.approx(0.2)
+    assert effect(table, Count(omega_t="8"), difference).effect == pytest.approx(0.5)
+    assert effect(table, Count(average=FIGURE_2), difference).effect == pytest.approx(0.2 / 0.6)
 
 
 def test_the_lowest_of_others_is_that_over_all_designs():
@@ -183,8 +185,8 @@ def test_the_lowest_of_others_is_that_over_all_designs():
         ("VT", "tphi", 4.0, 0.0),
         ("VT", "tphi", 8.0, 2.0),
     )
-    of = Difference("cot_inverse", V, ArchitectureGroup(("VG", "VT")), lowest=True)
-    assert effect(table, of=of).effect == pytest.approx(0.4), "VG is lower on average"
+    difference = Difference("cot_inverse", V, ArchitectureGroup(("VG", "VT")), lowest=True)
+    assert effect(table, measured=difference).effect == pytest.approx(0.4), "VG is lower on average"
 
 
 def test_the_lowest_of_others_need_not_have_every_design():
@@ -193,32 +195,34 @@ def test_the_lowest_of_others_need_not_have_every_design():
         ("VG", "sector", 4.0, 0.4),
         *(("VT", drive, 4.0, 0.9) for drive in ("tphi", "tf")),
     )
-    of = Difference("cot_inverse", V, ArchitectureGroup(("VG", "VT")), lowest=True)
-    assert effect(table, of=of).effect == pytest.approx(0.1)
+    difference = Difference("cot_inverse", V, ArchitectureGroup(("VG", "VT")), lowest=True)
+    assert effect(table, measured=difference).effect == pytest.approx(0.1)
 
 
 def test_a_gain_is_one_difference_less_another():
     table = rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, 1.6), ("T", "tF", NAN, 1.2))
-    of = DoubleDifference("cot_inverse", (VG, V), (T, V))
-    assert effect(table, of=of).effect == pytest.approx(0.4)
+    difference = DoubleDifference("cot_inverse", (VG, V), (T, V))
+    assert effect(table, measured=difference).effect == pytest.approx(0.4)
 
 
 def test_metrics_are_correlated_over_models_not_over_runs():
     number = np.arange(12.0)
     models = [(f"V{i}", "sector", 4.0, i) for i in range(1, 13)]
     table = rows(*models, t0_s=np.repeat(-number, 4) + np.tile([0.0, 1.0, 2.0, 3.0], 12))
-    found = effect(table, of=Correlation("cot_inverse", "t0_s"))
-    assert found.effect == pytest.approx(-1.0)
+    estimate = effect(table, measured=Correlation("cot_inverse", "t0_s"))
+    assert estimate.effect == pytest.approx(-1.0)
     few = rows(*models[:5], t0_s=np.repeat(-number[:5], 4))
-    assert not effect(few, of=Correlation("cot_inverse", "t0_s")).is_known, "of five models chance"
+    assert not effect(few, measured=Correlation("cot_inverse", "t0_s")).is_known, (
+        "of five models chance"
+    )
 
 
 def test_intervals_are_over_runs():
     spread = rows(("V", "sector", 4.0, [0.0, 2.0, 0.0, 2.0]), ("VG", "sector", 4.0, 1.5))
-    found = effect(spread)
-    assert found.low < 0.0 < 0.5 < found.high
-    alike = effect(rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, 1.5)))
-    assert alike.low == alike.high == pytest.approx(0.5)
+    estimate = effect(spread)
+    assert estimate.low < 0.0 < 0.5 < estimate.high
+    constant = effect(rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, 1.5)))
+    assert constant.low == constant.high == pytest.approx(0.5)
     assert effect(spread) == effect(spread), "the draws are the same every time"
 
 
@@ -229,15 +233,15 @@ def test_beside_it_stands_the_interval_over_designs_and_frequencies():
         *(("V", *place, 1.0) for place in places),
         *(("VG", *p, 1.0 + gain) for p, gain in zip(places, gains.ravel(), strict=True)),
     )
-    found = effect(table)
-    assert (found.designs_low, found.designs_high) == pytest.approx(crossed(gains))
-    assert (found.low, found.high) == pytest.approx((0.3, 0.3)), "runs are alike"
-    one = effect(table, Count(omega_t="4"))
+    estimate = effect(table)
+    assert (estimate.designs_low, estimate.designs_high) == pytest.approx(crossed(gains))
+    assert (estimate.low, estimate.high) == pytest.approx((0.3, 0.3)), "runs are alike"
+    single = effect(table, Count(omega_t="4"))
     half = stats.sem(gains[:, 0]) * stats.t.ppf(0.975, 2)
-    assert one.designs_high - one.effect == pytest.approx(half), "of one ω_t it is Student's"
+    assert single.designs_high - single.effect == pytest.approx(half), "of one ω_t it is Student's"
     assert not effect(table, Count(average=FIGURE_2)).over_designs.is_known
-    assert verdict(CLAIM, found) == REPRODUCED
-    assert verdict(CLAIM, found.over_designs) == TOO_SMALL
+    assert verdict(CLAIM, estimate) == REPRODUCED
+    assert verdict(CLAIM, estimate.over_designs) == TOO_SMALL
 
 
 def test_designs_or_frequencies_without_a_number_have_no_say_in_that_interval():
@@ -251,25 +255,25 @@ def test_a_correlation_varies_over_frequencies():
     number = np.arange(12.0)
     models = [(f"V{i}", "sector", w, i) for w in (4.0, 8.0) for i in range(1, 13)]
     table = rows(*models, t0_s=np.repeat(np.concatenate([number, -number]), 4))
-    found = effect(table, of=Correlation("cot_inverse", "t0_s"))
-    assert found.effect == pytest.approx(0.0)
-    assert (found.designs_low, found.designs_high) == (-1.0, 1.0), "no further than it can be"
+    estimate = effect(table, measured=Correlation("cot_inverse", "t0_s"))
+    assert estimate.effect == pytest.approx(0.0)
+    assert (estimate.designs_low, estimate.designs_high) == (-1.0, 1.0), "no further than it can be"
 
 
 def test_what_the_table_does_not_have_is_not_measured():
     table = rows(("V", "sector", 4.0, 1.0))
     assert effect(table) == NOT_KNOWN, "no VG"
-    assert effect(table, of=Difference("t9", V, None)) == NOT_KNOWN
-    assert effect(table, of=OfGaits("feedback_share", V)) == NOT_KNOWN
+    assert effect(table, measured=Difference("t9", V, None)) == NOT_KNOWN
+    assert effect(table, measured=OfGaits("feedback_share", V)) == NOT_KNOWN
     table.columns["feedback_share"] = np.full(4, 0.25)
-    assert effect(table, of=OfGaits("feedback_share", V)).effect == 0.25
+    assert effect(table, measured=OfGaits("feedback_share", V)).effect == 0.25
 
 
 CLAIM = AtomicClaim(name="x", title="x", words="", section="", effect=VG_OVER_V, sign=MORE)
 
 
 @pytest.mark.parametrize(
-    ("sign", "found", "word"),
+    ("sign", "estimate", "word"),
     [
         (MORE, EffectEstimate(0.2, 0.1, 0.3), REPRODUCED),
         (MORE, EffectEstimate(-0.2, -0.3, -0.1), OPPOSITE),
@@ -283,14 +287,14 @@ CLAIM = AtomicClaim(name="x", title="x", words="", section="", effect=VG_OVER_V,
         (MORE, NOT_KNOWN, NOT_MEASURED),
     ],
 )
-def test_a_verdict_is_the_sign_of_the_interval(sign, found, word):
-    assert verdict(dataclasses.replace(CLAIM, sign=sign), found) == word
+def test_a_verdict_is_the_sign_of_the_interval(sign, estimate, word):
+    assert verdict(dataclasses.replace(CLAIM, sign=sign), estimate) == word
 
 
 def test_what_a_body_was_chosen_to_agree_with_is_selected_for_and_not_reproduced():
     up, down = EffectEstimate(0.2, 0.1, 0.3), EffectEstimate(-0.2, -0.3, -0.1)
-    found = Finding(CLAIM, {Count(): up, Count(run=BEST): up}, selected=True)
-    assert (found.outcome, found.is_robust) == (SELECTED_FOR, True)
+    finding = Finding(CLAIM, {Count(): up, Count(run=BEST): up}, selected=True)
+    assert (finding.outcome, finding.is_robust) == (SELECTED_FOR, True)
     against = Finding(CLAIM, {Count(): down, Count(run=BEST): down}, selected=True)
     assert against.outcome == OPPOSITE, "that the choice did not succeed is a result"
     turns = Finding(CLAIM, {Count(): up, Count(run=BEST): down}, selected=True)
@@ -301,10 +305,10 @@ def test_a_claim_on_potential_counts_the_best_run_alone():
     table = rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, [9.0, 2.0, 2.0, 3.0]))
     table.columns["model"] = np.repeat(["V-sector-w4", "VG-gF-sector-w4"], 4)
     potential = dataclasses.replace(CLAIM, run=BEST)
-    (found,) = findings(table, claims=[potential], resamples=FEW)
-    assert {count.run for count in found.by_count} == {BEST}
-    (one,) = findings(table, claims=[potential], resamples=FEW, options=[Count()])
-    assert one.by_count[Count(run=BEST)].effect == pytest.approx(2.0)
+    (finding,) = findings(table, claims=[potential], resamples=FEW)
+    assert {count.run for count in finding.by_count} == {BEST}
+    (single,) = findings(table, claims=[potential], resamples=FEW, options=[Count()])
+    assert single.by_count[Count(run=BEST)].effect == pytest.approx(2.0)
 
 
 def test_what_turns_with_one_choice_depends_on_it():
@@ -312,8 +316,8 @@ def test_what_turns_with_one_choice_depends_on_it():
     turns = Finding(CLAIM, {Count(): up, Count(unsettled=WORST): down})
     assert turns.outcome == "depends on unsettled episodes"
     assert not turns.is_robust
-    both = Finding(CLAIM, {Count(): up, Count(unsettled=WORST, run=BEST): down})
-    assert both.outcome == "depends on several choices together"
+    finding = Finding(CLAIM, {Count(): up, Count(unsettled=WORST, run=BEST): down})
+    assert finding.outcome == "depends on several choices together"
 
 
 def test_what_all_counts_decide_alike_is_robust():
@@ -349,9 +353,9 @@ def test_a_resonance_that_no_gain_moves_is_compared_with_one_that_moves(tmp_path
     lines += [f"sector,{gain},{2.0 + gain}" for gain in range(8)]
     lines += [f"reflex,{gain},6.0" for gain in range(8)]
     (tmp_path / "gain_map.resonance.csv").write_text("\n".join(lines) + "\n")
-    found = measure_kept(OfGainMap("resonance_shift", "reflex", "sector"), tmp_path)
-    assert found.effect == pytest.approx(-np.std(range(8)))
-    assert found.low < found.effect < found.high < 0.0
+    estimate = measure_kept(OfGainMap("resonance_shift", "reflex", "sector"), tmp_path)
+    assert estimate.effect == pytest.approx(-np.std(range(8)))
+    assert estimate.low < estimate.effect < estimate.high < 0.0
 
 
 def test_a_loss_is_that_of_both_actuations_and_may_be_a_gain(tmp_path):
@@ -359,21 +363,21 @@ def test_a_loss_is_that_of_both_actuations_and_may_be_a_gain(tmp_path):
     lines += [f"sector,{omega},{0.1 * (omega % 3)}" for omega in range(9)]
     lines += [f"reflex,{omega},-0.3" for omega in range(30)]
     (tmp_path / "gain_map.loss.csv").write_text("\n".join(lines) + "\n")
-    found = measure_kept(OfGainMap("loss", "both"), tmp_path)
-    assert found.effect == pytest.approx(-0.1)
-    assert found.high < 0.0
+    estimate = measure_kept(OfGainMap("loss", "both"), tmp_path)
+    assert estimate.effect == pytest.approx(-0.1)
+    assert estimate.high < 0.0
 
 
 def test_more_parameters_are_compared_at_equal_settings(tmp_path):
     table = ["way,parameters,untrained_fitness,fitness"]
-    for way, gain in (("a", 0.0), ("b", 1.0)):
-        table += [f"{way},96,-5,{1.0 + gain + 0.01 * i}" for i in range(3)]
-        table += [f"{way},256,-5,{0.5 + gain + 0.01 * i}" for i in range(3)]
+    for method, gain in (("a", 0.0), ("b", 1.0)):
+        table += [f"{method},96,-5,{1.0 + gain + 0.01 * i}" for i in range(3)]
+        table += [f"{method},256,-5,{0.5 + gain + 0.01 * i}" for i in range(3)]
     table.append("b,256,-5,-1000000")  # failed: counts as untrained
     (tmp_path / "parameter_limit.csv").write_text("\n".join(table) + "\n")
-    of = OfTrainings("parameter_limit.csv", "fitness", "more than 128", "at most 128")
+    trainings = OfTrainings("parameter_limit.csv", "fitness", "more than 128", "at most 128")
     expected = np.mean([-0.5, (3 * 1.51 - 5.0) / 4 - 2.01])
-    assert measure_kept(of, tmp_path).effect == pytest.approx(expected)
+    assert measure_kept(trainings, tmp_path).effect == pytest.approx(expected)
 
 
 def test_a_study_of_the_papers_models_is_found_for_every_claim():
@@ -381,8 +385,8 @@ def test_a_study_of_the_papers_models_is_found_for_every_claim():
 
     table = rows(("V", "sector", 4.0, 1.0))
     table.columns["model"] = np.array(["V-sector-w4"] * 4)
-    found = findings(table, resamples=FEW, options=[Count()])
-    assert [each.claim for each in found] == list(ATOMIC_CLAIMS)
+    results = findings(table, resamples=FEW, options=[Count()])
+    assert [finding.claim for finding in results] == list(ATOMIC_CLAIMS)
 
 
 def test_a_table_that_says_how_many_rest_counts_the_unsettled_exactly():
@@ -396,9 +400,9 @@ def test_a_table_that_says_how_many_rest_counts_the_unsettled_exactly():
 def test_drawn_controllers_join_the_runs_that_they_were_drawn_from():
     table = rows(("V", "sector", 4.0, [1.0, 2.0, 3.0, 4.0]))
     drawn = StudyTable({**table.columns, "cot_inverse": np.array([0.5, 0.6, 0.7, 0.8])})
-    both = with_sampled(table, drawn)
+    joined = with_sampled(table, drawn)
     assert with_sampled(table, None) is table
-    assert len(counts(both)) == len(counts(table)) * 3 / 2
+    assert len(counts(joined)) == len(counts(table)) * 3 / 2
     of_v = Difference("cot_inverse", V, None)
-    assert effect(both, Count(run=SAMPLED), of_v).effect == 0.8, "the run of highest fitness is 3"
-    assert effect(both, Count(), of_v) == effect(table, Count(), of_v)
+    assert effect(joined, Count(run=SAMPLED), of_v).effect == 0.8, "the run of highest fitness is 3"
+    assert effect(joined, Count(), of_v) == effect(table, Count(), of_v)

@@ -119,10 +119,10 @@ def test_slowing_counts_while_the_actuator_pushes():
 def test_candidates_are_bodies_that_can_stand_and_more_add_to_them():
     some = candidates(16)
     assert some == candidates(40)[:16]
-    places = np.array([coordinates(each) for each in some])
+    places = np.array([coordinates(reading) for reading in some])
     assert places.shape == (16, len(PRIOR))
     assert ((places >= 0.0) & (places <= 1.0)).all()
-    assert {each.sector_s for each in some} == {None, SECTOR_S}
+    assert {reading.sector_s for reading in some} == {None, SECTOR_S}
     with pytest.raises(TegotaeError, match="bodies"):
         candidates(0)
 
@@ -133,33 +133,33 @@ def test_candidates_are_bodies_that_can_stand_and_more_add_to_them():
 def test_a_planted_reading_is_found():
     """Scores that are functions of the body: the nearest to the planted one's are near to it."""
     readings = candidates(1024)
-    places = np.array([coordinates(each) for each in readings])
+    places = np.array([coordinates(reading) for reading in readings])
     continuous = [i for i, choice in enumerate(PRIOR) if not choice.levels]
     mix = np.random.default_rng(0).normal(size=(len(continuous), len(SCORES)))
     scores = 1.0 / (1.0 + np.exp(-(places[:, continuous] - 0.5) @ mix))
     planted = 100
-    found = posterior(distances(scores, scores[planted]), 0.01)
-    assert found.accepted[0] == planted
-    assert found.weights.argmax() == 0
+    estimate = posterior(distances(scores, scores[planted]), 0.01)
+    assert estimate.accepted[0] == planted
+    assert estimate.weights.argmax() == 0
     gaps = np.abs(places - places[planted])[:, continuous].mean(axis=1)
-    assert gaps[found.accepted[1:]].mean() < 0.75 * gaps.mean()
-    assert narrowed(places, found)[continuous].mean() < 0.8
+    assert gaps[estimate.accepted[1:]].mean() < 0.75 * gaps.mean()
+    assert narrowed(places, estimate)[continuous].mean() < 0.8
 
 
 def test_a_planted_reading_is_found_by_one_that_meets_every_statement():
-    """What meets all levels is at no distance, whatever it has beyond them."""
+    """Readings that meet all levels have no distance, whatever they have beyond them."""
     scores = np.random.default_rng(1).uniform(0.0, 0.6, (200, len(SCORES)))
     planted, levels = 77, STRICTNESS[1].target
     scores[planted] = 1.0
-    found = posterior(shortfalls(scores, levels), 0.05)
-    assert found.accepted[0] == planted
-    assert found.distance[planted] == 0.0
+    estimate = posterior(shortfalls(scores, levels), 0.05)
+    assert estimate.accepted[0] == planted
+    assert estimate.distance[planted] == 0.0
     assert met(scores, levels).all(axis=1).nonzero()[0].tolist() == [planted]
 
 
 def test_a_stricter_reader_accepts_nothing_that_a_lenient_one_does_not():
     scores = np.random.default_rng(2).uniform(size=(300, len(SCORES)))
-    by = [met(scores, each.target) for each in STRICTNESS]
+    by = [met(scores, criterion.target) for criterion in STRICTNESS]
     for lenient, strict in itertools.pairwise(by):
         assert (strict <= lenient).all()
 
@@ -167,35 +167,35 @@ def test_a_stricter_reader_accepts_nothing_that_a_lenient_one_does_not():
 def test_statements_that_exclude_each_other_are_never_met_together():
     first = np.repeat([1.0, 0.0], 50)
     scores = np.stack([first, 1.0 - first, np.tile([1.0, 0.0], 50)], axis=1)
-    found = meeting_ratio(scores, np.full(3, 0.5))
-    assert found[0, 1] == 0.0
-    assert found[0, 2] == pytest.approx(1.0)
-    assert found[0, 0] == pytest.approx(2.0)
+    ratios = meeting_ratio(scores, np.full(3, 0.5))
+    assert ratios[0, 1] == 0.0
+    assert ratios[0, 2] == pytest.approx(1.0)
+    assert ratios[0, 0] == pytest.approx(2.0)
     assert np.isnan(meeting_ratio(np.zeros((4, 2)), np.full(2, 0.5))).all(), "none is ever met"
 
 
 def test_weights_fall_with_the_distance_and_one_far_off_counts_nothing():
-    found = posterior(np.array([0.1, 0.2, 0.3, 0.4]), 0.75)
-    assert found.accepted.tolist() == [0, 1, 2]
-    assert found.threshold == 0.4
-    assert (np.diff(found.weights) < 0.0).all()
-    assert found.weights.sum() == pytest.approx(1.0)
-    assert 1.0 < found.effective < 3.0
-    alike = posterior(np.zeros(10), 0.5)
-    np.testing.assert_allclose(alike.weights, 0.2)
+    estimate = posterior(np.array([0.1, 0.2, 0.3, 0.4]), 0.75)
+    assert estimate.accepted.tolist() == [0, 1, 2]
+    assert estimate.threshold == 0.4
+    assert (np.diff(estimate.weights) < 0.0).all()
+    assert estimate.weights.sum() == pytest.approx(1.0)
+    assert 1.0 < estimate.effective < 3.0
+    constant = posterior(np.zeros(10), 0.5)
+    np.testing.assert_allclose(constant.weights, 0.2)
 
 
 def test_representatives_are_different_readings_that_lie_as_the_posterior_does():
     places = np.random.default_rng(3).uniform(size=(400, 2))
-    found = posterior(np.linalg.norm(places - 0.5, axis=1), 0.25)
-    some = representative(found, places, 16, tries=200)
+    estimate = posterior(np.linalg.norm(places - 0.5, axis=1), 0.25)
+    some = representative(estimate, places, 16, tries=200)
     assert len(set(some)) == 16
-    assert set(some) <= set(found.accepted)
+    assert set(some) <= set(estimate.accepted)
     np.testing.assert_allclose(
-        places[some].mean(axis=0), found.weights @ places[found.accepted], atol=0.05
+        places[some].mean(axis=0), estimate.weights @ places[estimate.accepted], atol=0.05
     )
     with pytest.raises(TegotaeError, match="cannot be drawn"):
-        representative(found, places, 101)
+        representative(estimate, places, 101)
 
 
 def test_undefined_scores_are_as_far_as_can_be_and_undefined_targets_count_for_none():
@@ -212,8 +212,8 @@ def test_a_share_that_accepts_none_or_more_than_all_is_refused(share):
 
 def test_what_the_scores_say_nothing_about_stays_as_wide_as_before():
     places = np.random.default_rng(0).uniform(size=(4000, 2))
-    found = posterior(distances(places[:, :1], np.array([0.5])), 0.05)
-    narrow = narrowed(places, found)
+    estimate = posterior(distances(places[:, :1], np.array([0.5])), 0.05)
+    narrow = narrowed(places, estimate)
     assert narrow[0] < 0.2
     assert narrow[1] == pytest.approx(1.0, abs=0.15)
 
@@ -226,23 +226,23 @@ def made_up(reading: Reading) -> VanillaScores:
 
 
 def test_a_run_goes_on_where_it_was_and_measures_nothing_twice(tmp_path):
-    path, asked = tmp_path / "scores.csv", []
+    path, measured = tmp_path / "scores.csv", []
 
     def scorer(reading: Reading) -> VanillaScores:
-        asked.append(reading)
-        if len(asked) == 4:
+        measured.append(reading)
+        if len(measured) == 4:
             raise KeyboardInterrupt
         return made_up(reading)
 
     with pytest.raises(KeyboardInterrupt):
         calibrate(path, range(6), scorer=scorer)
     assert len(read_scores(path)) == 3
-    whole = calibrate(path, range(6), scorer=scorer)
-    assert len(asked) == 4 + 3
-    wanted = np.array([made_up(each) for each in candidates(6)])
-    np.testing.assert_allclose(whole, wanted, rtol=1e-3)
-    np.testing.assert_allclose(list(read_scores(path).values()), wanted, rtol=1e-3)
-    np.testing.assert_allclose(calibrate(path, [4, 1], scorer=scorer), wanted[[4, 1]], rtol=1e-3)
+    scores = calibrate(path, range(6), scorer=scorer)
+    assert len(measured) == 4 + 3
+    expected = np.array([made_up(candidate) for candidate in candidates(6)])
+    np.testing.assert_allclose(scores, expected, rtol=1e-3)
+    np.testing.assert_allclose(list(read_scores(path).values()), expected, rtol=1e-3)
+    np.testing.assert_allclose(calibrate(path, [4, 1], scorer=scorer), expected[[4, 1]], rtol=1e-3)
     assert len(read_scores(path)) == 6, "fewer than are there take none away"
 
 
@@ -257,9 +257,9 @@ def test_a_table_of_other_readings_is_refused(tmp_path):
 
 @pytest.mark.thorough
 def test_a_reading_is_measured_on_the_engine():
-    found = measure_reading(Reading(), TINY)
-    assert all(math.isnan(x) or 0.0 <= x <= 1.0 for x in found)
-    assert 0.0 < found.slows < 1.0
-    assert np.isfinite([found.settles, found.short_t0, found.quick_loss]).all()
-    assert found == measure_reading(Reading(), TINY)
-    assert measure_reading(Reading(natural_frequency=3.0, mass_kg=0.5), TINY) != found
+    scores = measure_reading(Reading(), TINY)
+    assert all(math.isnan(x) or 0.0 <= x <= 1.0 for x in scores)
+    assert 0.0 < scores.slows < 1.0
+    assert np.isfinite([scores.settles, scores.short_t0, scores.quick_loss]).all()
+    assert scores == measure_reading(Reading(), TINY)
+    assert measure_reading(Reading(natural_frequency=3.0, mass_kg=0.5), TINY) != scores

@@ -47,9 +47,9 @@ def test_gaits_are_compared_with_zero_over_the_runs_of_each_policy(tmp_path):
     rows += [("pgpe", "b", np.nan), ("other", "a", -9.0)]
     text = "".join(f"{algorithm},{model},{value}\n" for algorithm, model, value in rows)
     (tmp_path / "gaits.csv").write_text("algorithm,model,nearer_resonance\n" + text)
-    found = measure_kept(OfTrainings("gaits.csv", "nearer_resonance", "pgpe"), tmp_path)
-    assert found.effect == pytest.approx(2.1)
-    assert 0.0 < found.low < 2.1 < found.high
+    estimate = measure_kept(OfTrainings("gaits.csv", "nearer_resonance", "pgpe"), tmp_path)
+    assert estimate.effect == pytest.approx(2.1)
+    assert 0.0 < estimate.low < 2.1 < estimate.high
 
 
 def test_a_best_gain_at_the_edge_of_the_map_is_not_fitted(tmp_path):
@@ -93,8 +93,8 @@ def test_a_table_that_is_none_is_named_in_one_line(tmp_path, table, content):
 def test_a_correlation_needs_enough_models(models):
     table = results({"VG": {"cot_inverse": 1.0, "t0_s": 1.0, "t1_s": 1.0}})
     some = table.where(model=tuple(dict.fromkeys(table["model"].tolist()))[:models])
-    found = correlation_within_omega(some.per_model(), "cot_inverse", "t0_s")
-    assert np.isfinite(found.mean) == (models >= MODELS)
+    estimate = correlation_within_omega(some.per_model(), "cot_inverse", "t0_s")
+    assert np.isfinite(estimate.mean) == (models >= MODELS)
 
 
 def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample():
@@ -103,8 +103,8 @@ def test_the_correlation_of_a_line_is_one_and_its_interval_knows_its_sample():
     line = StudyTable({"a": x, "b": 2.0 * x + 1.0, "omega_t": omega_t})
     assert correlation_within_omega(line, "a", "b").mean == pytest.approx(1.0)
     with_holes = StudyTable({"a": x, "b": np.where(x < 2, np.nan, x), "omega_t": omega_t})
-    found = correlation_within_omega(with_holes, "a", "b")
-    assert (found.count, found.undefined) == (18, 2)
+    estimate = correlation_within_omega(with_holes, "a", "b")
+    assert (estimate.count, estimate.undefined) == (18, 2)
 
 
 def test_what_two_frequencies_differ_by_is_no_correlation():

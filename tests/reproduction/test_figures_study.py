@@ -28,11 +28,11 @@ HELD = ("V", "ART", "T")
 def with_own() -> StudyTable:
     """The same, and an experiment of one's own beside them, which senses the velocity."""
     runs = {metric: np.linspace(0.8, 1.0, 5) for metric in metric_names()}
-    own = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
-    place = {"model": "mine", "architecture": "mine", **own, "observation": "Fv", "omega_t": 6.0}
+    blank = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
+    place = {"model": "mine", "architecture": "mine", **blank, "observation": "Fv", "omega_t": 6.0}
     rows = table().columns | {}
-    more = table_of_runs([(place, {"best_fitness": np.zeros(5)}, runs)]).columns
-    return StudyTable({name: np.concatenate([rows[name], more[name]]) for name in rows})
+    added = table_of_runs([(place, {"best_fitness": np.zeros(5)}, runs)]).columns
+    return StudyTable({name: np.concatenate([rows[name], added[name]]) for name in rows})
 
 
 def bars(panel) -> list[tuple[float, float]]:
@@ -45,22 +45,22 @@ def panel(figure, metric: str, column: int):
 
 
 def test_a_frequency_does_not_dilute_another():
-    found = architecture_metrics(table())
+    intervals = architecture_metrics(table())
     assert frequencies(table()) == (4.0, 8.0, None)
-    assert found["F", "cot_inverse", "ART", 4.0].mean == pytest.approx(1.2)
-    assert found["F", "cot_inverse", "ART", 8.0].mean == pytest.approx(0.45)
-    assert found["Fv", "cot_inverse", "T", None].mean == pytest.approx(1.3)
-    assert ("F", "cot_inverse", "ART", None) not in found
-    assert ("F", "cot_inverse", "ARG", 4.0) not in found
+    assert intervals["F", "cot_inverse", "ART", 4.0].mean == pytest.approx(1.2)
+    assert intervals["F", "cot_inverse", "ART", 8.0].mean == pytest.approx(0.45)
+    assert intervals["Fv", "cot_inverse", "T", None].mean == pytest.approx(1.3)
+    assert ("F", "cot_inverse", "ART", None) not in intervals
+    assert ("F", "cot_inverse", "ARG", 4.0) not in intervals
 
 
 def test_bars_stand_side_by_side_in_the_unit_of_their_panel():
     figure = architectures_figure(table())
     left = panel(figure, "cot_inverse", 0)
     assert left.get_ylabel() == "CoT⁻¹ [m/J]"
-    at = HELD.index("ART")
-    (x4, four), (x8, eight) = [bar for bar in bars(left) if abs(bar[0] - at) < 0.5]
-    assert x4 < at < x8
+    position = HELD.index("ART")
+    (x4, four), (x8, eight) = [bar for bar in bars(left) if abs(bar[0] - position) < 0.5]
+    assert x4 < position < x8
     assert (four, eight) == (pytest.approx(1.2), pytest.approx(0.45))
     right = panel(figure, "cot_inverse", 1)
     (single,) = [bar for bar in bars(right) if abs(bar[0] - HELD.index("T")) < 0.5]
@@ -72,30 +72,30 @@ def test_bars_stand_side_by_side_in_the_unit_of_their_panel():
 @pytest.mark.thorough
 def test_the_picture_says_what_its_colours_numbers_and_signs_mean():
     (legend,) = architectures_figure(table()).legends
-    said = [text.get_text() for text in legend.get_texts()]
-    assert any("4 rad/s" in text for text in said)
-    assert any("8 rad/s" in text for text in said)
-    assert "95 % interval over runs" in said
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert any("4 rad/s" in text for text in labels)
+    assert any("8 rad/s" in text for text in labels)
+    assert "95 % interval over runs" in labels
     assert "share of the runs in which the metric is undefined" in legend.get_title().get_text()
 
 
 def test_above_a_bar_stands_the_share_of_runs_that_do_not_define_it():
     figure = architectures_figure(table(t0_s=np.array([9.0, 10.0, np.nan, 11.0, np.nan])))
-    said = {text.get_text() for text in panel(figure, "t0_s", 0).texts}
-    assert said == {"40"}
+    labels = {text.get_text() for text in panel(figure, "t0_s", 0).texts}
+    assert labels == {"40"}
     assert not panel(figure, "t1_s", 0).texts
 
 
 def test_what_is_possible_is_drawn_for_the_body_whose_optimum_is_known_alone():
-    def said(of: StudyTable) -> tuple[int, bool]:
-        figure = architectures_figure(of)
+    def drawn(rows: StudyTable) -> tuple[int, bool]:
+        figure = architectures_figure(rows)
         (legend,) = figure.legends
         words = " ".join(text.get_text() for text in legend.get_texts())
         dashed = [line for axes in figure.axes for line in axes.lines if line.get_ls() == "--"]
         return len(dashed), "physically possible" in words
 
-    assert said(table()) == (4, True)
-    assert said(table(optimum_share=np.full(5, np.nan))) == (0, False)
+    assert drawn(table()) == (4, True)
+    assert drawn(table(optimum_share=np.full(5, np.nan))) == (0, False)
 
 
 def test_what_never_hops_has_a_zero_and_what_is_never_defined_a_dash():
@@ -106,20 +106,22 @@ def test_what_never_hops_has_a_zero_and_what_is_never_defined_a_dash():
 
 def test_intervals_of_shares_end_at_one():
     share = np.array([1.0, 1.0, 1.0, 0.2, 1.0])
-    found = architecture_metrics(table(limit_cycle_share=share))
-    interval = found["F", "limit_cycle_share", "ART", 4.0]
+    intervals = architecture_metrics(table(limit_cycle_share=share))
+    interval = intervals["F", "limit_cycle_share", "ART", 4.0]
     assert interval.low < interval.mean < interval.high == 1.0
 
 
 def test_an_experiment_beside_the_models_has_its_place_after_them():
     figure = architectures_figure(with_own())
     left, right = (panel(figure, "cot_inverse", column) for column in range(2))
-    at = len(HELD)
-    assert not [bar for bar in bars(left) if abs(bar[0] - at) < 0.5]
-    assert [bar for bar in bars(right) if abs(bar[0] - at) < 0.5] == [(at, pytest.approx(0.9))]
+    position = len(HELD)
+    assert not [bar for bar in bars(left) if abs(bar[0] - position) < 0.5]
+    assert [bar for bar in bars(right) if abs(bar[0] - position) < 0.5] == [
+        (position, pytest.approx(0.9))
+    ]
     lowest = figure.axes[2 * len(metric_names("figure")) - 1]
-    shown = [label.get_text() for label in lowest.get_xticklabels()]
-    assert shown == [*HELD, "mine"]
+    labels = [label.get_text() for label in lowest.get_xticklabels()]
+    assert labels == [*HELD, "mine"]
 
 
 def test_a_table_has_places_for_what_it_holds():
@@ -128,8 +130,8 @@ def test_a_table_has_places_for_what_it_holds():
 
 
 def test_an_experiment_beside_the_models_decides_no_claim_about_them():
-    both = [findings(each, resamples=20, options=[Count()]) for each in (with_own(), table())]
-    assert repr(both[0]) == repr(both[1])  # NaN is not NaN
+    outcomes = [findings(rows, resamples=20, options=[Count()]) for rows in (with_own(), table())]
+    assert repr(outcomes[0]) == repr(outcomes[1])  # NaN is not NaN
 
 
 def test_a_table_of_one_frequency_has_bars_of_one():
@@ -140,9 +142,10 @@ def test_a_table_of_one_frequency_has_bars_of_one():
 def some(*models: str, runs: int = 2) -> StudyTable:
     """A few runs of these models, each metric one."""
     values = {metric: np.ones(runs) for metric in metric_names()}
-    known = all_models()
+    registry = all_models()
     return table_of_runs(
-        (design_place(known[each]), {"best_fitness": np.zeros(runs)}, values) for each in models
+        (design_place(registry[model]), {"best_fitness": np.zeros(runs)}, values)
+        for model in models
     )
 
 
@@ -170,13 +173,13 @@ def test_models_that_learn_one_term_stand_behind_those_that_the_paper_shows():
 def test_a_metric_that_one_of_two_runs_defines_is_drawn_without_an_interval():
     rows = some("AR-rF-sector-w8")
     rows["t0_s"][0] = np.nan
-    found = architecture_metrics(rows)["F", "t0_s", "AR", 8.0]
-    assert (found.mean, found.count, found.undefined) == (1.0, 1, 1)
-    assert np.isnan(found.low)
+    estimate = architecture_metrics(rows)["F", "t0_s", "AR", 8.0]
+    assert (estimate.mean, estimate.count, estimate.undefined) == (1.0, 1, 1)
+    assert np.isnan(estimate.low)
 
 
 def test_of_too_few_models_the_figure_draws_no_correlation_and_says_so():
     rows = some("V-sector-w8", "AR-rF-sector-w8", "T-Fv")
-    found = correlations(rows)
-    assert np.isnan(found[~np.eye(len(found), dtype=bool)]).all()
+    matrix = correlations(rows)
+    assert np.isnan(matrix[~np.eye(len(matrix), dtype=bool)]).all()
     assert "fewer than 10 models" in correlation_figure(rows).axes[0].get_xlabel()

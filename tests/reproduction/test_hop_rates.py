@@ -1,4 +1,4 @@
-"""How hop rates follow ω, on made-up episodes."""
+"""Hop rates over ω, on made-up episodes."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def test_a_gait_at_the_bodys_best_rate_is_nearer_to_it_by_all_of_omegas_distance
     best = best_hop_rate()
     assert 2.0 < best < 5.0
     omega = best + np.array([1.0, 3.0])
-    found = nearer_resonance(omega, np.array([[best, best], omega, [np.nan, np.nan]]))
-    np.testing.assert_allclose(found, [2.0, -2.0, np.nan])
+    differences = nearer_resonance(omega, np.array([[best, best], omega, [np.nan, np.nan]]))
+    np.testing.assert_allclose(differences, [2.0, -2.0, np.nan])
 
 
 def test_the_studys_table_has_them_and_so_has_that_of_the_drawn_controllers():

@@ -1,4 +1,4 @@
-"""What learning adds: runs judged without their feedback, and the primary analysis."""
+"""Gains by learning: runs judged without their feedback, and the primary analysis."""
 
 from types import SimpleNamespace
 
@@ -69,11 +69,11 @@ def test_a_run_is_judged_whole_cut_and_frozen():
     judged = judge_runs(experiment, np.array([[2.0], [0.0]], "float32"))
     for name in MEASURED:
         assert judged[name].shape == (len(VARIANTS), 2, RELEASES, 2)
-    whole, cut, frozen = judged["limit_cycle_share"].mean(axis=(2, 3))
-    assert whole[0] > 0.5
+    complete, cut, frozen = judged["limit_cycle_share"].mean(axis=(2, 3))
+    assert complete[0] > 0.5
     assert cut[0] == 0.0  # a reflex without feedback never pushes
     # A gain of zero is no feedback: nothing is left to cut.
-    assert whole[1] == cut[1] == frozen[1]
+    assert complete[1] == cut[1] == frozen[1]
     assert measured_own() == ()  # the metric of the mean feedback is in no later study
 
 
@@ -116,9 +116,9 @@ def test_contrasts_find_the_differences_that_are_there():
     over_v, over_law = contrast(runs), contrast(runs, best_law(runs), outcome="merit_judged")
     assert over_v.effect == pytest.approx(0.2, abs=0.03)
     assert over_law.effect == pytest.approx(0.1, abs=0.03)
-    for found in (over_v, over_law):
-        for low, high in (found.crossed, found.runs, found.drawn):
-            assert low < found.effect < high
+    for difference in (over_v, over_law):
+        for low, high in (difference.crossed, difference.runs, difference.drawn):
+            assert low < difference.effect < high
     assert contrast(runs, run=BEST_RUN).effect > over_v.effect
     assert list(over_v.of_omega) == [3.0, 4.0, 5.0, 6.0]
 
@@ -133,9 +133,9 @@ def test_frequencies_that_differ_widen_the_interval_over_runs_alone():
     runs = table()
     learned = runs.architecture.isin(LEARNED_FEEDBACK)
     runs.loc[learned, "merit"] += np.where(runs.omega_t[learned] > 4.5, 0.3, -0.3)
-    found = contrast(runs)
-    assert found.crossed[0] < 0.0 < found.crossed[1]
-    assert found.runs[1] - found.runs[0] < 0.1
+    difference = contrast(runs)
+    assert difference.crossed[0] < 0.0 < difference.crossed[1]
+    assert difference.runs[1] - difference.runs[0] < 0.1
 
 
 def test_the_crossed_interval_is_students_where_only_one_factor_varies():
@@ -158,8 +158,8 @@ def test_the_crossed_interval_covers():
 
 def test_the_tables_name_bodies_and_kinds():
     runs = table()
-    whole, by_omega = primary_tables({"study": runs})
-    assert whole.count("| study |") == by_omega.count("| study: ") == 9
+    overall, by_omega = primary_tables({"study": runs})
+    assert overall.count("| study |") == by_omega.count("| study: ") == 9
     assert by_omega.splitlines()[0] == "| ω_t | 3 | 4 | 5 | 6 |"
     assert len(learning_figure({"study": runs, "other": runs}).axes) == 2
     rows = feedback_table(runs).splitlines()[2:]
@@ -173,13 +173,13 @@ def test_a_table_of_something_else_or_of_a_part_is_refused_in_one_line(tmp_path,
     (tmp_path / "words.csv").write_text((tmp_path / "whole.csv").read_text().replace("0.9", "nine"))
     runs = table()
     runs[runs.architecture == LAW].to_csv(tmp_path / "part.csv", index=False)
-    for name, said in (
+    for name, message in (
         ("missing", "cannot read"),
         ("other", "it has no column model"),
         ("words", "it holds what is no number"),
         ("part", "has no runs of AR; judge a whole study"),
     ):
-        assert said in one_line_error("reproduction", "primary", str(tmp_path / f"{name}.csv"))
+        assert message in one_line_error("reproduction", "primary", str(tmp_path / f"{name}.csv"))
 
 
 def test_a_study_without_whole_records_is_refused_before_any_work(tmp_path, one_line_error):
@@ -187,8 +187,10 @@ def test_a_study_without_whole_records_is_refused_before_any_work(tmp_path, one_
     with folder.claimed(plan("smoke")):
         pass
     out = tmp_path / "out"
-    said = one_line_error("reproduction", "learning", "--dir", str(folder.path), "--out", str(out))
-    assert "has no whole record of *; run the study" in said
+    message = one_line_error(
+        "reproduction", "learning", "--dir", str(folder.path), "--out", str(out)
+    )
+    assert "has no whole record of *; run the study" in message
     assert not out.exists()
 
 
@@ -197,8 +199,8 @@ def test_another_window_is_another_cell(tmp_path):
     (record,) = _records_of_smoke(tmp_path)
     cells = [EvaluatedRuns(record), EvaluatedRuns(record, undisturbed_s=12.0)]
     assert len({str(cell.document) for cell in cells}) == 2
-    usual, longer = (cell.measure().arrays["limit_cycle_share"] for cell in cells)
-    assert usual.shape == longer.shape == (3, 1, RELEASES, 2)
+    standard, longer = (cell.measure().arrays["limit_cycle_share"] for cell in cells)
+    assert standard.shape == longer.shape == (3, 1, RELEASES, 2)
     frame = run_rows(cells[0], cells[0].measure().arrays)
     assert frame.iloc[0][["model", "architecture", "drive"]].tolist() == ["V-sector-w8", "V", "φ"]
 
@@ -208,8 +210,8 @@ def _records_of_smoke(tmp_path):
     return Folder(tmp_path / "smoke").all()[0]
 
 
-def of_kind(whole, cut, frozen=0.0, flight=0.0, stance=0.0):
-    merits = {"merit": whole, "merit_cut": cut, "merit_frozen": frozen}
+def of_kind(merit, cut, frozen=0.0, flight=0.0, stance=0.0):
+    merits = {"merit": merit, "merit_cut": cut, "merit_frozen": frozen}
     return merits | {"waits_flight": flight, "waits_stance": stance}
 
 
@@ -228,9 +230,9 @@ def test_the_kind_of_a_feedback_is_what_cutting_and_freezing_leave_of_the_merit(
 
 
 def test_the_shortest_form_is_the_first_that_keeps_enough():
-    kept = {f"kept {form}": [0.0, 0.0] for form in forms_by_numbers()}
-    kept |= {"kept load": [0.9, 0.0], "kept latch": [0.97, 0.0]}
-    runs = pd.DataFrame({"best": True, "kind": KINDS[4], **kept})
+    shares = {f"kept {form}": [0.0, 0.0] for form in forms_by_numbers()}
+    shares |= {"kept load": [0.9, 0.0], "kept latch": [0.97, 0.0]}
+    runs = pd.DataFrame({"best": True, "kind": KINDS[4], **shares})
     assert shortest_form(runs, 0.8).tolist() == ["load", NONE]
     assert shortest_form(runs, 0.95).tolist() == ["latch", NONE]
 

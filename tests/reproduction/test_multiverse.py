@@ -82,7 +82,7 @@ def test_more_readings_are_added_to_those_that_were_there():
 
 
 def test_readings_fill_the_space_evenly():
-    """In each choice alone, every sixteenth of its range holds one of 32 readings or more."""
+    """Every sixteenth of each choice's range holds one of 32 readings or more."""
     readings = sample_readings(33)[1:]
     for choice in CHOICES:
         places = [choice.place(getattr(reading, choice.name)) for reading in readings]
@@ -191,13 +191,13 @@ def test_a_reading_changes_vanilla_actuations_alone():
     reading = Reading(newtons_per_feedback=2.0, sector_s=0.05)
     sector = reading.actuation(Sector())
     assert (sector.width_rad, sector.duration_s) == (0.0, 0.05)
-    both = reading.actuation(SectorAndReflex())
-    assert (both.duration_s, both.newtons_per_feedback) == (0.05, 2.0)
+    changed = reading.actuation(SectorAndReflex())
+    assert (changed.duration_s, changed.newtons_per_feedback) == (0.05, 2.0)
     assert reading.actuation(Reflex()) == Reflex(2.0)
     learned = find("ART").experiment().controller.actuation
     assert reading.actuation(learned) == learned
-    for own in (Sector(), Reflex(), SectorAndReflex(), learned):
-        assert Reading().actuation(own) == own
+    for actuation in (Sector(), Reflex(), SectorAndReflex(), learned):
+        assert Reading().actuation(actuation) == actuation
 
 
 @pytest.mark.parametrize(
@@ -220,9 +220,9 @@ def test_a_gain_is_tuned_at_one_frequency_or_over_several():
         timing=Timing(duration_s=6.0, tick_s=0.002), objective=Fitness(settle_s=3.0)
     )
     over = plain.replaced(search_offsets=(-1.0, 1.0))
-    each = [best_gain(plain.replaced(omega=omega)) for omega in (7.0, 9.0)]
+    gains = [best_gain(plain.replaced(omega=omega)) for omega in (7.0, 9.0)]
     gain, fitness = best_gain(over)
-    assert fitness <= np.mean([best for _, best in each])
+    assert fitness <= np.mean([best for _, best in gains])
     assert gain in plain.gains
     with pytest.raises(TegotaeError, match="search_offsets is empty"):
         plain.replaced(search_offsets=())
@@ -232,32 +232,32 @@ def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
     plan = multiverse("full", 16)
     for reading, units in plan.by_reading:
         run = next(iter(units.values())).run
-        most = run.learner.stopping.generations * run.learner.algorithm.population
+        episodes = run.learner.stopping.generations * run.learner.algorithm.population
         rising = np.arange(run.learner.stopping.generations, dtype=float)
         assert run.learner.stopping.reason(rising) == CAP
         if reading.episodes == PLATEAU:
-            assert most == pytest.approx(plan.cap, abs=run.learner.algorithm.population)
+            assert episodes == pytest.approx(plan.cap, abs=run.learner.algorithm.population)
             assert run.learner.stopping.reason(np.zeros(len(rising) - 1)) == "plateau"
         else:
-            assert most == reading.episodes
+            assert episodes == reading.episodes
             assert run.learner.stopping.reason(np.zeros(len(rising) - 1)) == ""
 
 
 def test_every_claim_has_the_models_that_it_is_about():
     table = results({}).where(model=multiverse("full").models)
-    known = {metric.name for metric in metrics()}
-    for omega, found in findings_by_reading({0: table}, draws=20)[0].items():
-        for finding in found:
+    names = {metric.name for metric in metrics()}
+    for omega, claimed in findings_by_reading({0: table}, draws=20)[0].items():
+        for finding in claimed:
             reads = getattr(finding.claim.effect, "metric", None)
-            if reads in known:
+            if reads in names:
                 assert finding.outcome in (REPRODUCED, TOO_SMALL, OPPOSITE), (finding, omega)
 
 
 def test_a_claim_is_judged_as_soon_as_all_of_its_models_are_there():
     models = multiverse("full").models
     few = [name for name in models if name.startswith(("V-", "VG-", "AR-rF-"))]
-    found = findings_by_reading({0: results({}).where(model=few)}, draws=20, models=models)
-    judged = {finding.claim.name for finding in found[0][AT_BOTH]}
+    by_reading = findings_by_reading({0: results({}).where(model=few)}, draws=20, models=models)
+    judged = {finding.claim.name for finding in by_reading[0][AT_BOTH]}
     assert {"vg-cot", "ar-cot", "ar-t1"} <= judged
     # AR alone is not learned feedback, and a correlation is over all models.
     assert not judged & {"learned-beats-v", "art-cot", "t-par", "v-t1", "efficient-is-slow"}
@@ -300,26 +300,26 @@ def trained() -> tuple[list[Reading], FindingsByReading]:
 
 
 def test_shares_count_the_readings_in_which_a_claim_is_reproduced_and_opposite(trained):
-    readings, found = trained
+    readings, by_reading = trained
     early = sum(reading.episodes == 1280 for reading in readings)
     late = sum(reading.episodes == PLATEAU for reading in readings)
     for omega in (AT_BOTH, "4", "8"):
-        each = outcome_shares(of_claim(found, "art-cot", omega).values())
-        assert each[OPPOSITE].count >= early
-        assert each[REPRODUCED].count >= late
-        assert sum(share.count for share in each.values()) == len(readings)
+        parts = outcome_shares(of_claim(by_reading, "art-cot", omega).values())
+        assert parts[OPPOSITE].count >= early
+        assert parts[REPRODUCED].count >= late
+        assert sum(share.count for share in parts.values()) == len(readings)
 
 
 def test_the_choice_that_decides_a_claim_is_found_and_no_other(trained):
-    readings, found = trained
-    clear = decisive(influences(readings, of_claim(found, "art-cot", AT_BOTH)))
+    readings, by_reading = trained
+    clear = decisive(influences(readings, of_claim(by_reading, "art-cot", AT_BOTH)))
     assert [influence.choice.name for influence in clear] == ["episodes"]
     assert clear[0].correlation > 0.8
     assert clear[0].p < 0.001
 
 
 def test_where_nothing_decides_chance_seldom_does():
-    """Of claims on noise, at most one in twenty has a choice that passes for decisive."""
+    """Claims on noise: at most one in twenty has a choice that passes for decisive."""
     random = np.random.default_rng(0)
     readings = sample_readings(32)
 
@@ -363,14 +363,14 @@ def test_an_interval_of_a_share_stays_within_the_possible():
 
 
 def test_tables_hold_readings_and_what_comes_of_the_claims(trained, tmp_path):
-    readings, found = trained
-    write_multiverse_tables(readings, found, tmp_path)
+    readings, by_reading = trained
+    write_multiverse_tables(readings, by_reading, tmp_path)
     again, read = read_tables(tmp_path)
     assert again == readings
-    for number, by_omega in found.items():
-        for omega, each in by_omega.items():
-            said = [(finding.claim.name, finding.outcome) for finding in read[number][omega]]
-            assert said == [(finding.claim.name, finding.outcome) for finding in each]
+    for number, by_omega in by_reading.items():
+        for omega, by_claim in by_omega.items():
+            outcomes = [(finding.claim.name, finding.outcome) for finding in read[number][omega]]
+            assert outcomes == [(finding.claim.name, finding.outcome) for finding in by_claim]
 
 
 @pytest.mark.parametrize("name", ["readings.csv", "effects.csv"])
@@ -385,8 +385,8 @@ def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, co
 
 @pytest.mark.parametrize(("name", "row"), [("readings.csv", "0"), ("effects.csv", "0, omega_t")])
 def test_a_row_that_is_there_twice_is_refused(trained, tmp_path, one_line_error, name, row):
-    readings, found = trained
-    write_multiverse_tables(readings, found, tmp_path)
+    readings, by_reading = trained
+    write_multiverse_tables(readings, by_reading, tmp_path)
     lines = (tmp_path / name).read_text().splitlines()
     (tmp_path / name).write_text("\n".join([*lines, lines[1]]) + "\n")
     words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
@@ -404,8 +404,8 @@ def test_the_table_of_shares_names_what_decides(trained):
 
 
 def test_a_column_counts_the_readings_of_each_claim(trained):
-    readings, found = trained
-    counts, allowed = counts_by_claim(readings, found).values()
+    readings, by_reading = trained
+    counts, allowed = counts_by_claim(readings, by_reading).values()
     assert allowed.keys() <= counts.keys()
     assert sum(map(int, counts["art-cot"].split(" / "))) == len(readings)
     assert "pgpe-over-sac" not in counts, "no reading decides it"
@@ -413,17 +413,17 @@ def test_a_column_counts_the_readings_of_each_claim(trained):
 
 
 def test_readings_that_the_text_allows_are_counted_beside_all():
-    readings, found = read_tables(ROOT / "docs" / "_static" / "multiverse")
+    readings, by_reading = read_tables(ROOT / "docs" / "_static" / "multiverse")
     assert [sum(map(allowed, readings)) for allowed in ALLOWED.values()] == [17, 11]
-    only = {number: found[number] for number in (0, 20)}  # 20 damps in flight
+    only = {number: by_reading[number] for number in (0, 20)}  # 20 damps in flight
     row = next(row for row in shares_table(readings, only).splitlines() if "learned-beats-v" in row)
     assert row.endswith("| 0 / 0 / 1 | 0 / 0 / 1 | – |")
     assert "Damper" not in shares_table(sample_readings(24), only), "all of them are allowed"
 
 
 def test_readings_and_bodies_that_statements_chose_say_so():
-    readings, found = read_tables(ROOT / "docs" / "_static" / "multiverse")
-    every, allowed = counts_by_claim(readings, found).values()
+    readings, by_reading = read_tables(ROOT / "docs" / "_static" / "multiverse")
+    every, allowed = counts_by_claim(readings, by_reading).values()
     assert every["v-cpgu"] == "22 / 1 / 0, selected for"
     assert sum(map(int, allowed["learned-beats-v"].split(" / "))) == 11
     assert selecting(readings) == selecting_body(readings[20].hopper) == {*EVALUATED_AS.values()}
@@ -434,15 +434,15 @@ def test_readings_and_bodies_that_statements_chose_say_so():
 
 
 def test_figures_show_every_claim_that_is_measured_and_every_reading(trained):
-    readings, found = trained
-    overview = overview_figure(readings, found)
-    measured = [claim for claim in CLAIMS if of_claim(found, claim.name, AT_BOTH)]
+    readings, by_reading = trained
+    overview = overview_figure(readings, by_reading)
+    measured = [claim for claim in CLAIMS if of_claim(by_reading, claim.name, AT_BOTH)]
     assert len(overview.axes[0].get_yticks()) == len(measured) > 20
-    curve = curve_figure(readings, of_claim(found, "art-cot", AT_BOTH))
+    curve = curve_figure(readings, of_claim(by_reading, "art-cot", AT_BOTH))
     effects, choices = curve.axes
-    shown = [float(np.ravel(x.get_ydata())[0]) for x in effects.lines if x.get_marker() == "o"]
-    assert len(shown) == len(readings)
-    assert shown == sorted(shown)
+    heights = [float(np.ravel(x.get_ydata())[0]) for x in effects.lines if x.get_marker() == "o"]
+    assert len(heights) == len(readings)
+    assert heights == sorted(heights)
     assert len(choices.get_yticks()) == len(CHOICES)
 
 
@@ -469,19 +469,19 @@ def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
     os.kill(process.pid, signal.SIGKILL)
     process.communicate(timeout=900)
     study_runs.assert_ended(workers)
-    kept = {path.name: path.read_bytes() for path in study_runs.records(folder)}
+    stored = {path.name: path.read_bytes() for path in study_runs.records(folder)}
     words = ["reproduction", "readings", "status", "--dir", str(folder), "--readings", "2"]
-    if len(kept) < 4:
+    if len(stored) < 4:
         assert main(words) == 0
-        assert f"{len(kept)} of 4 models done" in capsys.readouterr().out
+        assert f"{len(stored)} of 4 models done" in capsys.readouterr().out
     out, _ = study_runs.finish(start(folder))
     assert out.startswith(f"4 records in {folder}")
-    now = {path.name: path.read_bytes() for path in study_runs.records(folder)}
-    assert kept.items() <= now.items()
-    assert set(now) == {f"{u.key}.record.npz" for u in multiverse("smoke", 2).units}
+    current = {path.name: path.read_bytes() for path in study_runs.records(folder)}
+    assert stored.items() <= current.items()
+    assert set(current) == {f"{u.key}.record.npz" for u in multiverse("smoke", 2).units}
     assert main(words) == 0
-    said = capsys.readouterr().out
-    assert said == "scale smoke: 4 of 4 models done, 2 of 2 readings complete\n"
+    message = capsys.readouterr().out
+    assert message == "scale smoke: 4 of 4 models done, 2 of 2 readings complete\n"
     # That readings are not whole is said.
     out = tmp_path / "out"
     assert (
@@ -510,13 +510,13 @@ def test_what_cannot_be_is_refused_before_any_work(
 
 
 def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_path, one_line_error):
-    said = one_line_error("reproduction", "readings", "status", "--dir", str(smoke_study))
-    assert "is a folder of python -m reproduction; look at it with that" in said
+    message = one_line_error("reproduction", "readings", "status", "--dir", str(smoke_study))
+    assert "is a folder of python -m reproduction; look at it with that" in message
     folder = MultiverseFolder(tmp_path / "multiverse")
     with folder.claimed(multiverse("smoke")):
         pass
-    said = one_line_error("reproduction", "status", "--dir", str(folder.path))
-    assert "is a folder of python -m reproduction readings; look at it with that" in said
+    message = one_line_error("reproduction", "status", "--dir", str(folder.path))
+    assert "is a folder of python -m reproduction readings; look at it with that" in message
 
 
 def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
@@ -528,7 +528,7 @@ def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):
 
 def test_a_claim_without_runs_has_no_share():
     table = results({}).where(architecture=("V", "VG"))
-    found = findings_by_reading({0: table, 1: table}, draws=20)
-    assert of_claim(found, "art-cot", AT_BOTH) == {}
-    assert len(of_claim(found, "vg-cot", AT_BOTH)) == 2
+    by_reading = findings_by_reading({0: table, 1: table}, draws=20)
+    assert of_claim(by_reading, "art-cot", AT_BOTH) == {}
+    assert len(of_claim(by_reading, "vg-cot", AT_BOTH)) == 2
     assert outcome_shares(())[REPRODUCED].total == 0

@@ -88,8 +88,8 @@ def test_hops_too_low_to_load_the_spring_reach_the_closed_form(work, factor):
     limit = factor * (1.0 - HOPPER.weight_n / 4.0) / (2.0 * HOPPER.weight_n)
     assert small_hop_limit(HOPPER, work) == pytest.approx(limit)
     soft = Hopper(stiffness_n_per_m=0.5, damping_ns_per_m=0.02)
-    found = optimise(soft, 50.0, work=work, shapes=ONE_SWING, starts=3)
-    assert found.cot_inverse == pytest.approx(limit, rel=0.003)
+    gait = optimise(soft, 50.0, work=work, shapes=ONE_SWING, starts=3)
+    assert gait.cot_inverse == pytest.approx(limit, rel=0.003)
 
 
 def test_net_work_has_no_limit_for_small_hops():
@@ -137,8 +137,8 @@ def test_the_lowest_hop_clears_a_hundredth_of_the_leg_damped_or_not():
 
 def test_hardly_damped_flight_has_nearly_the_optimum_of_ballistic_flight(at_four):
     hardly = dataclasses.replace(HOPPER, flight_damping_ns_per_m=1e-6)
-    found = optimise(hardly, 4.0, shapes=ONE_SWING, starts=3)
-    assert found.cot_inverse == pytest.approx(at_four.cot_inverse, rel=2e-4)
+    gait = optimise(hardly, 4.0, shapes=ONE_SWING, starts=3)
+    assert gait.cot_inverse == pytest.approx(at_four.cot_inverse, rel=2e-4)
 
 
 def test_a_gait_with_damped_flight_lands_as_it_began():
@@ -159,9 +159,9 @@ def test_the_best_gait_is_one_that_the_engines_physics_makes(at_four):
     x, v, work = 0.0, -at_four.lift_off_m_per_s[0], 0.0
     for length, push in zip(np.diff(time_s), force[:-1], strict=True):
         for _ in range(20):
-            before = x
+            previous = x
             x, v = flow(HOPPER, x, v, push, length / 20)
-            work += abs(push * (x - before))
+            work += abs(push * (x - previous))
     assert x == pytest.approx(0.0, abs=1e-6)
     assert v == pytest.approx(at_four.lift_off_m_per_s[0], abs=1e-5)
     assert work == pytest.approx(at_four.work_j, rel=1e-3)
@@ -209,7 +209,7 @@ def test_what_certifies_the_bound_falls_along_random_gaits():
     proof = certify(HOPPER, 4.0, cells=6)
     random = np.random.default_rng(0)
     dt, hop_s, gravity = 1e-3, math.pi / 2.0, HOPPER.gravity_m_per_s2
-    n, least = 300, least_lift_off(HOPPER)
+    n, lowest = 300, least_lift_off(HOPPER)
     x, v = np.full(n, -1e-9), -random.uniform(0.5, 6.0, n)
     force = np.zeros(n)
     total = np.zeros(n)
@@ -221,14 +221,14 @@ def test_what_certifies_the_bound_falls_along_random_gaits():
         total += proof.time_price * dt - proof.bound * force * np.abs(x_next - x)
         up = x_next >= 0.0
         fly_s = 2.0 * v_next / gravity
-        hop = np.where(v_next >= least, hop_s, 0.0)
+        hop = np.where(v_next >= lowest, hop_s, 0.0)
         total += np.where(up, v_next**2 / (2 * gravity) + proof.time_price * (fly_s - hop), 0.0)
         x = np.where(up, -1e-9, np.maximum(x_next, -0.999))
         v = np.where(up, -v_next, v_next)
-        lost = x_next < -0.999  # the leg has no length left: it starts anew
+        collapsed = x_next < -0.999  # the leg has no length left: it starts anew
         value = _evaluate(proof, x, v)
-        total = np.where(lost, 0.0, total)
-        start = np.where(lost, value, start)
+        total = np.where(collapsed, 0.0, total)
+        start = np.where(collapsed, value, start)
         assert np.all(total + value - start < 0.02)
 
 
@@ -252,8 +252,8 @@ def _evaluate(proof, x, v):
 def test_no_controller_is_above_the_bound():
     """Random learned controllers and V over gains and frequencies: all that settle."""
     random = np.random.default_rng(1)
-    kept = curve()
-    seen = 0
+    optimum = curve()
+    count = 0
     for name, weights in (
         ("V-reflex-w4", random.uniform(0.0, 8.0, (150, 1))),
         ("V-sector-w4", random.uniform(0.0, 8.0, (150, 1))),
@@ -263,15 +263,15 @@ def test_no_controller_is_above_the_bound():
             controller=build(name), timing=Timing(duration_s=30.0), summary=GaitSummary()
         )
         omega = random.uniform(2.0, 10.0, len(weights))
-        found = engine.run(weights[:, : build(name).n_weights], Scenario(omega=omega))
-        settled = np.asarray(found.regime) == LIMIT_CYCLE
-        rate, value = (np.asarray(x)[settled] for x in (found.hop_rate, found.cot_inverse))
-        period = np.asarray(found.limit_cycle_period)[settled]
-        assert np.all(value <= 1.005 * kept.bound("upper_bound_any", rate))
-        one = period == 1
-        assert np.all(value[one] <= 1.005 * kept.bound("upper_bound", rate[one]))
-        seen += settled.sum()
-    assert seen > 50
+        outcome = engine.run(weights[:, : build(name).n_weights], Scenario(omega=omega))
+        settled = np.asarray(outcome.regime) == LIMIT_CYCLE
+        rate, value = (np.asarray(x)[settled] for x in (outcome.hop_rate, outcome.cot_inverse))
+        period = np.asarray(outcome.limit_cycle_period)[settled]
+        assert np.all(value <= 1.005 * optimum.bound("upper_bound_any", rate))
+        single = period == 1
+        assert np.all(value[single] <= 1.005 * optimum.bound("upper_bound", rate[single]))
+        count += settled.sum()
+    assert count > 50
 
 
 # What proves the bounds, in rational arithmetic
@@ -313,10 +313,12 @@ def test_a_row_that_claims_a_little_less_is_not_proved(name, kept_proofs):
 
 def test_hops_that_no_certificate_speaks_of_leave_a_row_unproved(kept_proofs):
     row = next(row for row in proofs.claimed_bounds() if row.omega == 4.0)
-    own = [each for each in kept_proofs if each.omega == 4.0]
-    assert len(own) > 2
+    matching = [certificate for certificate in kept_proofs if certificate.omega == 4.0]
+    assert len(matching) > 2
     with pytest.raises(TegotaeError, match="no certificates prove"):
-        proofs.check_row(row, [each for each in own if each is not own[1]])
+        proofs.check_row(
+            row, [certificate for certificate in matching if certificate is not matching[1]]
+        )
 
 
 def _less_work(proof):
@@ -367,7 +369,7 @@ def _backwards(proof):
 
 
 @pytest.mark.parametrize(
-    ("tampered", "why"),
+    ("tampered", "reason"),
     [
         (_less_work, "the condition is missed"),
         (_later_hops, "over flights .* missed"),
@@ -381,9 +383,13 @@ def _backwards(proof):
         (_backwards, "knots do not rise"),
     ],
 )
-def test_a_certificate_that_was_tampered_with_is_rejected(tampered, why, kept_proofs):
-    proof = next(each for each in kept_proofs if each.omega == 4.0 and covers([each], HOPPER, None))
-    with pytest.raises(TegotaeError, match=f"does not hold: .*{why}") as refused:
+def test_a_certificate_that_was_tampered_with_is_rejected(tampered, reason, kept_proofs):
+    proof = next(
+        certificate
+        for certificate in kept_proofs
+        if certificate.omega == 4.0 and covers([certificate], HOPPER, None)
+    )
+    with pytest.raises(TegotaeError, match=f"does not hold: .*{reason}") as refused:
         verify(tampered(proof), HOPPER)
     assert "\n" not in str(refused.value)
 
@@ -426,18 +432,18 @@ def test_a_file_without_certificates_is_refused_in_one_line(tmp_path):
 
 
 def test_the_kept_table_is_whole_and_in_order():
-    kept = curve()
-    assert np.all(np.diff(kept["omega"]) > 0.0)
-    assert np.all(kept["cot_inverse"] <= kept["upper_bound"])
-    assert np.all(kept["upper_bound"] <= kept["upper_bound_any"] + 1e-9)
-    assert np.all(kept["cot_inverse_two"] <= kept["upper_bound_any"])
-    assert kept["omega"][-1] == pytest.approx(0.995 * 52.4, rel=0.01)
+    optimum = curve()
+    assert np.all(np.diff(optimum["omega"]) > 0.0)
+    assert np.all(optimum["cot_inverse"] <= optimum["upper_bound"])
+    assert np.all(optimum["upper_bound"] <= optimum["upper_bound_any"] + 1e-9)
+    assert np.all(optimum["cot_inverse_two"] <= optimum["upper_bound_any"])
+    assert optimum["omega"][-1] == pytest.approx(0.995 * 52.4, rel=0.01)
 
 
 def test_the_kept_table_says_what_the_optimiser_finds(at_four):
     assert largest_cot_inverse(HOPPER, 4.0) == pytest.approx(at_four.cot_inverse, rel=1e-3)
-    kept = optimal_stances()[4.0]
-    assert kept["velocity_m_per_s"][-1] == pytest.approx(at_four.lift_off_m_per_s[0], rel=1e-3)
+    stance = optimal_stances()[4.0]
+    assert stance["velocity_m_per_s"][-1] == pytest.approx(at_four.lift_off_m_per_s[0], rel=1e-3)
 
 
 def test_a_share_is_of_the_optimum_at_the_gaits_own_frequency():
@@ -450,21 +456,21 @@ def test_a_share_is_of_the_optimum_at_the_gaits_own_frequency():
 
 def test_an_evaluation_reports_the_share_where_the_table_holds():
     short = Protocol(undisturbed_s=15.0, disturbed_s=5.0, offsets=(0.0,), clamped_phases=1)
-    found = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=short).episodes
-    assert 0.2 < found["optimum_share"][0, 0] < 1.0
+    episodes = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=short).episodes
+    assert 0.2 < episodes["optimum_share"][0, 0] < 1.0
     heavy = Hopper(mass_kg=0.11)
-    other = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, heavy, short).episodes
-    assert np.isnan(other["optimum_share"]).all()
+    heavier = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, heavy, short).episodes
+    assert np.isnan(heavier["optimum_share"]).all()
     assert not has_table(HOPPER, "net")
 
 
 @pytest.mark.thorough
 def test_a_trained_controller_comes_near_the_optimum_and_not_above():
-    kept = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
-    saved = controller_file.load(kept)
+    path = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
+    saved = controller_file.load(path)
     short = Protocol(undisturbed_s=60.0, disturbed_s=5.0, offsets=(0.0,), clamped_phases=1)
-    found = evaluate(saved.controller, saved.weights, saved.omega, saved.body, short).episodes
-    assert 0.97 < found["optimum_share"][0, 0] < 1.001
+    episodes = evaluate(saved.controller, saved.weights, saved.omega, saved.body, short).episodes
+    assert 0.97 < episodes["optimum_share"][0, 0] < 1.001
 
 
 # What is refused
@@ -537,13 +543,13 @@ def test_the_figure_comes_with_its_numbers(tmp_path):
 def test_a_table_of_another_body_is_not_held_against_this_ones_optimum(tmp_path, one_line_error):
     path = tmp_path / "calibrated.csv"
     write_study_csv(table(optimum_share=np.full(5, np.nan)), path)
-    said = one_line_error("reproduction", "optimum", str(path), "--out", str(tmp_path / "a.png"))
-    assert f"{path} has no shares of the optimum" in said
+    message = one_line_error("reproduction", "optimum", str(path), "--out", str(tmp_path / "a.png"))
+    assert f"{path} has no shares of the optimum" in message
 
 
 def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():
-    kept = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
-    saved = controller_file.load(kept)
-    assert unique_label(saved, kept, []) == "ART-rF-tphif-w8"
+    path = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
+    saved = controller_file.load(path)
+    assert unique_label(saved, path, []) == "ART-rF-tphif-w8"
     assert unique_label(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
-    assert unique_label(dataclasses.replace(saved, name=None), kept, []) == "optimum-ART-w8"
+    assert unique_label(dataclasses.replace(saved, name=None), path, []) == "optimum-ART-w8"

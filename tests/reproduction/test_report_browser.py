@@ -29,12 +29,12 @@ in_browser = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSI
 
 def records() -> list[Record]:
     """Made-up results of the smallest study, one model without a single limit cycle."""
-    found = [made_up(unit) for unit in plan("smoke").units]
-    lost = next(i for i, record in enumerate(found) if record.model == "T-Fv")
-    nothing = {name: np.full((2, 2), np.nan, "float32") for name in ("cot_inverse", "t0_s")}
-    nothing["limit_cycle_share"] = np.zeros((2, 2), "float32")
-    found[lost] = replace(found[lost], episodes=found[lost].episodes | nothing)
-    return found
+    made = [made_up(unit) for unit in plan("smoke").units]
+    missing = next(i for i, record in enumerate(made) if record.model == "T-Fv")
+    undefined = {name: np.full((2, 2), np.nan, "float32") for name in ("cot_inverse", "t0_s")}
+    undefined["limit_cycle_share"] = np.zeros((2, 2), "float32")
+    made[missing] = replace(made[missing], episodes=made[missing].episodes | undefined)
+    return made
 
 
 RECORDS = records()
@@ -75,7 +75,7 @@ def until(page, condition: str):
 
 
 def column(page, label: str) -> list[str]:
-    """What a column of the table of models shows, from top to bottom."""
+    """Return the cells of a column of the table of models, from top to bottom."""
     return page.execute_script(
         """
         const heads = [...document.querySelectorAll("#models th")];
@@ -99,7 +99,7 @@ def pixels(page) -> str:
 
 
 def colours(page, canvas: str) -> int:
-    """How many colours a canvas shows."""
+    """Return the number of colours that a canvas shows."""
     return page.execute_script(
         """
         const canvas = document.getElementById(arguments[0]);
@@ -177,16 +177,16 @@ def test_every_claim_stands_in_the_papers_words_the_headline_first(page) -> None
     rows = page.execute_script(
         "return [...document.querySelectorAll('#claims tr.part')].map((tr) => tr.textContent)"
     )
-    said = element(page, "#unmeasured").text
+    message = element(page, "#unmeasured").text
     unmeasured = len(ATOMIC_CLAIMS) - len(rows)
-    assert said.startswith(f"{unmeasured} of {len(ATOMIC_CLAIMS)} statements are not measured")
+    assert message.startswith(f"{unmeasured} of {len(ATOMIC_CLAIMS)} statements are not measured")
     assert 0 < len(rows) < 10, "there are three models"
     assert not any("not measured" in row for row in rows)
     headline = [claim.name for claim in ATOMIC_CLAIMS if claim.headline]
-    shown = [name for name in headline if any(name in row for row in rows)]
-    assert all(name in row for name, row in zip(shown, rows, strict=False))
+    measured = [name for name in headline if any(name in row for row in rows)]
+    assert all(name in row for name, row in zip(measured, rows, strict=False))
     for script in ("figure3.py", "gain-map", "parameter_limit.py"):
-        assert said.count(script) == 1
+        assert message.count(script) == 1
 
 
 # The models.
@@ -196,23 +196,23 @@ def test_every_claim_stands_in_the_papers_words_the_headline_first(page) -> None
 @pytest.mark.parametrize("label", ["Model", "CoT⁻¹", "T0", "Fitness"])
 def test_models_are_sorted_both_ways_with_what_is_undefined_last(page, label) -> None:
     def values() -> list:
-        shown = [text.replace("−", "-") for text in column(page, label)]
-        return shown if label == "Model" else [float(x) if x != "–" else None for x in shown]
+        texts = [text.replace("−", "-") for text in column(page, label)]
+        return texts if label == "Model" else [float(x) if x != "–" else None for x in texts]
 
-    def last_undefined(found: list) -> list:
-        return [x for x in found if x is not None] + [x for x in found if x is None]
+    def last_undefined(numbers: list) -> list:
+        return [x for x in numbers if x is not None] + [x for x in numbers if x is None]
 
-    seen = set()
+    directions = set()
     for _ in range(2):
         heading(page, label).find_element("tag name", "button").click()
         direction = heading(page, label).get_attribute("aria-sort")
-        found = values()
-        defined = [x for x in found if x is not None]
+        cells = values()
+        defined = [x for x in cells if x is not None]
         assert defined == sorted(defined, reverse=direction == "descending")
-        assert found == last_undefined(found)
-        assert len(found) == len(RECORDS)
-        seen.add(direction)
-    assert seen == {"ascending", "descending"}
+        assert cells == last_undefined(cells)
+        assert len(cells) == len(RECORDS)
+        directions.add(direction)
+    assert directions == {"ascending", "descending"}
     assert (None in values()) == (label in ("CoT⁻¹", "T0"))
 
 
@@ -220,10 +220,10 @@ def test_models_are_sorted_both_ways_with_what_is_undefined_last(page, label) ->
 def test_sorting_works_from_the_keyboard(page) -> None:
     from selenium.webdriver.common.keys import Keys
 
-    before = column(page, "Model")
+    previous = column(page, "Model")
     heading(page, "Model").find_element("tag name", "button").send_keys(Keys.ENTER)
     assert heading(page, "Model").get_attribute("aria-sort") == "ascending"
-    assert column(page, "Model") == sorted(before)
+    assert column(page, "Model") == sorted(previous)
 
 
 @in_browser
@@ -271,11 +271,11 @@ def test_a_name_in_the_table_leads_to_the_section_of_that_model_and_so_does_its_
     page.get(page.current_url)
     page.refresh()
     assert element(page, "#model-name").text.startswith("T-Fv")
-    shown = page.execute_script(
+    texts = page.execute_script(
         "return [...document.querySelectorAll('#facts tbody tr')].map((tr) => tr.textContent)"
     )
     # A model without a limit cycle has no CoT⁻¹, in the mean as in its run.
-    assert "CoT⁻¹––" in shown
+    assert "CoT⁻¹––" in texts
 
 
 @in_browser
@@ -294,16 +294,16 @@ def test_pause_stops_the_animation_and_play_goes_on(page) -> None:
     until(page, "Number(document.getElementById('hop').dataset.frame) > 2")
     button.click()
     assert button.text == "Play"
-    before = pixels(page)
+    previous = pixels(page)
     # Sixty frames of the screen, a second, in which a playing animation would draw fifty times.
     page.execute_async_script(
         "const done = arguments[0]; let n = 60;"
         "const wait = () => n-- ? requestAnimationFrame(wait) : done(); wait();"
     )
-    assert pixels(page) == before
+    assert pixels(page) == previous
     button.click()
     assert button.text == "Pause"
-    until(page, f"document.getElementById('hop').toDataURL() !== {before!r}")
+    until(page, f"document.getElementById('hop').toDataURL() !== {previous!r}")
 
 
 @in_browser
@@ -322,8 +322,8 @@ def test_who_prefers_less_motion_has_to_ask_for_it(page) -> None:
 
 def test_it_begins_with_the_main_claim_its_number_and_its_figure(html):
     table = read_study_csv(ROOT / "docs" / "_static" / "study" / "paper.csv")
-    found = findings(table, claims=ATOMIC_CLAIMS[:1], resamples=50, options=[Count()])
-    first = first_finding(found, table)
+    results = findings(table, claims=ATOMIC_CLAIMS[:1], resamples=50, options=[Count()])
+    first = first_finding(results, table)
     assert first is not None
     main = "The paper's main claim: learned feedback is more efficient than V. Here it is so."
     assert first["sentence"] == main

@@ -77,8 +77,8 @@ NINE = (
 """The calibrated reading as options: records of this reading were kept under their keys."""
 
 
-def export(folder: Path, out: Path, *more: str) -> Path:
-    assert main(["reproduction", "export", "--dir", str(folder), "--out", str(out), *more]) == 0
+def export(folder: Path, out: Path, *options: str) -> Path:
+    assert main(["reproduction", "export", "--dir", str(folder), "--out", str(out), *options]) == 0
     return out
 
 
@@ -105,8 +105,11 @@ def test_a_reading_names_the_frequencies_at_which_its_models_are_trained(tmp_pat
     (tmp_path / "mine.toml").write_text("omega_t = [3.0, 6.5]\nmass = 0.2\n")
     words = ["reproduction", "run", "--dir", "x", "--scale", "smoke"]
     run = parsed([*words, "--reading", str(tmp_path / "mine.toml")])
-    found = {each.name: (each.omega, each.body.mass_kg) for each in run.plan.experiments}
-    assert found == {
+    planned = {
+        experiment.name: (experiment.omega, experiment.body.mass_kg)
+        for experiment in run.plan.experiments
+    }
+    assert planned == {
         "V-sector-w3": (3.0, 0.2),
         "V-sector-w6.5": (6.5, 0.2),
         "ART-rF-tphif-w3": (3.0, 0.2),
@@ -132,7 +135,7 @@ def test_the_reading_to_fill_in_is_at_first_the_studys_own():
 
 
 @pytest.mark.parametrize(
-    ("reading", "said"),
+    ("reading", "message"),
     [
         ("calibrate", "no reading is called 'calibrate'; did you mean calibrated?"),
         ('{"mass_kg": 0.2}', "no option is called 'mass_kg'; did you mean mass"),
@@ -141,34 +144,34 @@ def test_the_reading_to_fill_in_is_at_first_the_studys_own():
         (None, "there is no such file"),
     ],
 )
-def test_what_is_no_reading_is_said_before_the_work(reading, said, tmp_path, no_work, capsys):
+def test_what_is_no_reading_is_said_before_the_work(reading, message, tmp_path, no_work, capsys):
     name = tmp_path / "mine.json"
     if reading and reading[0] in "[{":
         name.write_text(reading)
     elif reading:
         name = reading
     assert main(["reproduction", "run", "--dir", str(tmp_path / "s"), "--reading", str(name)]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_a_run_says_how_far_it_is_and_what_comes_next(smoke_study):
-    said = smoke_study.with_name("smoke.printed").read_text().splitlines()
+    lines = smoke_study.with_name("smoke.printed").read_text().splitlines()
     assert (
-        said[0]
+        lines[0]
         == f"3 records in {smoke_study}; next: python -m reproduction report --dir {smoke_study}"
     )
-    assert said[1] == "study  0/3  done before"
-    _, done, model, rate, left = said[-1].split("  ")
-    assert (done, left) == ("3/3", "0 s left")
+    assert lines[1] == "study  0/3  done before"
+    _, completed, model, rate, remaining = lines[-1].split("  ")
+    assert (completed, remaining) == ("3/3", "0 s left")
     assert model in study_runs.MODELS
     assert float(rate.removesuffix("/min").removesuffix("/s")) > 0.0
 
 
 def test_a_finished_study_has_nothing_to_do(smoke_study, no_work, capsys):
-    before = contents(smoke_study)
+    previous = contents(smoke_study)
     assert main(["reproduction", "run", "--dir", str(smoke_study), "--scale", "smoke"]) == 0
     assert capsys.readouterr().out.startswith("3 records in ")
-    assert contents(smoke_study) == before
+    assert contents(smoke_study) == previous
 
 
 def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys):
@@ -181,11 +184,11 @@ def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys)
 def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsys):
     """One more experiment, made from Python: it is counted, tabulated, and stands by itself."""
     experiment = dataclasses.replace(find("T-F").experiment(), name="mine")
-    whole = plan("smoke", "V-*", [experiment])
-    more = next(unit for unit in whole.units if unit.run.experiment is experiment)
+    complete = plan("smoke", "V-*", [experiment])
+    added = next(unit for unit in complete.units if unit.run.experiment is experiment)
     (source,) = half.glob("records/ART-*")
-    record = dataclasses.replace(read_record(source), configuration=more.configuration)
-    runner.run_study(whole, half, lambda todo: ((unit, record.result) for [unit] in todo))
+    record = dataclasses.replace(read_record(source), configuration=added.configuration)
+    runner.run_study(complete, half, lambda todo: ((unit, record.result) for [unit] in todo))
     assert sorted(r.model for r in Folder(half).all()[0]) == [
         "ART-rF-tphif-w8",
         "V-sector-w8",
@@ -198,10 +201,10 @@ def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsy
 
 
 def test_two_experiments_of_one_name_are_refused(half, no_work):
-    other = dataclasses.replace(find("T-F").experiment(), name="V-sector-w8")
+    second = dataclasses.replace(find("T-F").experiment(), name="V-sector-w8")
     with pytest.raises(TegotaeError, match="2 experiments are called V-sector-w8"):
-        plan("smoke", "V-*", [other])
-    alone = plan("smoke", "", [other])
+        plan("smoke", "V-*", [second])
+    alone = plan("smoke", "", [second])
     with pytest.raises(TegotaeError, match=r"holds a study with another .*controller"):
         runner.run_study(alone, half)
 
@@ -215,45 +218,47 @@ def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
     # A row a run: T-Fv and ART have two, and the searched gain of V two releases.
     assert len(rows) == 6
     for name, values in columns.items():
-        written = [row[name] for row in rows]
+        cells = [row[name] for row in rows]
         if isinstance(values[0], float):
-            np.testing.assert_array_equal([float(x or "nan") for x in written], values)
+            np.testing.assert_array_equal([float(x or "nan") for x in cells], values)
         else:
-            assert written == [str(value) for value in values]
+            assert cells == [str(value) for value in values]
 
 
 @pytest.mark.thorough
 def test_an_exported_table_gives_the_same_figures_as_the_study(smoke_study, tmp_path):
     budgets = ["--budgets", str(tmp_path / "budgets.csv")]
     table = export(smoke_study, tmp_path / "a.csv", *budgets)
-    for source, out, more in ((smoke_study, "study", []), (table, "table", budgets)):
+    for source, out, options in ((smoke_study, "study", []), (table, "table", budgets)):
         assert (
-            main(["reproduction", "figures", str(source), "--out", str(tmp_path / out), *more]) == 0
+            main(["reproduction", "figures", str(source), "--out", str(tmp_path / out), *options])
+            == 0
         )
-    written = contents(tmp_path / "study")
+    files = contents(tmp_path / "study")
     pictures = ["architectures.png", "correlations.png", "metrics.png"]  # of no claim's effect
     tables = ["endings.md"]
     # How training went is in the study's records alone.
     curves = ["convergence-w8.png", "convergence.csv"]
-    assert sorted(written) == sorted([*pictures, *tables, *curves])
-    assert contents(tmp_path / "table") == {n: c for n, c in written.items() if n not in curves}
+    assert sorted(files) == sorted([*pictures, *tables, *curves])
+    assert contents(tmp_path / "table") == {n: c for n, c in files.items() if n not in curves}
 
 
 def test_an_exported_table_gives_the_same_claims_as_the_study(smoke_study, tmp_path, capsys):
-    others = [
+    options_beside = [
         *("--budgets", str(tmp_path / "budgets.csv")),
         *("--sampled", str(tmp_path / "sampled.csv")),
     ]
-    table = export(smoke_study, tmp_path / "a.csv", *others)
-    for source, out, more in ((smoke_study, "study", []), (table, "table", others)):
+    table = export(smoke_study, tmp_path / "a.csv", *options_beside)
+    for source, out, options in ((smoke_study, "study", []), (table, "table", options_beside)):
         assert (
-            main(["reproduction", "claims", str(source), "--out", str(tmp_path / out), *more]) == 0
+            main(["reproduction", "claims", str(source), "--out", str(tmp_path / out), *options])
+            == 0
         )
-    written = contents(tmp_path / "study")
-    assert sorted(written) == [
+    files = contents(tmp_path / "study")
+    assert sorted(files) == [
         *("claims-by-budget.md", "claims-by-design.md", "claims.md", "effects.csv"),
     ]
-    assert contents(tmp_path / "table") == written
+    assert contents(tmp_path / "table") == files
     printed = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in printed[-1 - len(ATOMIC_CLAIMS) : -1]] == [
         claim.name for claim in ATOMIC_CLAIMS
@@ -277,18 +282,18 @@ def test_outcomes_of_another_study_and_of_each_budget_stand_beside(smoke_study, 
     assert ", `map-sector-line` | reproduced | not measured |\n" in beside, "of its own folder only"
     first = (out / "claims-by-budget.md").read_text().splitlines()[0]
     assert first == "| | 1280 episodes | 5120 episodes | plateau |"
-    old, own = ((out / name).read_text() for name in ("effects-old.csv", "effects.csv"))
+    old, current = ((out / name).read_text() for name in ("effects-old.csv", "effects.csv"))
     measured = {row for row in old.splitlines() if "not measured" not in row}
     assert measured
-    assert measured < set(own.splitlines())
+    assert measured < set(current.splitlines())
 
 
 def test_effects_are_read_as_they_were_written(smoke_study, tmp_path):
     table = export(smoke_study, tmp_path / "a.csv")
     assert main(["reproduction", "claims", str(table), "--out", str(tmp_path)]) == 0
-    found = read_effects(tmp_path / "effects.csv")
-    assert [each.claim for each in found] == list(ATOMIC_CLAIMS)
-    assert effects_csv(found) == (tmp_path / "effects.csv").read_text()
+    results = read_effects(tmp_path / "effects.csv")
+    assert [finding.claim for finding in results] == list(ATOMIC_CLAIMS)
+    assert effects_csv(results) == (tmp_path / "effects.csv").read_text()
 
 
 def test_only_a_table_that_is_given_can_be_calibrated(smoke_study, tmp_path, one_line_error):
@@ -299,17 +304,17 @@ def test_only_a_table_that_is_given_can_be_calibrated(smoke_study, tmp_path, one
 def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path, one_line_error):
     table = export(smoke_study, tmp_path / "a.csv")
     words = ["--out", str(tmp_path / "out"), "--budgets", str(table)]
-    said = one_line_error("reproduction", "figures", str(table), *words)
-    assert "the table has no training_budget" in said
+    message = one_line_error("reproduction", "figures", str(table), *words)
+    assert "the table has no training_budget" in message
     assert not (tmp_path / "out").exists()
 
 
 def test_a_table_with_a_run_twice_is_refused(tmp_path, one_line_error):
-    kept = (ROOT / "docs" / "_static" / "study" / "paper.csv").read_text().splitlines()
-    (tmp_path / "table.csv").write_text("\n".join([*kept, kept[5]]) + "\n")
-    said = one_line_error("reproduction", "claims", str(tmp_path / "table.csv"))
-    name = f"model {kept[5].split(',')[0]}, run 4"
-    assert f"{tmp_path / 'table.csv'} has 2 rows of {name}; it must have one" in said
+    lines = (ROOT / "docs" / "_static" / "study" / "paper.csv").read_text().splitlines()
+    (tmp_path / "table.csv").write_text("\n".join([*lines, lines[5]]) + "\n")
+    message = one_line_error("reproduction", "claims", str(tmp_path / "table.csv"))
+    name = f"model {lines[5].split(',')[0]}, run 4"
+    assert f"{tmp_path / 'table.csv'} has 2 rows of {name}; it must have one" in message
 
 
 @pytest.mark.parametrize("content", [None, "", "model,run\n", "model,run\nART,0\n", "a,b\n1\n"])
@@ -317,18 +322,18 @@ def test_what_is_no_table_is_refused(tmp_path, one_line_error, content):
     path = tmp_path / "table.csv"
     if content is not None:
         path.write_text(content)
-    said = one_line_error("reproduction", "figures", str(path), "--out", str(tmp_path / "out"))
-    assert str(path) in said
+    message = one_line_error("reproduction", "figures", str(path), "--out", str(tmp_path / "out"))
+    assert str(path) in message
     assert not (tmp_path / "out").exists()
 
 
 def test_two_halves_merge_into_the_whole(half, smoke_study, tmp_path, capsys):
-    other = study_runs.copy(smoke_study, tmp_path / "other", "T", "A")
-    assert main(["reproduction", "merge", str(other), "--dir", str(half)]) == 0
+    other_half = study_runs.copy(smoke_study, tmp_path / "other", "T", "A")
+    assert main(["reproduction", "merge", str(other_half), "--dir", str(half)]) == 0
     assert capsys.readouterr().out == f"1 records copied to {half}\n"
     study_runs.assert_same(half, smoke_study)
-    whole = export(smoke_study, tmp_path / "whole.csv").read_text()
-    assert export(half, tmp_path / "merged.csv").read_text() == whole
+    expected = export(smoke_study, tmp_path / "whole.csv").read_text()
+    assert export(half, tmp_path / "merged.csv").read_text() == expected
 
 
 # Records that are not what they should be.
@@ -337,16 +342,16 @@ def test_two_halves_merge_into_the_whole(half, smoke_study, tmp_path, capsys):
 def test_status_tells_of_a_damaged_record(damaged, capsys):
     name = study_runs.records(damaged)[0].name
     assert main(["reproduction", "status", "--dir", str(damaged)]) == 0
-    first, missing, said = capsys.readouterr().out.splitlines()
+    first, missing, message = capsys.readouterr().out.splitlines()
     assert first == "scale smoke: 2 of 3 models done"
     assert missing == "missing: ART-rF-tphif-w8"
-    assert said.startswith(f"{name} is damaged: ")
-    assert said.endswith("; run the study again to replace it")
+    assert message.startswith(f"{name} is damaged: ")
+    assert message.endswith("; run the study again to replace it")
 
 
 def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, capsys):
-    def page(records, about, *_) -> str:
-        return f"{' '.join(sorted(record.model for record in records))}: {about}"
+    def page(records, subtitle, *_) -> str:
+        return f"{' '.join(sorted(record.model for record in records))}: {subtitle}"
 
     monkeypatch.setattr("reproduction.report.page.report_page", page)
     assert main(["reproduction", "report", "--dir", str(damaged)]) == 0
@@ -380,39 +385,39 @@ def test_what_experiments_do_not_share_is_not_said_of_all():
     document = plan("smoke").document
     first, *_ = document["experiments"].values()
     first["system"]["body"]["mass_kg"] = 0.2
-    said = study_summary(document, 3)
-    assert "A reading of its own: a leg of 1 m, " in said
-    assert " kg" not in said
+    summary = study_summary(document, 3)
+    assert "A reading of its own: a leg of 1 m, " in summary
+    assert " kg" not in summary
 
 
 def test_a_whole_record_replaces_a_damaged_one_in_a_merge(damaged, smoke_study, tmp_path, capsys):
-    other = study_runs.copy(smoke_study, tmp_path / "other", *study_runs.MODELS)
-    assert main(["reproduction", "merge", str(other), "--dir", str(damaged)]) == 0
+    source = study_runs.copy(smoke_study, tmp_path / "other", *study_runs.MODELS)
+    assert main(["reproduction", "merge", str(source), "--dir", str(damaged)]) == 0
     assert capsys.readouterr().out == f"1 records copied to {damaged}\n"
     study_runs.assert_same(damaged, smoke_study)
 
 
 def test_a_damaged_record_is_not_merged(damaged, half, capsys):
     assert main(["reproduction", "merge", str(damaged), "--dir", str(half)]) == 0
-    said = capsys.readouterr().out
-    assert "is damaged" in said
-    assert f"1 records copied to {half}" in said
+    output = capsys.readouterr().out
+    assert "is damaged" in output
+    assert f"1 records copied to {half}" in output
 
 
 @pytest.mark.parametrize("command", ["status", "export --out table.csv", "run --scale smoke"])
 def test_a_record_that_cannot_be_read_is_not_called_damaged(
     half, no_work, one_line_error, monkeypatch, command
 ):
-    path, whole = study_runs.records(half)[0], Path.open
+    path, open_path = study_runs.records(half)[0], Path.open
 
     def denied(place, *args, **kwargs):
         if place == path:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        return whole(place, *args, **kwargs)
+        return open_path(place, *args, **kwargs)
 
     monkeypatch.setattr(Path, "open", denied)
-    said = one_line_error("reproduction", *command.split(), "--dir", str(half))
-    assert f"cannot read {path}: Permission denied" in said
+    message = one_line_error("reproduction", *command.split(), "--dir", str(half))
+    assert f"cannot read {path}: Permission denied" in message
     assert path.exists()
 
 
@@ -422,8 +427,10 @@ def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
     shutil.copy(Folder(half).study([]).place(units["V-sector-w8"]), wrong)
     assert main(["reproduction", "status", "--dir", str(half)]) == 0
     assert f"{wrong.name} is damaged: it holds another configuration" in capsys.readouterr().out
-    known = {record.model: record for record in Folder(smoke_study).all()[0]}
-    runner.run_study(plan("smoke"), half, lambda todo: ((u, known["T-Fv"].result) for [u] in todo))
+    records = {record.model: record for record in Folder(smoke_study).all()[0]}
+    runner.run_study(
+        plan("smoke"), half, lambda todo: ((u, records["T-Fv"].result) for [u] in todo)
+    )
     assert "is set aside" in capsys.readouterr().out
     study_runs.assert_same(half, smoke_study)
 
@@ -447,16 +454,16 @@ def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, c
     record.configuration.update({**change, "experiment": experiment})
     name = f"{record_key(record.configuration)}{SUFFIX}"
     record.result.write(half / "records" / name)
-    found, said = Folder(half).all()
-    assert sorted(r.model for r in found) == ["ART-rF-tphif-w8", "V-sector-w8"]
-    assert said == [f"{name} is of another study; it is left out"]
+    records, problems = Folder(half).all()
+    assert sorted(r.model for r in records) == ["ART-rF-tphif-w8", "V-sector-w8"]
+    assert problems == [f"{name} is of another study; it is left out"]
 
 
 # What is refused: in one line, and nothing is lost.
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["--scale", "quick"], "holds a study with another "),
         (["--scale", "smoke", "--models", "Z*"], "no model of this scale is called 'Z*'"),
@@ -465,11 +472,11 @@ def test_a_whole_record_of_other_settings_is_never_mixed_in(half, smoke_study, c
     ],
 )
 def test_a_run_that_cannot_be_is_refused_before_any_work(
-    half, no_work, one_line_error, words, said
+    half, no_work, one_line_error, words, message
 ):
-    before = contents(half)
-    assert said in one_line_error("reproduction", "run", "--dir", str(half), *words)
-    assert contents(half) == before
+    previous = contents(half)
+    assert message in one_line_error("reproduction", "run", "--dir", str(half), *words)
+    assert contents(half) == previous
 
 
 @pytest.mark.parametrize("place", ["file", "file/study"])
@@ -497,29 +504,29 @@ def test_a_second_run_in_the_folder_is_refused_and_the_first_goes_on(
     first = study_runs.start(half, programs_of=smoke_study)
     study_runs.wait_for(lambda: study_runs.workers(first), "workers", first)
     for words in (["run", "--scale", "smoke"], ["merge", str(smoke_study)]):
-        said = one_line_error("reproduction", *words, "--dir", str(half))
-        assert f"another run is at work in {half}; wait for it" in said
+        message = one_line_error("reproduction", *words, "--dir", str(half))
+        assert f"another run is at work in {half}; wait for it" in message
     study_runs.finish(first)
     study_runs.assert_same(half, smoke_study)
 
 
 def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
-    known = {record.model: record for record in Folder(smoke_study).all()[0]}
+    records = {record.model: record for record in Folder(smoke_study).all()[0]}
     ended = []
 
     def results(bundles):
         try:
             for bundle in bundles:
                 for unit in bundle:
-                    yield unit, known[unit.name].result
+                    yield unit, records[unit.name].result
         finally:
             ended.append(True)
 
-    written = []
+    attempts = []
 
     def fsync(_) -> None:
-        written.append(True)
-        if len(written) == 3:  # study.json, a record, and now
+        attempts.append(True)
+        if len(attempts) == 3:  # study.json, a record, and now
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as disk:
@@ -527,9 +534,9 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
         with pytest.raises(TegotaeError) as raised:
             runner.run_study(plan("smoke"), tmp_path / "study", results)
         assert ended == [True]
-    said = str(raised.value)
-    assert said.startswith("cannot write ")
-    assert said.endswith(
+    message = str(raised.value)
+    assert message.startswith("cannot write ")
+    assert message.endswith(
         f": No space left on device; {tmp_path / 'study'} keeps 1 of 3 models, "
         "the same command continues from there"
     )
@@ -543,9 +550,9 @@ def test_a_record_that_cannot_be_written_ends_the_workers_too(half, smoke_study,
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     process = study_runs.start(half)
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1024, limits[1]))
-    seen = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
+    pids = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
     out, err = process.communicate(timeout=900)
-    study_runs.assert_ended(seen)
+    study_runs.assert_ended(pids)
     assert (process.returncode, out) == (2, "")
     assert err.splitlines()[-1].endswith(
         f": File too large; {half} keeps 2 of 3 models, the same command continues from there"
@@ -559,8 +566,8 @@ def test_a_folder_that_holds_no_study_is_refused(tmp_path, one_line_error, monke
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
     for place in ("folder", "nowhere"):
-        said = one_line_error("reproduction", *command.split(), "--dir", place)
-        assert "holds no study; start one with python -m reproduction run" in said
+        message = one_line_error("reproduction", *command.split(), "--dir", place)
+        assert "holds no study; start one with python -m reproduction run" in message
     if command != "merge .":
         assert "Not a directory" in one_line_error(
             "reproduction", *command.split(), "--dir", "file"
@@ -573,20 +580,20 @@ def test_a_folder_that_holds_no_study_is_refused(tmp_path, one_line_error, monke
 def test_a_damaged_description_of_a_study_is_refused(half, one_line_error, text):
     (half / "study.json").write_text(text)
     for words in (["run", "--scale", "smoke"], ["status"]):
-        said = one_line_error("reproduction", *words, "--dir", str(half))
-        assert f"{half / 'study.json'} is damaged: it " in said
+        message = one_line_error("reproduction", *words, "--dir", str(half))
+        assert f"{half / 'study.json'} is damaged: it " in message
     assert len(study_runs.records(half)) == 2
 
 
 def test_a_study_of_another_version_is_refused(half, one_line_error, tmp_path):
     document = json.loads((half / "study.json").read_text())
     (half / "study.json").write_text(json.dumps({**document, "format": FORMAT - 1}))
-    before = contents(half)
+    previous = contents(half)
     export = ["export", "--out", str(tmp_path / "table.csv")]
     for words in (["run", "--scale", "smoke"], ["status"], ["report"], export):
-        said = one_line_error("reproduction", *words, "--dir", str(half))
-        assert f"{half / 'study.json'} is of another version of tegotae" in said
-    assert contents(half) == before
+        message = one_line_error("reproduction", *words, "--dir", str(half))
+        assert f"{half / 'study.json'} is of another version of tegotae" in message
+    assert contents(half) == previous
 
 
 @pytest.mark.parametrize(
@@ -598,23 +605,23 @@ def test_a_study_of_another_version_is_refused(half, one_line_error, tmp_path):
     ],
 )
 def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed):
-    whole = plan("smoke")
-    experiments = tuple(each.replaced(**changed) for each in whole.experiments)
-    other = dataclasses.replace(whole, experiments=experiments)
-    before = contents(half)
+    complete = plan("smoke")
+    experiments = tuple(experiment.replaced(**changed) for experiment in complete.experiments)
+    changed_plan = dataclasses.replace(complete, experiments=experiments)
+    previous = contents(half)
     with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):
-        runner.run_study(other, half)
-    assert contents(half) == before
+        runner.run_study(changed_plan, half)
+    assert contents(half) == previous
     ours = {unit.key for unit in plan("smoke").units}
-    assert ours.isdisjoint(unit.key for unit in other.units)
+    assert ours.isdisjoint(unit.key for unit in changed_plan.units)
 
 
 def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):
     for path in study_runs.records(half):
         path.unlink()
     out = tmp_path / "table.csv"
-    said = one_line_error("reproduction", "export", "--dir", str(half), "--out", str(out))
-    assert f"{half} holds no records yet; first: python -m reproduction run" in said
+    message = one_line_error("reproduction", "export", "--dir", str(half), "--out", str(out))
+    assert f"{half} holds no records yet; first: python -m reproduction run" in message
     assert not out.exists()
 
 
@@ -630,26 +637,26 @@ def test_records_of_different_versions_are_told_of(half, tmp_path, capsys):
 
 def test_a_study_is_of_one_engine(half, tmp_path, one_line_error, monkeypatch):
     monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
-    said = one_line_error("reproduction", "run", "--scale", "smoke", "--dir", str(half))
-    assert f"{half} holds a study of the engine native, and this is xla" in said
-    assert "set TEGOTAE_ENGINE=native, or choose another folder" in said
+    message = one_line_error("reproduction", "run", "--scale", "smoke", "--dir", str(half))
+    assert f"{half} holds a study of the engine native, and this is xla" in message
+    assert "set TEGOTAE_ENGINE=native, or choose another folder" in message
 
 
 def test_studies_of_different_engines_are_not_merged(half, smoke_study, one_line_error):
     path = study_runs.records(half)[0]
     record = read_record(path)
     dataclasses.replace(record, software={**record.software, "engine": "xla"}).result.write(path)
-    said = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
-    assert "are of different engines, native and xla; they cannot be merged" in said
+    output = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
+    assert "are of different engines, native and xla; they cannot be merged" in output
 
 
 def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_study, capsys):
     path = study_runs.records(half)[0]
     record = read_record(path)
     software = {**record.software, "numpy": "1.0"}
-    other = dataclasses.replace(record, software=software, weights=record.weights + 1e-6)
-    other.result.write(path)
-    kept = path.read_bytes()
+    changed = dataclasses.replace(record, software=software, weights=record.weights + 1e-6)
+    changed.result.write(path)
+    previous = path.read_bytes()
     assert main(["reproduction", "merge", str(smoke_study), "--dir", str(half)]) == 0
     first, last = capsys.readouterr().out.splitlines()
     assert first.startswith(
@@ -657,19 +664,19 @@ def test_other_numbers_at_equal_settings_are_told_of_in_a_merge(half, smoke_stud
     )
     assert "numpy 1.0" in first
     assert last == f"1 records copied to {half}"
-    assert path.read_bytes() == kept
+    assert path.read_bytes() == previous
 
 
 def test_a_table_of_unknown_kind_is_refused(half, one_line_error, tmp_path):
     words = ["--dir", str(half), "--out", str(tmp_path / "table.xlsx")]
-    said = one_line_error("reproduction", "export", *words)
-    assert "cannot write a table as 'table.xlsx'; use .csv or .parquet" in said
+    message = one_line_error("reproduction", "export", *words)
+    assert "cannot write a table as 'table.xlsx'; use .csv or .parquet" in message
 
 
 def test_a_folder_without_a_study_is_not_merged(half, one_line_error, tmp_path):
     for words in ((str(tmp_path), "--dir", str(half)), (str(half), "--dir", str(tmp_path))):
-        said = one_line_error("reproduction", "merge", *words)
-        assert said.startswith(f"tegotae: {tmp_path} holds no study")
+        output = one_line_error("reproduction", "merge", *words)
+        assert output.startswith(f"tegotae: {tmp_path} holds no study")
 
 
 def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
@@ -677,11 +684,11 @@ def test_different_studies_are_not_merged(half, smoke_study, one_line_error):
     (half / "study.json").write_text(
         json.dumps({**document, "stopping": {**document["stopping"], "generations": 4}})
     )
-    before = contents(half)
-    said = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
-    assert "hold different studies, with another stopping.generations" in said
-    assert "they cannot be merged" in said
-    assert contents(half) == before
+    previous = contents(half)
+    output = one_line_error("reproduction", "merge", str(smoke_study), "--dir", str(half))
+    assert "hold different studies, with another stopping.generations" in output
+    assert "they cannot be merged" in output
+    assert contents(half) == previous
 
 
 def test_the_report_of_ones_own_numbers_asks_for_no_experiments_that_were_not_made():

@@ -31,8 +31,8 @@ def cluster(workers: int):
         processes=True,
         dashboard_address=None,
         silence_logs=50,
-    ) as found:
-        yield found
+    ) as scheduler:
+        yield scheduler
 
 
 def when_at_work(cluster, action):
@@ -78,10 +78,10 @@ def test_a_cluster_of_this_machine_finds_the_same_from_a_plain_shell(smoke_study
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
     words = ["run", "--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
     program = [sys.executable, "-m", "reproduction", *words]
-    found = subprocess.run(program, capture_output=True, text=True)
-    assert found.returncode == 0, found.stderr
-    assert found.stdout.startswith("3 records in ")
-    assert all(line.startswith("study  ") for line in found.stderr.splitlines())
+    scheduler = subprocess.run(program, capture_output=True, text=True)
+    assert scheduler.returncode == 0, scheduler.stderr
+    assert scheduler.stdout.startswith("3 records in ")
+    assert all(line.startswith("study  ") for line in scheduler.stderr.splitlines())
     study_runs.assert_same(folder, smoke_study)
 
 
@@ -96,7 +96,7 @@ def dask_programs(place, *of_the_worker: str):
     """A `dask scheduler` with one `dask worker --no-nanny`, as started by hand: its address."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     dask = [sys.executable, "-m", "dask"]
-    told = place / "scheduler.json"
+    scheduler_file = place / "scheduler.json"
     with ExitStack() as programs:
 
         def start(*words: str) -> None:
@@ -106,10 +106,10 @@ def dask_programs(place, *of_the_worker: str):
 
         start(
             *("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"),
-            *("--dashboard-address", "127.0.0.1:0", "--scheduler-file", str(told)),
+            *("--dashboard-address", "127.0.0.1:0", "--scheduler-file", str(scheduler_file)),
         )
-        study_runs.wait_for(told.exists, "a scheduler")
-        address = json.loads(told.read_text())["address"]
+        study_runs.wait_for(scheduler_file.exists, "a scheduler")
+        address = json.loads(scheduler_file.read_text())["address"]
         start(
             *("worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard"),
             *("--local-directory", str(place), *of_the_worker),
@@ -133,20 +133,20 @@ def test_a_worker_whose_jax_was_started_otherwise_refuses_the_work(smoke_study, 
         process = study_runs.start(folder, "--cluster", address)
         _, err = process.communicate(timeout=900)
     assert process.returncode == 2
-    said = err.splitlines()[-1]
-    assert said.startswith(f"tegotae: the worker {socket.gethostname()} (process ")
-    assert said.endswith(
+    message = err.splitlines()[-1]
+    assert message.startswith(f"tegotae: the worker {socket.gethostname()} (process ")
+    assert message.endswith(
         f": start the worker anew; {folder} keeps 2 of 3 models, "
         "the same command continues from there"
     )
-    assert "has started JAX already, with 1 cpu; this work needs" in said
+    assert "has started JAX already, with 1 cpu; this work needs" in message
 
 
 def serve() -> None:
     """A cluster that prints its address, and then when it is at work, and waits to be killed."""
-    with cluster(workers=1) as one:
-        print(one.scheduler_address, flush=True)
-        study_runs.wait_for(lambda: busy(one), "a worker at work")
+    with cluster(workers=1) as scheduler:
+        print(scheduler.scheduler_address, flush=True)
+        study_runs.wait_for(lambda: busy(scheduler), "a worker at work")
         print("at work", flush=True)
         threading.Event().wait()
 
@@ -197,17 +197,17 @@ def test_an_unreachable_scheduler_is_said_at_once(tmp_path, one_line_error, clos
 
 
 @pytest.mark.parametrize(
-    ("address", "why"),
+    ("address", "reason"),
     [
         ("scheduler", "missing port number in address"),
         ("", "missing port number in address"),
         ("gopher://scheduler:8786", "unknown address scheme 'gopher'"),
     ],
 )
-def test_what_is_no_address_is_refused(address, why):
+def test_what_is_no_address_is_refused(address, reason):
     with pytest.raises(TegotaeError, match=r"no Dask scheduler can be reached at '.*': ") as raised:
         on_cluster(address)
-    assert why in str(raised.value)
+    assert reason in str(raised.value)
 
 
 def test_something_that_is_no_scheduler_is_given_up_on():
@@ -229,20 +229,20 @@ def test_something_else_that_answers_is_no_scheduler(words):
     def answer() -> None:
         while True:
             try:
-                talk, _ = other.accept()
+                talk, _ = listener.accept()
             except OSError:  # closed
                 return
             with suppress(OSError):
                 talk.sendall(words)
 
-    with closing(socket.socket()) as other:
-        other.bind(("127.0.0.1", 0))
-        other.listen()
+    with closing(socket.socket()) as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.listen()
         threading.Thread(target=answer, daemon=True).start()
-        address = f"tcp://127.0.0.1:{other.getsockname()[1]}"
+        address = f"tcp://127.0.0.1:{listener.getsockname()[1]}"
         with pytest.raises(TegotaeError) as raised:
             on_cluster(address, timeout_s=5.0)
-        other.shutdown(socket.SHUT_RDWR)
+        listener.shutdown(socket.SHUT_RDWR)
     assert str(raised.value) == (
         f"no Dask scheduler can be reached at '{address}': what answers does not speak as one"
     )
@@ -268,12 +268,12 @@ def test_workers_that_never_come_are_waited_for_as_long_as_was_said(tmp_path, mo
         f"the Dask scheduler at {address} has had no workers for 0.2 s; {tmp_path / 'study'} keeps "
         "0 of 3 models"
     )
-    said = f"the Dask scheduler at {address} has no workers; waiting 0.2 s for some\n"
-    assert capfd.readouterr().err.count(said) == 1
+    message = f"the Dask scheduler at {address} has no workers; waiting 0.2 s for some\n"
+    assert capfd.readouterr().err.count(message) == 1
 
 
 def test_a_worker_is_no_scheduler():
-    with cluster(workers=1) as one:
-        address = next(iter(one.scheduler_info["workers"]))
+    with cluster(workers=1) as scheduler:
+        address = next(iter(scheduler.scheduler_info["workers"]))
         with pytest.raises(TegotaeError, match=r"a Worker answers there$"):
             on_cluster(address)

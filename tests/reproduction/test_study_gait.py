@@ -26,26 +26,26 @@ SETTLES, WANDERS = 1.5, 3.0
 
 @pytest.fixture(scope="module")
 def evaluation() -> Evaluation:
-    """Of both gains, at 1 rad/s below the training frequency and at it."""
+    """Evaluate both gains, at 1 rad/s below the training frequency and at it."""
     protocol = Protocol(undisturbed_s=12.0, disturbed_s=12.0, offsets=(-1.0, 0.0))
-    given = MODEL.controller(), [[WANDERS], [SETTLES]], 8.0
-    asked = ("limit_cycle_period", "hop_rate")
-    return evaluate(*given, protocol=protocol, metrics=asked, recorded=best_gait.CHANNELS)
+    inputs = MODEL.controller(), [[WANDERS], [SETTLES]], 8.0
+    metrics = ("limit_cycle_period", "hop_rate")
+    return evaluate(*inputs, protocol=protocol, metrics=metrics, recorded=best_gait.CHANNELS)
 
 
 def record_of(evaluation: Evaluation, *fitness: float) -> Record:
     """A record with this evaluation, and otherwise made up."""
     unit = plan("smoke", MODEL.name).units[0]
     run = dataclasses.replace(unit.run, experiment=MODEL.experiment(protocol=evaluation.protocol))
-    whole = made_up(dataclasses.replace(unit, run=run))
+    record = made_up(dataclasses.replace(unit, run=run))
     best = np.array(fitness, "float32")
-    found = {name: values.astype("float32") for name, values in evaluation.episodes.items()}
+    episodes = {name: values.astype("float32") for name, values in evaluation.episodes.items()}
     return dataclasses.replace(
-        whole,
+        record,
         weights=np.array([[WANDERS], [SETTLES]], "float32"),
         best_fitness=best,
         omega=evaluation.omega,
-        episodes=whole.episodes | found,
+        episodes=record.episodes | episodes,
         gait=best_gait.gait_channels(evaluation, best, 8.0),
     )
 
@@ -90,7 +90,7 @@ class RolledOutError(Exception):
 
 @pytest.fixture
 def no_rollouts(monkeypatch):
-    def refuse(*given, **named):
+    def refuse(*arguments, **options):
         raise RolledOutError
 
     monkeypatch.setattr(Engine, "run", refuse)

@@ -75,10 +75,10 @@ def test_a_users_metric_is_exported_with_what_follows_from_it(study, tmp_path):
     words = ["reproduction", "export", "--dir", str(study), "--out", str(out)]
     assert main([*words, "--parts", FILE]) == 0
     heading, row = (line.split(",") for line in out.read_text().splitlines())
-    of = dict(zip(heading, row, strict=True))
-    assert float(of["peak_grf_n"]) > 0.5
-    assert float(of["peak_grf_in_weights"]) > 0.5
-    assert float(of["limit_cycle_share"]) >= 0.0
+    cells = dict(zip(heading, row, strict=True))
+    assert float(cells["peak_grf_n"]) > 0.5
+    assert float(cells["peak_grf_in_weights"]) > 0.5
+    assert float(cells["limit_cycle_share"]) >= 0.0
 
 
 def test_a_users_metric_is_exported_without_its_file_and_told_of(study, tmp_path, capsys):
@@ -110,8 +110,8 @@ def test_a_users_metric_is_in_the_report_and_in_the_figure(study, monkeypatch):
 
 def test_a_study_with_other_metrics_of_ones_own_is_another_study(study, one_line_error, tmp_path):
     words = ["reproduction", "run", "--dir", str(study), "--scale", "smoke", "--seeds", "1"]
-    said = one_line_error(*words, "--models", "T-Fv")
-    assert "holds a study with another set of your own metrics (peak_grf_n; see --parts)" in said
+    message = one_line_error(*words, "--models", "T-Fv")
+    assert "holds a study with another set of your own metrics (peak_grf_n; see --parts)" in message
 
 
 def test_a_study_with_a_metric_that_was_edited_is_another_study(
@@ -120,11 +120,11 @@ def test_a_study_with_a_metric_that_was_edited_is_another_study(
     monkeypatch.setattr(sys, "path", sys.path[:])
     monkeypatch.delitem(sys.modules, "grf", raising=False)
     (tmp_path / "grf.py").write_text(Path(FILE).read_text().replace("jnp.max", "jnp.mean"))
-    sys.path[:] = [each for each in sys.path if not each.endswith("users")]
+    sys.path[:] = [path for path in sys.path if not path.endswith("users")]
     words = ["reproduction", "run", "--dir", str(study), "--scale", "smoke", "--seeds", "1"]
-    said = one_line_error(*words, "--models", "T-Fv", "--parts", str(tmp_path / "grf.py"))
+    message = one_line_error(*words, "--models", "T-Fv", "--parts", str(tmp_path / "grf.py"))
     sys.modules.pop("grf")
-    assert "holds a study with another code of peak_grf_n" in said
+    assert "holds a study with another code of peak_grf_n" in message
 
 
 def test_a_study_without_metrics_of_ones_own_is_described_as_before():
@@ -172,7 +172,7 @@ def test_several_files_of_parts_are_given_one_by_one_or_as_a_list(words):
 
 
 @pytest.mark.parametrize(
-    ("words", "chosen"),
+    ("words", "count"),
     [
         ([], 3),
         (["--models", "V-*", "T-*"], 2),
@@ -181,13 +181,14 @@ def test_several_files_of_parts_are_given_one_by_one_or_as_a_list(words):
         (["--models", "V-*"], 1),
     ],
 )
-def test_several_models_are_given_one_by_one_or_as_a_list(words, chosen, monkeypatch, tmp_path):
+def test_several_models_are_given_one_by_one_or_as_a_list(words, count, monkeypatch, tmp_path):
     planned = []
     monkeypatch.setattr(
-        "reproduction.runner.run_study", lambda of, *_, **__: planned.append(of) or len(of.units)
+        "reproduction.runner.run_study",
+        lambda study, *_, **__: planned.append(study) or len(study.units),
     )
     assert main(["reproduction", "run", "--dir", str(tmp_path), "--scale", "smoke", *words]) == 0
-    assert len(planned[0].units) == chosen
+    assert len(planned[0].units) == count
 
 
 def test_a_pattern_that_matches_no_model_is_named_among_others(one_line_error, tmp_path):

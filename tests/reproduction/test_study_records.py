@@ -30,7 +30,7 @@ from tegotae.training import collection
 from tegotae.training.evolution import Stopping
 
 
-def same(a: Record, b: Record) -> bool:
+def equal_records(a: Record, b: Record) -> bool:
     arrays = [(a.weights, b.weights), (a.best_fitness, b.best_fitness)]
     arrays += [(a.episodes[name], b.episodes[name]) for name in metric_names()]
     return a.configuration == b.configuration and all(
@@ -47,7 +47,7 @@ def folder(tmp_path: Path) -> Folder:
 def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
     record = made_up(plan("smoke").units[0])
     record.result.write(tmp_path / "a.npz")
-    assert same(read_record(tmp_path / "a.npz"), record)
+    assert equal_records(read_record(tmp_path / "a.npz"), record)
 
 
 def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: Path) -> None:
@@ -65,32 +65,32 @@ def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> 
     class AskedError(Exception):
         pass
 
-    def evaluate(*given, start, integrator, **rest):
+    def evaluate(*arguments, start, integrator, **options):
         velocity = start.velocity_m_per_s  # heights and phases are drawn for a searched gain
-        raise AskedError(given[4].release_m, given[4].tick_s, velocity, integrator)
+        raise AskedError(arguments[4].release_m, arguments[4].tick_s, velocity, integrator)
 
-    usual = plan("smoke", "V-sector-w8").units[0]
-    held = usual.run.experiment.replaced(
+    standard = plan("smoke", "V-sector-w8").units[0]
+    held = standard.run.experiment.replaced(
         integrator=Hold(),
         timing=Timing(duration_s=4.0, tick_s=0.004),
         height_m=1.1,
         velocity_m_per_s=0.5,
     )
-    unit = dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=held))
+    unit = dataclasses.replace(standard, run=dataclasses.replace(standard.run, experiment=held))
     monkeypatch.setattr("reproduction.unit.evaluate", evaluate)
-    with pytest.raises(AskedError) as asked:
+    with pytest.raises(AskedError) as raised:
         work(unit)
-    assert asked.value.args == (1.1, 0.004, 0.5, Hold())
-    assert unit.key != usual.key
+    assert raised.value.args == (1.1, 0.004, 0.5, Hold())
+    assert unit.key != standard.key
 
 
 def test_a_period_that_cannot_be_measured_is_refused_before_training() -> None:
-    usual = plan("smoke", "V-sector-w8").units[0]
-    odd = usual.run.experiment.replaced(
+    standard = plan("smoke", "V-sector-w8").units[0]
+    odd = standard.run.experiment.replaced(
         integrator=Hold(), timing=Timing(duration_s=4.2, tick_s=0.003, frame_s=0.021)
     )
     with pytest.raises(TegotaeError, match=r"the control period is 0.003 s; hops are measured"):
-        work(dataclasses.replace(usual, run=dataclasses.replace(usual.run, experiment=odd)))
+        work(dataclasses.replace(standard, run=dataclasses.replace(standard.run, experiment=odd)))
 
 
 def test_a_studys_folder_is_a_name_of_its_controllers(folder: Folder, tmp_path: Path) -> None:
@@ -140,33 +140,33 @@ def test_units_are_named_by_what_defines_their_content() -> None:
 
 
 def test_running_again_does_only_what_is_missing(folder: Folder) -> None:
-    asked = []
+    requested = []
 
     def counting(bundles):
-        asked.extend(bundles)
+        requested.extend(bundles)
         yield from instant(bundles)
 
-    chosen = plan("smoke")
-    folder.study([]).place(chosen.units[1]).unlink()
-    runner.run_study(chosen, folder.path, counting)
-    assert [[unit.key for unit in bundle] for bundle in asked] == [[chosen.units[1].key]]
+    study = plan("smoke")
+    folder.study([]).place(study.units[1]).unlink()
+    runner.run_study(study, folder.path, counting)
+    assert [[unit.key for unit in bundle] for bundle in requested] == [[study.units[1].key]]
 
 
 def test_a_damaged_record_is_set_aside_and_done_again(folder: Folder, capsys) -> None:
     unit = plan("smoke").units[0]
     folder.study([]).place(unit).write_bytes(b"half")
     runner.run_study(plan("smoke"), folder.path, instant)
-    assert same(read_record(folder.study([]).place(unit)), made_up(unit))
+    assert equal_records(read_record(folder.study([]).place(unit)), made_up(unit))
     assert len(list((folder.path / "damaged").iterdir())) == 1
     assert "is damaged" in capsys.readouterr().out
 
 
 def test_a_record_of_another_configuration_is_set_aside_and_done_again(folder: Folder, capsys):
-    own, other = plan("smoke").units[:2]
-    place = folder.study([]).place(own)
-    place.write_bytes(folder.study([]).place(other).read_bytes())
+    unit, second = plan("smoke").units[:2]
+    place = folder.study([]).place(unit)
+    place.write_bytes(folder.study([]).place(second).read_bytes())
     runner.run_study(plan("smoke"), folder.path, instant)
-    assert same(read_record(place), made_up(own))
+    assert equal_records(read_record(place), made_up(unit))
     assert "it holds another configuration" in capsys.readouterr().out
 
 
@@ -205,25 +205,25 @@ def test_a_pattern_that_matches_nothing_names_the_nearest() -> None:
 
 
 def test_the_paper_scale_is_the_papers() -> None:
-    chosen = plan("paper")
-    assert len(chosen.units) == 218
-    assert chosen.seeds == 15
+    full = plan("paper")
+    assert len(full.units) == 218
+    assert full.seeds == 15
     # One compiled program per shape of model: ω_t is no part of it.
-    assert len(study.bundles(chosen.units)) == 110
+    assert len(study.bundles(full.units)) == 110
 
 
 def test_every_architecture_is_in_the_quick_scale() -> None:
-    found = {find(unit.run.experiment.name).architecture for unit in plan("quick").units}
-    assert found == {"V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T"}
+    architectures = {find(unit.run.experiment.name).architecture for unit in plan("quick").units}
+    assert architectures == {"V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T"}
 
 
 def test_two_folders_merge_into_one(tmp_path: Path) -> None:
-    one, other = Folder(tmp_path / "one"), Folder(tmp_path / "other")
-    runner.run_study(plan("smoke", "V*"), one.path, instant)
-    runner.run_study(plan("smoke", "[AT]*"), other.path, instant)
-    assert merge(one, other) == 1
-    assert merge(one, other) == 0
-    assert len(other.all()[0]) == 3
+    first, second = Folder(tmp_path / "one"), Folder(tmp_path / "other")
+    runner.run_study(plan("smoke", "V*"), first.path, instant)
+    runner.run_study(plan("smoke", "[AT]*"), second.path, instant)
+    assert merge(first, second) == 1
+    assert merge(first, second) == 0
+    assert len(second.all()[0]) == 3
 
 
 def test_the_table_has_a_row_per_model_and_run(folder: Folder, tmp_path: Path) -> None:

@@ -24,41 +24,41 @@ from tegotae.study import DamagedRecordError, WorkersDiedError
 def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_path):
     moments = random.Random(5)
     folder = tmp_path / "study"
-    kept: dict[str, bytes] = {}
+    stored: dict[str, bytes] = {}
     for awaited in (0, 1):  # records, before the moment is drawn
         process = study_runs.start(folder)
-        seen = study_runs.wait_for(lambda p=process: study_runs.workers(p), "workers", process)
+        observed = study_runs.wait_for(lambda p=process: study_runs.workers(p), "workers", process)
         study_runs.wait_for(
             lambda p=process, n=awaited: (
                 p.poll() is not None or len(study_runs.records(folder)) >= n
             ),
             "a record",
         )
-        seen = study_runs.workers(process) if process.poll() is None else seen
+        observed = study_runs.workers(process) if process.poll() is None else observed
         try:
             process.wait(moments.uniform(0.0, 2.0))
         except subprocess.TimeoutExpired:
             process.kill()
         process.communicate(timeout=900)
-        study_runs.assert_ended(seen)
-        now = {path.name: path.read_bytes() for path in study_runs.records(folder)}
-        assert kept.items() <= now.items()
-        kept = now
+        study_runs.assert_ended(observed)
+        current = {path.name: path.read_bytes() for path in study_runs.records(folder)}
+        assert stored.items() <= current.items()
+        stored = current
     out, _ = study_runs.finish(study_runs.start(folder))
     assert out.startswith("3 records in ")
     study_runs.assert_same(folder, smoke_study)
-    assert kept.items() <= {p.name: p.read_bytes() for p in study_runs.records(folder)}.items()
+    assert stored.items() <= {p.name: p.read_bytes() for p in study_runs.records(folder)}.items()
 
 
 def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART")
     process = study_runs.start(folder, "--workers", "2", programs_of=smoke_study)
-    both = study_runs.wait_for(
-        lambda: found if len(found := study_runs.workers(process)) == 2 else None,
+    pair = study_runs.wait_for(
+        lambda: result if len(result := study_runs.workers(process)) == 2 else None,
         "workers",
         process,
     )
-    random.Random(1).choice(both).kill()
+    random.Random(1).choice(pair).kill()
     _, err = study_runs.finish(process)
     assert "Traceback" not in err
     study_runs.assert_same(folder, smoke_study)
@@ -70,11 +70,11 @@ def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
 def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
     process = study_runs.start(folder, programs_of=smoke_study)
-    seen = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
+    observed = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
     # Ctrl-C reaches every process of the terminal, a polite kill the one that is named.
     (os.killpg if sign == signal.SIGINT else os.kill)(process.pid, sign)
     out, err = process.communicate(timeout=900)
-    study_runs.assert_ended(seen)
+    study_runs.assert_ended(observed)
     assert out == ""
     if sign == signal.SIGINT:
         assert process.returncode == 130
@@ -92,9 +92,9 @@ def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
 
 def test_what_a_kill_left_half_written_is_no_record_and_is_cleared(smoke_study, tmp_path):
     folder = study_runs.copy(smoke_study, tmp_path / "study", *study_runs.MODELS)
-    whole = study_runs.records(folder)[0]
-    half = whole.with_name(f".{whole.name}.0123abcd")
-    half.write_bytes(whole.read_bytes()[:100])
+    complete = study_runs.records(folder)[0]
+    half = complete.with_name(f".{complete.name}.0123abcd")
+    half.write_bytes(complete.read_bytes()[:100])
     assert len(Folder(folder).all()[0]) == 3
     runner.run_study(plan("smoke"), folder, unasked)
     assert not half.exists()
@@ -116,20 +116,20 @@ def test_a_damaged_record_is_redone_with_the_same_numbers(smoke_study, tmp_path)
 @pytest.mark.thorough
 def test_a_flipped_bit_anywhere_is_found_or_changes_nothing(smoke_study, tmp_path):
     (source,) = smoke_study.glob("records/T-*")
-    content, whole = source.read_bytes(), dataclasses.asdict(read_record(source))
+    content, complete = source.read_bytes(), dataclasses.asdict(read_record(source))
     bits = random.Random(0)
-    found = 0
+    result = 0
     places = range(0, len(content), 17)
     for place in places:
         flipped = bytearray(content)
         flipped[place] ^= 1 << bits.randrange(8)
         (tmp_path / "flipped").write_bytes(flipped)
         try:
-            np.testing.assert_equal(dataclasses.asdict(read_record(tmp_path / "flipped")), whole)
+            np.testing.assert_equal(dataclasses.asdict(read_record(tmp_path / "flipped")), complete)
         except DamagedRecordError:
-            found += 1
+            result += 1
     # The rest are dates and the like in the archive, which carry nothing.
-    assert found > len(places) // 2
+    assert result > len(places) // 2
 
 
 def unasked(bundles):
@@ -141,10 +141,10 @@ def unasked(bundles):
 
 
 def test_workers_that_always_die_end_the_study_and_keep_what_is_done(smoke_study, tmp_path):
-    asked = []
+    requested = []
 
     def dying(bundles):
-        asked.append(len(bundles))
+        requested.append(len(bundles))
         raise WorkersDiedError
         yield
 
@@ -155,16 +155,16 @@ def test_workers_that_always_die_end_the_study_and_keep_what_is_done(smoke_study
         "workers died 5 times without a result; is there enough memory?; "
         f"{folder} keeps 1 of 3 models, the same command continues from there"
     )
-    assert asked == [2] * 5
+    assert requested == [2] * 5
 
 
 def test_workers_may_die_often_as_long_as_the_study_gets_on(smoke_study, tmp_path):
-    known = {record.model: record for record in Folder(smoke_study).all()[0]}
+    records = {record.model: record for record in Folder(smoke_study).all()[0]}
 
     def dying_after_one(bundles):
         for _ in range(3):
             for unit in bundles[0]:
-                yield unit, known[unit.name].result
+                yield unit, records[unit.name].result
             raise WorkersDiedError
 
     assert runner.run_study(plan("smoke"), tmp_path / "study", dying_after_one) == 3

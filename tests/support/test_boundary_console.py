@@ -1,4 +1,4 @@
-"""What any console takes: plain spellings, closed streams, Ctrl-C before anything is loaded."""
+"""Input of any console: plain spellings, closed streams, Ctrl-C before anything is loaded."""
 
 from __future__ import annotations
 
@@ -115,18 +115,18 @@ sys.argv = ["tegotae", "models", "T"]
 
 
 @pytest.mark.parametrize(
-    ("program", "status", "said"),
+    ("program", "status", "message"),
     [
         ("from tegotae.cli import entry; entry()", 130, ""),
         ("import tegotae.simulation.rollout", 1, "K"),
     ],
 )
-def test_ctrl_c_while_the_program_is_loaded_ends_it_in_silence(program, status, said):
+def test_ctrl_c_while_the_program_is_loaded_ends_it_in_silence(program, status, message):
     """A program that imports the package sees its `KeyboardInterrupt` as always."""
     words = [sys.executable, "-c", LOADING.format(program=program)]
-    done = subprocess.run(words, capture_output=True, text=True)
-    assert (done.returncode in (status, -2), done.stdout) == (True, "")
-    assert (said in done.stderr) if said else done.stderr == ""
+    completed = subprocess.run(words, capture_output=True, text=True)
+    assert (completed.returncode in (status, -2), completed.stdout) == (True, "")
+    assert (message in completed.stderr) if message else completed.stderr == ""
 
 
 CLOSED = """
@@ -145,22 +145,24 @@ kept.write("kept")
 
 def test_what_is_printed_to_a_closed_stream_goes_into_no_other_file(tmp_path):
     path = tmp_path / "file"
-    done = subprocess.run([sys.executable, "-c", CLOSED, str(path)], capture_output=True)
-    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+    completed = subprocess.run([sys.executable, "-c", CLOSED, str(path)], capture_output=True)
+    assert (completed.returncode, completed.stdout, completed.stderr) == (0, b"", b"")
     assert path.read_text() == "kept"
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "said"),
+    ("name", "value", "message"),
     [
         ("TEGOTAE_CORES", "99999", "TEGOTAE_CORES is '99999'; on this machine of"),
         ("TEGOTAE_CORES", "0", "it must be a whole number from 1 to"),
         ("TEGOTAE_CORES", "many", "TEGOTAE_CORES is 'many'"),
     ],
 )
-def test_an_environment_that_cannot_be_had_is_told(monkeypatch, one_line_error, name, value, said):
+def test_an_environment_that_cannot_be_had_is_told(
+    monkeypatch, one_line_error, name, value, message
+):
     monkeypatch.setenv(name, value)
-    assert said in one_line_error("models", "T")
+    assert message in one_line_error("models", "T")
 
 
 @pytest.mark.parametrize("variable", ["JAX_PLATFORMS", "JAX_PLATFORM_NAME"])
@@ -171,5 +173,5 @@ def test_a_platform_that_is_not_there_is_told(monkeypatch, one_line_error, error
 
     monkeypatch.setenv(variable, "cuda")
     monkeypatch.setattr("jax.local_devices", start)
-    said = one_line_error("models", "T")
-    assert f"{variable} is 'cuda', which JAX cannot start here: " in said
+    message = one_line_error("models", "T")
+    assert f"{variable} is 'cuda', which JAX cannot start here: " in message

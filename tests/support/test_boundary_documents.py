@@ -52,12 +52,12 @@ class Outer(msgspec.Struct):
 
 
 def document(**changes: Any) -> dict[str, Any]:
-    whole = {"seeds": 1, "algorithm": {"name": "pgpe", "population": 8}, "weights": [1, 2.5]}
-    return {**whole, **changes}
+    fields = {"seeds": 1, "algorithm": {"name": "pgpe", "population": 8}, "weights": [1, 2.5]}
+    return {**fields, **changes}
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"seeds": None}, "its seeds is None; it must be a whole number"),
         ({"seeds": True}, "its seeds is True; it must be a whole number"),
@@ -74,17 +74,17 @@ def document(**changes: Any) -> dict[str, Any]:
         ({"software": {"jax": 1}}, "an entry is a whole number; it must be a text"),
     ],
 )
-def test_what_does_not_fit_a_schema_is_named_with_what_would(changes, said):
+def test_what_does_not_fit_a_schema_is_named_with_what_would(changes, message):
     with pytest.raises(DamagedDocumentError) as raised:
         fitted(document(**changes), Outer)
-    assert said in str(raised.value)
+    assert message in str(raised.value)
 
 
 def test_what_fits_is_taken():
     assert fitted(document(), Outer).weights == [1.0, 2.5]
-    for whole in ([], None, 3, "text"):
+    for value in ([], None, 3, "text"):
         with pytest.raises(DamagedDocumentError, match="it must be an object"):
-            fitted(whole, Outer)
+            fitted(value, Outer)
 
 
 BAD_TEXTS = ["\x1b[31mred", "a\x00b", "\ud800", "\x9b1m", "\u202egnp.exe", "\x7f"]
@@ -113,12 +113,12 @@ def test_what_is_nested_very_deep_is_refused(depth, start, end):
 @given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(), st.lists, max_leaves=9))
 def test_a_json_value_is_itself_or_refused(value):
     try:
-        found = checked(value)
+        result = checked(value)
     except DamagedDocumentError as refused:
-        found, lines = value, str(refused).splitlines()
+        result, lines = value, str(refused).splitlines()
     else:
         lines = ["taken"]
-    assert found is value
+    assert result is value
     assert len(lines) == 1
 
 
@@ -159,10 +159,10 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path):
 
 def changed(document: dict[str, Any], place: tuple[str, ...], value: Any) -> str:
     copy = json.loads(json.dumps(document))
-    inner = copy
+    entry = copy
     for name in place[:-1]:
-        inner = inner[name]
-    inner[place[-1]] = value
+        entry = entry[name]
+    entry[place[-1]] = value
     return json.dumps(copy)
 
 
@@ -229,7 +229,7 @@ def test_learning_curves_ask_a_schema_of_their_training(tmp_path, place, value):
 
 
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    ("settings", "message"),
     [
         ({"population": "8"}, "its population is '8'"),
         ({"population": 8.5}, "its population is 8.5"),
@@ -238,10 +238,10 @@ def test_learning_curves_ask_a_schema_of_their_training(tmp_path, place, value):
         ({"std": [0.1]}, r"its std is \[0.1\]"),
     ],
 )
-def test_kept_settings_are_held_against_their_algorithm(tmp_path, settings, said):
+def test_kept_settings_are_held_against_their_algorithm(tmp_path, settings, message):
     path = tmp_path / "mine.json"
     path.write_text(json.dumps({"algorithm": "pgpe", "settings": settings, "found": {}}))
-    with pytest.raises(TegotaeError, match=said) as raised:
+    with pytest.raises(TegotaeError, match=message) as raised:
         load_configuration(path)
     assert str(path) in str(raised.value)
 
@@ -258,7 +258,7 @@ def test_a_controller_whose_name_would_harm_is_refused_in_one_line(tmp_path, nam
 # Records.
 
 
-def written(folder: Path, **changes: Any) -> Path:
+def damaged_record(folder: Path, **changes: Any) -> Path:
     """A record with made-up numbers and some entries changed, its checksum right."""
     import dataclasses
 
@@ -272,7 +272,7 @@ def configuration(**changes: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"configuration": [1]}, "its configuration is [1]; it must be an object"),
         (
@@ -294,14 +294,14 @@ def configuration(**changes: Any) -> dict[str, Any]:
         ({"at_budgets": {"cot_inverse": np.zeros((4, 2, 2))}}, "where (1, 2, 2) belong"),
     ],
 )
-def test_a_record_with_a_right_checksum_is_held_against_its_schema(tmp_path, changes, said):
+def test_a_record_with_a_right_checksum_is_held_against_its_schema(tmp_path, changes, message):
     with pytest.raises(DamagedRecordError) as raised:
-        read_record(written(tmp_path, **changes))
-    assert said in str(raised.value)
+        read_record(damaged_record(tmp_path, **changes))
+    assert message in str(raised.value)
 
 
 def test_a_record_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monkeypatch):
-    path = written(tmp_path, weights=np.zeros((2, 4_000_000)))
+    path = damaged_record(tmp_path, weights=np.zeros((2, 4_000_000)))
     assert path.stat().st_size < 200_000
     monkeypatch.setattr("tegotae.study.MOST_BYTES", 2**24)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
@@ -317,7 +317,7 @@ def test_what_is_no_archive_is_a_value_error(content):
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root reads anything")
 def test_a_record_without_permission_is_not_called_damaged(tmp_path):
-    path = written(tmp_path)
+    path = damaged_record(tmp_path)
     path.chmod(0)
     with pytest.raises(TegotaeError, match=r"^cannot read .*: Permission denied$") as raised:
         read_record(path)

@@ -30,8 +30,8 @@ def lone_array() -> bytes:
     return stream.getvalue()
 
 
-def flipped(content: bytes, at: int) -> bytes:
-    return content[:at] + bytes([content[at] ^ 0x55]) + content[at + 1 :]
+def flipped(content: bytes, position: int) -> bytes:
+    return content[:position] + bytes([content[position] ^ 0x55]) + content[position + 1 :]
 
 
 WALK = archive(
@@ -56,15 +56,15 @@ def test_a_damaged_archive_is_no_recording(tmp_path, one_line_error, kind):
 def test_wherever_a_byte_is_flipped_a_recording_is_refused_or_the_same(tmp_path):
     path = tmp_path / "walk.npz"
     path.write_bytes(WALK)
-    whole = read_columns(path)
-    for at in range(0, len(WALK), 37):
-        path.write_bytes(flipped(WALK, at))
+    complete = read_columns(path)
+    for position in range(0, len(WALK), 37):
+        path.write_bytes(flipped(WALK, position))
         try:
-            found = read_columns(path)
+            result = read_columns(path)
         except TegotaeError:
             continue
-        for name, values in found.items():  # what the archive says of itself: a date, a flag
-            np.testing.assert_array_equal(values, whole[name])
+        for name, values in result.items():  # what the archive says of itself: a date, a flag
+            np.testing.assert_array_equal(values, complete[name])
 
 
 def test_a_recording_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monkeypatch):
@@ -118,12 +118,12 @@ spring_force = "observation[0]"
 @pytest.mark.parametrize(("kind", "space"), [("Bare", "action"), ("Blind", "observation")])
 def test_an_environment_without_a_space_is_told_which(tmp_path, one_line_error, kind, space):
     pytest.importorskip("gymnasium")
-    made, wiring = tmp_path / f"made_{kind.lower()}.py", tmp_path / "leg.toml"
-    made.write_text(SPACELESS)
+    path, wiring = tmp_path / f"made_{kind.lower()}.py", tmp_path / "leg.toml"
+    path.write_text(SPACELESS)
     wiring.write_text(WIRING)
     words = ["--wiring", str(wiring), "--out", str(tmp_path / "out"), "--workers", "0"]
-    said = one_line_error("train", "ART", "--env", f"{made}:{kind}", *words)
-    assert f"the environment has no {space}_space" in said
+    message = one_line_error("train", "ART", "--env", f"{path}:{kind}", *words)
+    assert f"the environment has no {space}_space" in message
 
 
 @pytest.mark.parametrize("condition", ["delay", "lag", "noise", "mass", "omega", "blow"])
@@ -133,14 +133,14 @@ def test_a_condition_beyond_sense_is_refused(
 ):
     monkeypatch.setattr(Engine, "run", lambda *_, **__: pytest.fail("a rollout was started"))
     words = ["robustness", "V-sector-w8", "--out", str(tmp_path / "out")]
-    said = one_line_error(*words, "--conditions", f"{condition}={level}")
-    assert f"a level of {condition} is {float(level):g}" in said
+    message = one_line_error(*words, "--conditions", f"{condition}={level}")
+    assert f"a level of {condition} is {float(level):g}" in message
 
 
 def test_delays_longer_than_what_is_kept_are_told_in_control_ticks(tmp_path, one_line_error):
     words = ["robustness", "V-sector-w8", "--out", str(tmp_path / "out")]
-    said = one_line_error(*words, "--conditions", "delay=1000")
-    assert "is 500000 control ticks; 128 are the most" in said
+    message = one_line_error(*words, "--conditions", "delay=1000")
+    assert "is 500000 control ticks; 128 are the most" in message
 
 
 def test_a_warning_is_one_line_without_a_place_in_the_source(capsys, monkeypatch):
@@ -163,7 +163,7 @@ def test_with_debug_a_warning_says_where_it_arose(monkeypatch):
         warnings.simplefilter("always")
         warn_in_one_line()
         warnings.warn("a scale is missing", stacklevel=1)
-    assert [Path(each.filename).name for each in told_in_full] == ["test_boundary_files.py"]
+    assert [Path(frame.filename).name for frame in told_in_full] == ["test_boundary_files.py"]
 
 
 def test_an_archive_of_objects_runs_nothing(tmp_path):

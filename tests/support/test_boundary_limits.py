@@ -99,8 +99,8 @@ def test_axis_keeps_within_its_bounds():
     ("name", "first"), [("art", "ART"), ("SAC", "sac"), ("Pgpe", "pgpe"), ("v-SECTOR", "V-sector")]
 )
 def test_capitals_keep_nobody_from_the_name_that_was_meant(name, first):
-    said = str(unknown("thing", name, ["AR", "ART", "sac", "pgpe", "ppo", "V-sector"]))
-    assert f"did you mean {first}" in said
+    message = str(unknown("thing", name, ["AR", "ART", "sac", "pgpe", "ppo", "V-sector"]))
+    assert f"did you mean {first}" in message
 
 
 def test_a_name_of_a_thousand_letters_is_shortened():
@@ -152,8 +152,8 @@ def test_a_program_that_a_picture_needs_is_asked_for_before_the_work(
     monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
     with pytest.raises(TegotaeError, match=r"writing \.mp4 needs the program ffmpeg; use \.gif"):
         animation_file(tmp_path / "a.mp4")
-    said = one_line_error("simulate", "--animate", str(tmp_path / "a.mp4"))
-    assert "needs the program" in said
+    message = one_line_error("simulate", "--animate", str(tmp_path / "a.mp4"))
+    assert "needs the program" in message
     assert os.listdir(tmp_path) == []
 
 
@@ -203,13 +203,13 @@ def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
         opened(path, {"algorithm": "ppo", "experiments": [{"name": "AR"}]}),
     ):
         pass
-    before = path.read_bytes()
+    content = path.read_bytes()
     with (
         pytest.raises(TegotaeError),
         opened(path, {"algorithm": "sac", "experiments": [{"name": "AR"}]}),
     ):
         raise TegotaeError("a failure")
-    assert path.read_bytes().startswith(before)
+    assert path.read_bytes().startswith(content)
 
 
 @pytest.mark.parametrize(

@@ -39,9 +39,9 @@ def test_code_is_compiled_once(place, monkeypatch):
 def test_damaged_code_is_compiled_again(place):
     Code.compiled(MODULE, target_of("host"), store=compiled)
     (file,) = place.glob("*.o")
-    whole = bytearray(file.read_bytes())
-    whole[-1] ^= 1
-    file.write_bytes(whole)
+    content = bytearray(file.read_bytes())
+    content[-1] ^= 1
+    file.write_bytes(content)
     assert compiled.stored_code(file.stem) is None
     assert put(Code.compiled(MODULE, target_of("host"), store=compiled)) == 7
     assert compiled.stored_code(file.stem) is not None
@@ -74,8 +74,8 @@ def test_an_empty_variable_is_no_folder(variable, monkeypatch, tmp_path):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv(variable, "")
-    usual = tmp_path / ".cache" / "tegotae"
-    assert compiled.folder() == (None if variable == "HOME" else usual)
+    standard = tmp_path / ".cache" / "tegotae"
+    assert compiled.folder() == (None if variable == "HOME" else standard)
 
 
 def test_the_oldest_code_goes_first_and_files_of_the_user_never(place, monkeypatch):
@@ -99,9 +99,11 @@ def test_a_folder_with_files_of_the_user_is_refused_and_left_as_it_is(place, one
     (place / "thesis.tex").chmod(0o600)
     compiled.store_code(KEYS[0], b"code")
     assert compiled.stored_code(KEYS[0]) is None
-    said = one_line_error("simulate", "paper")
-    assert "TEGOTAE_CACHE is" in said
-    assert "has a file of another program or user, 'thesis.tex'; name a new folder, or off" in said
+    message = one_line_error("simulate", "paper")
+    assert "TEGOTAE_CACHE is" in message
+    assert (
+        "has a file of another program or user, 'thesis.tex'; name a new folder, or off" in message
+    )
     assert [file.name for file in place.iterdir()] == ["thesis.tex"]
 
 
@@ -124,11 +126,11 @@ def test_a_file_that_another_user_can_have_made_is_not_run(place, change):
 
 def test_a_file_of_another_user_is_not_run(place, monkeypatch):
     compiled.store_code(KEYS[0], b"code")
-    whole = os.fstat
+    status_of = os.fstat
 
     def foreign(file):
-        found = [*whole(file)]
-        return os.stat_result([*found[:4], found[4] + 1, *found[5:]])
+        status = [*status_of(file)]
+        return os.stat_result([*status[:4], status[4] + 1, *status[5:]])
 
     monkeypatch.setattr("os.fstat", foreign)
     assert compiled.stored_code(KEYS[0]) is None
@@ -147,8 +149,8 @@ def test_a_folder_that_others_can_write_to_is_not_used(place, one_line_error):
     assert compiled.stored_code(KEYS[0]) is None
     compiled.store_code(KEYS[1], b"code")
     assert not (place / f"{KEYS[1]}.o").exists()
-    said = one_line_error("simulate", "paper")
-    assert "which others can write to; name a new folder, or off" in said
+    message = one_line_error("simulate", "paper")
+    assert "which others can write to; name a new folder, or off" in message
 
 
 def test_what_another_user_left_in_a_folder_that_is_not_marked_is_refused(place):
@@ -169,22 +171,22 @@ def test_a_program_of_xlas_is_kept_whole_and_with_a_checksum(place):
 
 
 def test_jax_keeps_its_programs_so_in_our_folder_and_not_in_the_users(place, tmp_path):
-    kept, _ = compilation_cache.get_file_cache(compiled.xla_folder(place))
-    assert isinstance(kept, xla_programs.KeptPrograms)
+    cache, _ = compilation_cache.get_file_cache(compiled.xla_folder(place))
+    assert isinstance(cache, xla_programs.KeptPrograms)
     theirs, _ = compilation_cache.get_file_cache(str(tmp_path / "theirs"))
     assert not isinstance(theirs, xla_programs.KeptPrograms)
 
 
 def test_help_is_made_once(place, monkeypatch, capsys):
-    def shown() -> str:
+    def help_text() -> str:
         with pytest.raises(SystemExit) as end:
             main(["cite", "--help"])
         assert not end.value.code
         return capsys.readouterr().out
 
-    first = shown()
+    first = help_text()
     monkeypatch.setattr("tegotae.cli.parsed", None)
-    assert shown() == first
+    assert help_text() == first
     assert "cite" in first
 
 
@@ -202,11 +204,11 @@ def test_help_that_a_file_of_the_user_decides_is_made_each_time(words):
 
 
 def test_help_of_another_program_is_made_each_time(place, capsys):
-    for about in ("First.", "Second."):
+    for text in ("First.", "Second."):
         command = CommandGroup(
-            about, {"run": Command("reproduction.commands.study:StudyRun", "run")}
+            text, {"run": Command("reproduction.commands.study:StudyRun", "run")}
         )
         with pytest.raises(SystemExit):
             main(["--help"], command, "python -m reproduction")
-        assert about in capsys.readouterr().out
+        assert text in capsys.readouterr().out
     assert not list(place.glob("*.o"))

@@ -1,4 +1,4 @@
-"""Which engine runs: native code where it can, XLA where it must; whoever asks is told."""
+"""Choice of the engine: native code where it can run, XLA elsewhere, as `engine` reports."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def llvmlite(monkeypatch):
         engines._say.cache_clear()
 
     def be(version: str | None) -> None:
-        def found(name: str) -> str:
+        def installed_version(name: str) -> str:
             assert name == "llvmlite"
             if version is None:
                 raise PackageNotFoundError(name)
             return version
 
-        monkeypatch.setattr(engines, "version", found)
+        monkeypatch.setattr(engines, "version", installed_version)
         clear()
 
     yield be
@@ -51,16 +51,16 @@ def test_the_environment_names_the_engine(monkeypatch):
 
 @pytest.mark.parametrize("name", ["jax_enable_x64", "jax_debug_nans", "jax_debug_infs"])
 def test_a_setting_of_jax_that_changes_results_is_refused_before_work(name, one_line_error):
-    said = f"{name} is on, and .*; unset {name.upper()}, or"
+    message = f"{name} is on, and .*; unset {name.upper()}, or"
     jax.config.update(name, True)
     try:
-        assert re.search(said, one_line_error("simulate", "paper"))
+        assert re.search(message, one_line_error("simulate", "paper"))
         for work in (
             lambda: tegotae.load("paper").simulate(),
             lambda: Run(experiment=tegotae.recipe("AR").experiment()),
             lambda: Evolution().start(tegotae.recipe("AR").experiment(), [0]),
         ):
-            with pytest.raises(TegotaeError, match=said):
+            with pytest.raises(TegotaeError, match=message):
                 work()
     finally:
         jax.config.update(name, False)
@@ -68,25 +68,25 @@ def test_a_setting_of_jax_that_changes_results_is_refused_before_work(name, one_
 
 def test_an_unknown_engine_is_refused_in_one_line(monkeypatch, one_line_error):
     monkeypatch.setenv("TEGOTAE_ENGINE", "llvm")
-    said = one_line_error("models")
-    assert "TEGOTAE_ENGINE is 'llvm'; it must be native or xla" in said
+    message = one_line_error("models")
+    assert "TEGOTAE_ENGINE is 'llvm'; it must be native or xla" in message
 
 
 @pytest.mark.parametrize(
-    ("version", "why"),
+    ("version", "reason"),
     [
         (None, "llvmlite is not installed; XLA runs instead"),
         ("0.49.1", "llvmlite is 0.49.1, and native code is tested with 0.50; XLA runs instead"),
     ],
 )
-def test_without_a_tested_llvmlite_xla_runs_and_that_is_said_once(llvmlite, version, why):
+def test_without_a_tested_llvmlite_xla_runs_and_that_is_said_once(llvmlite, version, reason):
     llvmlite(version)
     engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.02))
-    with pytest.warns(EngineWarning) as said:
+    with pytest.warns(EngineWarning) as warned:
         assert engine.run([2.0], Scenario(omega=8.0)).height_m.shape == (1, 1)
-    (one,) = said
-    assert str(one.message).startswith(why)
-    assert "\n" not in str(one.message)
+    (warning,) = warned
+    assert str(warning.message).startswith(reason)
+    assert "\n" not in str(warning.message)
     engine.run([2.0], Scenario(omega=8.0))  # a second warning would be an error
 
 

@@ -15,13 +15,13 @@ from tegotae._support.files import hold, output_file, output_folder, write_atomi
 
 
 @pytest.mark.parametrize(
-    ("content", "written"),
+    ("content", "expected"),
     [("φ̇ = ω + f\n", "φ̇ = ω + f\n".encode()), (b"\x00\xff", b"\x00\xff"), ("", b"")],
 )
-def test_text_and_bytes_are_written_as_they_are(tmp_path, content, written):
+def test_text_and_bytes_are_written_as_they_are(tmp_path, content, expected):
     path = tmp_path / "file"
     write_atomically(path, content)
-    assert path.read_bytes() == written
+    assert path.read_bytes() == expected
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left_behind(tmp_path):
@@ -42,14 +42,14 @@ def test_the_longest_name_that_a_file_can_have_is_written(tmp_path):
 
 def test_what_a_killed_process_left_beside_a_file_is_removed_and_what_is_at_work_is_not(tmp_path):
     abandoned, at_work = tmp_path / ".file.0a1b2c3d", tmp_path / ".file.4e5f6071"
-    others = [tmp_path / ".other.0a1b2c3d", tmp_path / ".file.json", tmp_path / ".file.notes"]
-    for place in (abandoned, *others):
+    neighbours = [tmp_path / ".other.0a1b2c3d", tmp_path / ".file.json", tmp_path / ".file.notes"]
+    for place in (abandoned, *neighbours):
         place.touch()
     with at_work.open("xb") as stream:
         hold(stream.fileno())
         write_atomically(tmp_path / "file", "new")
         assert not abandoned.exists()
-        assert {*tmp_path.iterdir()} == {tmp_path / "file", at_work, *others}
+        assert {*tmp_path.iterdir()} == {tmp_path / "file", at_work, *neighbours}
 
 
 def test_a_temporary_file_that_is_taken_for_abandoned_is_made_again(tmp_path, monkeypatch):
@@ -94,11 +94,11 @@ def test_a_full_disk_leaves_the_old_file_and_is_said_in_one_line(tmp_path, monke
 
 
 def test_a_file_gets_the_permissions_that_the_user_asks_for(tmp_path):
-    before = os.umask(0o027)
+    previous = os.umask(0o027)
     try:
         write_atomically(tmp_path / "file", "")
     finally:
-        os.umask(before)
+        os.umask(previous)
     assert stat.S_IMODE((tmp_path / "file").stat().st_mode) == 0o640
 
 

@@ -1,4 +1,4 @@
-"""What importing the package does to the program that imports it: nothing."""
+"""Side effects of importing the package: none."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ import tegotae
 
 
 def fresh(program: str, folder: Path, *flags: str, **environment: str) -> Any:
-    """What a new Python prints last, as JSON; `folder` is its home and where it works."""
+    """Return the last line that a new Python prints, read as JSON; `folder` is its home and where
+    it works."""
     env = {**os.environ, "HOME": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
     env |= environment
     words = [sys.executable, *flags, "-c", program]
-    done = subprocess.run(words, env=env, cwd=folder, capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
-    return json.loads(done.stdout.splitlines()[-1])
+    completed = subprocess.run(words, env=env, cwd=folder, capture_output=True, text=True)
+    assert (completed.returncode, completed.stderr) == (0, "")
+    return json.loads(completed.stdout.splitlines()[-1])
 
 
 PLAIN = """
@@ -107,16 +108,16 @@ def test_a_rollout_neither_sets_jax_up_nor_minds_who_started_it(tmp_path):
 
 def test_every_public_name_is_where_type_checkers_see_it():
     stub = Path(tegotae.__file__).with_suffix(".pyi")
-    seen = {
+    names = {
         alias.asname: node.module
         for node in ast.parse(stub.read_text(encoding="utf-8")).body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    spaces = {name: f"{seen.pop(name)}.{name}" for name in tegotae._NAMESPACES}
+    spaces = {name: f"{names.pop(name)}.{name}" for name in tegotae._NAMESPACES}
     assert spaces == tegotae._NAMESPACES
-    assert seen == tegotae._HOME_OF
-    assert sorted([*seen, *spaces]) == tegotae.__all__
+    assert names == tegotae._HOME_OF
+    assert sorted([*names, *spaces]) == tegotae.__all__
 
 
 def test_the_package_lists_its_public_names_alone():

@@ -32,12 +32,12 @@ def test_a_lock_ends_with_its_process_however_that_ends(tmp_path):
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-    ) as other:
-        assert other.stdout is not None
-        assert other.stdout.readline() == "locked\n"
+    ) as second:
+        assert second.stdout is not None
+        assert second.stdout.readline() == "locked\n"
         with pytest.raises(TegotaeError) as raised, locked(tmp_path):
             raise AssertionError("two in one folder")
-        other.send_signal(signal.SIGKILL)
+        second.send_signal(signal.SIGKILL)
     assert str(raised.value) == (
         f"another run is at work in {tmp_path}; wait for it, or choose another folder"
     )

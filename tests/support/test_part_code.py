@@ -109,9 +109,9 @@ def users(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # two edits may be in one second
     (tmp_path / "own").mkdir()
-    found = Users(tmp_path / "own")
-    yield found
-    found.forget()
+    users = Users(tmp_path / "own")
+    yield users
+    users.forget()
 
 
 # The hash.
@@ -121,38 +121,40 @@ def users(tmp_path, monkeypatch):
 def hashed(tmp_path):
     """A function that writes files, and says what the code of the first of them is."""
 
-    def of(folder: str = "", **texts: str) -> str:
-        own = tmp_path / folder
-        own.mkdir(exist_ok=True)
+    def hash_of_files(folder: str = "", **texts: str) -> str:
+        folder_path = tmp_path / folder
+        folder_path.mkdir(exist_ok=True)
         for name, text in texts.items():
-            (own / f"{name}.py").write_text(text)
+            (folder_path / f"{name}.py").write_text(text)
         first = next(iter(texts))
-        return code_of_file(own / f"{first}.py", ".".join(filter(None, [folder, first])))
+        return code_of_file(folder_path / f"{first}.py", ".".join(filter(None, [folder, first])))
 
-    return of
+    return hash_of_files
 
 
 def test_comments_docstrings_and_layout_are_no_code(hashed):
     plain = hashed(part="def f(x):\n    return {'a': x + 1}\n")
-    same = '"""A part."""\n\n\ndef f( x ):  # adds\n    "One more."\n\n    return {\n"a": (x + 1)}'
-    assert hashed(part=same) == plain
+    reformatted = (
+        '"""A part."""\n\n\ndef f( x ):  # adds\n    "One more."\n\n    return {\n"a": (x + 1)}'
+    )
+    assert hashed(part=reformatted) == plain
     assert hashed(part="def f(x):\n    return {'a': x + 2}\n") != plain
     assert hashed(part="def f(x):\n    return {'a': x - 1}\n") != plain
 
 
 def test_a_module_beside_it_belongs_to_it_and_what_that_imports(hashed):
     files = {"part": "from aside import f", "aside": "import deep", "deep": "x = 1"}
-    before = hashed(**files, other="x = 1")
-    assert hashed(part=files["part"], other="x = 2") == before  # which nobody imports
-    assert hashed(part=files["part"], deep="x = 2") != before
-    assert hashed(part=files["part"], deep="x = 1", aside="import deep, json") != before
+    previous = hashed(**files, other="x = 1")
+    assert hashed(part=files["part"], other="x = 2") == previous  # which nobody imports
+    assert hashed(part=files["part"], deep="x = 2") != previous
+    assert hashed(part=files["part"], deep="x = 1", aside="import deep, json") != previous
 
 
 @pytest.mark.parametrize("line", ["from . import aside", "from own.aside import x"])
 @pytest.mark.parametrize("marked", [{"__init__": ""}, {}])
 def test_so_do_the_modules_of_its_package(hashed, line, marked):
-    before = hashed("own", part=line, aside="x = 1", **marked)
-    assert hashed("own", part=line, aside="x = 2") != before
+    previous = hashed("own", part=line, aside="x = 1", **marked)
+    assert hashed("own", part=line, aside="x = 2") != previous
 
 
 def test_installed_packages_side_by_side_do_not_belong_together(hashed, tmp_path):
@@ -160,15 +162,15 @@ def test_installed_packages_side_by_side_do_not_belong_together(hashed, tmp_path
     folder.mkdir()
     (folder / "other.py").write_text("x = 1")
     (folder / "part.py").write_text("import other")
-    before = code_of_file(folder / "part.py")
+    previous = code_of_file(folder / "part.py")
     (folder / "other.py").write_text("x = 2")
-    assert code_of_file(folder / "part.py") == before
+    assert code_of_file(folder / "part.py") == previous
 
 
 def test_of_another_kind_of_file_it_is_that_of_its_bytes(tmp_path):
     (tmp_path / "leg.xml").write_text("<mujoco/>")
-    wanted = hashlib.sha256(b"<mujoco/>").hexdigest()
-    assert code_of_file(tmp_path / "leg.xml") == wanted
+    expected = hashlib.sha256(b"<mujoco/>").hexdigest()
+    assert code_of_file(tmp_path / "leg.xml") == expected
 
 
 def test_the_packages_own_parts_are_described_without_a_hash():
@@ -201,15 +203,15 @@ def test_a_training_is_not_gone_on_with_once_a_part_of_it_was_edited(
     assert main(train) == 0  # it is the same code
     users.edit("2.0")
     capsys.readouterr()
-    said = one_line_error(*train)
-    assert f"differs in code of {users.body}" in said
-    assert "another folder" in said
+    message = one_line_error(*train)
+    assert f"differs in code of {users.body}" in message
+    assert "another folder" in message
 
     file = out / "edited-seed0.json"
     with pytest.raises(TegotaeError, match=f"was made with other code of {users.body}"):
         controller_file.load(file)
-    said = one_line_error("robustness", str(file), "--out", str(tmp_path / "tried"))
-    assert f"was made with other code of {users.body}" in said
+    message = one_line_error("robustness", str(file), "--out", str(tmp_path / "tried"))
+    assert f"was made with other code of {users.body}" in message
     users.edit("1.0")
     _ = users.experiment
     assert controller_file.load(file).body == users.experiment.body  # the code is back
@@ -223,10 +225,10 @@ def test_a_study_does_not_take_records_of_other_code_for_its_own(users, tmp_path
 
     with folder.claimed(mine()):
         pass
-    before = [unit.key for unit in mine().units]
+    previous = [unit.key for unit in mine().units]
     users.edit("2.0")
-    after = [unit.key for unit in mine().units]
-    assert [a == b for a, b in zip(before, after, strict=True)] == [True, False]
+    following = [unit.key for unit in mine().units]
+    assert [a == b for a, b in zip(previous, following, strict=True)] == [True, False]
     with (
         pytest.raises(TegotaeError, match=f"another code of {users.body}"),
         folder.claimed(mine()),
@@ -235,25 +237,25 @@ def test_a_study_does_not_take_records_of_other_code_for_its_own(users, tmp_path
 
 
 def test_a_file_that_is_edited_while_a_study_runs_ends_it(users, tmp_path):
-    whole = plan("smoke", "", [users.experiment])
+    full = plan("smoke", "", [users.experiment])
 
     def results(bundles):
         (unit,) = bundles[0]
-        found = unit.configuration  # of a worker that read the file after it was edited
-        found["experiment"]["system"]["body"][registry.CODE] = "other"
-        yield unit, CellResult(found, {}, {})
+        configuration = unit.configuration  # of a worker that read the file after it was edited
+        configuration["experiment"]["system"]["body"][registry.CODE] = "other"
+        yield unit, CellResult(configuration, {}, {})
 
     with pytest.raises(TegotaeError, match=f"another code of {users.body}: a file was edited"):
-        runner.run_study(whole, tmp_path / "study", results)
+        runner.run_study(full, tmp_path / "study", results)
 
 
 def test_the_code_of_an_algorithm_counts_as_well(users, tmp_path):
     def mine():
         return dataclasses.replace(plan("smoke", "V-*"), algorithm=users.algorithm)
 
-    before = mine().document
+    previous = mine().document
     users.edit("2.0")
-    assert differing(before, mine().document) == [f"code of learns{users.number}"]
+    assert differing(previous, mine().document) == [f"code of learns{users.number}"]
 
 
 def test_agents_do_not_go_on_with_other_code(users, tmp_path):
@@ -269,13 +271,13 @@ def test_agents_do_not_go_on_with_other_code(users, tmp_path):
 
 def test_a_record_of_generalisation_is_one_of_its_code(users):
     def document():
-        own = users.experiment
-        tested = ControllersUnderTest(ControllerSet("edited", own.system, [[0.0]], ("0",)))
+        experiment = users.experiment
+        tested = ControllersUnderTest(ControllerSet("edited", experiment.system, [[0.0]], ("0",)))
         return Trial(tested, ()).document
 
-    before = document()
+    previous = document()
     users.edit("2.0")
-    assert differing(before, document()) == [f"code of {users.body}"]
+    assert differing(previous, document()) == [f"code of {users.body}"]
 
 
 def test_a_tuning_does_not_go_on_with_other_code(users, tmp_path):

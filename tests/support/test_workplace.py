@@ -51,21 +51,21 @@ def held(folder, kind: str):
 
 
 @pytest.mark.parametrize(
-    ("there", "work"), [(there, work) for there in HELD for work in WORDS if there != work]
+    ("content", "work"), [(content, work) for content in HELD for work in WORDS if content != work]
 )
-def test_work_does_not_take_the_folder_of_another_kind(there, work, tmp_path, one_line_error):
-    folder = held(tmp_path / "out", there)
-    before = tiny.contents(folder)
-    said = one_line_error(*WORDS[work], str(folder))
-    assert f"holds {there}, and is not for {work}; choose another folder" in said
-    assert tiny.contents(folder) == before
+def test_work_does_not_take_the_folder_of_another_kind(content, work, tmp_path, one_line_error):
+    folder = held(tmp_path / "out", content)
+    previous = tiny.contents(folder)
+    message = one_line_error(*WORDS[work], str(folder))
+    assert f"holds {content}, and is not for {work}; choose another folder" in message
+    assert tiny.contents(folder) == previous
 
 
 def test_neither_do_a_multiverse_agents_or_training_on_an_environment(tmp_path, one_line_error):
     training = str(held(tmp_path / "training", "a training"))
     study = held(tmp_path / "study", "a study")
-    said = "and is not for a study"
-    assert said in one_line_error(
+    message = "and is not for a study"
+    assert message in one_line_error(
         "reproduction", "readings", "run", "--scale", "smoke", "--dir", training
     )
     pytest.importorskip("stable_baselines3")
@@ -89,14 +89,14 @@ def test_a_file_of_a_tuning_and_a_folder_of_work_are_no_place_for_each_other(
 def test_a_training_that_is_begun_anew_sets_the_earlier_one_aside(tmp_path, capsys, one_line_error):
     out = tmp_path / "art"
     assert tiny.train(out, generations=1) == 0
-    before = tiny.contents(out)
-    other = ["train", *tiny.OPTIONS, "--generations", "1", "--out", str(out), "--mass-kg", "0.12"]
+    previous = tiny.contents(out)
+    second = ["train", *tiny.OPTIONS, "--generations", "1", "--out", str(out), "--mass-kg", "0.12"]
     capsys.readouterr()
-    assert "or start again with --restart" in one_line_error(*other)
-    assert main([*other, "--restart"]) == 0
+    assert "or start again with --restart" in one_line_error(*second)
+    assert main([*second, "--restart"]) == 0
     aside = tmp_path / "art.earlier1"
     assert f"is now in {aside}" in capsys.readouterr().out
-    assert tiny.contents(aside) == before
+    assert tiny.contents(aside) == previous
     saved = json.loads((out / "run.json").read_text())["configuration"]["experiment"]
     assert saved["system"]["body"]["mass_kg"] == 0.12
     assert [len(runs.labels) for runs in read_runs(tmp_path)] == [2]  # of the new one alone
@@ -139,11 +139,11 @@ def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
         opened(storage, configuration("ART")),
     ):
         pass
-    before = storage.read_bytes()
+    previous = storage.read_bytes()
     with opened(storage, configuration("ART"), restart=True):
         pass
     assert earlier(storage).name == "journal.earlier2"
-    assert (tmp_path / "journal.earlier1").read_bytes() == before
+    assert (tmp_path / "journal.earlier1").read_bytes() == previous
 
 
 def test_what_others_left_in_a_folder_is_not_set_aside(tmp_path):

@@ -54,19 +54,19 @@ def place(tmp_path, monkeypatch):
 
 def trained(**settings: Any) -> dict[str, Any]:
     """The document of a controller that was trained on an environment."""
-    own = experiment(env="CartPole-v1", made={"render_mode": "rgb_array"}, **settings)
-    weights = np.zeros(own.controller.n_weights)
-    saved = SavedController(own.system, weights, "AR", task=own.task)
+    trainee = experiment(env="CartPole-v1", made={"render_mode": "rgb_array"}, **settings)
+    weights = np.zeros(trainee.controller.n_weights)
+    saved = SavedController(trainee.system, weights, "AR", task=trainee.task)
     return json.loads(json.dumps(controller_file.described(saved, "leg.json")))
 
 
-def used(path: Path) -> None:
+def use_file(path: Path) -> None:
     """All that a controller of an environment is read for."""
     EnvExperiment.from_controller(controller_file.load(path)).spec.make()
 
 
 DOCUMENTS = {
-    "controller of an environment": (trained, used),
+    "controller of an environment": (trained, use_file),
     "controller": (lambda: json.loads(controller_files.text()), resolve),
     "wiring": (lambda: {**wiring_document(WIRING), "controller": "paper"}, load_wiring),
     "experiments": (lambda: [tegotae.recipe("ART").experiment().document], resolve),
@@ -95,9 +95,9 @@ def with_reference(document: Any, reference: str) -> Iterator[Any]:
         entries = document.items() if isinstance(document, dict) else enumerate(document)
         for key, value in entries:
             for changed in with_reference(value, reference):
-                whole = copy.copy(document)
-                whole[key] = changed
-                yield whole
+                altered = copy.copy(document)
+                altered[key] = changed
+                yield altered
 
 
 @pytest.mark.parametrize("kind", DOCUMENTS)
@@ -135,10 +135,10 @@ def with_task(**changes: Any) -> Path:
 def test_a_command_refuses_code_that_a_controller_file_names(
     one_line_error, command, changes, reference
 ):
-    said = one_line_error(command, str(with_task(**changes)))
+    message = one_line_error(command, str(with_task(**changes)))
     module = reference.rpartition(":")[0]
-    assert f"refers to code, {reference!r}, which no file may run by itself" in said
-    assert f"add --parts {module}, or tegotae.register({module!r})" in said
+    assert f"refers to code, {reference!r}, which no file may run by itself" in message
+    assert f"add --parts {module}, or tegotae.register({module!r})" in message
     assert not Path("ran").exists()
 
 
@@ -163,5 +163,5 @@ def test_a_reference_that_the_user_named_is_of_no_other_object():
 
 
 def test_a_registered_environment_and_a_model_are_data():
-    used(with_task())
-    used(with_task(env="leg", settings={}))
+    use_file(with_task())
+    use_file(with_task(env="leg", settings={}))

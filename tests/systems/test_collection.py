@@ -46,9 +46,9 @@ def test_all_controllers_of_a_folder_are_read(folder):
 def test_a_copy_of_a_controller_file_counts_once_and_a_line_says_so(folder, capsys):
     shutil.copy(folder / "a.json", folder / "copy.json")
     assert gains(folder) == [1.0, 2.0, 3.0]
-    said = capsys.readouterr().err
-    assert said.startswith("tegotae: 1 of 4 runs have the weights of another, such as ")
-    assert said.endswith("copy.json; equal ones count once\n")
+    message = capsys.readouterr().err
+    assert message.startswith("tegotae: 1 of 4 runs have the weights of another, such as ")
+    assert message.endswith("copy.json; equal ones count once\n")
 
 
 @pytest.mark.parametrize(
@@ -83,21 +83,21 @@ UNUSABLE = {
 @pytest.mark.parametrize("damage", UNUSABLE)
 def test_a_file_that_may_have_been_a_controller_is_named(folder, damage, name):
     path = folder / name
-    spoil, said = UNUSABLE[damage]
+    spoil, message = UNUSABLE[damage]
     path.write_bytes(spoil(path.read_bytes()))
     with pytest.raises(TegotaeError) as raised:
         read_runs(folder)
-    assert str(raised.value).startswith(f"{path} {said}")
+    assert str(raised.value).startswith(f"{path} {message}")
     assert "\n" not in str(raised.value)
 
 
 def test_a_file_that_cannot_be_read_is_named(folder, monkeypatch):
-    whole = Path.open
+    open_path = Path.open
 
     def denied(path, *args, **kwargs):
         if path.name == "b.json":
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        return whole(path, *args, **kwargs)
+        return open_path(path, *args, **kwargs)
 
     monkeypatch.setattr(Path, "open", denied)
     with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'b.json'}: Permission denied$"):
@@ -126,18 +126,18 @@ def test_a_subfolder_that_cannot_be_read_is_named(folder, monkeypatch):
 
 def test_evaluate_names_it_in_one_line_from_a_plain_shell(folder):
     (folder / "b.json").write_bytes(b"")
-    found = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-m", "tegotae", "evaluate", str(folder)], capture_output=True, text=True
     )
-    assert (found.returncode, found.stdout) == (2, "")
-    assert found.stderr == f"tegotae: {folder / 'b.json'} is empty; remove it from the folder\n"
+    assert (completed.returncode, completed.stdout) == (2, "")
+    assert completed.stderr == f"tegotae: {folder / 'b.json'} is empty; remove it from the folder\n"
 
 
 # Which files are runs of one set.
 
 
 def training(seed: int, **changed: Any) -> dict[str, Any]:
-    """What a file says of its training, with some of its entries changed."""
+    """Return the training of a file, with some of its entries changed."""
     document = {
         "algorithm": {"name": "pgpe", "population": 16},
         "stopping": {"least": 100},
@@ -161,8 +161,8 @@ OF_EXPERIMENT = ("omega", "body", "height_m", "objective", "conditions")
 def leave(folder: Path, runs: tuple[int, ...] = (0, 1), **changed: Any):
     """Files of a training, a folder of them."""
     folder.mkdir(parents=True, exist_ok=True)
-    own = {name: changed.pop(name) for name in OF_EXPERIMENT if name in changed}
-    experiment = find("V-reflex-w8").experiment(**own)
+    overrides = {name: changed.pop(name) for name in OF_EXPERIMENT if name in changed}
+    experiment = find("V-reflex-w8").experiment(**overrides)
     for seed in runs:
         saved = SavedController(
             experiment.system,
@@ -174,7 +174,7 @@ def leave(folder: Path, runs: tuple[int, ...] = (0, 1), **changed: Any):
         controller_file.save(saved, folder / f"V-reflex-w8-seed{seed}.json")
 
 
-def told(folder: Path) -> list[tuple[str, tuple[str, ...]]]:
+def reported(folder: Path) -> list[tuple[str, tuple[str, ...]]]:
     return [(runs.name, runs.labels) for runs in read_runs(folder)]
 
 
@@ -198,27 +198,29 @@ VALUES = {
 }
 
 
-@pytest.mark.parametrize("what", OTHERS)
-def test_runs_of_different_trainings_are_sets_of_their_own_that_say_what_differs(tmp_path, what):
-    changed, label = OTHERS[what]
+@pytest.mark.parametrize("difference", OTHERS)
+def test_runs_of_different_trainings_are_sets_of_their_own_that_say_what_differs(
+    tmp_path, difference
+):
+    changed, label = OTHERS[difference]
     leave(tmp_path / "a")
     leave(tmp_path / "b", **changed)
-    assert told(tmp_path) == [
-        (f"V-reflex-w8 ({label.format(value)})", ("0", "1")) for value in VALUES[what]
+    assert reported(tmp_path) == [
+        (f"V-reflex-w8 ({label.format(value)})", ("0", "1")) for value in VALUES[difference]
     ]
 
 
 def test_seeds_of_one_training_are_one_set_wherever_they_are(tmp_path):
     leave(tmp_path / "a", (0, 1))
     leave(tmp_path / "b", (2, 3), seeds=[2, 3])
-    assert told(tmp_path) == [("V-reflex-w8", ("0", "1", "2", "3"))]
+    assert reported(tmp_path) == [("V-reflex-w8", ("0", "1", "2", "3"))]
 
 
 def test_no_set_has_a_seed_twice(tmp_path):
     """The same training of other lengths: the cap is no part of what decides a generation."""
     leave(tmp_path / "a")
     leave(tmp_path / "b", generations=7)
-    assert told(tmp_path) == [
+    assert reported(tmp_path) == [
         (f"V-reflex-w8 (in {tmp_path / name})", ("0", "1")) for name in ("a", "b")
     ]
 
@@ -233,13 +235,13 @@ def test_what_differs_beyond_a_few_entries_is_counted(tmp_path):
         algorithm__population=32,
         stopping__least=5,
     )
-    (one, _), (other, _) = told(tmp_path)
-    assert one.endswith("2 more differ)")
-    assert one != other
+    (single, _), (second, _) = reported(tmp_path)
+    assert single.endswith("2 more differ)")
+    assert single != second
 
 
 def test_a_training_under_conditions_is_told_from_one_without(tmp_path):
     leave(tmp_path / "a")
     leave(tmp_path / "b", conditions=(Uniform("mass_kg", low=0.08, high=0.12),))
-    names = [name for name, _ in told(tmp_path)]
+    names = [name for name, _ in reported(tmp_path)]
     assert names == ["V-reflex-w8 (no conditions)", "V-reflex-w8 (conditions)"]

@@ -29,11 +29,11 @@ from tegotae.systems.models import all_models, build
 from tegotae.systems.system import Release
 
 
-def assert_same(one: SavedController, other: SavedController) -> None:
-    np.testing.assert_array_equal(np.asarray(one.weights, "float64"), other.weights)
+def assert_same(first: SavedController, second: SavedController) -> None:
+    np.testing.assert_array_equal(np.asarray(first.weights, "float64"), second.weights)
     for field in dataclasses.fields(SavedController):
         if field.name != "weights":
-            assert getattr(one, field.name) == getattr(other, field.name), field.name
+            assert getattr(first, field.name) == getattr(second, field.name), field.name
 
 
 # Written and read.
@@ -117,12 +117,12 @@ NAMED: dict[str, tuple[Callable[[dict], Any], str]] = {
 
 @pytest.mark.parametrize("case", NAMED)
 def test_weights_that_do_not_go_with_the_controller_are_refused_by_name(tmp_path, case):
-    change, said = NAMED[case]
+    change, message = NAMED[case]
     save(example(), tmp_path / "controller.json")
     document = json.loads((tmp_path / "controller.json").read_text())
     change(document["weights"])
     (tmp_path / "controller.json").write_text(json.dumps(document))
-    with pytest.raises(TegotaeError, match=said):
+    with pytest.raises(TegotaeError, match=message):
         load(tmp_path / "controller.json")
 
 
@@ -130,12 +130,12 @@ def test_weights_that_do_not_go_with_the_controller_are_refused_by_name(tmp_path
 
 
 @pytest.mark.parametrize(
-    ("weights", "said"),
+    ("weights", "message"),
     [([1.0, 2.0], "has 1 weights"), ([[1.0]], "has 1 weights"), ([math.inf], "1 weights are not")],
 )
-def test_weights_that_could_not_be_read_back_are_not_written(tmp_path, weights, said):
+def test_weights_that_could_not_be_read_back_are_not_written(tmp_path, weights, message):
     saved = dataclasses.replace(example("V-sector-w4"), weights=np.array(weights))
-    with pytest.raises(TegotaeError, match=said):
+    with pytest.raises(TegotaeError, match=message):
         save(saved, tmp_path / "controller.json")
     assert not list(tmp_path.iterdir())
 
@@ -201,7 +201,7 @@ def test_a_kept_file_is_written_again_to_the_letter(tmp_path, path):
 
 
 def refusal(path) -> str:
-    """Why a file is refused."""
+    """Return the reason why a file is refused."""
     with pytest.raises(TegotaeError) as raised:
         load(path)
     assert "\n" not in str(raised.value)
@@ -219,9 +219,9 @@ def test_a_file_cut_off_anywhere_is_refused(tmp_path):
     path = tmp_path / "controller.json"
     for length in range(len(text().rstrip())):
         path.write_text(text()[:length])
-        said = refusal(path)
+        message = refusal(path)
         if length > 200:
-            assert said == f"{path} is damaged: it is cut short, or no JSON"
+            assert message == f"{path} is damaged: it is cut short, or no JSON"
 
 
 def control(document: dict) -> dict:
@@ -292,12 +292,12 @@ CHANGES: dict[str, tuple[Callable[[dict], Any], str]] = {
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_file_with_a_wrong_entry_is_refused_with_what_is_wrong(tmp_path, change, one_line_error):
-    alter, said = CHANGES[change]
+    alter, message = CHANGES[change]
     document = json.loads(text())
     alter(document)
     path = tmp_path / "controller.json"
     path.write_text(json.dumps(document))
-    with pytest.raises(TegotaeError, match=said):
+    with pytest.raises(TegotaeError, match=message):
         load(path)
     assert refusal(path) in one_line_error("simulate", str(path))
 
@@ -332,12 +332,12 @@ def test_what_cannot_be_read_is_refused(tmp_path, one_line_error):
     for path in (tmp_path, tmp_path / "file" / "controller.json"):
         assert refusal(path).startswith(f"cannot read {path}: ")
     assert refusal(path) in one_line_error("simulate", str(path))
-    said = f"{tmp_path} holds no controller files"
-    assert said in one_line_error("simulate", str(tmp_path))
+    message = f"{tmp_path} holds no controller files"
+    assert message in one_line_error("simulate", str(tmp_path))
 
 
 def places(value: Any, path: tuple = ()) -> Iterator[tuple]:
-    """Where in a document something could be wrong."""
+    """Yield the paths of a document at which something could be wrong."""
     yield path
     if isinstance(value, (dict, list)):
         for key, entry in value.items() if isinstance(value, dict) else enumerate(value):
@@ -351,21 +351,21 @@ JSON = st.recursive(
     | st.floats()
     | st.text(max_size=5)
     | st.sampled_from(["Network", "Sector", "Hopper", "phase", 10**400]),
-    lambda inner: (
-        st.lists(inner, max_size=3)
-        | st.dictionaries(st.sampled_from(["kind", "inputs", "hidden", "x"]), inner, max_size=3)
+    lambda children: (
+        st.lists(children, max_size=3)
+        | st.dictionaries(st.sampled_from(["kind", "inputs", "hidden", "x"]), children, max_size=3)
     ),
     max_leaves=5,
 )
 
 
 @given(st.sampled_from(list(places(json.loads(text())))), JSON)
-def test_whatever_stands_in_a_file_it_is_read_or_refused_in_one_line(tmp_path_factory, at, value):
+def test_whatever_stands_in_a_file_it_is_read_or_refused_in_one_line(tmp_path_factory, keys, value):
     document = {"": copy.deepcopy(json.loads(text()))}
     inside: Any = document
-    for key in ("", *at)[:-1]:
+    for key in ("", *keys)[:-1]:
         inside = inside[key]
-    inside[("", *at)[-1]] = value
+    inside[("", *keys)[-1]] = value
     path = tmp_path_factory.mktemp("any") / "controller.json"
     path.write_text(json.dumps(document[""]))
     try:

@@ -34,11 +34,11 @@ from tegotae.training.settings import tuned
 def test_every_listed_design_has_a_name_that_finds_it_and_makes_an_experiment():
     listed = all_designs()
     assert {name.partition("@")[2] for name in listed} >= {"quadruped-c", "plate-light-pitch"}
-    for name, found in listed.items():
+    for name, listed_design in listed.items():
         assert design(name).name == name
-        made = found.experiment()
-        assert 1 <= made.controller.n_weights <= BUDGET, name
-        assert Experiment.from_document(json.loads(json.dumps(made.document))) == made
+        built = listed_design.experiment()
+        assert 1 <= built.controller.n_weights <= BUDGET, name
+        assert Experiment.from_document(json.loads(json.dumps(built.document))) == built
 
 
 def test_a_bare_architecture_is_its_plainest_member():
@@ -50,9 +50,9 @@ def test_a_users_own_system_has_designs_too(tmp_path):
     (tmp_path / "mine.py").write_text(
         "from tegotae.systems.resolve import legged_system as system\nrobot = system('bar-light')\n"
     )
-    found = design(f"AR@{tmp_path / 'mine.py'}:robot")
-    assert found.name == "AR-rF@robot"
-    assert found.experiment().body == system("bar-light").body
+    result = design(f"AR@{tmp_path / 'mine.py'}:robot")
+    assert result.name == "AR-rF@robot"
+    assert result.experiment().body == system("bar-light").body
 
 
 @pytest.mark.parametrize(
@@ -77,11 +77,11 @@ def test_a_name_that_says_nothing_is_refused_in_one_line(name, message):
 
 @pytest.mark.parametrize("family", ["ARGT", "T-F", "W-F", "cos", "V"])
 def test_a_budget_too_small_for_the_layout_is_refused_in_one_line(family):
-    least = {"ARGT": 22, "T-F": 6, "W-F": 13, "cos": 2, "V": 1}[family]
-    assert design(f"{family}@quadruped-c").controller(least).n_weights == least
-    if least > 1:
-        with pytest.raises(TegotaeError, match=f"too small: .* has at least {least} weights"):
-            design(f"{family}@quadruped-c").controller(least - 1)
+    smallest = {"ARGT": 22, "T-F": 6, "W-F": 13, "cos": 2, "V": 1}[family]
+    assert design(f"{family}@quadruped-c").controller(smallest).n_weights == smallest
+    if smallest > 1:
+        with pytest.raises(TegotaeError, match=f"too small: .* has at least {smallest} weights"):
+            design(f"{family}@quadruped-c").controller(smallest - 1)
 
 
 def test_a_models_name_is_no_designs():
@@ -93,10 +93,10 @@ def test_a_models_name_is_no_designs():
 
 
 def test_what_is_not_learned_is_the_systems_own():
-    own = system("quadruped-c").controller
+    controller = system("quadruped-c").controller
     learned = design("AR@quadruped-c").controller()
-    assert learned.actuation == own.actuation == EllipticFoot(0.2, 0.12, 0.03, 0.4)
-    assert (learned.oscillator, learned.limbs) == (own.oscillator, 4)
+    assert learned.actuation == controller.actuation == EllipticFoot(0.2, 0.12, 0.03, 0.4)
+    assert (learned.oscillator, learned.limbs) == (controller.oscillator, 4)
     assert isinstance(design("VG@quadruped-c").controller().terms["action"], VanillaAction)
     assert isinstance(design("AR@plate-heavy").controller().actuation, Sector)
 
@@ -108,10 +108,10 @@ def test_vanilla_is_the_system_itself():
 
 def test_networks_without_oscillators_are_as_large_as_the_others_and_have_no_frequency():
     for family, kind in (("T-F", LearnedFoot), ("W-F", WholeBodyFoot)):
-        made = design(f"{family}@quadruped-c").experiment()
-        assert isinstance(made.controller.actuation, kind)
-        assert made.omega is None
-        assert made.controller.n_weights > 0.9 * BUDGET
+        built = design(f"{family}@quadruped-c").experiment()
+        assert isinstance(built.controller.actuation, kind)
+        assert built.omega is None
+        assert built.controller.n_weights > 0.9 * BUDGET
 
 
 def test_the_frequency_says_which_speed_is_wanted_with_an_oscillator_or_without():
@@ -142,10 +142,10 @@ def test_every_design_of_a_system_begins_with_the_same_irregular_phases():
 @pytest.fixture(scope="module")
 def short():
     """A training of seconds: two generations of short episodes."""
-    found = design("Wphi-F@quadruped-c")
+    result = design("Wphi-F@quadruped-c")
     timing = Timing(duration_s=4.0, tick_s=0.008, frame_s=0.08)
-    fitness = dataclasses.replace(found.fitness, settle_s=2.0)
-    return found.experiment(budget=30, timing=timing, objective=fitness)
+    fitness = dataclasses.replace(result.fitness, settle_s=2.0)
+    return result.experiment(budget=30, timing=timing, objective=fitness)
 
 
 def run_of(experiment: Experiment, generations: int) -> Run:
@@ -167,10 +167,10 @@ def trained(short, tmp_path_factory):
 def test_a_design_is_trained_kept_and_resumed_to_the_same_weights(short, trained, tmp_path):
     train(run_of(short, 1), tmp_path)
     again = train(run_of(short, 2), tmp_path)
-    for here, there in zip(trained, again, strict=True):
-        weights = controller_file.load(here).weights
+    for first, second in zip(trained, again, strict=True):
+        weights = controller_file.load(first).weights
         assert np.ptp(weights) > 0.0
-        np.testing.assert_array_equal(weights, controller_file.load(there).weights)
+        np.testing.assert_array_equal(weights, controller_file.load(second).weights)
 
 
 def test_a_controller_file_says_what_each_weight_of_a_network_for_all_legs_is(trained):
@@ -211,8 +211,8 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
             folder / f"V-seed{seed}.json",
         )
     table = tmp_path / "judged.csv"
-    asked = ("--omega", "2", "3", "--starts", "4", "--csv", str(table))
-    assert main(["evaluate", str(folder), *asked]) == 0
+    options = ("--omega", "2", "3", "--starts", "4", "--csv", str(table))
+    assert main(["evaluate", str(folder), *options]) == 0
     assert "V@quadruped-c" in capsys.readouterr().out
     rows = read_csv(table)
     assert list(rows["run"]) == ["0", "0", "1", "1"]
@@ -222,11 +222,11 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
 
 
 def test_a_judgement_of_what_has_no_frequency_takes_none():
-    found = system("quadruped-c")
-    single = found.system.replaced(
+    result = system("quadruped-c")
+    single = result.system.replaced(
         {"controller": design("T-F@quadruped-c").controller(), "omega": None}
     )
-    legged = dataclasses.replace(found, system=single, weights=(0.0,) * 96)
+    legged = dataclasses.replace(result, system=single, weights=(0.0,) * 96)
     with pytest.raises(TegotaeError, match="no oscillator, and so no omega"):
         release_all(legged, np.zeros((1, 96)), (2.0,))
     with pytest.raises(TegotaeError, match="this controller has 96"):
@@ -234,20 +234,20 @@ def test_a_judgement_of_what_has_no_frequency_takes_none():
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("options", "message"),
     [
         (("quadruped-x",), "no model or system is called 'quadruped-x'; did you mean quadruped-"),
         (("quadruped-c", "--omega", "nan"), "omega is nan; it must be finite"),
     ],
 )
-def test_what_cannot_be_judged_is_refused_in_one_line(one_line_error, asked, said):
-    assert said in one_line_error("evaluate", *asked)
+def test_what_cannot_be_judged_is_refused_in_one_line(one_line_error, options, message):
+    assert message in one_line_error("evaluate", *options)
 
 
 def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
     assert main(["models", "ART*@quadruped-?", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
-    assert [each["name"] for each in listed] == [
+    assert [entry["name"] for entry in listed] == [
         "ART-rF-tphif@quadruped-a",
         "ART-rF-tphif@quadruped-c",
         "ART-rF-tphif@quadruped-g",
@@ -263,5 +263,5 @@ def test_a_pattern_that_no_design_has_is_refused(one_line_error):
 
 @pytest.mark.parametrize("command", ["evaluate", "robustness", "simulate"])
 def test_a_design_that_was_not_trained_is_told_how_to_be(one_line_error, command):
-    said = one_line_error(command, "AR@quadruped-c")
-    assert "first: tegotae train AR-rF@quadruped-c --out FOLDER" in said
+    message = one_line_error(command, "AR@quadruped-c")
+    assert "first: tegotae train AR-rF@quadruped-c --out FOLDER" in message

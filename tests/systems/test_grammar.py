@@ -12,13 +12,13 @@ from tegotae.systems.grammar import learned_terms
 from tegotae.systems.models import all_models, find
 
 
-def digest(found) -> str:
+def digest(designs) -> str:
     """A hash of names, and of the weights of each term."""
 
     def sizes(controller):
-        return [(term, each.n_weights) for term, each in sorted(controller.terms.items())]
+        return [(term, value.n_weights) for term, value in sorted(controller.terms.items())]
 
-    lines = [f"{name} {sizes(each.controller())}" for name, each in found.items()]
+    lines = [f"{name} {sizes(entry.controller())}" for name, entry in designs.items()]
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 

@@ -36,13 +36,13 @@ def test_the_feedback_is_that_of_the_formula(law):
     values = {"spring_force": jnp.array([N * 0.981])}
     rhythm = {"sin_phase": jnp.sin(jnp.array([PHI])), "cos_phase": jnp.cos(jnp.array([PHI]))}
     signals = Signals({**values, **rhythm}, {"spring_force": 0.981})
-    found = controller.feedback(tuple(jnp.array([x]) for x in numbers), signals)
+    computed = controller.feedback(tuple(jnp.array([x]) for x in numbers), signals)
     feedback = [
         x
         for x, (part, _) in zip(numbers, controller.weight_names, strict=True)
         if part != "actuation"
     ]
-    assert float(found[0]) == pytest.approx(FEEDBACK[law](*feedback), rel=1e-5)
+    assert float(computed[0]) == pytest.approx(FEEDBACK[law](*feedback), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -71,15 +71,15 @@ def test_a_clock_pushes_in_its_sector_whatever_it_feels():
 
 @pytest.mark.parametrize("law", LAWS_OF_LEGS)
 def test_on_legs_the_feet_stay_the_systems(law):
-    found = design(f"{law}@quadruped-c")
-    assert found.controller().actuation == design("V@quadruped-c").controller().actuation
-    assert found.controller().n_weights == {"load": 3, "latch": 4, "decay": 4}[law]
+    recipe = design(f"{law}@quadruped-c")
+    assert recipe.controller().actuation == design("V@quadruped-c").controller().actuation
+    assert recipe.controller().n_weights == {"load": 3, "latch": 4, "decay": 4}[law]
 
 
 def test_on_legs_the_ellipse_can_be_trained_too():
-    found = design("decay-t@quadruped-c").controller()
-    own = design("V@quadruped-c").controller().actuation
-    assert (found.n_weights, found.actuation.start) == (8, own)
+    controller = design("decay-t@quadruped-c").controller()
+    actuation = design("V@quadruped-c").controller().actuation
+    assert (controller.n_weights, controller.actuation.start) == (8, actuation)
     with pytest.raises(TegotaeError, match="no ellipse"):
         design("decay-t@bar-light").controller()
 

@@ -1,4 +1,4 @@
-"""Controllers with several limbs on the command line: trained and kept, refused by what is for one.
+"""Commands on controllers with several limbs: training, saving, and refusals of what is for one.
 
 The metrics of hopping are those of one leg. Whatever needs them says so before any work.
 """
@@ -46,7 +46,7 @@ def saved(experiment) -> SavedController:
 
 
 @pytest.fixture
-def kept(saved, tmp_path, monkeypatch) -> str:
+def saved_file(saved, tmp_path, monkeypatch) -> str:
     """Its file, in the current folder."""
     monkeypatch.chdir(tmp_path)
     controller_file.save(saved, "legs.json")
@@ -75,7 +75,7 @@ def test_an_episode_of_training_starts_the_limbs_apart(experiment):
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"phase_rad": (0.0, 1.0, 2.0)}, "the release has 3 phases, one a limb; the body has 2"),
         ({"phase_rad": (0.0, math.nan)}, "phase_rad is nan"),
@@ -86,8 +86,8 @@ def test_an_episode_of_training_starts_the_limbs_apart(experiment):
         ({"initial_pose": (("pitch_rad", math.inf),)}, "pitch_rad is inf"),
     ],
 )
-def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, said):
-    with pytest.raises(TegotaeError, match=said):
+def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, message):
+    with pytest.raises(TegotaeError, match=message):
         experiment.replaced(**changed)
 
 
@@ -115,19 +115,19 @@ def test_a_training_that_goes_on_ends_in_the_numbers_of_one_that_was_not_stopped
     ],
     ids=lambda words: words[0],
 )
-def test_what_measures_hopping_is_refused_before_any_work(kept, words, one_line_error):
+def test_what_measures_hopping_is_refused_before_any_work(saved_file, words, one_line_error):
     assert ONE_LIMB in one_line_error(*words)
-    assert [path.name for path in Path().iterdir()] == [kept]
+    assert [path.name for path in Path().iterdir()] == [saved_file]
 
 
 @pytest.mark.parametrize("figure", ["surface", "phase-response", "poincare"])
-def test_figures_of_a_hopper_say_for_what_they_are(kept, figure, one_line_error):
-    said = one_line_error("figure", figure, kept, "--out", "x.png")
-    assert "legs walks on several legs, and this figure is of one leg" in said
+def test_figures_of_a_hopper_say_for_what_they_are(saved_file, figure, one_line_error):
+    message = one_line_error("figure", figure, saved_file, "--out", "x.png")
+    assert "legs walks on several legs, and this figure is of one leg" in message
 
 
-def test_the_optimum_says_it_too(kept, one_line_error):
-    words = ["reproduction", "optimum", "--controller", kept, "--out", "x.png"]
+def test_the_optimum_says_it_too(saved_file, one_line_error):
+    words = ["reproduction", "optimum", "--controller", saved_file, "--out", "x.png"]
     assert "another body than the paper's hopper" in one_line_error(*words)
 
 
@@ -168,7 +168,7 @@ def test_a_wrapper_has_a_unit_a_limb_of_its_own():
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["evaluate", "V-reflex-w8", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
         (["train", "ART", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
@@ -182,6 +182,6 @@ def test_a_wrapper_has_a_unit_a_limb_of_its_own():
         ),
     ],
 )
-def test_a_body_that_does_not_fit_is_told_in_one_line(kept, words, said, one_line_error):
-    assert said in one_line_error(*words)
-    assert [path.name for path in Path().iterdir()] == [kept]
+def test_a_body_that_does_not_fit_is_told_in_one_line(saved_file, words, message, one_line_error):
+    assert message in one_line_error(*words)
+    assert [path.name for path in Path().iterdir()] == [saved_file]

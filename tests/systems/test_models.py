@@ -90,8 +90,8 @@ def by_brute_force(costs: list[int], budget: int) -> tuple[int, int]:
 def test_hidden_sizes_use_the_budget_up_and_share_it_evenly(n_inputs, budget):
     costs = [n + 2 for n in n_inputs]
     sizes = hidden_sizes(n_inputs, budget)
-    used = sum(h * cost for h, cost in zip(sizes, costs, strict=True))
-    assert (used, min(sizes) - max(sizes)) == by_brute_force(costs, budget)
+    total = sum(h * cost for h, cost in zip(sizes, costs, strict=True))
+    assert (total, min(sizes) - max(sizes)) == by_brute_force(costs, budget)
 
 
 @pytest.mark.parametrize("budget", [0, -96, 9.5, True])
@@ -135,8 +135,10 @@ def test_an_unknown_name_is_refused_with_the_nearest_ones(name):
     with pytest.raises(TegotaeError, match=f"^no model is called {name!r}; ") as raised:
         find(name)
     assert "\n" not in str(raised.value)
-    named = str(raised.value).split("; ")[1].rstrip("?").split(": ")[-1].split(", ")
-    assert {find(known.removeprefix("did you mean ")).name for known in named} <= set(MODELS)
+    names = str(raised.value).split("; ")[1].rstrip("?").split(": ")[-1].split(", ")
+    assert {find(suggestion.removeprefix("did you mean ")).name for suggestion in names} <= set(
+        MODELS
+    )
 
 
 # Every model runs.

@@ -41,18 +41,18 @@ class Program:
         time = np.arange(0.0, DURATION_S, 1e-4)
         height = odeint(self.rates, [1.0, 0.0, 0.0], time)[:, 0]
         middle = height[1:-1]
-        at = (middle > height[:-2]) & (middle >= height[2:]) & (middle > self.l)
-        return time[1:-1][at], middle[at]
+        is_apex = (middle > height[:-2]) & (middle >= height[2:]) & (middle > self.l)
+        return time[1:-1][is_apex], middle[is_apex]
 
 
 def apexes(name: str, omega: float = 5.0, sigma: float = 2.753) -> tuple[np.ndarray, np.ndarray]:
     """The same by this package."""
-    chosen = preset(name)
+    model = preset(name)
     system = System(
-        controller=chosen.controller("sector"),
+        controller=model.controller("sector"),
         omega=omega,
-        body=chosen.hopper,
-        release=Release(height_m=chosen.height_m),
+        body=model.hopper,
+        release=Release(height_m=model.height_m),
     )
     timing = Timing(duration_s=DURATION_S, frame_s=0.01)
     times, heights, _ = simulate(system, [sigma], timing).apexes

@@ -30,7 +30,7 @@ wrong = 7
 
 
 @pytest.fixture(scope="module")
-def own(tmp_path_factory):
+def parts_file(tmp_path_factory):
     """A user's file, by a name of its own: modules are imported once a process."""
     path = tmp_path_factory.mktemp("own") / "resolved_parts.py"
     path.write_text(PARTS)
@@ -73,18 +73,20 @@ def test_what_can_be_trained_has_an_experiment(place, name, experiment):
     [("paper", 5.0, 1), ("one.json", 8.0, 1), ("quadruped-c", 2.0, 4), ("bar-light", 8.0, 2)],
 )
 def test_what_has_weights_is_a_controller(place, name, omega, limbs):
-    found = resolve(name).controller()
-    assert (found.omega, found.body.limbs) == (omega, limbs)
-    assert found.weights.shape == (found.controller.n_weights,)
+    result = resolve(name).controller()
+    assert (result.omega, result.body.limbs) == (omega, limbs)
+    assert result.weights.shape == (result.controller.n_weights,)
 
 
-def test_objects_of_a_users_file_mean_what_they_are(own):
-    of = {name: resolve(f"{own}:{name}") for name in ("hopper", "training", "saved", "robot")}
-    assert of["hopper"].body.limbs == 1
-    assert of["training"].experiment().name == "mine"
-    assert of["saved"].controller().name == "saved"
-    assert of["robot"].legs().names == ("H", "F")
-    assert len(resolve(f"{own}:several").experiments) == 2
+def test_objects_of_a_users_file_mean_what_they_are(parts_file):
+    resolved = {
+        name: resolve(f"{parts_file}:{name}") for name in ("hopper", "training", "saved", "robot")
+    }
+    assert resolved["hopper"].body.limbs == 1
+    assert resolved["training"].experiment().name == "mine"
+    assert resolved["saved"].controller().name == "saved"
+    assert resolved["robot"].legs().names == ("H", "F")
+    assert len(resolve(f"{parts_file}:several").experiments) == 2
 
 
 def test_the_weights_of_a_model_are_in_the_folder_that_is_called_so(place):
@@ -102,14 +104,14 @@ def test_a_folder_of_a_systems_name_leaves_it_what_it_is(place):
 
 
 def test_the_gain_of_a_pure_v_model_is_found_by_search():
-    found = resolve("V-reflex-w8")
+    result = resolve("V-reflex-w8")
     with pytest.raises(TegotaeError, match="has weights to train and no file was given"):
-        found.controller()
-    assert controller_of(found).weights.shape == (1,)
+        result.controller()
+    assert controller_of(result).weights.shape == (1,)
 
 
 @pytest.mark.parametrize(
-    ("name", "question", "said"),
+    ("name", "question", "message"),
     [
         ("ARTX", "controller", "no model or system is called 'ARTX'; did you mean ART"),
         ("quadruped-x", "legs", "is called 'quadruped-x'; did you mean quadruped-"),
@@ -127,10 +129,12 @@ def test_the_gain_of_a_pure_v_model_is_found_by_search():
         ("OWN:wrong", "controller", "is no system: it is a int"),
     ],
 )
-def test_what_a_question_cannot_use_is_refused_in_one_line(place, own, name, question, said):
+def test_what_a_question_cannot_use_is_refused_in_one_line(
+    place, parts_file, name, question, message
+):
     with pytest.raises(TegotaeError) as refused:
-        getattr(resolve(name.replace("OWN", str(own))), question)()
-    assert said in str(refused.value)
+        getattr(resolve(name.replace("OWN", str(parts_file))), question)()
+    assert message in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

@@ -36,12 +36,12 @@ def test_the_summary_is_json_and_lists_the_apexes_of_the_trajectory():
     result = simulation()
     summary = json.loads(json.dumps(result.summary(), allow_nan=False))
     t = result.trajectory
-    at = np.isfinite(t.apex_time_s)
-    assert at.sum() >= 2
-    np.testing.assert_array_equal(summary["apex_time_s"], t.apex_time_s[at])
-    np.testing.assert_array_equal(summary["apex_height_m"], t.apex_height_m[at])
+    has_apex = np.isfinite(t.apex_time_s)
+    assert has_apex.sum() >= 2
+    np.testing.assert_array_equal(summary["apex_time_s"], t.apex_time_s[has_apex])
+    np.testing.assert_array_equal(summary["apex_height_m"], t.apex_height_m[has_apex])
     assert (np.diff(summary["apex_time_s"]) > 0.0).all()
-    assert max(summary["apex_height_m"]) == pytest.approx(t.height_m[at].max(), abs=2e-3)
+    assert max(summary["apex_height_m"]) == pytest.approx(t.height_m[has_apex].max(), abs=2e-3)
     assert (summary["failed"], summary["failed_time_s"]) == (False, None)
 
 
@@ -57,38 +57,40 @@ def measured(result: Result, from_s: float) -> dict:
 
 
 def test_a_settled_gait_has_one_cot_wherever_its_window_begins(settled):
-    found = [measured(settled, from_s) for from_s in np.arange(8.0, 9.2, 0.1)]
+    measures = [measured(settled, from_s) for from_s in np.arange(8.0, 9.2, 0.1)]
     for name in ("cot_inverse_flight", "cot_inverse_total"):
-        values = [each[name] for each in found]
+        values = [row[name] for row in measures]
         assert max(values) / min(values) - 1.0 < 2e-3
-    assert {each["hops"] % 2 for each in found} == {0}
+    assert {row["hops"] % 2 for row in measures} == {0}
 
 
 def test_cot_is_that_of_training_and_of_evaluation(settled):
     t = jax.tree.map(lambda x: x[:, None], settled.trajectory)
-    of = settled
-    found = measured(settled, 8.0)["cot_inverse_flight"]
-    judged = Fitness(settle_s=8.0)(t, of.system.scenario(), of.body, of.timing)
-    assert found == pytest.approx(float(judged["cot_inverse"][0]), rel=1e-5)
+    settled_run = settled
+    result = measured(settled, 8.0)["cot_inverse_flight"]
+    judged = Fitness(settle_s=8.0)(
+        t, settled_run.system.scenario(), settled_run.body, settled_run.timing
+    )
+    assert result == pytest.approx(float(judged["cot_inverse"][0]), rel=1e-5)
     evaluated = gait(
         t,
-        omega=of.system.omega,
-        rest_length_m=of.body.rest_length_m,
-        max_force_n=of.body.max_force_n,
-        frame_s=of.timing.frame_s,
+        omega=settled_run.system.omega,
+        rest_length_m=settled_run.body.rest_length_m,
+        max_force_n=settled_run.body.max_force_n,
+        frame_s=settled_run.timing.frame_s,
     )
-    assert found == pytest.approx(float(evaluated.cot_inverse[0]), rel=5e-3)
+    assert result == pytest.approx(float(evaluated.cot_inverse[0]), rel=5e-3)
 
 
 def test_work_and_climbs_are_those_between_two_apexes():
     result = simulation(measure_from_s=1.0)
     summary, t = result.summary(), result.trajectory
-    at = np.flatnonzero(t.apex_time_s >= 1.0)
-    assert summary["hops"] == len(at) - 1 == 2
-    assert summary["window_s"] == [t.apex_time_s[at[0]], t.apex_time_s[at[-1]]]
-    work = t.work_absolute_j[at[-1]] - t.work_absolute_j[at[0]]
-    flight = t.climb_flight_m[at[-1]] - t.climb_flight_m[at[0]]
-    total = t.climb_m[at[-1]] - t.climb_m[at[0]]
+    apexes = np.flatnonzero(t.apex_time_s >= 1.0)
+    assert summary["hops"] == len(apexes) - 1 == 2
+    assert summary["window_s"] == [t.apex_time_s[apexes[0]], t.apex_time_s[apexes[-1]]]
+    work = t.work_absolute_j[apexes[-1]] - t.work_absolute_j[apexes[0]]
+    flight = t.climb_flight_m[apexes[-1]] - t.climb_flight_m[apexes[0]]
+    total = t.climb_m[apexes[-1]] - t.climb_m[apexes[0]]
     assert summary["work_j"] == pytest.approx(work)
     assert summary["cot_inverse_flight"] == pytest.approx(flight / work)
     assert summary["cot_inverse_total"] == pytest.approx(total / work)
@@ -113,16 +115,17 @@ def test_without_a_whole_hop_there_is_no_cot_but_a_reason(settled):
 
 
 def test_a_body_that_cannot_lift_its_weight_is_told_so():
-    found = simulation(body=Hopper(max_force_n=0.5), measure_from_s=3.9)
+    result = simulation(body=Hopper(max_force_n=0.5), measure_from_s=3.9)
     assert (
-        found.summary()["reason"] == "no hop from 3.9 s on; it pushes with 0.5 N and weighs 0.981 N"
+        result.summary()["reason"]
+        == "no hop from 3.9 s on; it pushes with 0.5 N and weighs 0.981 N"
     )
 
 
 def test_the_definition_of_work_is_a_choice_and_is_named():
-    found = {energy: simulation(work=energy).summary() for energy in ENERGIES}
-    assert all(found[energy]["work"] == energy for energy in ENERGIES)
-    absolute, positive, net = (found[energy]["work_j"] for energy in ENERGIES)
+    summaries = {energy: simulation(work=energy).summary() for energy in ENERGIES}
+    assert all(summaries[energy]["work"] == energy for energy in ENERGIES)
+    absolute, positive, net = (summaries[energy]["work_j"] for energy in ENERGIES)
     assert absolute >= positive >= net
     assert absolute > 0.0
     assert absolute - positive == pytest.approx(positive - net, abs=1e-5)
@@ -149,8 +152,8 @@ def test_the_ground_drops_when_and_as_far_as_asked():
     dropped, even = simulation(drop_m=0.2, drop_time_s=2.5), simulation()
     t = dropped.trajectory
     np.testing.assert_allclose(t.ground_m, np.where(t.time_s > 2.5001, -0.2, 0.0), atol=1e-7)
-    before = dropped.trajectory.time_s <= 2.5
-    np.testing.assert_array_equal(t.height_m[before], even.trajectory.height_m[before])
+    previous = dropped.trajectory.time_s <= 2.5
+    np.testing.assert_array_equal(t.height_m[previous], even.trajectory.height_m[previous])
     assert t.height_m[-1] != even.trajectory.height_m[-1]
 
 
@@ -191,8 +194,8 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_cannot_be_simulated_is_refused_at_once(name):
-    changed, said = REFUSED[name]
-    with pytest.raises(TegotaeError, match=said) as raised:
+    changed, message = REFUSED[name]
+    with pytest.raises(TegotaeError, match=message) as raised:
         simulation(**changed)
     assert "\n" not in str(raised.value)
 

@@ -79,10 +79,10 @@ def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):
 def test_python_and_the_command_train_to_the_same_numbers(parts, trained, tmp_path):
     paths = train(run_of(parts), tmp_path)
     for path in paths:
-        one, other = controller_file.load(path), controller_file.load(trained / path.name)
-        np.testing.assert_array_equal(one.weights, other.weights)
-        assert one.controller == other.controller == parts.experiment.controller
-        assert one.body == parts.experiment.body
+        first, second = controller_file.load(path), controller_file.load(trained / path.name)
+        np.testing.assert_array_equal(first.weights, second.weights)
+        assert first.controller == second.controller == parts.experiment.controller
+        assert first.body == parts.experiment.body
 
 
 def test_the_search_finds_something_better_than_it_began_with(trained):
@@ -120,23 +120,23 @@ def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(parts, trained, 
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     assert (tmp_path / "checkpoint.npz").exists()
     for path in train(run_of(parts), tmp_path):
-        whole = controller_file.load(trained / path.name)
-        np.testing.assert_array_equal(controller_file.load(path).weights, whole.weights)
+        complete = controller_file.load(trained / path.name)
+        np.testing.assert_array_equal(controller_file.load(path).weights, complete.weights)
 
 
 def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
     words = ["--algorithm", ALGORITHM, "--seeds", "1", "--generations", "1", "--to-cap"]
-    more = ["--body", f"{FILE}:LoadedHopper", "--mass-kg", "0.12", "--height-m", "1.3"]
-    assert main(["train", EXPERIMENT, *words, *more, "--out", str(tmp_path)]) == 0
+    options = ["--body", f"{FILE}:LoadedHopper", "--mass-kg", "0.12", "--height-m", "1.3"]
+    assert main(["train", EXPERIMENT, *words, *options, "--out", str(tmp_path)]) == 0
     (path,) = tmp_path.glob("mine-seed0.json")
     assert controller_file.load(path).body == parts.LoadedHopper(mass_kg=0.12)
     document = json.loads((tmp_path / "run.json").read_text())["configuration"]["experiment"]
-    wanted = parts.experiment.replaced(
+    expected = parts.experiment.replaced(
         body=parts.LoadedHopper(mass_kg=0.12),
         height_m=1.3,
         protocol=dataclasses.replace(parts.experiment.protocol, release_m=1.3),
     )
-    assert Experiment.from_document(document) == wanted
+    assert Experiment.from_document(document) == expected
 
 
 # Evaluation, tuning, study.
@@ -144,17 +144,17 @@ def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
 
 def test_what_was_trained_is_evaluated(parts, trained):
     (runs,) = read_runs(trained)
-    found = evaluate(runs.controller, runs.weights, runs.omega, runs.body, _protocol(parts))
-    assert np.isfinite(found.episodes["failed_share"]).all()
+    result = evaluate(runs.controller, runs.weights, runs.omega, runs.body, _protocol(parts))
+    assert np.isfinite(result.episodes["failed_share"]).all()
 
 
 def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
     parts, trained, monkeypatch
 ):
-    asked = []
+    bodies = []
 
     def evaluate(controller, weights, omega, body, protocol, **_):
-        asked.append((body, protocol.work))
+        bodies.append((body, protocol.work))
         raise KeyboardInterrupt
 
     monkeypatch.setattr("tegotae.questions.hopping.evaluate", evaluate)
@@ -162,7 +162,7 @@ def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
     main([*words, "--work", "positive"])
     main([*words, "--body", f"{FILE}:Hopper", "--work", "net"])
     heavier = parts.LoadedHopper(mass_kg=0.12), parts.Hopper(mass_kg=0.12)
-    assert asked == [(heavier[0], "positive"), (heavier[1], "net")]
+    assert bodies == [(heavier[0], "positive"), (heavier[1], "net")]
 
 
 def _protocol(parts):
@@ -176,8 +176,8 @@ def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
     storage, keep = tmp_path / "journal", tmp_path / "kept.json"
     words += ["--simulated-s", "16", "--storage", str(storage), "--keep", str(keep)]
     assert main(["tuning", EXPERIMENT, *words]) == 0
-    kept = json.loads(keep.read_text())
-    assert (kept["algorithm"], kept["settings"]) == ("climb", {"population": 4, "step": 0.2})
+    stored = json.loads(keep.read_text())
+    assert (stored["algorithm"], stored["settings"]) == ("climb", {"population": 4, "step": 0.2})
 
 
 @pytest.mark.thorough
@@ -216,10 +216,10 @@ def test_an_agent_learns_a_term_that_torch_does_not_know(parts):
         settings,
     )
     agent, feedback = make_agent(training, seed=0)
-    before = feedback.flat()
+    previous = feedback.flat()
     agent.learn(120)
-    assert feedback.flat().shape == before.shape == (5,)
-    assert (feedback.flat() != before).any()
+    assert feedback.flat().shape == previous.shape == (5,)
+    assert (feedback.flat() != previous).any()
     observations = torch.randn(7, len(training.observed.names))
     feedback.zero_grad()
     feedback(observations).sum().backward()
@@ -268,11 +268,15 @@ class Unregistered(Network):
 
 
 def test_a_part_that_is_not_registered_is_refused_before_the_training(tmp_path):
-    whole = find("AR").experiment()
-    own = dataclasses.replace(whole.controller.tegotae, reaction=Unregistered(("spring_force",), 2))
-    experiment = whole.replaced(controller=dataclasses.replace(whole.controller, tegotae=own))
-    said = r"^a Unregistered cannot be saved: it is not registered; call tegotae\.register"
-    with pytest.raises(TegotaeError, match=said):
+    complete = find("AR").experiment()
+    reference = dataclasses.replace(
+        complete.controller.tegotae, reaction=Unregistered(("spring_force",), 2)
+    )
+    experiment = complete.replaced(
+        controller=dataclasses.replace(complete.controller, tegotae=reference)
+    )
+    message = r"^a Unregistered cannot be saved: it is not registered; call tegotae\.register"
+    with pytest.raises(TegotaeError, match=message):
         train(Run(experiment=experiment), tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
@@ -302,9 +306,13 @@ def test_a_part_that_no_file_can_hold_is_refused_before_the_training(tmp_path, p
     kind = part.func if isinstance(part, partial) else part
     register(kind)
     try:
-        whole = find("AR").experiment()
-        own = dataclasses.replace(whole.controller.tegotae, reaction=part(("spring_force",), 2))
-        experiment = whole.replaced(controller=dataclasses.replace(whole.controller, tegotae=own))
+        complete = find("AR").experiment()
+        reference = dataclasses.replace(
+            complete.controller.tegotae, reaction=part(("spring_force",), 2)
+        )
+        experiment = complete.replaced(
+            controller=dataclasses.replace(complete.controller, tegotae=reference)
+        )
         with pytest.raises(TegotaeError, match=says) as refusal:
             train(Run(experiment=experiment), tmp_path / "new")
         assert "\n" not in str(refusal.value)
@@ -314,13 +322,15 @@ def test_a_part_that_no_file_can_hold_is_refused_before_the_training(tmp_path, p
 
 
 def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
-    whole = find("AR").experiment()
-    own = dataclasses.replace(whole.controller.tegotae, reaction=Unregistered(("spring_force",), 2))
-    controller = dataclasses.replace(whole.controller, tegotae=own)
+    complete = find("AR").experiment()
+    reference = dataclasses.replace(
+        complete.controller.tegotae, reaction=Unregistered(("spring_force",), 2)
+    )
+    controller = dataclasses.replace(complete.controller, tegotae=reference)
     with pytest.warns(
         UserWarning, match=r"could not be saved: .*tegotae\.register\(Unregistered\)"
     ):
-        Evolution(algorithm=PGPE()).start(whole.replaced(controller=controller), [0])
+        Evolution(algorithm=PGPE()).start(complete.replaced(controller=controller), [0])
 
 
 def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):
@@ -328,8 +338,8 @@ def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_im
     path = trained / "mine-seed0.json"
     words = ["simulate", str(path), "--duration-s", "2", "--json"]
 
-    def call(*more: str) -> subprocess.CompletedProcess:
-        command = [sys.executable, "-m", "tegotae", *words, *more]
+    def call(*arguments: str) -> subprocess.CompletedProcess:
+        command = [sys.executable, "-m", "tegotae", *words, *arguments]
         return subprocess.run(command, capture_output=True, text=True)
 
     refused = call()
@@ -429,12 +439,12 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
         load_object(f"{path}:Leaving", Term, "term")
     assert "it ends the program" in one_line_error("train", "ART", "--env", f"{path}:environment")
     words = ["--generations", "1", "--seeds", "1", "--out", str(tmp_path / "out")]
-    said = one_line_error("train", "V-sector-w8", "--fitness", f"{path}:LeavingLate", *words)
-    assert "code of a part ended the command" in said
+    message = one_line_error("train", "V-sector-w8", "--fitness", f"{path}:LeavingLate", *words)
+    assert "code of a part ended the command" in message
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         (["train", "nowhere.py:experiment"], "there is no file nowhere.py"),
         (["train", "no_such_module:experiment"], "there is no module no_such_module"),
@@ -448,9 +458,11 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
         (["train", "--parts"], "--parts names no file"),
     ],
 )
-def test_a_wrong_reference_is_told_in_one_line(words, said, one_line_error, tmp_path, monkeypatch):
+def test_a_wrong_reference_is_told_in_one_line(
+    words, message, one_line_error, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
-    assert said in one_line_error(*words)
+    assert message in one_line_error(*words)
     assert not list(tmp_path.iterdir())
 
 

@@ -43,9 +43,9 @@ def test_a_file_and_an_entry_of_the_package_with_the_same_numbers_are_the_same(w
 
 
 def test_a_design_upon_it_has_the_name_of_the_file_without_its_folder(walker_file):
-    found = design(f"AR-w3@{walker_file}")
-    assert found.name == "AR-rF-w3@six"
-    assert found.experiment().system.body == system("hexapod").body
+    recipe = design(f"AR-w3@{walker_file}")
+    assert recipe.name == "AR-rF-w3@six"
+    assert recipe.experiment().system.body == system("hexapod").body
     assert resolve(f"AR@{walker_file}").experiment().name == "AR-rF@six"
     with pytest.raises(TegotaeError, match=f"first: tegotae train AR@{walker_file} --out"):
         resolve(f"AR@{walker_file}").controller()
@@ -61,13 +61,13 @@ def test_its_senses_can_be_late_and_noisy(walker_file):
 
 @pytest.mark.thorough
 def test_late_senses_of_a_file_are_those_of_the_options(walker_file):
-    usual = system(str(walker_file))
+    standard = system(str(walker_file))
     numbers = {"duration_s": 20.0, "phases": (0.0, 0.1, 0.3, 0.4, 0.6, 0.9)}
-    asked = load(str(walker_file)).simulate(**numbers, delay_s=0.1, noise=0.05).table
+    options_frame = load(str(walker_file)).simulate(**numbers, delay_s=0.1, noise=0.05).table
     walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\nnoise = 0.05\n")
-    pd.testing.assert_frame_equal(load(str(walker_file)).simulate(**numbers).table, asked)
+    pd.testing.assert_frame_equal(load(str(walker_file)).simulate(**numbers).table, options_frame)
     none = load(str(walker_file)).simulate(**numbers, delay_s=0.0, noise=0.0)
-    assert none.settings["body"] == usual.body
+    assert none.settings["body"] == standard.body
 
 
 @pytest.mark.thorough
@@ -75,9 +75,9 @@ def test_a_training_varies_late_senses(walker_file, tmp_path):
     walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\n")
     amount = {"generations": 1, "population": 2, "seeds": 1, "duration": 32.0}
     train(f"AR@{walker_file}", vary=("delay_s=0:0.1",), out=tmp_path / "run", **amount)
-    kept = resolve(tmp_path / "run").controller().experiment
-    assert kept is not None
-    assert [each.name for each in kept.conditions] == ["delay_s"]
+    experiment = resolve(tmp_path / "run").controller().experiment
+    assert experiment is not None
+    assert [condition.name for condition in experiment.conditions] == ["delay_s"]
 
 
 def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
@@ -86,7 +86,7 @@ def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("sigma = 1.25", "", "it has no entry 'sigma'"),
         ("sigma = 1.25", "sigma = nan", "sigma is nan; it must be finite"),
@@ -103,11 +103,11 @@ def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
         ("[body]", "[body", "it is no TOML"),
     ],
 )
-def test_a_file_that_is_no_walker_is_refused_in_one_line(walker_file, old, new, said):
+def test_a_file_that_is_no_walker_is_refused_in_one_line(walker_file, old, new, message):
     walker_file.write_text(HEXAPOD.replace(old, new))
     with pytest.raises(TegotaeError, match="is no walker: ") as raised:
         system(str(walker_file))
-    assert said in str(raised.value)
+    assert message in str(raised.value)
     assert "\n" not in str(raised.value)
 
 

@@ -57,8 +57,8 @@ def with_arrays(file, path, **changes):
 def test_a_run_has_the_weights_of_its_record_to_the_bit(file, records):
     for model, record in records.items():
         for run, weights in enumerate(record.weights):
-            found = load(f"zoo:{file}:{model}/{run}").weights
-            assert found.astype("float32").tobytes() == weights.tobytes()
+            result = load(f"zoo:{file}:{model}/{run}").weights
+            assert result.astype("float32").tobytes() == weights.tobytes()
 
 
 def test_the_name_of_a_model_is_its_run_with_the_best_fitness(file, records):
@@ -115,12 +115,12 @@ def evaluated(name):
 
 def test_evaluating_a_controller_gives_its_metrics(file):
     name = f"zoo:{file}:{MODEL}/1"
-    found = evaluated(name)
-    kept = load(name).training["evaluation"]
-    assert {"cot_inverse", "t0_s", "failed_share"} <= kept.keys()
-    for metric in found.keys() & kept.keys():
-        value = np.nan if kept[metric] is None else kept[metric]
-        np.testing.assert_allclose(found[metric][0], value, rtol=1e-5, err_msg=metric)
+    result = evaluated(name)
+    stored = load(name).training["evaluation"]
+    assert {"cot_inverse", "t0_s", "failed_share"} <= stored.keys()
+    for metric in result.keys() & stored.keys():
+        value = np.nan if stored[metric] is None else stored[metric]
+        np.testing.assert_allclose(result[metric][0], value, rtol=1e-5, err_msg=metric)
 
 
 def test_a_file_of_one_run_can_be_saved_and_read_back(file, tmp_path):
@@ -134,7 +134,7 @@ def test_a_file_of_one_run_can_be_saved_and_read_back(file, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "written"),
+    ("words", "contents"),
     [
         ("simulate {name} --duration-s 1 --csv out.csv", "out.csv"),
         pytest.param(
@@ -145,15 +145,15 @@ def test_a_file_of_one_run_can_be_saved_and_read_back(file, tmp_path):
     ],
 )
 def test_commands_take_a_trained_controller_by_name(
-    file, tmp_path, monkeypatch, capsys, words, written
+    file, tmp_path, monkeypatch, capsys, words, contents
 ):
     monkeypatch.chdir(tmp_path)
     assert main(words.format(name=f"zoo:{file}:ART/1").split()) == 0, capsys.readouterr().err
-    assert (tmp_path / written).stat().st_size > 0
+    assert (tmp_path / contents).stat().st_size > 0
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("{file}:ARTT", "no trained controller of {file} is called 'ARTT'; did you mean ART"),
         ("{file}:V-sektor-w8", "did you mean V-sector-w8"),
@@ -166,9 +166,9 @@ def test_commands_take_a_trained_controller_by_name(
         ("", "no trained controller is called ''"),
     ],
 )
-def test_a_name_that_means_nothing_is_refused_in_one_line(file, one_line_error, name, said):
-    found = one_line_error("simulate", "zoo:" + name.format(file=file))
-    assert said.format(file=file) in found
+def test_a_name_that_means_nothing_is_refused_in_one_line(file, one_line_error, name, message):
+    printed = one_line_error("simulate", "zoo:" + name.format(file=file))
+    assert message.format(file=file) in printed
 
 
 @pytest.mark.parametrize("cut", [10_000_000, 2, 100])
@@ -206,19 +206,19 @@ def test_the_list_shows_best_runs_or_all(file, records, capsys):
         return json.loads(capsys.readouterr().out)
 
     best = int(np.argmax(records[MODEL].best_fitness))
-    assert [each["name"] for each in listed("ART")] == [f"zoo:{file}:{MODEL}/{best}"]
+    assert [entry["name"] for entry in listed("ART")] == [f"zoo:{file}:{MODEL}/{best}"]
     assert len(listed("*/all")) == sum(len(record.weights) for record in records.values())
-    (one,) = listed(f"{MODEL}/1")
-    assert one["fitness"] == records[MODEL].best_fitness[1].item()
+    (entry_of_run,) = listed(f"{MODEL}/1")
+    assert entry_of_run["fitness"] == records[MODEL].best_fitness[1].item()
     assert main(["models", f"{file}:*", "--zoo"]) == 0
     assert "3 controllers; studies: smoke by tegotae" in capsys.readouterr().out
-    assert load(one["name"]).training["run"] == 1
+    assert load(entry_of_run["name"]).training["run"] == 1
 
 
 def test_the_list_names_a_model_of_two_studies_by_its_study(capsys):
     assert main(["models", "AR-rF-sector-w8", "--zoo"]) == 0
-    shown = capsys.readouterr().out
-    listed = [word for word in shown.split() if word.startswith("zoo:")]
+    labels = capsys.readouterr().out
+    listed = [word for word in labels.split() if word.startswith("zoo:")]
     assert [name.rpartition("/")[0] for name in listed] == [
         "zoo:AR-rF-sector-w8",
         "zoo:calibrated:AR-rF-sector-w8",
@@ -242,10 +242,10 @@ def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
     )
     write_archive(tmp_path / "legs.npz", "legs", [entry])
     name = f"zoo:{tmp_path / 'legs.npz'}:{experiment.name}"
-    found = resolve(name)
-    assert found.legs().system.body == experiment.system.body
-    assert found.controller().training["ended"] == "cap"
-    np.testing.assert_array_equal(found.controller().weights, weights[1].astype("float32"))
+    result = resolve(name)
+    assert result.legs().system.body == experiment.system.body
+    assert result.controller().training["ended"] == "cap"
+    np.testing.assert_array_equal(result.controller().weights, weights[1].astype("float32"))
     assert main(["models", f"{name}/all", "--zoo"]) == 0
     assert "cost_of_transport" in capsys.readouterr().out
     with pytest.raises(TegotaeError, match=f"known: {experiment.name}$"):
@@ -272,13 +272,13 @@ def test_the_package_has_fifteen_runs_of_the_papers_models():
 
 @packaged
 def test_every_name_of_the_package_means_one_controller():
-    known = zoo_names()
-    assert len(known) == sum(len(zoo.models) for zoo in studies())
-    for name in known[:: len(known) // 8]:
+    registry = zoo_names()
+    assert len(registry) == sum(len(zoo.models) for zoo in studies())
+    for name in registry[:: len(registry) // 8]:
         saved = load(name)
-        of, _, model = name.removeprefix("zoo:").rpartition(":")
+        source, _, model = name.removeprefix("zoo:").rpartition(":")
         assert saved.name == model
-        zoo = next(zoo for zoo in studies() if of in ("", zoo.study) and model in zoo.models)
+        zoo = next(zoo for zoo in studies() if source in ("", zoo.study) and model in zoo.models)
         runs = zoo.runs(saved.name)
         best = np.argmax(runs.get("selection", runs["fitness"]))
         assert saved.training["best_fitness"] == runs["fitness"][best]
@@ -291,7 +291,8 @@ OF_TABLES = {
     "legs": ("learned_legs/selection", "cell", "run", {"selection": "score"}),
     "lost-leg": ("lost_leg/reacting", "body", "run", {"selection": "selection"}),
 }
-"""Where a study's table is, its columns of models and runs, and its names of what the zoo has."""
+"""Tables of the studies: their path, their columns of models and runs, and their names of the zoo's
+fields."""
 
 
 @packaged
@@ -303,12 +304,13 @@ def test_the_zoos_controllers_are_the_runs_of_the_studys_table(study):
     for model in zoo.models:
         rows = table[table[models].isin([model, model.partition("@")[0]])].sort_values(runs)
         for of_zoo, of_table in columns.items():
-            kept = zoo.runs(model)[of_zoo]
-            np.testing.assert_allclose(kept, rows[of_table], rtol=1e-6, err_msg=model)
+            stored = zoo.runs(model)[of_zoo]
+            np.testing.assert_allclose(stored, rows[of_table], rtol=1e-6, err_msg=model)
 
 
 def entries(archive: Path) -> list[tuple[str, bytes]]:
-    """What an archive holds, to the byte; how its zip is headed differs between Pythons."""
+    """Return the members of an archive, to the byte; the headers of a zip differ between
+    Pythons."""
     with zipfile.ZipFile(archive) as file:
         return [(name, file.read(name)) for name in file.namelist()]
 
@@ -331,14 +333,14 @@ def test_a_wheel_has_some_of_the_trained_controllers(tmp_path):
 def test_an_installed_package_says_where_the_whole_zoo_is(tmp_path, monkeypatch, one_line_error):
     for name in ("core", "legs"):
         shutil.copy(FOLDER / f"{name}.npz", tmp_path)
-    whole = load("zoo:ART")
+    complete = load("zoo:ART")
     monkeypatch.setattr("tegotae.systems.zoo.FOLDER", tmp_path)
     assert len(studies()[0].models) == 38
-    assert load("zoo:ART").weights.tobytes() == whole.weights.tobytes()
+    assert load("zoo:ART").weights.tobytes() == complete.weights.tobytes()
     assert load("zoo:paper:ART/3").training["run"] == 3
     for name in ("ART-rFv-tphif-w8", "calibrated:ART"):
-        said = one_line_error("simulate", f"zoo:{name}")
-        assert "all are in paper.npz and calibrated.npz of its sources" in said
+        message = one_line_error("simulate", f"zoo:{name}")
+        assert "all are in paper.npz and calibrated.npz of its sources" in message
 
 
 @packaged
