@@ -76,6 +76,10 @@ def test_a_guide_is_short_for_a_test_in_numbers_alone():
     assert shortened(line) == (
         "tegotae train AR --generations 2 --seeds 1 --out runs/leg --population 4"
     )
+    line = "tegotae train AR@my_leg.toml --duration-s 6 --population 16 --generations 40"
+    assert shortened(line) == (
+        "tegotae train AR@my_leg.toml --duration-s 0.5 --population 4 --generations 2"
+    )
     line = "tegotae simulate paper --omega 5 --duration-s 30 --csv walk.csv"
     assert shortened(line) == line
 

@@ -27,8 +27,8 @@ LEFT_OUT = (
 )
 """Beginnings of lines of the shell that are not run; studies and walks have tests of their own."""
 CAPS: Mapping[str, Mapping[str, float]] = {
-    "train": {"generations": 2, "population": 4, "episodes": 4, "seeds": 2, "duration": 0.5},
-    "wiring baseline": {"duration": 0.5},
+    "train": {"generations": 2, "population": 4, "episodes": 4, "seeds": 2, "duration-s": 0.5},
+    "wiring baseline": {"duration-s": 0.5},
     "evaluate": {"starts": 2},
 }
 """Values of a command's options for which a test has time; larger ones become these."""
