@@ -135,8 +135,8 @@ def test_the_answer_tells_who_stays_up_and_has_a_picture(lesion):
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        ({"then": ("mass_kg",)}, "--then mass_kg sets nothing"),
-        ({"then": ("mass_kg=1,2",)}, "--then mass_kg=1,2 sets nothing"),
+        ({"then": ("mass_kg",)}, "then mass_kg sets nothing"),
+        ({"then": ("mass_kg=1,2",)}, "then mass_kg=1,2 sets nothing"),
     ],
 )
 def test_what_cannot_happen_is_told(options, line):

@@ -51,7 +51,7 @@ def test_what_the_legs_feel_is_late_and_noisy():
 
 
 def test_fields_are_set_on_the_body_behind_its_sensors():
-    walker = world("bar-light", delay_s=0.02, inertia_ratio=0.35)
+    walker = world("bar-light", delay_s=0.02, body={"inertia_ratio": 0.35})
     assert walker.body.body.inertia_ratio == 0.35
 
 

@@ -390,7 +390,7 @@ def test_onnx_without_its_package_names_the_extra(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("paper --policy math:cos", "paper is a controller, and --policy names a policy; name one"),
+        ("paper --policy math:cos", "paper is a controller, and policy names a policy; name one"),
         ("--policy math:cos --sigma 2", "is called 'sigma"),
         ("paper --acts feedback", "is called 'acts"),
     ],

@@ -352,7 +352,7 @@ def test_an_option_of_another_type_is_refused(options, message):
 @pytest.mark.parametrize("verb", ["identify", "measure"])
 def test_what_is_no_file_is_no_recording(verb, subject):
     with pytest.raises(TegotaeError, match=r"must be the name of a file, such as 'log\.csv'"):
-        getattr(tg, verb)(subject)
+        getattr(tg.robots if verb == "identify" else tg, verb)(subject)
 
 
 def test_help_says_what_a_recording_is_in_whole_sentences(capsys):

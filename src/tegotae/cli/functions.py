@@ -179,9 +179,11 @@ class FunctionCall:
         subjects: tuple[Any, ...] = tuple(names) or tuple(
             x.default for x in self.subjects if x.default not in (x.empty, None)
         )
+        if "policy" in given and not names:
+            subjects = ()
         if self.is_about_controllers:
             body = known_options(self.options, [_BODY], self.prog).get("body")
-            subjects = tuple(load_all(*subjects, body=body))
+            subjects = tuple(load_all(*subjects, body=body)) if subjects else ()
             if len(subjects) > 1:
                 listed = ", ".join(x.name for x in subjects)
                 raise TegotaeError(f"{self._called} takes one name; {listed} are {len(subjects)}")

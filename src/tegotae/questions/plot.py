@@ -119,7 +119,7 @@ def _driver_values(controller: Any = None, policy: Any = None, **_: Any) -> Valu
 
 def _require_policy(controller: Any, policy: Any) -> None:
     """Raise `TegotaeError` for a controller beside the policy, or a missing extra."""
-    if controller not in (None, "paper") and getattr(controller, "name", "") != "paper":
+    if isinstance(controller, HopperController) or controller not in (None, "paper"):
         name = getattr(controller, "name", controller)
         raise TegotaeError(f"{name} is a controller, and policy names a policy; name one")
     ending = Path(str(policy)).suffix.lower()

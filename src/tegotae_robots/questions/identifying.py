@@ -13,7 +13,7 @@ from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
-from tegotae.questions.measuring import check_recording
+from tegotae.questions.measuring import RECORDINGS, check_recording, check_sampling
 from tegotae.questions.parameters import Values, in_shell
 from tegotae.questions.results import Files, check_ending
 from tegotae.systems.body_file import body_text
@@ -47,9 +47,9 @@ def _out(file: Any = "", **_: Any) -> Values:
 @in_shell(
     own=_out,
     endings=(".toml",),
+    names=RECORDINGS,
     pictures=False,
     examples={"": "log.csv"},
-    names="A name is a log (.csv, .parquet).",
 )
 def identify(
     file: str | Path,
@@ -83,8 +83,10 @@ def identify(
         >>> identify("log.csv").save("log.toml")  # doctest: +SKIP
     """
     check_recording(file)
+    check_sampling(columns, rate, resample)
+    if out is not None:
+        check_ending(out, (".toml",))
     out = Path(_out(file)["out"] if out is None else out)
-    check_ending(out, (".toml",))
     require_finite("gravity_m_per_s2", gravity_m_per_s2, above=0.0, most=1e9)
     samples = read_recording(
         file,
