@@ -221,7 +221,7 @@ def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, ca
 
 
 def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read():
-    for ask, names in ((tg.template, "a.json"), (tg.wiring_suggest, "a.txt")):
+    for ask, names in ((tg.robots.fit_template, "a.json"), (tg.robots.suggest_wiring, "a.txt")):
         with pytest.raises(TegotaeError, match=rf"{names} must end in \.toml"):
             ask("no-such-model.xml", out=names)
     with pytest.raises(TegotaeError, match=r"a\.toml must end in \.json"):
