@@ -33,7 +33,7 @@ ENTRIES, OUT = Path("benchmarks/entries"), ROOT / "docs" / "_static" / "benchmar
 FUNCTIONS = ENTRIES / "functions.py"
 PLAN = (
     ("hopper", "load", "zoo:V-sector-w4/0", "name"),
-    ("hopper", "load", "zoo:ART-rF-tphif-w4/8", "name"),
+    ("hopper", "load", "zoo:ART-rF-tphif-w4/0", "name"),
     ("hopper", "load", ENTRIES / "latch-w4.json", "controller file"),
     ("hopper", "load", f"{FUNCTIONS}:Rebound", "function"),
     ("hopper", "load", ENTRIES / "hopper" / "arg.c", "C"),
@@ -58,7 +58,7 @@ def entries() -> None:
         tg.train("latch-w4", seeds=1, out=Path(folder) / "latch")
         shutil.copy(Path(folder) / "latch" / "latch-w4-seed0.json", ENTRIES / "latch-w4.json")
     for name, place, prefix, tick_s in (
-        ("zoo:ARG-rF-gF-both-w4/0", "hopper", "arg", 0.002),
+        ("zoo:ARG-rF-gF-both-w4/3", "hopper", "arg", 0.002),
         ("zoo:cos+range@quadruped-c/0", "quadruped", "cosine", 0.008),
         ("zoo:ART-rF-tphif-w8@go1/0", "go1", "art", 0.02),
     ):

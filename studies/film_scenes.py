@@ -146,7 +146,7 @@ def _bare(axes: Axes) -> None:
 
 def hop(figure: Figure, seconds: float) -> Playing:
     """A learned hopper, its portrait and the force on the ground; the ground drops halfway."""
-    saved = resolve("zoo:ART-rF-tphif-w4/1").controller()
+    saved = resolve("zoo:ART-rF-tphif-w4/0").controller()
     drop = {"drop_m": 0.1, "drop_time_s": 0.5 * seconds}
     run = rollout(saved.system, saved.weights, seconds, **drop)
     body = Hopper()
@@ -252,7 +252,7 @@ def locked(omegas: np.ndarray) -> np.ndarray:
 
 def tongue(figure: Figure, seconds: float) -> Playing:
     """The command falls: a clock and a learned controller, their hop rates, and the tongue."""
-    saved = resolve("zoo:ART-rF-tphif-w4/1").controller()
+    saved = resolve("zoo:ART-rF-tphif-w4/0").controller()
     clock = short_law("clock-w8")
     assert clock is not None
     total = math.ceil(seconds)

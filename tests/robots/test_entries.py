@@ -48,7 +48,7 @@ def scored(place, track="load", subject=None):
 @pytest.fixture(scope="module")
 def of_names():
     """Scores of trained controllers by name."""
-    feedback = scored("zoo:ARG-rF-gF-both-w4/0")
+    feedback = scored("zoo:ARG-rF-gF-both-w4/3")
     return {"feedback": feedback, "network": scored("zoo:T-Fv/9", "load+imu")}
 
 
@@ -59,7 +59,7 @@ def test_what_is_entered_in_five_ways_hops(of_names):
 
 def test_a_controller_file_scores_as_its_name(tmp_path, of_names):
     file = tmp_path / "entry.json"
-    save(load("zoo:ARG-rF-gF-both-w4/0"), file)
+    save(load("zoo:ARG-rF-gF-both-w4/3"), file)
     np.testing.assert_array_equal(scored(file), of_names["feedback"])
 
 
@@ -160,7 +160,7 @@ def test_a_law_on_legs_commands_joints_alike_as_a_file_and_as_c(tmp_path, monkey
 
 
 def test_a_controller_acts_alike_on_a_track_with_more_senses(of_names):
-    np.testing.assert_array_equal(scored("zoo:ARG-rF-gF-both-w4/0", "all"), of_names["feedback"])
+    np.testing.assert_array_equal(scored("zoo:ARG-rF-gF-both-w4/3", "all"), of_names["feedback"])
 
 
 def test_a_class_and_its_objects_begin_every_episode_afresh():
@@ -194,7 +194,7 @@ def places(tmp_path):
     """Files that are no entries."""
     (tmp_path / "alone.c").write_text("int x;\n")
     (tmp_path / "no.py").write_text("number = 3\n")
-    exported = export_c("zoo:ARG-rF-gF-both-w4/0", tick_s=0.01, prefix="slow")
+    exported = export_c("zoo:ARG-rF-gF-both-w4/3", tick_s=0.01, prefix="slow")
     for ending in ("c", "h", "json"):
         (tmp_path / f"slow.{ending}").write_text(exported.files[f"slow.{ending}"])
         shutil.copy(ENTRIES / "hopper" / f"arg.{ending}", tmp_path)

@@ -69,10 +69,10 @@ class NoExtra:
 sys.meta_path.insert(0, NoExtra())
 from tegotae.cli import main
 commands = (
-    "simulate zoo:ART-rF-tphif-w4/1 --duration-s 2",
+    "simulate zoo:ART-rF-tphif-w4/0 --duration-s 2",
     "evaluate paper-reflex --metric hop_rate",
     "conditions",
-    "export c zoo:ART-rF-tphif-w4/1 --out robot",
+    "export c zoo:ART-rF-tphif-w4/0 --out robot",
     "train ART --seeds 1 --population 4 --generations 1 --duration-s 6 --settle-s 3",
 )
 print(json.dumps([main(command.split()) for command in commands]))

@@ -288,6 +288,8 @@ def test_every_name_of_the_package_means_one_controller():
 
 STATIC = ROOT / "docs" / "_static"
 OF_TABLES = {
+    "paper": ("study/paper", "model", "run", {"fitness": "best_fitness"}),
+    "core": ("study/paper", "model", "run", {"fitness": "best_fitness"}),
     "legs": ("learned_legs/selection", "cell", "run", {"selection": "score"}),
     "lost-leg": ("lost_leg/reacting", "body", "run", {"selection": "selection"}),
 }
@@ -306,6 +308,20 @@ def test_the_zoos_controllers_are_the_runs_of_the_studys_table(study):
         for of_zoo, of_table in columns.items():
             stored = zoo.runs(model)[of_zoo]
             np.testing.assert_allclose(stored, rows[of_table], rtol=1e-6, err_msg=model)
+
+
+LEARNED = [name for name, model in all_models().items() if model.learned_terms]
+
+
+@packaged
+@pytest.mark.parametrize(
+    "model",
+    ["ART-rF-tphif-w4", *(pytest.param(name, marks=pytest.mark.thorough) for name in LEARNED)],
+)
+def test_evaluating_the_zoos_controllers_gives_the_studys_table(model):
+    found = evaluated(f"zoo:paper:{model}/all")["cot_inverse"]
+    table = pd.read_csv(STATIC / "study" / "paper.csv").query("model == @model")
+    np.testing.assert_allclose(found, table.sort_values("run").cot_inverse, rtol=1e-4)
 
 
 def entries(archive: Path) -> list[tuple[str, bytes]]:

@@ -46,84 +46,84 @@ static const unit_weights WEIGHTS = {
     .action = {
         .neuron = {
             {
-                .sin_phase = -7.859877f, .cos_phase = -5.4969883f, .bias = -5.6766033f,
-                    .output = 0.2647226f
+                .sin_phase = -0.80815506f, .cos_phase = 4.1317554f, .bias = -0.19279557f,
+                    .output = -1.9875852f
             },
             {
-                .sin_phase = 2.958164f, .cos_phase = -1.9600389f, .bias = -4.287239f,
-                    .output = 0.38407084f
+                .sin_phase = 0.7786031f, .cos_phase = 5.429174f, .bias = 2.1533258f,
+                    .output = 4.997941f
             },
             {
-                .sin_phase = -2.7864814f, .cos_phase = -5.0941315f, .bias = 1.0545019f,
-                    .output = 3.307949f
+                .sin_phase = -2.98602f, .cos_phase = -4.0656266f, .bias = 2.1052315f,
+                    .output = -2.202905f
             },
             {
-                .sin_phase = 1.2192762f, .cos_phase = 1.1606562f, .bias = 6.737032f,
-                    .output = 0.6564122f
+                .sin_phase = 5.843936f, .cos_phase = -8.434642f, .bias = -1.0320586f,
+                    .output = 1.6001849f
             },
             {
-                .sin_phase = 2.6825118f, .cos_phase = 7.4930787f, .bias = -4.8772073f,
-                    .output = 4.0562215f
+                .sin_phase = -0.6402428f, .cos_phase = 1.0000302f, .bias = 4.1308856f,
+                    .output = 1.6829487f
             },
             {
-                .sin_phase = -4.131396f, .cos_phase = -0.17697799f, .bias = -2.2511196f,
-                    .output = 4.479472f
+                .sin_phase = -7.3216963f, .cos_phase = 3.0647638f, .bias = -1.8406305f,
+                    .output = -3.1302254f
             },
             {
-                .sin_phase = -2.4997978f, .cos_phase = 3.6180365f, .bias = 2.2715547f,
-                    .output = -2.9562194f
+                .sin_phase = -1.031488f, .cos_phase = 0.38220206f, .bias = 3.16237f,
+                    .output = -2.8495626f
             },
             {
-                .sin_phase = 6.848072f, .cos_phase = -3.7407188f, .bias = 0.40243375f,
-                    .output = 1.9596581f
+                .sin_phase = 8.064732f, .cos_phase = 7.4534593f, .bias = -3.0867262f,
+                    .output = -2.1012537f
             },
         },
     },
     .reaction = {
         .neuron = {
-            {.spring_force = 4.7693105f, .bias = 1.137931f, .output = 2.5191193f},
-            {.spring_force = 0.21209411f, .bias = 1.3003496f, .output = 0.86415726f},
-            {.spring_force = -0.6560583f, .bias = -4.911357f, .output = 3.8432097f},
-            {.spring_force = -4.492075f, .bias = -4.152528f, .output = 6.504515f},
-            {.spring_force = 5.2930965f, .bias = -0.7128037f, .output = 1.1793151f},
-            {.spring_force = 3.6670687f, .bias = -4.396954f, .output = -1.9650472f},
-            {.spring_force = 7.442687f, .bias = 7.1376925f, .output = 1.4435327f},
-            {.spring_force = -8.498388f, .bias = -0.91232026f, .output = -6.1515613f},
+            {.spring_force = -1.8655336f, .bias = -2.8543127f, .output = 1.5396978f},
+            {.spring_force = 4.123805f, .bias = -0.64442635f, .output = 1.059232f},
+            {.spring_force = 3.7122815f, .bias = -2.1420698f, .output = -1.4547186f},
+            {.spring_force = -7.0169044f, .bias = 0.007157963f, .output = -1.393574f},
+            {.spring_force = -6.57606f, .bias = -0.7414099f, .output = 1.5125959f},
+            {.spring_force = 0.8066973f, .bias = -4.9285336f, .output = 2.172829f},
+            {.spring_force = 4.352534f, .bias = 5.2943897f, .output = 3.386465f},
+            {.spring_force = 4.0778627f, .bias = 0.18176164f, .output = 1.287487f},
         },
     },
     .gain = {
         .neuron = {
             {
-                .sin_phase = -0.61129725f, .cos_phase = -7.4862823f,
-                    .spring_force = -1.9399749f, .bias = -0.4717574f, .output = -2.4920547f
+                .sin_phase = -2.2579844f, .cos_phase = 0.12087214f, .spring_force = 2.551169f,
+                    .bias = -1.5067277f, .output = -2.4625533f
             },
             {
-                .sin_phase = -8.5998535f, .cos_phase = 3.6867247f, .spring_force = 0.51091033f,
-                    .bias = -8.69185f, .output = -6.050475f
+                .sin_phase = -0.120970845f, .cos_phase = 2.2308974f, .spring_force = 2.238473f,
+                    .bias = -2.2710233f, .output = 0.32391036f
             },
             {
-                .sin_phase = -13.191705f, .cos_phase = 0.79991466f, .spring_force = 5.761611f,
-                    .bias = 0.83110726f, .output = 1.2700547f
+                .sin_phase = 3.50059f, .cos_phase = -3.8132682f, .spring_force = -1.7576709f,
+                    .bias = -0.6032484f, .output = 0.05060626f
             },
             {
-                .sin_phase = -0.25378555f, .cos_phase = -11.098668f, .spring_force = 3.308543f,
-                    .bias = -1.8128599f, .output = -2.5001297f
+                .sin_phase = 4.0259852f, .cos_phase = -2.0522497f, .spring_force = 3.0129972f,
+                    .bias = -3.5933197f, .output = 0.69643086f
             },
             {
-                .sin_phase = 5.341591f, .cos_phase = 5.40903f, .spring_force = 0.7002505f,
-                    .bias = -7.105156f, .output = -0.132281f
+                .sin_phase = 2.8200185f, .cos_phase = -1.5727187f, .spring_force = 4.8136015f,
+                    .bias = -5.2252073f, .output = -3.5001657f
             },
             {
-                .sin_phase = -8.369149f, .cos_phase = 0.14640759f, .spring_force = 2.907954f,
-                    .bias = 1.0510933f, .output = 0.46200058f
+                .sin_phase = -1.8103985f, .cos_phase = -3.8992422f, .spring_force = 1.5065321f,
+                    .bias = 7.308948f, .output = 5.134261f
             },
             {
-                .sin_phase = -4.298865f, .cos_phase = -2.598268f, .spring_force = 0.15298581f,
-                    .bias = -2.0949485f, .output = 2.1206932f
+                .sin_phase = 6.197453f, .cos_phase = 7.2567163f, .spring_force = 4.474123f,
+                    .bias = 2.5905426f, .output = 1.7220328f
             },
             {
-                .sin_phase = -6.272655f, .cos_phase = -2.477994f, .spring_force = 0.39766362f,
-                    .bias = -0.809868f, .output = 1.3800787f
+                .sin_phase = 2.2365716f, .cos_phase = -3.7387147f, .spring_force = -2.123986f,
+                    .bias = 1.236172f, .output = 1.9174342f
             },
         },
     },
@@ -214,11 +214,11 @@ static sin_cos_result sin_cos(float angle)
 static float one_plus_exp2(float z)
 {
     const float z_2 = smaller(20.5f, larger(-20.5f, z));
-    const float whole = rintf(z_2);
-    const float rest = z_2 - whole;
-    return 1.0f + ((((0.009570103f * rest + 0.055917863f) * rest + 0.24024744f) * rest +
-        0.6931218f) * rest + 0.9999993f) * float_of(shifted_left(bits_of(whole +
-        1.2583039e+07f), 23));
+    const float integer = rintf(z_2);
+    const float fraction = z_2 - integer;
+    return 1.0f + ((((0.009570103f * fraction + 0.055917863f) * fraction + 0.24024744f) *
+        fraction + 0.6931218f) * fraction + 0.9999993f) * float_of(shifted_left(bits_of(integer
+        + 1.2583039e+07f), 23));
 }
 
 typedef struct {
