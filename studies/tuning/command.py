@@ -35,7 +35,7 @@ _FRESH_SEEDS = 10_000
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Tuning(Table):
-    """What a search found."""
+    """Results of a search."""
 
     found: TunedSettings
     ranked: list[FrozenTrial]
@@ -74,8 +74,8 @@ class Tuning(Table):
 def _values(model: str = "", **parts: Any) -> Values:
     """Own values of a model's experiment."""
     names = ("budget", "oscillator", "body", "fitness")
-    given = {name: x for name, x in parts.items() if name in names}
-    return own_values(experiment_named(model, **given))
+    overrides = {name: x for name, x in parts.items() if name in names}
+    return own_values(experiment_named(model, **overrides))
 
 
 @in_shell(
@@ -145,12 +145,12 @@ def search(
         output_file(keep)
     task = task_of([model, *others], {**options, "algorithm": algorithm})
     try:
-        found = tune(algorithm, task, storage, trials=trials, workers=workers, restart=restart)
+        searched = tune(algorithm, task, storage, trials=trials, workers=workers, restart=restart)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted; {storage} keeps what was tried, the same command goes on"
         ) from None
-    document, ranked = describe(algorithm, task, space, found), ranking(found)
+    document, ranked = describe(algorithm, task, space, searched), ranking(searched)
     confirmed = None
     if confirm:
         fresh = dataclasses.replace(task, seeds=confirm, first_seed=FIRST_SEED + _FRESH_SEEDS)
@@ -180,15 +180,15 @@ def task_of(models: Sequence[str], options: Mapping[str, Any]) -> TuningTask:
         models: names of the experiments.
         options: options of `search`.
     """
-    named = {x: options.get(x) for x in _PARTS}
+    parts = {x: options.get(x) for x in _PARTS}
     values = {name: x for name, x in options.items() if name in _OPTIONS}
     values |= {x: options[x] for x in _PARTS if isinstance(options.get(x), Mapping)}
     budget = options.get("budget")
-    made = [adjusted(experiment_named(x, budget=budget, **named), values) for x in models]
+    trainings = [adjusted(experiment_named(x, budget=budget, **parts), values) for x in models]
     if options["algorithm"] in agents():  # whose reward has no ΔΩ: they are evaluated without it
-        made = [x.replaced(objective=x.objective.without_frequency()) for x in made]
+        trainings = [x.replaced(objective=x.objective.without_frequency()) for x in trainings]
     seconds = options["simulated_s"]
-    return TuningTask(experiments=tuple(made), seeds=options["seeds"], budget_s=seconds)
+    return TuningTask(experiments=tuple(trainings), seeds=options["seeds"], budget_s=seconds)
 
 
 _OPTIONS = (
