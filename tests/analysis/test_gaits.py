@@ -282,7 +282,7 @@ def test_what_moves_without_oscillators_is_measured_by_its_footfalls():
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gaits")
-    common = ["figure", "basin", "bar-light", "--out", str(folder / "basin.png"), "--starts", "24"]
+    common = ["gait", "basin", "bar-light", "--out", str(folder / "basin.png"), "--starts", "24"]
     assert main([*common, "--duration-s", "40"]) == 0
     return folder
 
@@ -331,12 +331,12 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
     [
         (["simulate", "bar-lihgt"], "no model or system is called 'bar-lihgt'; did you mean bar-"),
         (["simulate", "bar-light", "--phases", "0.1"], "1 phases are given; this body has 2 legs"),
-        (["simulate", "bar-light", "--mas", "1"], "perhaps you meant --mass-kg"),
+        (["simulate", "bar-light", "--mas", "1"], "did you mean mass_kg"),
         (
             ["simulate", "bar-light", "--duration-s", "0.04"],
             "a gait takes 8 frames at least (0.16 s)",
         ),
-        (["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"], "--seed is of random"),
+        (["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"], "seed is of random phases"),
         (["simulate", "quadruped-c", "--present", *"1110"], "tegotae gait perturb --lose"),
         (
             [
@@ -354,11 +354,11 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
             "beside",
         ),
         (
-            ["figure", "basin", "bar-light", "--starts", "0"],
+            ["gait", "basin", "bar-light", "--starts", "0"],
             "starts is 0; it must be a whole number",
         ),
         (
-            ["figure", "basin", "bar-light", "--tolerance", "0.7"],
+            ["gait", "basin", "bar-light", "--tolerance", "0.7"],
             "tolerance is 0.7; it must be at most 0.5",
         ),
         (

@@ -438,7 +438,7 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ((), "set --rest-length-m"),
+        ((), "set rest_length_m"),
         (("--rest-length-m", "-1"), "rest_length_m is -1"),
         (("--rest-length-m", "1e308"), "rest_length_m is 1e+308; it must be at most"),
         (("--rest-length-m", "1", "--omega", "0"), "omega is 0; it must be greater than 0"),
@@ -447,17 +447,17 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
         (("--rest-length-m", "1", "--mass-kg", "1e308"), "mass is 1e+308; it must be at most"),
         (("--rest-length-m", "1", "--preset", "papers"), "no preset is called 'papers'"),
         (("--rest-length-m", "1", "--disturbed-at", "90"), "disturbed_at_s lies 90 s"),
-        (("--rest-length-m", "1", "--work", "much"), "invalid choice 'much'"),
+        (("--rest-length-m", "1", "--work", "much"), "--work is 'much'; write --work {absolute,positive,net}"),
         (("--rest-length-m", "1", "--plot", "walk.txtt"), "cannot write a figure"),
         (("--rest-length-m", "1", "--rate", "50"), "holds the times"),
         (("--rest-length-m", "1", "--mass-kg", "-1"), "mass is -1; it must be greater than 0"),
         (("--rest-length-m", "1", "--mass-kg", "1", "--gravity-m-per-s2", "nan"), "gravity is nan"),
-        (("--rest-length-m", "1", "--gravity-m-per-s2", "3.7"), "set --mass-kg"),
+        (("--rest-length-m", "1", "--gravity-m-per-s2", "3.7"), "set mass_kg"),
         (
             ("--preset", "paper", "--rest-length-m", "0.5"),
-            "--rest-length-m is 0.5, and the preset paper has 1",
+            "rest_length_m is 0.5, and the preset paper has 1",
         ),
-        (("--preset", "paper", "--mass-kg", "2"), "--mass-kg is 2, and the preset paper has 0.1"),
+        (("--preset", "paper", "--mass-kg", "2"), "mass_kg is 2, and the preset paper has 0.1"),
     ],
 )
 def test_options_that_cannot_be_used_are_refused_in_one_line(

@@ -67,7 +67,7 @@ def test_rollouts_maps_and_trainings_are_told_before_they_take_memory(monkeypatc
         lanes(np.zeros(2000), np.zeros(2000))
     from tegotae.systems.models import find
 
-    with pytest.raises(TegotaeError, match="64 episodes a generation, of 100 seeds"):
+    with pytest.raises(TegotaeError, match="32 episodes a generation, of 100 seeds"):
         train_run(
             Run(experiment=find("ART").experiment(), seeds=tuple(range(100))), tmp_path / "out"
         )
