@@ -8,7 +8,7 @@ import words
 from places import ROOT
 
 LIMITS = {
-    "src": (0.9, 1.6),
+    "src": (0.9, 0.8),
     "reproduction": (0.5, 0.5),
     "studies": (0.5, 0.5),
     "benchmarks": (0.5, 0.5),

@@ -193,8 +193,8 @@ def test_learning_curves_are_of_the_fitness_where_that_was_trained(trained, tmp_
 def test_a_training_that_gains_nothing_says_what_to_try(trained):
     folder, files = trained
     answer = TrainedControllers.from_files("AR", folder, tuple(files), "generation")
-    assert advice(answer, least=-1.0) == []
-    (message,) = advice(answer, least=1e9)
+    assert advice(answer, tolerance=-1.0) == []
+    (message,) = advice(answer, tolerance=1e9)
     assert message.startswith("Nothing was learned")
     assert "tegotae wiring baseline" in message
 

@@ -46,8 +46,8 @@ def main(
     def run() -> int:
         return exit_status(lambda: _run(words, program, prog))
 
-    own = program is TEGOTAE  # of which `shown` knows the files
-    return shown(words, prog, run) if own and is_text(words) else run()
+    is_tegotae = program is TEGOTAE  # of which `shown` knows the files
+    return shown(words, prog, run) if is_tegotae and is_text(words) else run()
 
 
 def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
@@ -104,13 +104,13 @@ def parsed(
         if list(words) in _HELP:
             print(overview(entry, prog))
             raise SystemExit(0)
-        if words and (chosen := entry.commands.get(words[0])):
-            return parsed(words[1:], chosen, f"{prog} {words[0]}")
+        if words and (command_entry := entry.commands.get(words[0])):
+            return parsed(words[1:], command_entry, f"{prog} {words[0]}")
         if words and words[0] and not words[0].startswith("-"):
             raise unknown(f"command of {prog}", words[0], entry.commands)
-        given = f"{prog} has no option {words[0]!r}" if words else "no command is given"
+        problem = f"{prog} has no option {words[0]!r}" if words else "no command is given"
         listed = ", ".join(entry.commands)
-        raise TegotaeError(f"{given}; {prog} takes one of {listed}, or --help")
+        raise TegotaeError(f"{problem}; {prog} takes one of {listed}, or --help")
     command = entry.load()
     if inspect.isfunction(command):
         from tegotae.cli.functions import FunctionCall
@@ -134,19 +134,19 @@ def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
         >>> split_parts(["--parts", "a.py", "b.py", "train", "--parts", "c", "ART"])
         (['train', 'ART'], ['a.py', 'b.py', 'c'])
     """
-    kept, places = [], []
-    rest = [each for word in words for each in _after_parts(word)]
-    while rest:
-        word = rest.pop(0)
+    words_without_parts, places = [], []
+    queue = [part for word in words for part in _after_parts(word)]
+    while queue:
+        word = queue.pop(0)
         if word != "--parts":
-            kept.append(word)
+            words_without_parts.append(word)
             continue
-        if not rest or rest[0].startswith("-"):
+        if not queue or queue[0].startswith("-"):
             raise TegotaeError("--parts names no file; write --parts FILE.py, or a module")
-        places.append(rest.pop(0))
-        while rest and rest[0].endswith(".py"):
-            places.append(rest.pop(0))
-    return kept, places
+        places.append(queue.pop(0))
+        while queue and queue[0].endswith(".py"):
+            places.append(queue.pop(0))
+    return words_without_parts, places
 
 
 def _after_parts(word: str) -> list[str]:

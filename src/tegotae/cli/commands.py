@@ -32,15 +32,17 @@ def _command(name: str, function: str, examples: Sequence[str]) -> Command:
 
 
 def _commands() -> dict[str, Command | CommandGroup]:
-    made = {name: _command(name, **entry) for name, entry in _FUNCTIONS.items()}
+    loaded = {name: _command(name, **entry) for name, entry in _FUNCTIONS.items()}
     commands: dict[str, Command | CommandGroup] = {}
-    for name in made:
+    for name in loaded:
         first, _, grouped = name.partition(" ")
         if grouped:
-            inner = {n.partition(" ")[2]: made[n] for n in made if n.startswith(f"{first} ")}
-            commands[first] = CommandGroup(_GROUPS[first], inner)
+            subcommands = {
+                n.partition(" ")[2]: loaded[n] for n in loaded if n.startswith(f"{first} ")
+            }
+            commands[first] = CommandGroup(_GROUPS[first], subcommands)
         else:
-            commands[name] = made[name]
+            commands[name] = loaded[name]
     commands["completion"] = Command(
         "tegotae.cli.completion:Completion",
         "tegotae completion bash > tegotae-completion.bash",

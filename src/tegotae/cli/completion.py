@@ -35,12 +35,12 @@ class Completion:
 
 def script() -> str:
     """The script for bash."""
-    known = dict(completions(COMMANDS))
-    known[""] += tuple(switch.split()[0] for switch in SWITCHES)
+    candidates = dict(completions(COMMANDS))
+    candidates[""] += tuple(switch.split()[0] for switch in SWITCHES)
     pieces = {
-        "# PATHS": (f'            "{path}") path="{path}" ;;' for path in known if path),
+        "# PATHS": (f'            "{path}") path="{path}" ;;' for path in candidates if path),
         "# COMPLETIONS": (
-            f'        "{path}") words="{" ".join(x)}" ;;' for path, x in known.items()
+            f'        "{path}") words="{" ".join(x)}" ;;' for path, x in candidates.items()
         ),
         "@ZOO@": [" ".join(name.removeprefix(PREFIX) for name in zoo_names())],
     }

@@ -186,14 +186,14 @@ def warn_in_one_line() -> None:
 
     Where errors show where they arose (`is_debugging`), warnings do, too.
     """
-    shown: set[str] = set()
+    printed: set[str] = set()
     in_full = warnings.showwarning
 
-    def show(message: Warning | str, *where: Any, **more: Any) -> None:
+    def show(message: Warning | str, *where: Any, **details: Any) -> None:
         if is_debugging():
-            in_full(message, *where, **more)
-        elif (line := one_line(str(message))) not in shown:
-            shown.add(line)
+            in_full(message, *where, **details)
+        elif (line := one_line(str(message))) not in printed:
+            printed.add(line)
             with contextlib.suppress(OSError, ValueError):  # stderr may be full or closed
                 print(f"tegotae: warning: {line}", file=sys.stderr)
 
@@ -218,17 +218,17 @@ def _formatted(error: Exception) -> tuple[str, int]:
     if isinstance(error, TegotaeError):
         return str(error), UNUSABLE_INPUT
     if isinstance(error, MemoryError):  # NumPy's says for what there was none
-        why = str(error).strip()
-        return _OUT_OF_MEMORY.format(why=f": {why}" if why else ""), UNUSABLE_INPUT
+        reason = str(error).strip()
+        return _OUT_OF_MEMORY.format(why=f": {reason}" if reason else ""), UNUSABLE_INPUT
     if "RESOURCE_EXHAUSTED" in str(error):  # of a rollout, whose lanes and frames take it
         return _OUT_OF_DEVICE_MEMORY, UNUSABLE_INPUT
     if isinstance(error, OSError):
         unusable = error.errno in (errno.ENAMETOOLONG, errno.ELOOP)  # a name that no file can have
         return str(error), UNUSABLE_INPUT if unusable else NOT_WRITTEN
     first = (str(error).strip().splitlines() or [""])[0]
-    what = f"{type(error).__name__}: {first}" if first else type(error).__name__
+    message = f"{type(error).__name__}: {first}" if first else type(error).__name__
     hint = "" if is_debugging() else "run again with --debug for details, and "
-    return f"unexpected {what}; {hint}please report it", BUG
+    return f"unexpected {message}; {hint}please report it", BUG
 
 
 def _fail(line: str, status: int) -> int:

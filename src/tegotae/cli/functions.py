@@ -99,7 +99,7 @@ class FunctionCall:
 
     def help(self) -> NoReturn:
         """Print the help: of the named subject, or of the command."""
-        shared, text, more = self._shared(), about(self.function), ""
+        shared, text, footer = self._shared(), about(self.function), ""
         if self.names or self.options or not (self.is_about_controllers or self.facts.own):
             bound = self._bound()
             shared = {**bound.options, **shared, **_only(bound.options, "out")}
@@ -109,15 +109,15 @@ class FunctionCall:
             kinds = [*options_by_subject(self.function).values()]
             kinds = kinds[1:] or kinds
             first = kinds[0]
-            alike = [x for x in first if all(kind.get(x) == first[x] for kind in kinds)]
-            shared |= {x: first[x] for x in alike if not first[x].heading}
-            more = f"\n\n{self.facts.names or NAMES} {self.prog} NAME --help lists its options."
+            common = [x for x in first if all(kind.get(x) == first[x] for kind in kinds)]
+            shared |= {x: first[x] for x in common if not first[x].heading}
+            footer = f"\n\n{self.facts.names or NAMES} {self.prog} NAME --help lists its options."
         groups: dict[str, list[Option]] = {}
         for option in shared.values():
             groups.setdefault(option.heading or "Options", []).append(option)
-        named = self.names or (("NAME",) if self.subjects else ())
-        usage = " ".join([self.prog, *named, "[OPTIONS]"])
-        print(help_text(usage, text + more, groups, self.examples))
+        names = self.names or (("NAME",) if self.subjects else ())
+        usage = " ".join([self.prog, *names, "[OPTIONS]"])
+        print(help_text(usage, text + footer, groups, self.examples))
         raise SystemExit(0)
 
     def run(self) -> None:
@@ -133,18 +133,18 @@ class FunctionCall:
             TegotaeError: for a name or an option that there is not.
         """
         bound, shared = self._bound(), self._shared()
-        known = {**shared, **bound.options}
-        paths = values_of(self.options, known.values(), bound.name or self.prog)
+        options = {**shared, **bound.options}
+        paths = values_of(self.options, options.values(), bound.name or self.prog)
         paths.pop("body", None) if self.is_about_controllers else None
-        shown = {name: paths.pop(name) for name in shared if name in paths}
-        output = OutputOptions(**{name: x for name, x in shown.items() if name != "body"})
+        output_values = {name: paths.pop(name) for name in shared if name in paths}
+        output = OutputOptions(**{name: x for name, x in output_values.items() if name != "body"})
         command = self.prog.partition(" ")[2]
-        named = self.names[0] if self.names else bound.name
-        output = output.usual(result_of(self.function), self.facts, command, named)
+        subject = self.names[0] if self.names else bound.name
+        output = output.usual(result_of(self.function), self.facts, command, subject)
         values = _nested(paths)
         if "out" in bound.options:  # the function works in the folder that is written
-            usual = output.out or bound.options["out"].value
-            output = replace(output, out=values.get("out", usual))
+            folder = output.out or bound.options["out"].value
+            output = replace(output, out=values.get("out", folder))
             values["out"] = output.out
         return partial(bound.function, *bound.subjects, **values), output
 
@@ -168,18 +168,20 @@ class FunctionCall:
             raise TegotaeError(f"unexpected argument {names[0]!r}; {self.prog} takes no name")
         if self.is_method:
             body = known_options(self.options, [_BODY], self.prog).get("body")
-            first, *others = load_all(*names, body=body)
+            first, *further = load_all(*names, body=body)
             function = getattr(first, function.__name__)
-            if others and not self._is_several:
-                listed = ", ".join(x.name for x in (first, *others))
-                raise TegotaeError(f"{self._called} takes one name; {listed} are {1 + len(others)}")
-            return _Bound(function, tuple(others), first.own(), first.name)
+            if further and not self._is_several:
+                listed = ", ".join(x.name for x in (first, *further))
+                raise TegotaeError(
+                    f"{self._called} takes one name; {listed} are {1 + len(further)}"
+                )
+            return _Bound(function, tuple(further), first.own(), first.name)
         plain = options_of(function, facts.values).values()
-        given = _nested(known_options(self.options, plain, self.prog))
+        overrides = _nested(known_options(self.options, plain, self.prog))
         subjects: tuple[Any, ...] = tuple(names) or tuple(
             x.default for x in self.subjects if x.default not in (x.empty, None)
         )
-        if "policy" in given and not names:
+        if "policy" in overrides and not names:
             subjects = ()
         if self.is_about_controllers:
             body = known_options(self.options, [_BODY], self.prog).get("body")
@@ -188,13 +190,13 @@ class FunctionCall:
                 listed = ", ".join(x.name for x in subjects)
                 raise TegotaeError(f"{self._called} takes one name; {listed} are {len(subjects)}")
             name = subjects[0].name if subjects else ""
-            own = subjects[0].own() if subjects else {}
+            defaults = subjects[0].own() if subjects else {}
         else:
-            name, own = str(subjects[0]) if subjects else "", {}
+            name, defaults = str(subjects[0]) if subjects else "", {}
         if facts.own is not None:
-            own = {**own, **facts.own(*subjects[:1], **given)}
-        own = {**facts.values, **own}
-        return _Bound(function, subjects, own, own.get("", name))
+            defaults = {**defaults, **facts.own(*subjects[:1], **overrides)}
+        defaults = {**facts.values, **defaults}
+        return _Bound(function, subjects, defaults, defaults.get("", name))
 
     @property
     def _called(self) -> str:
@@ -250,8 +252,8 @@ def options_by_subject(function: Callable[..., Any]) -> dict[str, dict[str, Opti
     kinds: dict[str, dict[str, Option]] = {}
     if call.is_method:
         for heading, (kind, name) in kinds_of_controllers().items():
-            own = load_all(name)[0].own() if name else {}
-            kinds[heading] = options_of(getattr(kind, function.__name__), own)
+            defaults = load_all(name)[0].own() if name else {}
+            kinds[heading] = options_of(getattr(kind, function.__name__), defaults)
         return {"option": call._shared(), **kinds}
     for heading, words in call.facts.examples.items() or {"option": ""}.items():
         names, options = split(words.split())

@@ -76,8 +76,8 @@ def _on_screen() -> bool:
 
 def _package() -> str:
     """All files of the package and of its robots, and when they were last changed."""
-    own = Path(tegotae.__file__).parent
-    folders = own, own.with_name("tegotae_robots")
+    folder = Path(tegotae.__file__).parent
+    folders = folder, folder.with_name("tegotae_robots")
     kinds = "*.py", "*.toml", "*.json"
     files = sorted(file for kind in kinds for x in folders for file in x.rglob(kind))
     return " ".join(f"{path} {path.stat().st_mtime_ns}" for path in files)

@@ -40,17 +40,17 @@ class OutputOptions:
     animate: Path | None = None
     """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
 
-    def check(self, made: type[ResultBase], facts: InShell) -> None:
+    def check(self, result_class: type[ResultBase], facts: InShell) -> None:
         """Raise `TegotaeError` before long work for a file that cannot be written.
 
         Args:
-            made: class of the result.
+            result_class: class of the result.
             facts: facts about the function.
         """
         check_output(self.csv, *NUMBERS)
         pictures = [self.plot]
         if self.out is not None:
-            if issubclass(made, Files):
+            if issubclass(result_class, Files):
                 check_new_file(self.out, facts.endings, replaces=facts.replaces)
             elif self.out.suffix in NUMBERS:
                 check_output(self.out, *NUMBERS)
@@ -68,12 +68,12 @@ class OutputOptions:
             animation_file(self.animate)
 
     def usual(
-        self, made: type[ResultBase], facts: InShell, command: str, name: str
+        self, result_class: type[ResultBase], facts: InShell, command: str, name: str
     ) -> OutputOptions:
         """Return the same, with the usual file of a command if no other output is named."""
         if facts.writes == "nothing" or self.json or self.csv or self.plot or self.out:
             return self
-        ending = ".png" if issubclass(made, Figure) else "".join(facts.endings[:1])
+        ending = ".png" if issubclass(result_class, Figure) else "".join(facts.endings[:1])
         kind = command.removeprefix("figure ").replace(" ", "-")
         stem = "-".join(filter(None, [kind, file_stem(name)]))
         return dataclasses.replace(
@@ -86,17 +86,17 @@ class OutputOptions:
             print(json.dumps(result.to_dict(), allow_nan=False), flush=True)
         else:
             _print(result)
-        written = [] if self.csv is None else [*result.save(self.csv)]
+        paths = [] if self.csv is None else [*result.save(self.csv)]
         if self.plot is not None:
             result.plot(self.plot)
-            written.append(self.plot)
+            paths.append(self.plot)
         if self.out is not None:
-            written += result.save(self.out)
+            paths += result.save(self.out)
         if self.animate is not None and isinstance(result, Recording):
             result.animate(self.animate)
-            written.append(self.animate)
-        if written and not self.json:
-            print("wrote " + ", ".join(map(str, written)))
+            paths.append(self.animate)
+        if paths and not self.json:
+            print("wrote " + ", ".join(map(str, paths)))
 
 
 def _print(result: ResultBase) -> None:
@@ -125,22 +125,22 @@ def output_options(function: Callable[..., Any], facts: InShell) -> dict[str, Op
     options = {
         option.name: dataclasses.replace(option, heading="") for option in leaves(OutputOptions())
     }
-    made = result_of(function)
+    result_class = result_of(function)
     if not facts.pictures:
         del options["plot"]
-    if not issubclass(made, Recording):
+    if not issubclass(result_class, Recording):
         del options["animate"]
-    what = ""
+    contents = ""
     if facts.endings:
-        what = f"File of the result ({', '.join(facts.endings)})."
+        contents = f"File of the result ({', '.join(facts.endings)})."
     elif facts.writes == "file":
-        what = "Picture (.png, .pdf, .svg), its numbers beside it; or a folder for all."
-    elif issubclass(made, Files):
-        what = "Folder of the files."
+        contents = "Picture (.png, .pdf, .svg), its numbers beside it; or a folder for all."
+    elif issubclass(result_class, Files):
+        contents = "Folder of the files."
     if facts.writes != "nothing":
-        what = f"{what or options['out'].about} Named after command and name by default."
-    if what:
-        options["out"] = dataclasses.replace(options["out"], about=what)
+        contents = f"{contents or options['out'].about} Named after command and name by default."
+    if contents:
+        options["out"] = dataclasses.replace(options["out"], about=contents)
     return options
 
 

@@ -45,11 +45,11 @@ class Command:
         """The first paragraph of its docstring, read without importing it."""
         spec = find_spec(self.module)
         source = cast(Any, spec).loader.get_source(self.module)
-        found: Any = ast.parse(source)
+        node: Any = ast.parse(source)
         for part in self.name.split("."):
             kinds = ast.ClassDef | ast.FunctionDef
-            (found,) = (x for x in found.body if isinstance(x, kinds) and x.name == part)
-        return " ".join((ast.get_docstring(found) or "").split("\n\n")[0].split())
+            (node,) = (x for x in node.body if isinstance(x, kinds) and x.name == part)
+        return " ".join((ast.get_docstring(node) or "").split("\n\n")[0].split())
 
     def load(self) -> Any:
         """Return the class or the function."""
@@ -92,7 +92,7 @@ def overview(group: CommandGroup, prog: str) -> str:
         listed["With every command"] = dict(SWITCHES)
     for title, entries in listed.items():
         parts += [title] if title else []
-        parts += [*(_entry(name, about, longest) for name, about in entries.items()), ""]
+        parts += [*(_entry(name, summary, longest) for name, summary in entries.items()), ""]
     parts.append(f"{prog} COMMAND --help explains a command and its options.\n")
     return "\n".join([*parts, examples_text(group.examples)])
 

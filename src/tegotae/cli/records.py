@@ -30,13 +30,13 @@ def parse(kind: type, words: Sequence[str], prog: str, examples: Sequence[str] =
         TegotaeError: for words that make none.
         SystemExit: of status 0 after `--help`.
     """
-    names, given = split(words)
+    names, pairs = split(words)
     first, options = positional_of(kind), options_of_class(kind)
-    if {"-h", "--help"} & {flag for flag, _ in given}:
+    if {"-h", "--help"} & {flag for flag, _ in pairs}:
         usage = " ".join(filter(None, [prog, first and first.name.upper(), "[OPTIONS]"]))
         print(help_text(usage, inspect.getdoc(kind) or "", {"Options": options}, examples))
         raise SystemExit(0)
-    values = values_of(given, options, prog, several=_several(kind))
+    values = values_of(pairs, options, prog, several=_several(kind))
     if first is not None and names:
         values |= values_of([(f"--{first.name}", [*names])], [first], prog)
     elif names:

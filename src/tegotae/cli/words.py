@@ -46,7 +46,7 @@ def flag_of(option: Option) -> str:
 
 def values_of(
     options: Sequence[tuple[str, list[str]]],
-    known: Iterable[Option],
+    candidates: Iterable[Option],
     subject: str,
     *,
     several: Sequence[str] = (),
@@ -55,14 +55,14 @@ def values_of(
 
     Args:
         options: each with the words after it.
-        known: options that there are.
+        candidates: options that there are.
         subject: name of their subject, for errors.
         several: names of options that may be repeated, each time with further words.
 
     Raises:
         TegotaeError: for an unknown option, with the nearest one, or a value that cannot be.
     """
-    flags = {flag_of(option): option for option in known}
+    flags = {flag_of(option): option for option in candidates}
     values: dict[str, Any] = {}
     for flag, words in options:
         if flag not in flags:
@@ -78,12 +78,12 @@ def values_of(
 
 
 def known_options(
-    options: Sequence[tuple[str, list[str]]], known: Iterable[Option], subject: str
+    options: Sequence[tuple[str, list[str]]], candidates: Iterable[Option], subject: str
 ) -> dict[str, Any]:
     """Return the values of the options that are known already, and pass over the others."""
-    known = [*known]
-    flags = {*map(flag_of, known)}
-    return values_of([(flag, x) for flag, x in options if flag in flags], known, subject)
+    candidates = [*candidates]
+    flags = {*map(flag_of, candidates)}
+    return values_of([(flag, x) for flag, x in options if flag in flags], candidates, subject)
 
 
 def metavar(kind: Any) -> str:
@@ -96,10 +96,10 @@ def metavar(kind: Any) -> str:
     if get_origin(kind) is Literal:
         return f"{{{','.join(map(str, get_args(kind)))}}}"
     if get_origin(kind) is tuple:
-        first, *others = get_args(kind)
-        if others == [Ellipsis]:
+        first, *further = get_args(kind)
+        if further == [Ellipsis]:
             return f"{metavar(first)} ..."
-        return " ".join(map(metavar, (first, *others)))
+        return " ".join(map(metavar, (first, *further)))
     return "" if kind is bool else kind.__name__.upper().replace("POSIXPATH", "PATH")
 
 
@@ -114,42 +114,42 @@ def _value(flag: str, kind: Any, words: Sequence[str]) -> Any:
                 f"{flag} has {len(words)} values of {len(kinds)}; write {flag} {metavar(kind)}"
             )
         return tuple(_one(flag, x, kind, word, words) for x, word in zip(kinds, words, strict=True))
-    least = 0 if kind is bool else 1
-    if len(words) < least:
+    count = 0 if kind is bool else 1
+    if len(words) < count:
         raise TegotaeError(f"{flag} has no value; write {flag} {metavar(kind)}")
-    if len(words) > least:
+    if len(words) > count:
         raise TegotaeError(
-            f"{words[least]!r} after {flag} is unexpected; names come before the options"
+            f"{words[count]!r} after {flag} is unexpected; names come before the options"
         )
-    return _one(flag, kind, kind, words[0], words) if least else True
+    return _one(flag, kind, kind, words[0], words) if count else True
 
 
-def _one(flag: str, kind: Any, whole: Any, word: str, words: Sequence[str]) -> Any:
+def _one(flag: str, kind: Any, option_kind: Any, word: str, words: Sequence[str]) -> Any:
     """A word as a value."""
     if get_origin(kind) is Literal:
-        made = {str(choice): choice for choice in get_args(kind)}
-        if word in made:
-            return made[word]
+        choices = {str(choice): choice for choice in get_args(kind)}
+        if word in choices:
+            return choices[word]
     else:
         try:
             return Path(word) if kind is Path else int(word, 10) if kind is int else kind(word)
         except ValueError:
             pass
-    raise TegotaeError(f"{flag} is {' '.join(words)!r}; write {flag} {metavar(whole)}")
+    raise TegotaeError(f"{flag} is {' '.join(words)!r}; write {flag} {metavar(option_kind)}")
 
 
 def help_text(
-    usage: str, about: str, groups: Mapping[str, Iterable[Option]], examples: Sequence[str]
+    usage: str, docstring: str, groups: Mapping[str, Iterable[Option]], examples: Sequence[str]
 ) -> str:
     """Return the help of a command.
 
     Args:
         usage: how it is called.
-        about: its docstring.
+        docstring: its docstring.
         groups: options by heading.
         examples: lines that a user can type.
     """
-    paragraphs = inspect.cleandoc(about).split("\n\n")
+    paragraphs = inspect.cleandoc(docstring).split("\n\n")
     parts = [f"usage: {usage}", *(textwrap.fill(" ".join(x.split()), WIDTH) for x in paragraphs)]
     for heading, options in groups.items():
         lines = [line for option in options for line in _lines(option)]

@@ -34,7 +34,7 @@ def doctor() -> Table:
     from tegotae._support.engines import available_cores, selected, why_not_native
 
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
-    known = {
+    versions = {
         "versions": {
             "tegotae": __version__,
             "python": platform.python_version(),
@@ -59,9 +59,9 @@ def doctor() -> Table:
         }
         | {"executable": sys.executable},
     }
-    rows = [(subject, name, x) for subject, facts in known.items() for name, x in facts.items()]
+    rows = [(subject, name, x) for subject, facts in versions.items() for name, x in facts.items()]
     table = pd.DataFrame(rows, columns=["subject", "name", "value"])
-    return Table(rows=table, shown=[table.set_index(["subject", "name"])], data=known)
+    return Table(rows=table, shown=[table.set_index(["subject", "name"])], data=versions)
 
 
 def installed(package: str) -> str | None:
@@ -79,13 +79,13 @@ def installed(package: str) -> str | None:
 
 def extras() -> Mapping[str, tuple[str, ...]]:
     """The packages of each extra that a command may need, from the metadata of tegotae."""
-    known: dict[str, tuple[str, ...]] = {}
+    packages: dict[str, tuple[str, ...]] = {}
     for line in metadata("tegotae").get_all("Requires-Dist") or ():
         extra = re.search(r"extra == ['\"]([\w-]+)['\"]", line)
         name = re.match(r"[\w.-]+(?:\[([\w-]+)\])?", line)  # gymnasium[mujoco] brings mujoco
         if extra and name and extra[1] not in _FOR_DEVELOPERS:
-            known[extra[1]] = (*known.get(extra[1], ()), name[1] or name[0])
-    return known
+            packages[extra[1]] = (*packages.get(extra[1], ()), name[1] or name[0])
+    return packages
 
 
 def _extras() -> Iterator[tuple[str, str]]:
@@ -99,10 +99,10 @@ def _extras() -> Iterator[tuple[str, str]]:
 
 def _first_line(*command: str) -> str:
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=10)
+        process = subprocess.run(command, capture_output=True, text=True, timeout=10)
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"{command[0]} does not run: {error}"
-    return (done.stdout.splitlines() or [f"{command[0]} prints no version"])[0]
+    return (process.stdout.splitlines() or [f"{command[0]} prints no version"])[0]
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,8 @@ class Reference:
 
     def text(self) -> str:
         """The reference as one sentence of a bibliography."""
-        *others, last = self.authors
-        authors = f"{', '.join(others)} and {last}" if others else last
+        *coauthors, last = self.authors
+        authors = f"{', '.join(coauthors)} and {last}" if coauthors else last
         version = f"version {self.version}" if self.version else ""
         where = [self.venue or "Software", version, self.year]
         return f"{authors}: {self.title}. {', '.join(filter(None, where))}."
@@ -172,10 +172,10 @@ def cite(*, bibtex: bool = False) -> Table:
         bibtex: print the BibTeX entries alone.
     """
     references = (SOFTWARE, PAPER)
-    said = ["Please cite the software and the paper:", *(x.text() for x in references)]
+    lines = ["Please cite the software and the paper:", *(x.text() for x in references)]
     entries = [x.bibtex() for x in references]
     return Table(
-        title="\n\n".join(entries if bibtex else [*said, *entries]),
+        title="\n\n".join(entries if bibtex else [*lines, *entries]),
         rows=[asdict(x) for x in references],
         data={x.key: x for x in references},
     )

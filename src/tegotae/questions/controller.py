@@ -201,8 +201,8 @@ class LoadedController:
     @property
     def sigma(self) -> float | None:
         """Gain of a vanilla controller [rad/(s N)]; None of any other."""
-        one = self.runs.controller.has_a_gain_alone and len(self.runs.weights) == 1
-        return float(self.runs.weights[0, 0]) if one else None
+        is_vanilla = self.runs.controller.has_a_gain_alone and len(self.runs.weights) == 1
+        return float(self.runs.weights[0, 0]) if is_vanilla else None
 
     def weights_at(self, sigma: float | None) -> np.ndarray:
         """Return the weights of the one controller, with another gain if it is vanilla.
@@ -216,18 +216,18 @@ class LoadedController:
             raise TegotaeError(f"sigma belongs to vanilla controllers; {self.name} is none")
         return np.array([sigma])
 
-    def require(self, kind: type[T], why: str) -> T:
+    def require(self, kind: type[T], reason: str) -> T:
         """Return the controller as one of a class.
 
         Args:
             kind: the class.
-            why: reason that others do not fit.
+            reason: reason that others do not fit.
 
         Raises:
             TegotaeError: if it is another.
         """
         if not isinstance(self, kind):
-            raise TegotaeError(f"{self.name} {self.what}, and {why}")
+            raise TegotaeError(f"{self.name} {self.what}, and {reason}")
         return self
 
     def _evaluated(
@@ -238,11 +238,11 @@ class LoadedController:
 
         options = {name: x for name, x in options.items() if name not in ("others", "__class__")}
         controllers: list[LoadedController] = [*load_all(self, *others)]
-        first, *rest = controllers
-        if compares and not rest:
+        first, *further = controllers
+        if compares and not further:
             raise TegotaeError("a comparison needs at least two sets of controllers; 1 found")
-        each = [filled(options, x.own()) for x in controllers]
-        for controller, values in zip(controllers, each, strict=True):
+        options_by_controller = [filled(options, x.own()) for x in controllers]
+        for controller, values in zip(controllers, options_by_controller, strict=True):
             if type(controller) is not type(first):
                 raise TegotaeError(
                     f"{first.name} {first.what}, and {controller.name} {controller.what}: they "
@@ -251,18 +251,19 @@ class LoadedController:
             controller._check(values)
         if compares:
             _require_alike(
-                controllers, [x._alike(y) for x, y in zip(controllers, each, strict=True)]
+                controllers,
+                [x._alike(y) for x, y in zip(controllers, options_by_controller, strict=True)],
             )
         tables: list[EvaluationTable] = []
         with reporting("evaluate", len(controllers)) as reporter:
-            for controller, values in zip(controllers, each, strict=True):
+            for controller, values in zip(controllers, options_by_controller, strict=True):
                 tables.append(controller._measured(values))
                 reporter.update(len(tables), controller.name)
         joined = EvaluationTable.joined(tables)
         return joined.compared_with(first.name) if compares else joined
 
     def _measurements(
-        self, rows: Any, columns: tuple[Column, ...], options: Any, **more: Any
+        self, rows: Any, columns: tuple[Column, ...], options: Any, **fields: Any
     ) -> EvaluationTable:
         """The measurements of the runs, with the facts about their training.
 
@@ -274,26 +275,26 @@ class LoadedController:
         """
         runs, training = self.runs, self.runs.training
         drawn = (training.get("conditions") or [], training.get("episodes", 1))
-        how = (runs.labels, runs.controller, training.get("algorithm"), drawn)
+        training_facts = (runs.labels, runs.controller, training.get("algorithm"), drawn)
         table = pd.DataFrame(rows)
         table.insert(0, "controller", self.name)
         single = len(runs.labels) == 1 and runs.controller.has_a_gain_alone
         return EvaluationTable(
             rows=table,
             columns=tuple(column for column in columns if column.name in table),
-            trained={self.name: how if "algorithm" in training else None},
+            trained={self.name: training_facts if "algorithm" in training else None},
             exact=frozenset([self.name] if single else []),
             settings={self.name: vars(options)},
-            **more,
+            **fields,
         )
 
 
 def _require_alike(
-    controllers: Sequence[LoadedController], alike: Sequence[Mapping[str, Any]]
+    controllers: Sequence[LoadedController], shared: Sequence[Mapping[str, Any]]
 ) -> None:
-    for controller, values in zip(controllers, alike, strict=True):
-        for option in [option for option in values if values[option] != alike[0][option]]:
+    for controller, values in zip(controllers, shared, strict=True):
+        for option in [option for option in values if values[option] != shared[0][option]]:
             raise TegotaeError(
                 f"{controllers[0].name} and {controller.name} are evaluated with another {option}, "
-                f"{alike[0][option]} and {values[option]}; an option sets one for all"
+                f"{shared[0][option]} and {values[option]}; an option sets one for all"
             )

@@ -77,10 +77,10 @@ def load(name: Subject, kind: Any = LoadedController, *, body: str | Body | None
         >>> load("paper").name, load("quadruped-c").what
         ('paper', 'walks on several legs')
     """
-    first, *others = load_all(name, body=body)
-    if others:
+    first, *further = load_all(name, body=body)
+    if further:
         raise TegotaeError(
-            f"{name} holds {1 + len(others)} sets of controllers, such as {first.name}; "
+            f"{name} holds {1 + len(further)} sets of controllers, such as {first.name}; "
             "load_all loads them all"
         )
     return first.require(kind, f"a {kind.__name__} is expected")
@@ -111,20 +111,20 @@ def load_all(
     return [controller.on(new) for controller in loaded]
 
 
-def one(controller: Subject | LoadedController, kind: type[C], why: str) -> C:
+def one(controller: Subject | LoadedController, kind: type[C], reason: str) -> C:
     """Return a controller, by name or loaded, as one of a class.
 
     Args:
         controller: the controller.
         kind: the class.
-        why: reason that others do not fit.
+        reason: reason that others do not fit.
 
     Raises:
         TegotaeError: for a name that means nothing here, or another class.
     """
     if isinstance(controller, LoadedController):
-        return controller.require(kind, why)
-    return load(controller, LoadedController).require(kind, why)
+        return controller.require(kind, reason)
+    return load(controller, LoadedController).require(kind, reason)
 
 
 def _loaded(names: Sequence[Any]) -> list[LoadedController]:
@@ -148,11 +148,11 @@ def _apart(sets: Sequence[tuple[str, ControllerSet]]) -> list[tuple[str, Control
     """The sets under distinct names: of those called alike, each with its place or a number."""
     names = [runs.name for _, runs in sets]
     for by_place in (True, False):
-        counts, seen = Counter(names), Counter[str]()
+        counts, occurrences = Counter(names), Counter[str]()
         for i, name in enumerate(names):
-            seen[name] += 1
+            occurrences[name] += 1
             if counts[name] > 1:
-                names[i] = f"{name} ({sets[i][0] if by_place else f'no. {seen[name]}'})"
+                names[i] = f"{name} ({sets[i][0] if by_place else f'no. {occurrences[name]}'})"
     return [
         (place, dataclasses.replace(runs, name=name))
         for name, (place, runs) in zip(names, sets, strict=True)
@@ -194,12 +194,12 @@ def kinds() -> Mapping[str, tuple[type[LoadedController], str]]:
     from tegotae.questions.hopping import HopperController
     from tegotae.questions.walking import WalkerController
 
-    known: dict[str, tuple[type[LoadedController], str]] = {
+    classes: dict[str, tuple[type[LoadedController], str]] = {
         "One leg, such as paper": (HopperController, "paper"),
         "Several legs, such as quadruped-c": (WalkerController, "quadruped-c"),
     }
     with contextlib.suppress(MissingExtraError):
         from tegotae.questions.environment import EnvironmentController
 
-        known["Trained in another simulator"] = (EnvironmentController, "")
-    return known
+        classes["Trained in another simulator"] = (EnvironmentController, "")
+    return classes

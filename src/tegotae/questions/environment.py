@@ -122,7 +122,7 @@ class EnvironmentController(LoadedController):
         options = filled(locals(), self.own())
         experiment = lasting(self.experiment, options.duration_s)
         (played,) = replay(experiment, [self.weights])
-        why = played.why_on_ground()
+        reason = played.why_on_ground()
         return Recording(
             name=self.name,
             title=f"an episode on {experiment.spec.env}",
@@ -131,7 +131,7 @@ class EnvironmentController(LoadedController):
             columns=OF_EPISODES,
             rows=lambda: _series(played),
             settings=vars(options),
-            notes=(f"It {why}.",) if why else (),
+            notes=(f"It {reason}.",) if reason else (),
         )
 
     def evaluate(
@@ -188,24 +188,24 @@ class EnvironmentController(LoadedController):
         varied = not spec.is_model or spec.model_settings.noise > 0.0
         for omega in options.omega or (None,):
             wiring = dataclasses.replace(experiment.wiring, omega=omega)
-            there = dataclasses.replace(experiment, spec=spec, wiring=wiring)
+            tested = dataclasses.replace(experiment, spec=spec, wiring=wiring)
             for start in range(options.starts if varied else 1):
-                played = replay(there, self.runs.weights, seed=experiment.seed + start)
+                played = replay(tested, self.runs.weights, seed=experiment.seed + start)
                 rows += [
                     {"run": run, "omega": omega, "start": start, **episode.numbers()}
                     for run, episode in zip(self.runs.labels, played, strict=True)
                 ]
-        said = (
+        note = (
             "Mean over runs [95 % interval]; the mean of a run is over its starts. – is undefined"
         )
         if "hops" in rows[0]:
-            said += ": without a limit cycle there is neither CoT⁻¹ nor a transient"
+            note += ": without a limit cycle there is neither CoT⁻¹ nor a transient"
         return self._measurements(
             rows,
             OF_EPISODES,
             options,
             groups=("controller", "omega"),
-            notes=(f"{said}. * means that some runs are.",),
+            notes=(f"{note}. * means that some runs are.",),
         )
 
     def tested(self, starts: int) -> Tested:

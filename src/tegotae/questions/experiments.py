@@ -44,17 +44,17 @@ def conditions_named(texts: Iterable[str]) -> tuple[Condition, ...]:
 
 
 def _condition(text: str) -> Condition:
-    name, _, rest = text.partition("=")
-    values, at, times = rest.partition("@")
+    name, _, definition = text.partition("=")
+    values, separator, times = definition.partition("@")
     try:
-        numbers = [parse_number(time) for time in times.split(":")] if at else []
+        numbers = [parse_number(time) for time in times.split(":")] if separator else []
         from_s, until_s = [*numbers, *(0.0, None)[len(numbers) :]]
         if ":" in values:
             low, high = map(parse_number, values.split(":"))
             return Uniform(name, from_s, until_s, low=low, high=high)
         rows = [tuple(map(parse_number, row.split(","))) for row in values.split("/")]
-        alike = all(len(row) == 1 for row in rows)
-        return OneOf(name, from_s, until_s, values=tuple(r[0] if alike else r for r in rows))
+        constant = all(len(row) == 1 for row in rows)
+        return OneOf(name, from_s, until_s, values=tuple(r[0] if constant else r for r in rows))
     except TegotaeError:
         raise
     except ValueError:
@@ -91,8 +91,8 @@ def own_values(experiment: Experiment) -> Values:
     if experiment.body.limbs > 1:
         return values | dict.fromkeys(_OF_HOPPERS, HIDDEN)
     protocol = experiment.protocol
-    more = {"drop_m": protocol.drop_m, "work": protocol.work}
-    return values | more | {"tuned_over": experiment.search_offsets}
+    further = {"drop_m": protocol.drop_m, "work": protocol.work}
+    return values | further | {"tuned_over": experiment.search_offsets}
 
 
 def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
@@ -109,55 +109,57 @@ def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
         >>> adjusted(find("ART").experiment(), {"body": {"mass_kg": 0.2}}).body.mass_kg
         0.2
     """
-    own = own_values(experiment)
-    filling = vars(filled(options, own))
-    given = {name: x for name, x in filling.items() if x is not None and x != own.get(name)}
-    made: dict[str, Any] = {
-        field: given[name]
-        for name, field in (("height_m", "height_m"), ("fitness", "objective"), ("body", "body"))
-        if name in given
+    defaults = own_values(experiment)
+    filling = vars(filled(options, defaults))
+    overrides = {
+        name: x for name, x in filling.items() if x is not None and x != defaults.get(name)
     }
-    times = {name: given[name] for name in ("duration_s", "tick_s") if name in given}
+    updates: dict[str, Any] = {
+        field: overrides[name]
+        for name, field in (("height_m", "height_m"), ("fitness", "objective"), ("body", "body"))
+        if name in overrides
+    }
+    times = {name: overrides[name] for name in ("duration_s", "tick_s") if name in overrides}
     if times:
-        made["timing"] = replace(experiment.timing, **times)
-    if given.get("hold"):
-        made["integrator"] = Hold()
-    if "episodes_per_candidate" in given:
-        made["episodes"] = given["episodes_per_candidate"]
-    if given.get("vary"):
-        made["conditions"] = conditions_named(given["vary"])
-    objective = made.get("objective", experiment.objective)
-    if given.get("cot_only"):
+        updates["timing"] = replace(experiment.timing, **times)
+    if overrides.get("hold"):
+        updates["integrator"] = Hold()
+    if "episodes_per_candidate" in overrides:
+        updates["episodes"] = overrides["episodes_per_candidate"]
+    if overrides.get("vary"):
+        updates["conditions"] = conditions_named(overrides["vary"])
+    objective = updates.get("objective", experiment.objective)
+    if overrides.get("cot_only"):
         if not hasattr(objective, "follow_omega"):
             kind = type(objective).__name__
             raise TegotaeError(f"cot_only belongs to the paper's fitness; this one is a {kind}")
-        made["objective"] = objective = objective.without_frequency()
+        updates["objective"] = objective = objective.without_frequency()
     if experiment.body.limbs == 1:
-        made |= _of_hopper(experiment, given, objective)
-    return experiment.replaced(**made)
+        updates |= _of_hopper(experiment, overrides, objective)
+    return experiment.replaced(**updates)
 
 
 def _of_hopper(
-    experiment: Experiment, given: Mapping[str, Any], objective: Objective
+    experiment: Experiment, overrides: Mapping[str, Any], objective: Objective
 ) -> dict[str, Any]:
     """Options of a body with one leg, by the names that `Experiment.replaced` takes."""
     of_protocol = {"drop_m": "drop_m", "work": "work", "height_m": "release_m"}
-    evaluated = {field: given[name] for name, field in of_protocol.items() if name in given}
+    evaluated = {field: overrides[name] for name, field in of_protocol.items() if name in overrides}
     controller = experiment.controller
     actuation = with_vanilla_settings(
         controller.actuation,
-        start_rad=given.get("sector_start_rad"),
-        duration_s=given.get("sector_duration_s"),
-        newtons_per_feedback=given.get("newtons_per_feedback"),
+        start_rad=overrides.get("sector_start_rad"),
+        duration_s=overrides.get("sector_duration_s"),
+        newtons_per_feedback=overrides.get("newtons_per_feedback"),
     )
-    made: dict[str, Any] = {
+    updates: dict[str, Any] = {
         "controller": replace(controller, actuation=actuation),
         "protocol": replace(experiment.protocol, **evaluated),
-        "search_offsets": given.get("tuned_over", experiment.search_offsets),
+        "search_offsets": overrides.get("tuned_over", experiment.search_offsets),
     }
-    if "work" in given and hasattr(objective, "work"):
-        made["objective"] = replace(cast(Any, objective), work=given["work"])
-    return made
+    if "work" in overrides and hasattr(objective, "work"):
+        updates["objective"] = replace(cast(Any, objective), work=overrides["work"])
+    return updates
 
 
 def _for_weight(experiment: Experiment, body: Body) -> Controller:
@@ -210,15 +212,15 @@ def with_parts(
     body, fitness = (x.get("name") if isinstance(x, Mapping) else x for x in (body, fitness))
     if oscillator is not None:
         experiment = _with_oscillator(experiment, oscillator, budget)
-    made: dict[str, Any] = {}
+    parts: dict[str, Any] = {}
     if isinstance(body, (str, Body)):
-        made["body"] = body_called(body) if isinstance(body, str) else body
-        made["controller"] = _for_weight(experiment, made["body"])
+        parts["body"] = body_called(body) if isinstance(body, str) else body
+        parts["controller"] = _for_weight(experiment, parts["body"])
     if isinstance(fitness, str):
-        made["objective"] = load_object(fitness, Objective, "fitness")
+        parts["objective"] = load_object(fitness, Objective, "fitness")
     elif fitness is not None:
-        made["objective"] = fitness
-    return experiment.replaced(**made)
+        parts["objective"] = fitness
+    return experiment.replaced(**parts)
 
 
 def _with_oscillator(experiment: Experiment, name: str, budget: int | None) -> Experiment:
@@ -226,11 +228,11 @@ def _with_oscillator(experiment: Experiment, name: str, budget: int | None) -> E
     custom, oscillator = is_reference(name), oscillator_called(name)
     if experiment.controller.oscillator is None:
         return experiment
-    called = f"{experiment.name}+{type(oscillator).__name__ if custom else name}"
+    label = f"{experiment.name}+{type(oscillator).__name__ if custom else name}"
     controller = replace(experiment.controller, oscillator=oscillator)
     if experiment.name in all_models() and not custom:
         # Its networks leave room for the weights of the oscillator.
-        model = find(called)
-        called = model.name
+        model = find(label)
+        label = model.name
         controller = model.controller(BUDGET if budget is None else budget)
-    return experiment.replaced(name=called, controller=controller)
+    return experiment.replaced(name=label, controller=controller)

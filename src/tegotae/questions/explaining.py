@@ -103,23 +103,25 @@ def explain(controller: LoadedController, options: Any) -> Explanation:
             "and the other judges; or retune none, with retune 0"
         )
     released = _released(task, options)
-    whole = released.evaluated(released.saved.controller, released.saved.weights)
+    evaluated_controller = released.evaluated(released.saved.controller, released.saved.weights)
     recorded = released.recorded()
-    feedback = mean_feedback(whole, recorded)
-    visited = visits(released, whole, recorded)
+    feedback = mean_feedback(evaluated_controller, recorded)
+    visited = visits(released, evaluated_controller, recorded)
     seeds = range(options.first_seed, options.first_seed + options.retune_seeds)
     forms: list[TriedForm] = []
-    known = released.saved.controller.tegotae is not None or released.saved.body.limbs == 1
-    known &= released.saved.experiment is not None or released.saved.body.limbs == 1
-    halves = [whole.of_releases(half).mean.mean for half in (CHOOSING, JUDGING)]
-    if options.retune and known and released.saved.omega and min(halves) >= NOTHING:
-        forms = tried_forms(released, whole, visited, generations=options.retune, seeds=seeds)
+    has_reading = released.saved.controller.tegotae is not None or released.saved.body.limbs == 1
+    has_reading &= released.saved.experiment is not None or released.saved.body.limbs == 1
+    halves = [evaluated_controller.of_releases(half).mean.mean for half in (CHOOSING, JUDGING)]
+    if options.retune and has_reading and released.saved.omega and min(halves) >= NOTHING:
+        forms = tried_forms(
+            released, evaluated_controller, visited, generations=options.retune, seeds=seeds
+        )
     explanation = Explanation(
         title=task.name,
         name=task.name,
         released=released,
         visited=visited,
-        evaluated={"whole": whole, **without_feedback(released, feedback)},
+        evaluated={"whole": evaluated_controller, **without_feedback(released, feedback)},
         feedback_rad_per_s=feedback,
         forms=forms,
         settings=vars(options),
@@ -250,10 +252,12 @@ class Explanation(Table):
         rows = []
         for i, v in enumerate(self.visited):
             curves = {"A′(φ)": v.action, "G R(N)": v.gain * v.reaction}
-            known = {name: np.isfinite(x).all() for name, x in curves.items()}
+            is_finite = {name: np.isfinite(x).all() for name, x in curves.items()}
             actions = {x.formula: x for x in action_fits(v)}.values()  # one harmonic may be all
-            fits = [("A′(φ)", x) for x in actions] if known["A′(φ)"] else []
-            fits += [("G R(N)", x) for x in reaction_fits(v).values()] if known["G R(N)"] else []
+            fits = [("A′(φ)", x) for x in actions] if is_finite["A′(φ)"] else []
+            fits += (
+                [("G R(N)", x) for x in reaction_fits(v).values()] if is_finite["G R(N)"] else []
+            )
             for curve, fit in fits:
                 row = {"curve": curve, "formula": fit.formula, "R²": _explained(fit.explained)}
                 rows.append({"set": i, **row})
@@ -291,7 +295,7 @@ class Explanation(Table):
 
     def sentences(self) -> list[str]:
         """Return the text of the page."""
-        known = (
+        paragraphs = (
             self._of_score,
             self._of_feedback,
             self._of_command,
@@ -299,105 +303,109 @@ class Explanation(Table):
             self._of_reading,
             self._of_forms,
         )
-        return [note for of in known for note in of()]
+        return [note for paragraph in paragraphs for note in paragraph()]
 
     def _of_score(self) -> list[str]:
         """What the score is, and how much of it are episodes without a gait."""
-        whole, unit = self.evaluated["whole"], " m/J" if self._hops else ""
-        kind, other = ("settle", "does not settle") if self._hops else ("stay up", "falls")
-        known = [_short(x) for x in whole.omega if np.isfinite(x)]
-        commands = f" at ω = {_listed(known)} rad/s" if known else ""
+        intact, unit = self.evaluated["whole"], " m/J" if self._hops else ""
+        kind, opposite = ("settle", "does not settle") if self._hops else ("stay up", "falls")
+        frequencies = [_short(x) for x in intact.omega if np.isfinite(x)]
+        commands = f" at ω = {_listed(frequencies)} rad/s" if frequencies else ""
         return [
-            f"The score, mean CoT⁻¹, is {whole.mean.mean:.3g}{unit} over {len(whole.merit)} "
-            f"releases{commands}. Of the episodes {whole.sound.mean():.0%} {kind}; what {other} "
-            "counts as 0."
+            f"The score, mean CoT⁻¹, is {intact.mean.mean:.3g}{unit} over {len(intact.merit)} "
+            f"releases{commands}. Of the episodes {intact.sound.mean():.0%} {kind}; what "
+            f"{opposite} counts as 0."
         ]
 
     def _of_feedback(self) -> list[str]:
         """What cutting and freezing the feedback does to the score."""
-        whole = self.evaluated["whole"]
+        intact = self.evaluated["whole"]
         if not self._has_feedback:
             moved = "force" if self._hops else "feet"
             return [f"There is no feedback that could be cut: one network commands the {moved}."]
-        if whole.mean.mean < NOTHING:
+        if intact.mean.mean < NOTHING:
             return ["From these releases it does not get anywhere."]
         cut, frozen = (self.evaluated[name] for name in ("cut", "frozen"))
-        said = f"Cutting the feedback changes the score by {_ranged(cut.over(whole))}"
-        held_at = f"and holding it at its mean by {_ranged(frozen.over(whole))}"
+        sentence = f"Cutting the feedback changes the score by {_ranged(cut.over(intact))}"
+        held_at = f"and holding it at its mean by {_ranged(frozen.over(intact))}"
         kind = "a clock with a sector" if self._hops else "a clock"
         unknown = "too small to tell from these releases"
-        if cut.over(whole, 1.0 / ALIKE).low > 0.0:
-            return [f"{said}: from these releases its feedback costs more than it gains."]
-        if cut.over(whole, ALIKE).low >= 0.0:
-            return [f"{said}: this controller is {kind}."]
-        if not cut.over(whole, ALIKE).high < 0.0:
-            return [f"{said}: what its feedback is worth is {unknown}."]
-        if frozen.over(whole, ALIKE).low >= 0.0:
-            return [f"{said}, {held_at}: it is {kind} of another frequency."]
-        if not frozen.over(whole, ALIKE).high < 0.0:
-            return [f"{said}, {held_at}: what its changes within a cycle are worth is {unknown}."]
-        most = all(x.over(whole, _MUCH).high < 0.0 for x in (cut, frozen))
-        much = "most" if most else "part"
+        if cut.over(intact, 1.0 / ALIKE).low > 0.0:
+            return [f"{sentence}: from these releases its feedback costs more than it gains."]
+        if cut.over(intact, ALIKE).low >= 0.0:
+            return [f"{sentence}: this controller is {kind}."]
+        if not cut.over(intact, ALIKE).high < 0.0:
+            return [f"{sentence}: what its feedback is worth is {unknown}."]
+        if frozen.over(intact, ALIKE).low >= 0.0:
+            return [f"{sentence}, {held_at}: it is {kind} of another frequency."]
+        if not frozen.over(intact, ALIKE).high < 0.0:
+            return [
+                f"{sentence}, {held_at}: what its changes within a cycle are worth is {unknown}."
+            ]
+        is_necessary = all(x.over(intact, _MUCH).high < 0.0 for x in (cut, frozen))
+        much = "most" if is_necessary else "part"
         changes = f"changes of the feedback within a cycle make {much} of the score"
         actuation = self.released.saved.controller.actuation
         if {*actuation.reads} == {"feedback"} and not actuation.needs_phase:
             moved = "force follows" if actuation.commands_force else "feet follow"
             changes += f". The {moved} the feedback alone, and so cannot do without it"
-        return [f"{said}, {held_at}: {changes}."]
+        return [f"{sentence}, {held_at}: {changes}."]
 
     def _of_command(self) -> list[str]:
         """Whether the rate follows ω."""
-        whole = self.evaluated["whole"]
-        slopes, what = whole.following_of_releases, "hops" if self._hops else "steps"
-        if np.isnan(whole.omega).all():
+        intact = self.evaluated["whole"]
+        slopes, cycles = intact.following_of_releases, "hops" if self._hops else "steps"
+        if np.isnan(intact.omega).all():
             return ["It has no oscillator, and so no command to follow."]
         if math.isnan(slopes.mean):
             return ["It settles at fewer than two frequencies: whether it follows is unknown."]
         likely = (slopes.low, slopes.mean, slopes.high)
         words = [_follows(slope) for slope in likely if not math.isnan(slope)]
-        how = " or ".join(dict.fromkeys(words))
-        known = np.isfinite(whole.rates)
-        omega, rates = whole.omega[known], whole.rates[known]
+        verdict = " or ".join(dict.fromkeys(words))
+        is_finite = np.isfinite(intact.rates)
+        omega, rates = intact.omega[is_finite], intact.rates[is_finite]
         line = np.polyval(np.polyfit(omega, rates, 1), omega)
         bent = np.abs(rates - line).max() > _BENT * rates.mean()
-        kind = "Its rate is no line over its command" if bent else f"It {how} its command"
-        said = [
-            f"{kind}: it {what} at {_listed(map(_short, rates))} rad/s where ω is "
+        kind = "Its rate is no line over its command" if bent else f"It {verdict} its command"
+        sentences = [
+            f"{kind}: it {cycles} at {_listed(map(_short, rates))} rad/s where ω is "
             f"{_listed(map(_short, omega))} (slope {_ranged(slopes)})."
         ]
         turning = float(np.mean([v.rate_rad_per_s.mean() for v in self.visited]))
-        hops = whole.rates[self.released.middle] / turning if turning > 0.0 else math.nan
+        hops = intact.rates[self.released.middle] / turning if turning > 0.0 else math.nan
         if self._hops and abs(hops - 1.0) > _OFF:
-            at = whole.omega[self.released.middle]
-            said.append(f"At ω = {at:.3g} it hops {hops:.2g} times in a turn of its phase.")
-        return said
+            middle = intact.omega[self.released.middle]
+            sentences.append(
+                f"At ω = {middle:.3g} it hops {hops:.2g} times in a turn of its phase."
+            )
+        return sentences
 
     def _of_visits(self) -> list[str]:
         """Where the phase waits, stands and pushes."""
-        saved, said = self.released.saved, []
+        saved, sentences = self.released.saved, []
         if saved.omega is None:
             return []
         omega = float(self.released.omega[self.released.middle])
         for i, v in enumerate(self.visited):
-            of = "" if len(self.visited) == 1 else f" of the set {i}"
+            owner = "" if len(self.visited) == 1 else f" of the set {i}"
             waits = [
                 f"{share:.0%} of the time in {where}, {_places(places)}"
                 for where, (share, places) in parking(v, omega).items()
                 if places and share >= 0.01
             ]
             stands = arcs(v.phase_rad, np.ones_like(v.stance), v.stance)
-            said.append(
-                f"The phase{of} waits {' and '.join(waits) or 'nowhere'}; the leg stands "
+            sentences.append(
+                f"The phase{owner} waits {' and '.join(waits) or 'nowhere'}; the leg stands "
                 f"{v.stance.mean():.0%} of the time, {_places(stands)}."
             )
             if saved.controller.actuation.commands_force:
                 share, places = pushing(v, float(np.max(saved.body.max_force_n)))
                 when = f"for {share:.0%} of the stance, {_places(places)}"
                 when = "throughout the stance" if share > _ALL else when
-                said.append(f"It pushes, with more than half of its largest force, {when}.")
+                sentences.append(f"It pushes, with more than half of its largest force, {when}.")
         if not self.evaluated["whole"].sound[:, self.released.middle].any():
-            said.append("No release settles there: the curves are those of unsettled gaits.")
-        return said
+            sentences.append("No release settles there: the curves are those of unsettled gaits.")
+        return sentences
 
     def _of_reading(self) -> list[str]:
         """What the reaction and the gain read beside the load, over which they are drawn."""
@@ -406,31 +414,31 @@ class Explanation(Table):
             name for role in ("reaction", "gain") if role in terms for name in terms[role].reads
         ]
         senses = (name.removeprefix("sin_").removeprefix("cos_") for name in read)
-        more = [name.replace("_", " ") for name in dict.fromkeys(senses) if name != "spring_force"]
-        said = f"G R reads the {_listed(more)}, too: no formula of N alone is that curve."
-        return [said] if more else []
+        names = [name.replace("_", " ") for name in dict.fromkeys(senses) if name != "spring_force"]
+        sentence = f"G R reads the {_listed(names)}, too: no formula of N alone is that curve."
+        return [sentence] if names else []
 
     def _of_forms(self) -> list[str]:
         """The shortest forms that keep shares of the score."""
         if not self.forms:
             return []
-        said: list[str] = []
+        sentences: list[str] = []
         for form in dict.fromkeys(filter(None, self.chosen.values())):
             shares = [f"{share:.0%}" for share, x in self.chosen.items() if x is form]
             feet = f" beside the {form.of_feet} of its feet" if form.of_feet else ""
-            said.append(
+            sentences.append(
                 f"The shortest form that keeps {_listed(shares)} of the score is {form.name}, "
                 f"{form.numbers} numbers{feet}; from the releases that did not choose it, it keeps "
                 f"{form.kept:.0%}: {plain_law(form.saved)}."
             )
         if none := [f"{share:.0%}" for share, form in self.chosen.items() if form is None]:
-            said.append(f"None of the library keeps {' or '.join(none)}.")
+            sentences.append(f"None of the library keeps {' or '.join(none)}.")
         if max(form.kept for form in self.forms) > 1.0 / ALIKE:
-            said.append(
+            sentences.append(
                 "A form may score above the controller: it is retuned from many releases, and "
                 "its rate over ω may be another."
             )
-        return said
+        return sentences
 
     def to_dict(self) -> JsonObject:
         scores = {
@@ -448,18 +456,18 @@ class Explanation(Table):
             }
             for form in self.forms
         ]
-        more = {"scores": scores, "curves": curves, "forms": forms, "said": self.notes}
-        return as_json({**settings, "feedback_rad_per_s": self.feedback_rad_per_s, **more})
+        results = {"scores": scores, "curves": curves, "forms": forms, "said": self.notes}
+        return as_json({**settings, "feedback_rad_per_s": self.feedback_rad_per_s, **results})
 
     def figures(self) -> Mapping[str, figure.Figure]:
         from tegotae.figures.explanation import explanation_figure, forms_figure
 
         surface = self._surface()
         drawn = explanation_figure(self.name, self.visited, surface, self.evaluated)
-        kept = [(form.name, form.numbers, form.evaluated.mean) for form in self.forms]
+        rows = [(form.name, form.numbers, form.evaluated.mean) for form in self.forms]
         unit = "m/J" if self._hops else "1"
-        more = {"forms": forms_figure(kept, self.evaluated, unit)} if kept else {}
-        return {"curves": drawn, **more}
+        further = {"forms": forms_figure(rows, self.evaluated, unit)} if rows else {}
+        return {"curves": drawn, **further}
 
     def _surface(self) -> Surface | None:
         saved, v = self.released.saved, self.visited[0]
@@ -490,8 +498,11 @@ class Explanation(Table):
             below = "the rate of the phase"
         elif sees_velocity(self.released.saved):
             below += ", for a velocity of 0"
-        unit, own = "", unwrapped(body)
-        if isinstance(own, Walker) and own.gravity_m_per_s2 == own.rest_length_m == 1.0:
+        unit, mechanics = "", unwrapped(body)
+        if (
+            isinstance(mechanics, Walker)
+            and mechanics.gravity_m_per_s2 == mechanics.rest_length_m == 1.0
+        ):
             unit = " Mass, leg and gravity are 1 here: 1 m/s is √(g l0)."
         return (
             "*Dots are moments of settled gaits at the frequency of the training. Above: the "
@@ -504,15 +515,15 @@ class Explanation(Table):
     def _fill(self, folder: Path) -> list[Path]:
         """Write the page, its figures, numbers and document into a folder, and the shortest forms,
         each as a controller file and as a folder of C."""
-        written = super()._fill(folder)
+        paths = super()._fill(folder)
         for form in dict.fromkeys(filter(None, self.chosen.values())):
-            written.append(folder / f"{form.name}.json")
-            save(form.saved, written[-1])
+            paths.append(folder / f"{form.name}.json")
+            save(form.saved, paths[-1])
             if self._hops:
-                written += tegotae.robots.export_c(form.saved).save(folder / f"{form.name}-c")
+                paths += tegotae.robots.export_c(form.saved).save(folder / f"{form.name}-c")
         path = folder / "page.md"
         write_atomically(path, self.page())
-        return [path, *written]
+        return [path, *paths]
 
 
 def _short(x: float) -> str:
@@ -540,14 +551,14 @@ def _ranged(mean: Interval) -> str:
 
 def _places(places: Sequence[Arc]) -> str:
     """Intervals of phases in words."""
-    shown = [
+    rows = [
         f"{x.start_rad:.2f} ... {(x.start_rad + x.width_rad) % TWO_PI:.2f}"
         for x in places
         if x.share >= 0.05
     ]
     if any(x.width_rad == TWO_PI for x in places):
         return "at every phase"
-    return f"at φ = {_listed(shown)} rad" if shown else "at no phase of its own"
+    return f"at φ = {_listed(rows)} rad" if rows else "at no phase of its own"
 
 
 def _listed(words: Iterable[str]) -> str:

@@ -57,13 +57,13 @@ class _Study:
 
     def __init__(self, controller: Walking, options: Mapping[str, Any], *over: Axis) -> None:
         controller = _walker(controller)
-        own = {**controller.own(), **_usual(_walker(controller))}
+        defaults = {**controller.own(), **_usual(_walker(controller))}
         for axis in over:
             value = options[axis.name] if axis.name in (OMEGA, SIGMA) else None
-            if value not in (None, own.get(axis.name)):
+            if value not in (None, defaults.get(axis.name)):
                 raise TegotaeError(f"{axis.name} is one value, and it is varied")
         self.controller, self.over = controller, [axis.name for axis in over]
-        self.options = filled(options, own)
+        self.options = filled(options, defaults)
         self.releases = {name: options[name] for name in ("seed", "tolerance")}
         self.legged: Legged = controller.driven(self.options)
 
@@ -72,7 +72,7 @@ class _Study:
         raw: Any,
         frame: pd.DataFrame,
         draw: Callable[[Any, str], matplotlib_figure.Figure],
-        **more: Any,
+        **fields: Any,
     ) -> Figure:
         """Return the result.
 
@@ -82,7 +82,7 @@ class _Study:
             draw: function of it and of a title that draws the figure.
             more: fields of the result; `data` stands in the document before the rows.
         """
-        numbers = {"system": system_document(self.legged), **more.pop("data", {})}
+        numbers = {"system": system_document(self.legged), **fields.pop("data", {})}
         settings = vars(self.options)
         hidden = ("controller", "out")
         return Figure(
@@ -91,7 +91,7 @@ class _Study:
             beside={"": frame},
             settings={name: x for name, x in settings.items() if name not in hidden},
             data={**numbers, "rows": frame.to_dict("records")},
-            **more,
+            **fields,
         )
 
     def _title(self) -> str:
@@ -100,8 +100,8 @@ class _Study:
         from tegotae.figures.style import literal_text
 
         options, omega = self.options, self.legged.omega
-        usual = numbers_of(self.controller.legged.body)
-        changed = {name: x for name, x in numbers_of(options.body).items() if x != usual[name]}
+        numbers = numbers_of(self.controller.legged.body)
+        changed = {name: x for name, x in numbers_of(options.body).items() if x != numbers[name]}
         words = [self.controller.name, *(f"{in_words(n)} {short(x)}" for n, x in changed.items())]
         words += [" ".join(options.terrain)]
         words += [
@@ -109,8 +109,8 @@ class _Study:
             for name, x in (("delay", options.delay_s), ("noise", options.noise))
             if x
         ]
-        at = "" if omega is None or OMEGA in self.over else f", ω = {omega:g}"
-        return literal_text(", ".join(filter(None, words))) + at
+        suffix = "" if omega is None or OMEGA in self.over else f", ω = {omega:g}"
+        return literal_text(", ".join(filter(None, words))) + suffix
 
 
 def _usual(controller: WalkerController) -> dict[str, Any]:
@@ -286,15 +286,15 @@ def sweep(
     if dwell_s is not None and study.options.duration_s != controller.own()["duration_s"]:
         raise TegotaeError("duration_s does nothing beside dwell_s; leave one of them out")
     dwell_s = float(0.5 * study.options.duration_s if dwell_s is None else dwell_s)
-    found = swept(study.legged, axis.values, dwell_s=dwell_s, starts=starts, **study.releases)
-    gaits = found.frame.groupby(["omega_rad_per_s", "direction"])["gait"]
+    result = swept(study.legged, axis.values, dwell_s=dwell_s, starts=starts, **study.releases)
+    gaits = result.frame.groupby(["omega_rad_per_s", "direction"])["gait"]
     listed: Any = gaits.agg(lambda x: ", ".join(f"{name} {n}" for name, n in _counts(x).items()))
     summary = listed.unstack()[[UP, DOWN]].add_prefix("gaits on the way ").rename_axis(index="ω")
-    where = ", ".join(f"{w:.4g}" for w in found.bistable)
-    changes = found.hysteresis
+    where = ", ".join(f"{w:.4g}" for w in result.bistable)
+    changes = result.hysteresis
     return study.figure(
-        found,
-        found.frame,
+        result,
+        result.frame,
         sweep_figure,
         shown=[summary.set_index(summary.index.map("{:.4g}".format))],
         notes=(
@@ -305,7 +305,7 @@ def sweep(
         data={
             "dwell_s": dwell_s,
             "hysteresis": changes.to_dict("records"),
-            "bistable": found.bistable,
+            "bistable": result.bistable,
         },
     )
 
@@ -375,14 +375,14 @@ def map(
     options, controller = locals(), _walker(controller)
     from tegotae.figures.gaits.maps import map_figure
 
-    usual, folder = _usual(controller), None if out is None else Path(out)
-    across = _axis(x or usual["x"], cells[0])
-    along = _axis(y or usual["y"], cells[1])
+    ranges, folder = _usual(controller), None if out is None else Path(out)
+    across = _axis(x or ranges["x"], cells[0])
+    along = _axis(y or ranges["y"], cells[1])
     study = _Study(controller, options, across, along)
     if folder is not None:
         require_free_for(folder, GAIT_MAP)
-    found = map_gaits(study.legged, across, along, folder=folder, starts=starts, **study.releases)
-    table: Any = found.cells
+    result = map_gaits(study.legged, across, along, folder=folder, starts=starts, **study.releases)
+    table: Any = result.cells
     counts = _counts(table["gait"])
     of_gaits = table.groupby("gait")
     cost = of_gaits["cost_of_transport"].agg(["min", "max"]).loc[counts.index]
@@ -399,7 +399,7 @@ def map(
         index=counts.index.rename("gait of most starts"),
     )
     axes = {"x": across, "y": along}
-    return study.figure(found, table, map_figure, shown=[summary], data=axes)
+    return study.figure(result, table, map_figure, shown=[summary], data=axes)
 
 
 @in_shell(**_FOLDER)
@@ -460,7 +460,7 @@ def front(
     families = [family_of(study.legged, name) for name in dict.fromkeys(family)]
     if folder is not None:
         require_free_for(folder, GAIT_FRONT)
-    fronts = [search_front(study.legged, each, search, folder) for each in families]
+    fronts = [search_front(study.legged, member, search, folder) for member in families]
     if not any(len(front) for front in fronts):
         raise TegotaeError(
             f"no walker of {study.controller.name} among {sum(search.sizes)} stays up at a steady "
@@ -468,9 +468,9 @@ def front(
             "folder of their own"
         )
     table = pd.concat(fronts, ignore_index=True)
-    shown = {"speed": ".3f", "cost_of_transport": ".3f", "omega": ".2f", "gait": ""}
+    formats = {"speed": ".3f", "cost_of_transport": ".3f", "omega": ".2f", "gait": ""}
     summary = pd.DataFrame(
-        {name: table[name].map(f"{{:{style}}}".format) for name, style in shown.items()}
+        {name: table[name].map(f"{{:{style}}}".format) for name, style in formats.items()}
     ).set_index(pd.Index(table["family"]))
     study.over = [OMEGA]
     return study.figure(table, table, front_figure, shown=[summary], data={"search": search})
@@ -532,36 +532,36 @@ def stability(
 
     axis = _axis(over or _usual(controller)["over"], count)
     study = _Study(controller, options, axis)
-    how = {"kick": kick, "pairs": pairs, "skip": skip, "cycles": cycles, **study.releases}
-    found = measured_stability(study.legged, axis, tuple(gaits) or None, **how)
-    frame: Any = found.frame
-    shown = [
+    settings = {"kick": kick, "pairs": pairs, "skip": skip, "cycles": cycles, **study.releases}
+    result = measured_stability(study.legged, axis, tuple(gaits) or None, **settings)
+    frame: Any = result.frame
+    rows = [
         UNDEFINED if math.isnan(a) else f"{a:.3f}, {b:.3f}"
         for a, b in zip(frame["largest"], frame["unexplained"], strict=True)
     ]
-    summary = frame.assign(shown=shown).pivot(index=axis.name, columns="gait", values="shown")
-    summary = summary[list(found.jacobians)].add_suffix(": largest, unexplained")
+    summary = frame.assign(shown=rows).pivot(index=axis.name, columns="gait", values="shown")
+    summary = summary[list(result.jacobians)].add_suffix(": largest, unexplained")
     crossings = [
-        f"{gait} {'loses' if loses else 'gains'} its stability at {axis.name} {at:.3g}"
-        for gait, at, loses in found.crossings.itertuples(index=False)
+        f"{gait} {'loses' if loses else 'gains'} its stability at {axis.name} {crossing:.3g}"
+        for gait, crossing, loses in result.crossings.itertuples(index=False)
     ]
     ends = []
-    for gait, own in frame[frame["refused"] == ""].groupby("gait", sort=False):
-        values, stays = own[axis.name].to_numpy(), own["stays"].to_numpy()
+    for gait, rows_of_gait in frame[frame["refused"] == ""].groupby("gait", sort=False):
+        values, stays = rows_of_gait[axis.name].to_numpy(), rows_of_gait["stays"].to_numpy()
         for i in np.flatnonzero(np.diff(stays.astype(int))):
             side = "below" if stays[i] else "above"
             between = f"{values[i]:.3g} … {values[i + 1]:.3g}"
             ends.append(f"{gait}, simulated to the end: stays {side} {between}")
     none = "no multiplier crosses one between neighbouring values"
     return study.figure(
-        found,
+        result,
         frame,
         stability_figure,
         shown=[summary.set_index(summary.index.map("{:.4g}".format))],
         notes=(*crossings, *ends, *([] if crossings else [none])),
         data={
-            "crossings": found.crossings.to_dict("records"),
-            "jacobians": found.jacobians,
+            "crossings": result.crossings.to_dict("records"),
+            "jacobians": result.jacobians,
         },
     )
 
@@ -626,35 +626,35 @@ def perturb(
         drop_m=drop_m,
         lasts_s=math.inf if lasting_s is None else lasting_s,
     )
-    found = aftermath(legged, lesion, starts=starts, **study.releases)
-    frame: Any = found.frame
-    share, low, high = found.share
+    result = aftermath(legged, lesion, starts=starts, **study.releases)
+    frame: Any = result.frame
+    share, low, high = result.share
     stood, stays = frame[frame["stood_before"]], frame[frame["stays_up"]]
-    (length, time), margin = legged.units, found.margin_m
+    (length, time), margin = legged.units, result.margin_m
     notes = [f"the mass is {margin:.3f} {length} inside the feet that are left"]
     notes = [] if math.isnan(margin) else notes
-    for leg in found.left:
+    for leg in result.left:
         change = stays[f"lag_change_cycles_{legged.names[leg]}"].median()
-        if leg != found.reference and not math.isnan(change):
+        if leg != result.reference and not math.isnan(change):
             notes.append(f"lag of {legged.names[leg]} moves by {change:+.3f} cycles (median)")
-    for what, values in (
+    for quantity, values in (
         ("falls after", stood["after_fall_time_s"]),
         ("locks again after", stays["after_lock_time_s"]),
     ):
         if values.count():
-            notes.append(f"{what} {values.median():.3g} {time} (median of {values.count()})")
+            notes.append(f"{quantity} {values.median():.3g} {time} (median of {values.count()})")
     pairs = _counts(stood["gait_before"] + " → " + stood["gait_after"])
     return study.figure(
-        found,
+        result,
         frame,
         lesion_figure,
-        title=f"{found.lesion.label} at {found.lesion.at_s:g} {time}: {len(stays)} of "
+        title=f"{result.lesion.label} at {result.lesion.at_s:g} {time}: {len(stays)} of "
         f"{len(stood)} that stood stay up, {share:.3f} ({low:.3f} … {high:.3f})",
         shown=[pairs.rename_axis("before → after").to_frame("starts")],
         notes=notes,
         data={
-            "lesion": found.lesion,
-            "reference": legged.names[found.reference],
+            "lesion": result.lesion,
+            "reference": legged.names[result.reference],
             "margin_m": margin,
             "stays_up": {"share": share, "low": low, "high": high, "of": len(stood)},
         },

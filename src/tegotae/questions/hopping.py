@@ -79,8 +79,8 @@ class HopperController(LoadedController):
         Raises:
             TegotaeError: for several controllers, or values that do not fit together.
         """
-        own = {**self.own(), "sigma": None}
-        options = filled({"omega": omega, "release": release, "body": body}, own)
+        defaults = {**self.own(), "sigma": None}
+        options = filled({"omega": omega, "release": release, "body": body}, defaults)
         if sigma is not None:
             require_within("sigma", sigma, MOST_GAIN)
         system = self.runs.system.replaced(vars(options))
@@ -247,13 +247,16 @@ class HopperController(LoadedController):
             start=runs.system.scenario()._replace(height_m=options.protocol.release_m),
             integrator=runs.system.integrator,
         )
-        shown = metrics if options.metric else [m for m in metrics if TABLE in m.shown]
+        visible = metrics if options.metric else [m for m in metrics if TABLE in m.shown]
         labels, omegas = runs.labels, result.omega
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
         return self._measurements(
             rows | {name: values.ravel() for name, values in result.episodes.items()},
             columns(
-                *((m.name, m.label, m.unit, m.range, m.more_is_better, m in shown) for m in metrics)
+                *(
+                    (m.name, m.label, m.unit, m.range, m.more_is_better, m in visible)
+                    for m in metrics
+                )
             ),
             options,
             notes=[
@@ -264,8 +267,10 @@ class HopperController(LoadedController):
         )
 
 
-def _metrics(asked: tuple[str, ...]) -> tuple[Metric, ...]:
+def _metrics(requested: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics of names; a user's own is registered."""
-    own = {name: load_object(name, Metric, "metric") for name in asked if is_reference(name)}
-    names = [register_metric(own[name]).name if name in own else name for name in asked]
+    objects = {
+        name: load_object(name, Metric, "metric") for name in requested if is_reference(name)
+    }
+    names = [register_metric(objects[name]).name if name in objects else name for name in requested]
     return select_metrics(names or None)

@@ -47,16 +47,16 @@ def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) 
             raise TegotaeError("budget sizes controllers that are not trained; those of zoo are")
         return _trained(pattern)
     if "@" in pattern:
-        kind, known, headings, described = "design", all_designs(), _OF_DESIGNS, _of_design
+        kind, models, headings, described = "design", all_designs(), _OF_DESIGNS, _of_design
     else:
-        known = {**all_models(), **_laws(budget)}
+        models = {**all_models(), **_laws(budget)}
         kind, headings, described = "model", _OF_MODELS, _of_model
-    chosen = [x for name, x in known.items() if fnmatch.fnmatchcase(name, pattern)]
-    chosen = chosen or [x for x in known.values() if _architecture(x) == pattern]
-    if not chosen:
-        raise unknown(kind, pattern, known)
-    rows = [described(x, budget) for x in chosen]
-    laws = sum(isinstance(x, ShortLaw) for x in chosen)
+    matches = [x for name, x in models.items() if fnmatch.fnmatchcase(name, pattern)]
+    matches = matches or [x for x in models.values() if _architecture(x) == pattern]
+    if not matches:
+        raise unknown(kind, pattern, models)
+    rows = [described(x, budget) for x in matches]
+    laws = sum(isinstance(x, ShortLaw) for x in matches)
     counts = {f"{kind}s": len(rows) - laws, "short laws": laws}
     remark = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
     return _listed(rows, headings, remark)
@@ -84,9 +84,9 @@ def _laws(budget: int) -> dict[str, ShortLaw]:
     return {law.name: law for law in laws if law.controller().n_weights <= budget}
 
 
-def _architecture(named: Any) -> str:
+def _architecture(model: Any) -> str:
     """A model's architecture, or a short law without its frequency; empty of a design."""
-    return getattr(named, "architecture", getattr(named, "law", ""))
+    return getattr(model, "architecture", getattr(model, "law", ""))
 
 
 def _of_law(law: ShortLaw) -> JsonObject:
@@ -131,42 +131,42 @@ def _of_design(design: Any, budget: int) -> JsonObject:
 
 def _trained(pattern: str) -> Table:
     """The trained controllers of `[STUDY:]MODEL[/RUN]`."""
-    wanted = ZooName.parse(pattern)
-    zoos = (study_of(wanted.study),) if wanted.study else studies()
+    query = ZooName.parse(pattern)
+    zoos = (study_of(query.study),) if query.study else studies()
     first = {model: zoo.study for zoo in reversed(zoos) for model in zoo.models}
     rows = [
         row
         for zoo in zoos
         for model in zoo.models
-        if fnmatch.fnmatchcase(model, wanted.model) or model.partition("-")[0] == wanted.model
+        if fnmatch.fnmatchcase(model, query.model) or model.partition("-")[0] == query.model
         # Without a study's name, a model is looked for in the first that has it.
-        for study in [wanted.study or ("" if first[model] == zoo.study else zoo.study)]
-        for row in _runs(zoo, ZooName(study, model, wanted.run))
+        for study in [query.study or ("" if first[model] == zoo.study else zoo.study)]
+        for row in _runs(zoo, ZooName(study, model, query.run))
     ]
     if not rows:
-        raise unknown("trained controller", f"{wanted.model}/{wanted.run}".rstrip("/"), first)
+        raise unknown("trained controller", f"{query.model}/{query.run}".rstrip("/"), first)
     metrics_held = (name for zoo in zoos for name in zoo.metrics)
     held = dict.fromkeys(name for name in metrics_held if any(name in row for row in rows))
-    shown = [name for name in SHOWN if name in held] or [*held][: len(SHOWN)]
-    known = {metric.name: metric.heading for metric in metrics()}
-    made = ", ".join(
+    visible = [name for name in SHOWN if name in held] or [*held][: len(SHOWN)]
+    heading_by_metric = {metric.name: metric.heading for metric in metrics()}
+    counts = ", ".join(
         f"{zoo.study} by tegotae {zoo.software.get('tegotae')}, {zoo.software.get('engine')} engine"
         for zoo in zoos
     )
-    headings = {name: known.get(name, name) for name in shown}
+    headings = {name: heading_by_metric.get(name, name) for name in visible}
     return _listed(
         rows,
         {"name": "controller", "fitness": "fitness", **headings},
-        f"{len(rows)} controllers; studies: {made}",
+        f"{len(rows)} controllers; studies: {counts}",
     )
 
 
 def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
     """The best run of a model, or those that are asked for."""
     columns = zoo.runs(name.model)
-    asked = {"": str(zoo.best(name.model)), ALL: "*"}.get(name.run, name.run)
+    selection = {"": str(zoo.best(name.model)), ALL: "*"}.get(name.run, name.run)
     for run in range(zoo.models[name.model]):
-        if fnmatch.fnmatchcase(str(run), asked):
+        if fnmatch.fnmatchcase(str(run), selection):
             yield {
                 "name": str(ZooName(name.study, name.model, str(run))),
                 "study": zoo.study,
@@ -177,10 +177,10 @@ def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
 
 def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Table:
     """The answer: on the screen the columns that have a heading."""
-    shown = pd.DataFrame(rows)[[*headings]].map(_cell)
-    shown.columns = [*headings.values()]
-    shown = shown.set_index(shown.columns[0])
-    return Table(rows=rows, shown=[shown], notes=[remark], data=rows)
+    table = pd.DataFrame(rows)[[*headings]].map(_cell)
+    table.columns = [*headings.values()]
+    table = table.set_index(table.columns[0])
+    return Table(rows=rows, shown=[table], notes=[remark], data=rows)
 
 
 def _cell(value: Any) -> str:

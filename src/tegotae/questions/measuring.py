@@ -73,14 +73,15 @@ def _of_the_leg(options: Any, body: Body | None) -> dict[str, float | None]:
     """
     numbers: dict[str, float | None] = {}
     for name in ("rest_length_m", "max_force_n", "mass_kg", "gravity_m_per_s2"):
-        given: float | None = getattr(options, name)
-        known: Any = getattr(body, name, None)
-        if given is not None and known is not None and given != float(known):
-            what = "body" if options.preset is None else f"preset {options.preset}"
+        option: float | None = getattr(options, name)
+        value_of_body: Any = getattr(body, name, None)
+        if option is not None and value_of_body is not None and option != float(value_of_body):
+            source = "body" if options.preset is None else f"preset {options.preset}"
             raise TegotaeError(
-                f"{name} is {given:g}, and the {what} has {known:g}; leave one of them out"
+                f"{name} is {option:g}, and the {source} has {value_of_body:g}; leave one of them "
+                "out"
             )
-        numbers[name] = given if known is None else float(known)
+        numbers[name] = option if value_of_body is None else float(value_of_body)
     if options.gravity_m_per_s2 is not None and numbers["mass_kg"] is None:
         raise TegotaeError("gravity_m_per_s2 belongs to a mass; set mass_kg, too")
     return numbers
@@ -105,33 +106,34 @@ def _result(measured: Measured, rest_length_m: float, weight_n: float | None) ->
         rest_length_m: of the leg [m].
         weight_n: of the body [N], if it is known.
     """
-    regime, found = REGIMES[measured.regime], measured.hops
+    regime, hops = REGIMES[measured.regime], measured.hops
     # Why there is no limit cycle is said once, not by each metric that needs one.
-    why = measured.reasons.get("limit_cycle_period", "")
+    reason_of_cycle = measured.reasons.get("limit_cycle_period", "")
     rows = []
     for metric in metrics():
         if metric.name.endswith("_share") and metric.name != "optimum_share":
             continue  # shares of several runs are none of one recording
         reason = measured.reasons.get(metric.name, metric.about)
         value = float(getattr(measured, metric.name, math.nan))
-        about = regime if why and reason == why else reason
-        rows.append((metric.name, metric.label, value, metric.unit, about))
+        remark = regime if reason_of_cycle and reason == reason_of_cycle else reason
+        rows.append((metric.name, metric.label, value, metric.unit, remark))
     table = pd.DataFrame(rows, columns=["name", "metric", "value", "unit", "about"])
-    formatted = [(label, _text(value, unit), about) for _, label, value, unit, about in rows]
+    formatted = [(label, _text(value, unit), remark) for _, label, value, unit, remark in rows]
     heads = ["metric", "value", "what it is, or why it is undefined"]
-    shown = pd.DataFrame(formatted, columns=heads).set_index("metric")
+    metric_table = pd.DataFrame(formatted, columns=heads).set_index("metric")
     notes, efficiency = list(measured.notes), None
-    if (of := measured.efficiency) is not None:
-        scaled = math.nan if weight_n is None else weight_n * of.cot_inverse
-        efficiency = {**asdict(of), "cot_inverse_times_weight": scaled}
+    if (cycle := measured.efficiency) is not None:
+        scaled = math.nan if weight_n is None else weight_n * cycle.cot_inverse
+        efficiency = {**asdict(cycle), "cot_inverse_times_weight": scaled}
         doubt = ", not settled: the value may depend on which hops were recorded"
         weighted = "" if weight_n is None else f" (m g CoT⁻¹ {scaled:.3g})"
-        if math.isfinite(of.cot_inverse):
+        if math.isfinite(cycle.cot_inverse):
             notes.insert(
                 0,
-                f"from {of.start_s:.2f} to {of.end_s:.2f} s: climbed {of.climb_flight_m:.4g} m in "
-                f"flight and {of.climb_m:.4g} m in all for {of.work_j:.4g} J, CoT⁻¹ "
-                f"{of.cot_inverse:.4g} m/J{weighted}{'' if of.settled else doubt}",
+                f"from {cycle.start_s:.2f} to {cycle.end_s:.2f} s: climbed "
+                f"{cycle.climb_flight_m:.4g} m in flight and {cycle.climb_m:.4g} m in all for "
+                f"{cycle.work_j:.4g} J, CoT⁻¹ {cycle.cot_inverse:.4g} m/J{weighted}"
+                f"{'' if cycle.settled else doubt}",
             )
 
     def tables() -> Mapping[str, Any]:
@@ -147,22 +149,22 @@ def _result(measured: Measured, rest_length_m: float, weight_n: float | None) ->
 
     values = {name: value for name, _, value, _, _ in rows}
     seconds = float(measured.frames.time_s[-1, 0])
-    said = f"{regime}; {len(found.time_s)} hops in {seconds:.2f} s"
+    title = f"{regime}; {len(hops.time_s)} hops in {seconds:.2f} s"
     return Table(
         raw=measured,
-        title=f"{said}; {why}" if why else said,
+        title=f"{title}; {reason_of_cycle}" if reason_of_cycle else title,
         notes=notes,
         rows=table,
-        shown=[shown],
+        shown=[metric_table],
         data={
             "regime": regime,
             **values,
             "reasons": {name: x for name, x in measured.reasons.items() if name in values},
             "notes": measured.notes,
             "efficiency": efficiency,
-            "apex_time_s": found.time_s,
-            "apex_height_m": found.height_m,
-            "apex_phase_rad": found.phase_rad,
+            "apex_time_s": hops.time_s,
+            "apex_height_m": hops.height_m,
+            "apex_phase_rad": hops.phase_rad,
         },
         drawn=drawn,
         beside=tables,
@@ -231,8 +233,8 @@ def measure(
     options = filled(locals(), {"limit_cycle": LimitCycle()})
     check_recording(file)
     check_sampling(columns, rate, resample)
-    known = _known_body(options)
-    leg = _of_the_leg(options, known)
+    mechanics = _known_body(options)
+    leg = _of_the_leg(options, mechanics)
     weight_n, length_m = _weight_n(leg), leg["rest_length_m"]
     if length_m is None:
         raise TegotaeError(
@@ -255,7 +257,7 @@ def measure(
         limit_cycle=options.limit_cycle,
         lowpass_hz=options.lowpass,
         work=options.work,
-        body=known,
+        body=mechanics,
     )
     result = _result(measured, length_m, weight_n)
     return replace(result, notes=[*doubts, *result.notes])

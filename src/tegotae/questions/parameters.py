@@ -98,12 +98,12 @@ def facts_of(function: Callable[..., Any]) -> InShell:
     return _IN_SHELL.get(function, InShell())
 
 
-def options_of(function: Callable[..., Any], own: Values) -> dict[str, Option]:
+def options_of(function: Callable[..., Any], defaults: Values) -> dict[str, Option]:
     """Return the options of a function by name; of two of one name that of the outer value.
 
     Args:
         function: a function or a method with typed keyword parameters.
-        own: the subject's own values by parameter; `HIDDEN` for one that does not apply.
+        defaults: the subject's own values by parameter; `HIDDEN` for one that does not apply.
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
@@ -112,20 +112,20 @@ def options_of(function: Callable[..., Any], own: Values) -> dict[str, Option]:
         ['height_m', 'body.mass_kg']
     """
     hints, texts = hints_of(function), _texts(function)
-    found: list[Option] = []
+    candidates: list[Option] = []
     for name, parameter in inspect.signature(function).parameters.items():
-        usual = own.get(name)
-        if parameter.kind is not inspect.Parameter.KEYWORD_ONLY or usual is HIDDEN:
+        default = defaults.get(name)
+        if parameter.kind is not inspect.Parameter.KEYWORD_ONLY or default is HIDDEN:
             continue
-        own_wins = parameter.default is None or dataclasses.is_dataclass(usual)
-        value = usual if own_wins else parameter.default
+        own_wins = parameter.default is None or dataclasses.is_dataclass(default)
+        value = default if own_wins else parameter.default
         if dataclasses.is_dataclass(value):
-            found += leaves(value, f"{name}.")
+            candidates += leaves(value, f"{name}.")
             value = None if parameter.default is None else parameter.default
         if (kind := kind_of(hints[name], value)) is not None:
-            found.append(Option(name, kind, value, texts.get(name, "")))
+            candidates.append(Option(name, kind, value, texts.get(name, "")))
     options: dict[str, Option] = {}
-    for option in sorted(found, key=lambda option: option.path.count(".")):
+    for option in sorted(candidates, key=lambda option: option.path.count(".")):
         options.setdefault(option.name, option)
     return options
 
@@ -144,21 +144,21 @@ def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     return hints
 
 
-def leaves(value: Any, way: str = "") -> Iterator[Option]:
+def leaves(value: Any, prefix: str = "") -> Iterator[Option]:
     """Yield the fields of a dataclass that words can give, and those of the dataclasses in it.
 
     Args:
         value: the dataclass.
-        way: the path to it.
+        prefix: the path to it.
     """
     hints = get_type_hints(type(value))
     for field in dataclasses.fields(value):
-        inner, path = getattr(value, field.name), f"{way}{field.name}"
-        if dataclasses.is_dataclass(inner):
-            yield from leaves(inner, f"{path}.")
-        elif field.init and (kind := kind_of(hints[field.name], inner)) is not None:
+        value_of_field, path = getattr(value, field.name), f"{prefix}{field.name}"
+        if dataclasses.is_dataclass(value_of_field):
+            yield from leaves(value_of_field, f"{path}.")
+        elif field.init and (kind := kind_of(hints[field.name], value_of_field)) is not None:
             heading = type(value).__name__.removesuffix("Options")
-            yield Option(path, kind, inner, field_text(type(value), field.name), heading)
+            yield Option(path, kind, value_of_field, field_text(type(value), field.name), heading)
 
 
 def kind_of(hint: Any, value: Any) -> Any:
@@ -176,15 +176,15 @@ def kind_of(hint: Any, value: Any) -> Any:
     choices = [x for x in choices if x is not NoneType]
     if isinstance(value, tuple) and value:
         fixed = [x for x in choices if get_origin(x) is tuple and Ellipsis not in get_args(x)]
-        (first, *others) = {type(entry) for entry in value}
-        alike = tuple[first, ...] if not others and first in _PLAIN else None
-        return _made_of_words(fixed[0]) if fixed else alike
+        (first, *further) = {type(entry) for entry in value}
+        homogeneous = tuple[first, ...] if not further and first in _PLAIN else None
+        return _made_of_words(fixed[0]) if fixed else homogeneous
     if value is not None and not isinstance(value, tuple):
         literal = [x for x in choices if get_origin(x) is Literal]
         plain = [x for x in choices if _is_plain(x) and isinstance(value, x)]
         if literal or plain:
             return (literal or plain)[0]
-    return next((made for x in choices if (made := _made_of_words(x)) is not None), None)
+    return next((kind for x in choices if (kind := _made_of_words(x)) is not None), None)
 
 
 def _is_plain(hint: Any) -> bool:
@@ -194,41 +194,41 @@ def _is_plain(hint: Any) -> bool:
 def _made_of_words(hint: Any) -> Any:
     if _is_plain(hint) or get_origin(hint) is Literal:
         return hint
-    inner = [x for x in get_args(hint) if x is not Ellipsis]
+    entries = [x for x in get_args(hint) if x is not Ellipsis]
     if get_origin(hint) not in (tuple, list, Sequence):
         return None
-    if not inner or not all(map(_is_plain, inner)):
+    if not entries or not all(map(_is_plain, entries)):
         return None
     several = Ellipsis in get_args(hint) or get_origin(hint) is not tuple
-    return tuple[inner[0], ...] if several else hint
+    return tuple[entries[0], ...] if several else hint
 
 
-def filled(options: Mapping[str, Any], own: Values) -> SimpleNamespace:
+def filled(options: Mapping[str, Any], defaults: Values) -> SimpleNamespace:
     """Return options with the subject's own values in place of None.
 
     Args:
         options: parameters by name; `self` and private ones are left out. Changes of a nested
             dataclass, a mapping by field, are made to the subject's own.
-        own: own values.
+        defaults: own values.
 
     Raises:
         TegotaeError: for a change of a field that there is not.
     """
     check_jax()
-    made: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, value in options.items():
         if name == "self" or name.startswith("_"):
             continue
-        usual = own.get(name)
-        if usual is HIDDEN and not (value is None or value is False or value == ()):
-            fitting = [x for x in options if own.get(x) is not HIDDEN]
-            raise unknown(f"option of {own.get('', 'this')}", name, fitting)
-        if value is None and usual is not HIDDEN:
-            value = usual
-        elif isinstance(value, Mapping) and dataclasses.is_dataclass(usual):
-            value = changed(usual, value)
-        made[name] = tuple(value) if isinstance(value, list) else value
-    return SimpleNamespace(**made)
+        default = defaults.get(name)
+        if default is HIDDEN and not (value is None or value is False or value == ()):
+            fitting = [x for x in options if defaults.get(x) is not HIDDEN]
+            raise unknown(f"option of {defaults.get('', 'this')}", name, fitting)
+        if value is None and default is not HIDDEN:
+            value = default
+        elif isinstance(value, Mapping) and dataclasses.is_dataclass(default):
+            value = changed(default, value)
+        values[name] = tuple(value) if isinstance(value, list) else value
+    return SimpleNamespace(**values)
 
 
 def changed(value: T, changes: Mapping[str, Any]) -> T:
@@ -249,24 +249,24 @@ def changed(value: T, changes: Mapping[str, Any]) -> T:
     paths: dict[str, str] = {}
     for option in sorted(leaves(value), key=lambda option: option.path.count(".")):
         paths.setdefault(option.name, option.path)
-    known = paths | {path: path for path in paths.values()}
-    known |= {field.name: field.name for field in dataclasses.fields(cast(Any, value))}
+    ways_by_name = paths | {path: path for path in paths.values()}
+    ways_by_name |= {field.name: field.name for field in dataclasses.fields(cast(Any, value))}
     changes = {name: x for name, x in changes.items() if name != "name"}  # of the whole
     kinds = {option.path: option.kind for option in leaves(value)}
-    for name, other in changes.items():
-        if name not in known:
+    for name, replacement in changes.items():
+        if name not in ways_by_name:
             raise unknown(f"field of a {type(value).__name__}", name, paths)
-        if known[name] in kinds:
-            require_kind_of(name, kinds[known[name]], other)
-    return with_paths(value, {known[name]: x for name, x in changes.items()})
+        if ways_by_name[name] in kinds:
+            require_kind_of(name, kinds[ways_by_name[name]], replacement)
+    return with_paths(value, {ways_by_name[name]: x for name, x in changes.items()})
 
 
-def changes(options: Any, usual: Any) -> dict[str, Any]:
+def changes(options: Any, reference: Any) -> dict[str, Any]:
     """Return the fields of a dataclass that differ from another's.
 
     Args:
         options: the dataclass.
-        usual: another one of the same class.
+        reference: another one of the same class.
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
@@ -274,7 +274,7 @@ def changes(options: Any, usual: Any) -> dict[str, Any]:
         {'mass_kg': 0.2}
     """
     values = ((f.name, getattr(options, f.name)) for f in dataclasses.fields(options) if f.init)
-    return {name: value for name, value in values if value != getattr(usual, name)}
+    return {name: value for name, value in values if value != getattr(reference, name)}
 
 
 def require_kind_of(name: str, kind: Any, value: object) -> None:
@@ -313,22 +313,22 @@ def field_text(owner: type, name: str) -> str:
     """
     for kind in owner.__mro__:
         if name in vars(kind).get("__annotations__", {}):
-            said = docstring_parser.parse_from_object(kind).params
-            text = next((x.description for x in said if x.arg_name == name), "")
+            parameters = docstring_parser.parse_from_object(kind).params
+            text = next((x.description for x in parameters if x.arg_name == name), "")
             return _sentence(text)
     return ""
 
 
 def about(function: Callable[..., Any]) -> str:
     """Return the docstring of a function before its arguments and examples."""
-    said = docstring_parser.parse(inspect.getdoc(function) or "")
-    return "\n\n".join(filter(None, [said.short_description, said.long_description]))
+    parsed = docstring_parser.parse(inspect.getdoc(function) or "")
+    return "\n\n".join(filter(None, [parsed.short_description, parsed.long_description]))
 
 
 def _texts(function: Callable[..., Any]) -> dict[str, str]:
     """The meanings of parameters."""
-    said = docstring_parser.parse(inspect.getdoc(function) or "").params
-    return {x.arg_name: _sentence(x.description) for x in said}
+    parameters = docstring_parser.parse(inspect.getdoc(function) or "").params
+    return {x.arg_name: _sentence(x.description) for x in parameters}
 
 
 def _sentence(text: str | None) -> str:

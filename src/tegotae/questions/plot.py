@@ -58,8 +58,8 @@ def __dir__() -> list[str]:
 
 def _hopper(controller: Hopping) -> HopperController:
     """The controller, which must be one of a body with one leg."""
-    why = "this figure is of one leg; for others there are simulate, evaluate, gait"
-    return one(controller, HopperController, why)
+    reason = "this figure is of one leg; for others there are simulate, evaluate, gait"
+    return one(controller, HopperController, reason)
 
 
 def _figure(
@@ -67,14 +67,14 @@ def _figure(
     drawn: Callable[[], matplotlib_figure.Figure],
     tables: Mapping[str, Any],
     options: Any,
-    **more: Any,
+    **fields: Any,
 ) -> Figure:
     """A figure with its tables and options."""
     settings = {name: x for name, x in vars(options).items() if name != "controller"}
     if callable(settings.get("policy")):
         settings["policy"] = settings["policy"].__name__
     return Figure(
-        raw=raw, drawn=lambda: {"figure": drawn()}, beside=tables, settings=settings, **more
+        raw=raw, drawn=lambda: {"figure": drawn()}, beside=tables, settings=settings, **fields
     )
 
 
@@ -123,8 +123,8 @@ def _require_policy(controller: Any, policy: Any) -> None:
         name = getattr(controller, "name", controller)
         raise TegotaeError(f"{name} is a controller, and policy names a policy; name one")
     ending = Path(str(policy)).suffix.lower()
-    more = {".zip": {"stable_baselines3": "sb3"}, ".onnx": {"onnxruntime": "onnx"}}
-    require_all({"gymnasium": "gym", **more.get(ending, {})})
+    extras = {".zip": {"stable_baselines3": "sb3"}, ".onnx": {"onnxruntime": "onnx"}}
+    require_all({"gymnasium": "gym", **extras.get(ending, {})})
 
 
 _DRIVEN: dict[str, Any] = {
@@ -146,11 +146,11 @@ def _driver(options: Any) -> SavedController | Policy:
         return _changed(options)
     from tegotae.envs.policies import load_policy
 
-    own = _driver_values(options.controller, options.policy)
+    defaults = _driver_values(options.controller, options.policy)
     for name in _POLICY_HIDDEN:
         if getattr(options, name) is not None:
             raise TegotaeError(f"{name} belongs to a controller; a policy has it in its meaning")
-    values = filled({"meaning": options.meaning, "release": options.release}, own)
+    values = filled({"meaning": options.meaning, "release": options.release}, defaults)
     options.meaning, options.release = values.meaning, values.release
     return load_policy(options.policy, options.meaning)
 
@@ -356,7 +356,7 @@ def poincare(
     if np.isfinite(section.decay_s):
         notes.append(f"a disturbance shrinks to 1/e in {section.decay_s:.3f} s")
     hops = "1 hop" if section.hops == 1 else f"{section.hops} hops"
-    shown = pd.DataFrame({"Floquet multiplier": multipliers, "|λ|": modulus.round(4)})
+    table = pd.DataFrame({"Floquet multiplier": multipliers, "|λ|": modulus.round(4)})
     return _figure(
         section,
         lambda: poincare_figure(section, apexes, _titled(saved)),
@@ -364,7 +364,7 @@ def poincare(
         options,
         title=f"limit cycle of {hops}, {section.period_s:.4f} s",
         notes=notes,
-        shown=[shown.set_index("Floquet multiplier")],
+        shown=[table.set_index("Floquet multiplier")],
         data={"multiplier_modulus": modulus, "observed_factor": section.observed},
     )
 
@@ -407,18 +407,18 @@ def phase_response(
     orbit = find_orbit(saved, settle_s=settle_s)
     response = measure_phase_response(saved, orbit, pushes, points=points, cycles=cycles)
     notes = []
-    for impulse, own in response.groupby("push_ns", sort=False):
-        shift = own["shift_rad"].to_numpy()
-        pushed, lost = f"push of {impulse:g} N s: ", float(np.mean(np.isnan(shift)))
-        if lost == 1.0:
+    for impulse, rows in response.groupby("push_ns", sort=False):
+        shift = rows["shift_rad"].to_numpy()
+        pushed, share_undefined = f"push of {impulse:g} N s: ", float(np.mean(np.isnan(shift)))
+        if share_undefined == 1.0:
             notes.append(f"{pushed}no return to the limit cycle")
             continue
-        most = int(np.nanargmax(np.abs(shift)))
-        where = own["cycle_phase_rad"].iloc[most] / (2.0 * np.pi)
-        tiny = ", which is negligible" if abs(shift[most]) < drawings.NEGLIGIBLE_RAD else ""
-        gone = f"; no return from {lost:.0%} of the points" if lost else ""
+        index = int(np.nanargmax(np.abs(shift)))
+        where = rows["cycle_phase_rad"].iloc[index] / (2.0 * np.pi)
+        tiny = ", which is negligible" if abs(shift[index]) < drawings.NEGLIGIBLE_RAD else ""
+        gone = f"; no return from {share_undefined:.0%} of the points" if share_undefined else ""
         notes.append(
-            f"{pushed}largest shift {shift[most]:+.3g} rad at t/T = {where:.2f}{tiny}{gone}"
+            f"{pushed}largest shift {shift[index]:+.3g} rad at t/T = {where:.2f}{tiny}{gone}"
         )
     return _figure(
         response,

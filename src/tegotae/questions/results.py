@@ -140,14 +140,14 @@ class ResultBase:
         figures = self.figures()
         if not figures:
             raise TegotaeError("there is no picture of this; its numbers can be written")
-        first, written = next(iter(figures)), []
+        first, paths = next(iter(figures)), []
         if path is not None:
             path = Path(path)
             for name, figure in figures.items():
-                other = path.with_name(f"{path.stem}-{name}{path.suffix}")
-                written.append(save_figure(figure, path if name == first else other))
-            written += write_tables(path, self._tables())
-        return figures[first], written
+                sibling = path.with_name(f"{path.stem}-{name}{path.suffix}")
+                paths.append(save_figure(figure, path if name == first else sibling))
+            paths += write_tables(path, self._tables())
+        return figures[first], paths
 
     def _tables(self) -> Mapping[str, Columns]:
         return self.beside() if callable(self.beside) else self.beside
@@ -218,14 +218,14 @@ class Recording(ResultBase):
 
     def texts(self) -> list[pd.DataFrame]:
         values = [(c.heading, self.numbers.get(c.name)) for c in self.columns]
-        shown = [(heading, number) for heading, number in values if number is not None]
-        numbers = pd.DataFrame(shown, columns=["quantity", "value"])
-        made = [frame.map(short) for frame in (self.limbs, numbers) if frame is not None]
-        return [frame.set_index(frame.columns[0]) for frame in made if len(frame)]
+        entries = [(heading, number) for heading, number in values if number is not None]
+        numbers = pd.DataFrame(entries, columns=["quantity", "value"])
+        texts = [frame.map(short) for frame in (self.limbs, numbers) if frame is not None]
+        return [frame.set_index(frame.columns[0]) for frame in texts if len(frame)]
 
     def to_dict(self) -> JsonObject:
-        about = {"name": self.name, "outcome": self.title, "settings": self.settings}
-        return as_json({**about, **self.numbers})
+        header = {"name": self.name, "outcome": self.title, "settings": self.settings}
+        return as_json({**header, **self.numbers})
 
     def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
         from tegotae.questions.pictures import figures
@@ -244,8 +244,8 @@ class Recording(ResultBase):
         from tegotae.questions.pictures import animate
 
         if path is not None:
-            written = animate(self.raw, Path(path))
-            return Film(written.read_bytes(), written)
+            written_path = animate(self.raw, Path(path))
+            return Film(written_path.read_bytes(), written_path)
         with TemporaryDirectory() as folder:
             return Film(animate(self.raw, Path(folder) / "film.gif").read_bytes())
 
@@ -262,8 +262,8 @@ class Figure(ResultBase):
         return pd.DataFrame(dict(self._tables()[""]))
 
     def to_dict(self) -> JsonObject:
-        said = {"outcome": self.title, "remarks": self.notes}
-        return as_json({"settings": self.settings, **said, **(self.data or {})})
+        header = {"outcome": self.title, "remarks": self.notes}
+        return as_json({"settings": self.settings, **header, **(self.data or {})})
 
     def save(self, path: Path | str) -> list[Path]:
         """Write a file or a folder; the ending decides.
@@ -275,10 +275,10 @@ class Figure(ResultBase):
         Raises:
             TegotaeError: for another ending, or if it cannot be written.
         """
-        path, written = Path(path), super().save(path)
+        path, paths = Path(path), super().save(path)
         if path.suffix and not path.is_dir() and path.suffix not in NUMBERS:
-            written += super().save(path.with_suffix(".json"))
-        return written
+            paths += super().save(path.with_suffix(".json"))
+        return paths
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -419,19 +419,21 @@ class EvaluationTable(Table):
         }
         if not pairs:
             raise TegotaeError(f"nothing compares with {self.base}: no frequency is the same")
-        how = [self._compared_as(key[0], rows) for key, (rows, _) in pairs.items()]
+        methods = [self._compared_as(key[0], rows) for key, (rows, _) in pairs.items()]
         numeric = [c for c in self.columns if self.rows[c.name].dtype.kind in "fi"]
         cells = {
-            c.name: [_difference(c, *p, kind) for p, kind in zip(pairs.values(), how, strict=True)]
+            c.name: [
+                _difference(c, *p, kind) for p, kind in zip(pairs.values(), methods, strict=True)
+            ]
             for c in numeric
         }
-        return self._indexed(list(pairs), {"runs": how, **cells})
+        return self._indexed(list(pairs), {"runs": methods, **cells})
 
     def texts(self) -> list[pd.DataFrame]:
         tables = [self._texts(self.summary(), better=False)]
         if self.base:
-            more = self._texts(self.differences(), better=True)
-            tables.append(more.rename_axis(index={"controller": f"minus {self.base}"}))
+            differences = self._texts(self.differences(), better=True)
+            tables.append(differences.rename_axis(index={"controller": f"minus {self.base}"}))
         return tables
 
     def compared_with(self, base: str) -> EvaluationTable:
@@ -454,10 +456,10 @@ class EvaluationTable(Table):
     def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
         from tegotae.figures.intervals import intervals_figure
 
-        shown = [c for c in self.columns if c.shown and self.rows[c.name].dtype.kind in "fi"]
+        visible = [c for c in self.columns if c.shown and self.rows[c.name].dtype.kind in "fi"]
         frame = self.summary()
         names = [", ".join(map(short, key)) for key in frame.index]
-        return {"intervals": intervals_figure(names, {c.heading: frame[c.name] for c in shown})}
+        return {"intervals": intervals_figure(names, {c.heading: frame[c.name] for c in visible})}
 
     def _grouped(self) -> dict[tuple[Any, ...], pd.DataFrame]:
         rows = self.rows.groupby(list(self.groups), sort=False, dropna=False)
@@ -474,16 +476,23 @@ class EvaluationTable(Table):
         return EXACT if {name, self.base} & self.exact else INDEPENDENT
 
     def _texts(self, frame: pd.DataFrame, *, better: bool) -> pd.DataFrame:
-        shown = [column for column in self.columns if column.shown and column.name in frame]
-        cells = {c.heading: [_shown(c, cell, better) for cell in frame[c.name]] for c in shown}
-        how = [str(runs) for runs in frame["runs"]]
+        visible = [column for column in self.columns if column.shown and column.name in frame]
+        cells = {c.heading: [_shown(c, cell, better) for cell in frame[c.name]] for c in visible}
+        labels = [str(runs) for runs in frame["runs"]]
         if better:
-            methods = frame[[column.name for column in shown]].map(lambda cell: cell.method)
-            used = [" and ".join(dict.fromkeys(filter(None, row))) for row in methods.to_numpy()]
-            how = [f"{runs}, {row or 'no interval'}" for runs, row in zip(how, used, strict=True)]
+            methods = frame[[column.name for column in visible]].map(lambda cell: cell.method)
+            used_methods = [
+                " and ".join(dict.fromkeys(filter(None, row))) for row in methods.to_numpy()
+            ]
+            labels = [
+                f"{runs}, {row or 'no interval'}"
+                for runs, row in zip(labels, used_methods, strict=True)
+            ]
         keys = [frame.index.get_level_values(name).map(short) for name in frame.index.names]
-        whole = {"interval" if better else "runs": how, **cells}
-        return pd.DataFrame(whole, index=pd.MultiIndex.from_arrays(keys, names=frame.index.names))
+        all_cells = {"interval" if better else "runs": labels, **cells}
+        return pd.DataFrame(
+            all_cells, index=pd.MultiIndex.from_arrays(keys, names=frame.index.names)
+        )
 
 
 PAIRED, INDEPENDENT, EXACT = "paired runs", "independent runs", "one run is exact"
@@ -512,11 +521,11 @@ def _mean(column: Column, rows: pd.DataFrame) -> Interval | str:
     return statistics.interval(_of_runs(column, rows), within=column.range)
 
 
-def _difference(column: Column, rows: pd.DataFrame, base: pd.DataFrame, how: str) -> Interval:
+def _difference(column: Column, rows: pd.DataFrame, base: pd.DataFrame, method: str) -> Interval:
     values, baseline = _of_runs(column, rows), _of_runs(column, base)
-    if how == PAIRED:
+    if method == PAIRED:
         return statistics.paired_difference(values, baseline, within=column.range)
-    exact = how == EXACT
+    exact = method == EXACT
     return statistics.difference(values, baseline, single_is_exact=exact, within=column.range)
 
 

@@ -42,11 +42,11 @@ def list_conditions(*conditions: str) -> Table:
         >>> list_conditions("delay=0.01/0.02").table["levels"].tolist()
         ['0.01/0.02']
     """
-    named = _chosen(conditions)
-    rows = [(x.name, x.label, x.unit, f"{x.neutral:g}", _listed(x.levels)) for x in named]
+    selection = _chosen(conditions)
+    rows = [(x.name, x.label, x.unit, f"{x.neutral:g}", _listed(x.levels)) for x in selection]
     table = pd.DataFrame(rows, columns=["condition", "what", "unit", "none", "levels"])
-    shown, data = table.set_index("condition"), {"conditions": table.to_dict("records")}
-    return Table(rows=table, shown=[shown], data=data)
+    indexed, data = table.set_index("condition"), {"conditions": table.to_dict("records")}
+    return Table(rows=table, shown=[indexed], data=data)
 
 
 def _chosen(conditions: Iterable[str]) -> tuple[Disturbance, ...]:
@@ -96,9 +96,9 @@ class Robustness(Table):
         """Margins by each measure, curves, and what was left out."""
         curves = {tested.name: run.retention_curve(outcome) for tested, outcome in self.done}
         left_out = [
-            (tested.name, condition, why)
+            (tested.name, condition, reason)
             for tested, outcome in self.done
-            for condition, why in outcome.left_out.items()
+            for condition, reason in outcome.left_out.items()
         ]
         return {
             "margins": self._margins(run.MEASURES),
@@ -109,14 +109,14 @@ class Robustness(Table):
     def _fill(self, folder: Path) -> list[Path]:
         from tegotae.figures.style import save_figure
 
-        written = []
+        paths = []
         for name, table in self.tables().items():
             path = folder / f"{name}.csv"
             path.unlink(missing_ok=True)  # of another run in this folder
             if len(table):
                 write_csv(path, dict(table), digits=4)
-                written.append(path)
-        return [*written, save_figure(self.figures()["curves"], folder / "curves.png")]
+                paths.append(path)
+        return [*paths, save_figure(self.figures()["curves"], folder / "curves.png")]
 
 
 def robustness(
@@ -138,7 +138,7 @@ def robustness(
         out: folder for the records.
         restart: start again.
     """
-    chosen = _chosen(conditions)
+    disturbances = _chosen(conditions)
     require_count("starts", starts, most=64)
     require_free_for(out, GENERALISATION)
     names = sorted({controller.name for controller in controllers})
@@ -146,15 +146,15 @@ def robustness(
     if not matching:
         raise TegotaeError(f"no model matches {only}; there are {', '.join(names[:3])}")
     tested = [controller.tested(starts) for controller in matching]
-    done = run.generalise(tested, chosen, out, restart=restart)
-    left_out = [(x.name, y.left_out) for x, y in done if y.left_out]
+    results = run.generalise(tested, disturbances, out, restart=restart)
+    left_out = [(x.name, y.left_out) for x, y in results if y.left_out]
     notes = [
-        *(f"{name} was left out of {json.dumps(why)[1:-1]}" for name, why in left_out),
+        *(f"{name} was left out of {json.dumps(reasons)[1:-1]}" for name, reasons in left_out),
         "Survived: the last level up to which more than half of the runs keep their "
         "undisturbed gait; failed: the next one tested, inf beyond the last. From, to: 95 % "
         "interval over runs.",
     ]
-    return Robustness(done=done, chosen=chosen, notes=notes)
+    return Robustness(done=results, chosen=disturbances, notes=notes)
 
 
 def _matches(name: str, pattern: str) -> bool:

@@ -83,18 +83,18 @@ class Trainee:
     def own(self) -> Values:
         """Return the own values of the options of `train`."""
         hidden = _OF_POPULATIONS if self.is_agent else _OF_AGENTS
-        own: dict[str, Any] = {"out": self.folder, "algorithm": self.settings}
-        own |= {
+        values: dict[str, Any] = {"out": self.folder, "algorithm": self.settings}
+        values |= {
             "generations": _USUAL.generations,
             "plateau_share": _USUAL.share,
             "plateau_tolerance": _USUAL.tolerance,
             **dict.fromkeys(hidden, HIDDEN),
         }
         if isinstance(self.experiment, Experiment):
-            return {**experiments.own_values(self.experiment), **own}
+            return {**experiments.own_values(self.experiment), **values}
         from tegotae.questions import environment
 
-        return {**environment.own_values(self.experiment), **own}  # type: ignore[arg-type]
+        return {**environment.own_values(self.experiment), **values}  # type: ignore[arg-type]
 
     def adjusted(self, options: Mapping[str, Any]) -> Trainable:
         """Return the experiment with other values.
@@ -154,7 +154,7 @@ def _trainee(
     """
     if isinstance(model, str) and (on_robot := law_on_robot(model)) is not None:
         model, env = on_robot
-    there, settings = environment_of(environment), _settings(algorithm)
+    options_of_environment, settings = environment_of(environment), _settings(algorithm)
     extras = {} if env is None else extras_of(env)
     if isinstance(settings, AgentSettings):
         extras["stable_baselines3"] = "sb3"
@@ -162,22 +162,22 @@ def _trainee(
         extras["tensorboardX"] = "tensorboard"
     require_all(extras)
     if env is None:
-        for name in changes(there, EnvironmentOptions()):
+        for name in changes(options_of_environment, EnvironmentOptions()):
             raise TegotaeError(f"{name} belongs to environments; give env, too")
         experiment = experiments.experiment_named(
             model, budget=budget, oscillator=oscillator, body=body, fitness=fitness
         )
-        return Trainee(experiment, settings, there)
+        return Trainee(experiment, settings, options_of_environment)
     fitness = fitness.get("name") if isinstance(fitness, Mapping) else fitness
     for name, value in (("oscillator", oscillator), ("body", body)):
         if value is not None:
             raise TegotaeError(f"{name} belongs to this package's engine; leave env out")
-    named = {"budget": budget, "fitness": fitness if isinstance(fitness, str) else None}
-    given = {name: x for name, x in named.items() if x is not None}
-    made = there.experiment(env, model, duration_s=24.0, **given)
+    candidates = {"budget": budget, "fitness": fitness if isinstance(fitness, str) else None}
+    overrides = {name: x for name, x in candidates.items() if x is not None}
+    wired = options_of_environment.experiment(env, model, duration_s=24.0, **overrides)
     if fitness is not None and not isinstance(fitness, str):
-        made = replace(made, objective=fitness)
-    return Trainee(made, settings, there, place=stem_of(env))
+        wired = replace(wired, objective=fitness)
+    return Trainee(wired, settings, options_of_environment, place=stem_of(env))
 
 
 def _settings(algorithm: str | Algorithm | AgentSettings | Changes) -> Algorithm | AgentSettings:
@@ -323,9 +323,9 @@ def _remarks(controllers: TrainedControllers) -> list[str]:
             f"fitness {best.mean:.4f}, 95 % interval of the mean over {len(fitness)} runs "
             f"[{best.low:.4f}, {best.high:.4f}]"
         )
-    if lost := sum(x < 0.5 * FAILED_FITNESS for x in fitness):
+    if failures := sum(x < 0.5 * FAILED_FITNESS for x in fitness):
         notes.append(
-            f"{lost} of {len(fitness)} learned nothing: no candidate survived its episode, "
+            f"{failures} of {len(fitness)} learned nothing: no candidate survived its episode, "
             "so the fitness has no other meaning."
         )
     if stuck := sum(run[f"best_{unit}"] == 0 and run[f"{unit}s"] > 20 for run in runs):
@@ -474,8 +474,8 @@ def train(
     trained = TrainedControllers.from_files(experiment.name, folder, files, learner.UNIT)
     if isinstance(experiment, Experiment):
         return replace(trained, notes=[*trained.notes, *without_hops(trained, experiment)])
-    least = _USUAL.tolerance if trainee.is_agent else values.plateau_tolerance
-    return replace(trained, notes=[*trained.notes, *advice(trained, least=least)])
+    tolerance = _USUAL.tolerance if trainee.is_agent else values.plateau_tolerance
+    return replace(trained, notes=[*trained.notes, *advice(trained, tolerance=tolerance)])
 
 
 def without_hops(trained: TrainedControllers, experiment: Experiment) -> list[str]:
@@ -528,27 +528,29 @@ def tensorboard_log(out: Path) -> Callable[[TrainingState], None]:
     return log
 
 
-def advice(answer: TrainedControllers, *, least: float) -> list[str]:
+def advice(answer: TrainedControllers, *, tolerance: float) -> list[str]:
     """Why a body on an environment never leaves the ground, and what to try where no run gained
     more than `least`."""
     from tegotae.training.environments.experiment import EnvExperiment
     from tegotae.training.environments.replay import replay
 
-    said = []
+    sentences = []
     best = max(map(load_file, answer.paths), key=lambda run: float(run.training["best_fitness"]))  # type: ignore[arg-type]
     experiment = EnvExperiment.from_controller(best)
-    if experiment.spec.is_model and (why := replay(experiment, [best.weights])[0].why_on_ground()):
-        said.append(f"The best run {why}.")
+    if experiment.spec.is_model and (
+        reason := replay(experiment, [best.weights])[0].why_on_ground()
+    ):
+        sentences.append(f"The best run {reason}.")
     if answer.table.empty:  # a search, in which nothing is learned
-        return said
+        return sentences
     runs = read_curves([answer.folder], FITNESS).groupby("seed")[FITNESS]
     gain = max(float(run.max() - run.iloc[0]) for _, run in runs)
-    if gain <= least:
-        more = "a larger --population; more --generations."
-        said.append(
+    if gain <= tolerance:
+        cure = "a larger --population; more --generations."
+        sentences.append(
             f"Nothing was learned: no run gained more than {gain:.3g}. Try in this order: "
             "tegotae wiring baseline, which shows whether feedback matters there at all; larger "
             "pushes in the wiring; another --omega; "
-            + ("more --episodes." if answer.unit == AgentLearner.UNIT else more)
+            + ("more --episodes." if answer.unit == AgentLearner.UNIT else cure)
         )
-    return said
+    return sentences

@@ -127,7 +127,7 @@ class WalkerController(LoadedController):
             name: [list(stance) for stance in leg]
             for name, leg in zip(legged.names, run.stances, strict=True)
         }
-        more = {"gait": run.gait, "release_phase_rad": run.phase_rad, "stances": stances}
+        further = {"gait": run.gait, "release_phase_rad": run.phase_rad, "stances": stances}
         of_legs = {
             "leg": legged.names,
             "lag [cycles]": last.lag[:, 0] % 1.0,
@@ -139,7 +139,7 @@ class WalkerController(LoadedController):
             name=self.name,
             title=run.gait,
             raw=run,
-            numbers={**numbers, **more},
+            numbers={**numbers, **further},
             columns=columns(
                 ("lock_time_s", "locked after", time),
                 ("order_parameter", "order parameter"),

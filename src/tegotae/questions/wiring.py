@@ -96,7 +96,7 @@ class EnvironmentOptions(ModelOptions):
         *,
         duration_s: float,
         fitness: str | None = None,
-        **given: Any,
+        **overrides: Any,
     ) -> EnvExperiment:
         """The experiment on an environment.
 
@@ -127,7 +127,7 @@ class EnvironmentOptions(ModelOptions):
             duration_s=duration_s,
             evaluation_episodes=self.evaluation_episodes,
             limit_s=self.limit_s,
-            **given,
+            **overrides,
         )
         if fitness is None:
             return experiment
@@ -155,9 +155,9 @@ class EnvironmentOptions(ModelOptions):
         wiring = load_wiring(env if self.wiring is None else self.wiring)
         spec = spec.for_wiring(wiring)
         if self.scales:
-            made = spec.make()
-            wiring = wiring.with_scales(made)
-            made.close()
+            environment = spec.make()
+            wiring = wiring.with_scales(environment)
+            environment.close()
         return spec, wiring
 
 
@@ -240,20 +240,20 @@ def _best_gains(sweep: VanillaSweep) -> pd.DataFrame:
 def _advice(sweep: VanillaSweep) -> list[str]:
     """What to try where feedback does not help."""
     row, column = sweep.best
-    said = []
+    sentences = []
     if np.isfinite(sweep.cot_inverse).any() and not np.nanmax(sweep.cot_inverse) > 0.0:
-        said.append(
+        sentences.append(
             "Nothing hops: CoT⁻¹ is 0 everywhere. Enlarge the pushes, release it higher "
             "(--settings release_m=0.1), or use --fitness return."
         )
     if row == 0:
-        said.append(
+        sentences.append(
             "No gain is better than zero: feedback does not help the bare rhythm. Check rests "
             "and pushes of the wiring first."
         )
     elif column in (0, len(sweep.omega) - 1) and len(sweep.omega) > 1:
-        said.append("The best ω is the last one tried: --frequencies beyond it may do better.")
-    return said
+        sentences.append("The best ω is the last one tried: --frequencies beyond it may do better.")
+    return sentences
 
 
 def _baseline_values(env: str = "", **_: Any) -> Values:
@@ -314,8 +314,8 @@ def wiring_baseline(
         from tegotae.figures.maps import vanilla_sweep_figure
         from tegotae.figures.style import literal_text
 
-        named = "fitness" if fitness is None else f"fitness: {fitness}"
-        return {"map": vanilla_sweep_figure(sweep, fitness=literal_text(named))}
+        label = "fitness" if fitness is None else f"fitness: {fitness}"
+        return {"map": vanilla_sweep_figure(sweep, fitness=literal_text(label))}
 
     return VanillaBaseline(
         raw=sweep,

@@ -65,19 +65,19 @@ def benchmark(
     scores, spent_s = scored(entry, body, track)
     outcome = summary(scores)
     name = entry if isinstance(entry, str) else getattr(entry, "__name__", type(entry).__name__)
-    kept = pd.read_csv(KEPT)
-    fewer = kept["track"].map(TRACKS.index) <= TRACKS.index(track)
+    published = pd.read_csv(KEPT)
+    fewer = published["track"].map(TRACKS.index) <= TRACKS.index(track)
     row = {"entry": f"{name} (this one)", "track": track, **outcome}
-    rows = kept.loc[fewer & (kept["subject"] == subject)]
+    rows = published.loc[fewer & (published["subject"] == subject)]
     table = pd.concat([pd.DataFrame([row]), rows])
     table = table.sort_values("score", ascending=False, kind="stable").set_index("entry")
-    shown = table[["track"]].assign(score=_shown(table, *_SCORE), stands=_shown(table, *_STANDS))
+    columns = table[["track"]].assign(score=_shown(table, *_SCORE), stands=_shown(table, *_STANDS))
     settings = {"subject": subject, "track": track, "entry": str(name)}
     return Table(
         raw=scores,
         title=f"{name} on {subject}, track {track}: {_shown(pd.DataFrame([outcome]), *_SCORE)[0]}",
         rows=body.episodes(scores),
-        shown=[shown],
+        shown=[columns],
         notes=[
             "Score: mean over conditions and unseen starts, with a 95 % interval over starts; "
             "stands: share of episodes without a fall, with Wilson's interval.",

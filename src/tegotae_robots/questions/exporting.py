@@ -75,14 +75,14 @@ def export_c(
     saved = _saved(law)
     tick_s = usual_tick_s(saved) if tick_s is None else tick_s
     export = Export(saved, tick_s, prefix, max_force_n=max_force_n)
-    form, known = LAYOUTS[layout], facts(export)
+    form, facts_of_export = LAYOUTS[layout], facts(export)
     files = package_texts(export, form)
     rows = [
-        (way, x["member"], x["unit"], x["what"])
-        for way, name in (("in", "senses"), ("out", "commands"))
-        for x in known[name]
+        (direction, x["member"], x["unit"], x["what"])
+        for direction, name in (("in", "senses"), ("out", "commands"))
+        for x in facts_of_export[name]
     ]
-    named = f"{saved.name or 'a controller'} as C, for a loop of {export.tick_s:g} s"
+    title = f"{saved.name or 'a controller'} as C, for a loop of {export.tick_s:g} s"
 
     def write(folder: Path) -> list[Path]:
         for name, text in files.items():
@@ -93,7 +93,7 @@ def export_c(
         raw=export,
         files=files,
         write=write,
-        title=f"{named}; check it in its folder:\n{form.check(export.prefix)}",
+        title=f"{title}; check it in its folder:\n{form.check(export.prefix)}",
         notes=[f"warning: {warning}" for warning in export.warnings()],
         rows=lambda: pd.read_csv(io.StringIO(files[form.place("golden.csv")])),
         shown=[pd.DataFrame(rows, columns=["", "name", "unit", "what"]).set_index("")],
@@ -125,7 +125,7 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
         TegotaeError: for a name that means nothing, or a processor without native code.
     """
     native = compiled(_saved(law), max_force_n)
-    about = asdict(native)
+    header = asdict(native)
     senses = ", ".join(native.senses) or "nothing"
 
     def write(file: Path) -> list[Path]:
@@ -139,7 +139,7 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
         replaces=True,
         title=f"reads {senses}; commands {', '.join(native.commands)}",
         notes=['use it: tegotae_robots.live.LiveController.load("FILE")'],
-        data={name: about[name] for name in about if name not in ("code", "start")},
+        data={name: header[name] for name in header if name not in ("code", "start")},
     )
 
 
@@ -170,13 +170,13 @@ def export_cost(*models: str) -> Table:
     share = pd.Series([cost.share(CLOCK_HZ) for cost in counted])
     names = {name: f"{name.removesuffix('_bytes')} [B]" for name in table if "bytes" in name}
     counts = table["instructions"].map("{:.0f}".format)
-    shown = table.assign(instructions=counts).rename(columns=names)
-    shown = shown.assign(**{"at 1 kHz": share.map("{:.1%}".format)}).set_index("model")
+    columns = table.assign(instructions=counts).rename(columns=names)
+    columns = columns.assign(**{"at 1 kHz": share.map("{:.1%}".format)}).set_index("model")
     table = table.assign(share_at_1_khz=share)
     return Table(
         raw=counted,
         rows=table,
-        shown=[shown],
+        shown=[columns],
         notes=[
             "Instructions executed per tick, counted by an emulator: neither cycles nor a worst "
             f"case. The last column is their share of {CLOCK_HZ / 1e6:g} MHz at 1 kHz, if each "

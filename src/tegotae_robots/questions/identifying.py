@@ -102,7 +102,7 @@ def identify(
         [(_MEANINGS[n], fit.values[n], fit.low[n], fit.high[n], FITTED[n]) for n in FITTED],
         columns=["number", "value", "low", "high", "unit"],
     )
-    shown = pd.DataFrame(
+    rows = pd.DataFrame(
         {
             "number": numbers.number,
             "value": [
@@ -133,7 +133,7 @@ def identify(
         endings=(".toml",),
         title=f"fitted to {fit.hops[0]} hops; {fit.hops[1]} others check the prediction",
         rows=numbers,
-        shown=[shown.set_index("number"), checked],
+        shown=[rows.set_index("number"), checked],
         notes=[
             f"Noise of the height {fit.noise[0]:.3g} m, of the load {fit.noise[1]:.3g} N. A "
             "prediction is as good as the noise allows where its error is 1.",

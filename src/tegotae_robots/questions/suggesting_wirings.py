@@ -96,13 +96,13 @@ def suggest_wiring(
     suggestion = suggest_legs(model) if model.legs else suggested(model)
     robot = shlex.quote(str(out))
     if model.legs:
-        ways = [f"simulate zoo:AR-rF+range@{robot}", f"train AR@{robot}"]
+        commands = [f"simulate zoo:AR-rF+range@{robot}", f"train AR@{robot}"]
     else:
         # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
         walks = len(suggestion.wiring.limbs) > 1
         fitness = "hopping" if suggestion.on_rail else "return" if walks else ""
         paid = f" --fitness {fitness}" if fitness else ""
-        ways = [f"wiring baseline {robot}{paid}", f"train ART@{robot}{paid}"]
+        commands = [f"wiring baseline {robot}{paid}", f"train ART@{robot}{paid}"]
     table = _entries(suggestion)
 
     def write(file: Path) -> list[Path]:
@@ -124,7 +124,7 @@ def suggest_wiring(
         notes=[
             *suggestion.remarks,
             "Next:",
-            *(f"tegotae {way}" for way in ways),
+            *(f"tegotae {command}" for command in commands),
         ],
         data=wiring_document(suggestion.wiring),
     )

@@ -30,20 +30,20 @@ _RESPONSES = {
 
 def _numbers(template: Template) -> pd.DataFrame:
     """A row a number: without dimension, as the robot's, and where it is from."""
-    own: list[tuple[Any, ...]] = [
+    rows: list[tuple[Any, ...]] = [
         ("mass", 1.0, template.mass_kg, "kg", "all bodies"),
         ("length l0", 1.0, template.length_m, "m", "hips over the feet at the start"),
         ("gravity", 1.0, template.gravity_m_per_s2, "m/s²", "the model's"),
     ]
     for name, number in template.numbers.items():
         value = np.multiply(number.value, number.scale)
-        own.append((name, number.value, value, number.unit, number.reason))
+        rows.append((name, number.value, value, number.unit, number.reason))
     weight = template.mass_kg * template.gravity_m_per_s2
     if math.isfinite(template.push_n):
-        why = "limits of torque, a leg straight down; a walker has none"
-        own.append(("largest push", template.push_n / weight, template.push_n, "N", why))
+        reason = "limits of torque, a leg straight down; a walker has none"
+        rows.append(("largest push", template.push_n / weight, template.push_n, "N", reason))
     columns = ["number", "template", "robot", "unit", "from"]
-    return pd.DataFrame(own, columns=columns)
+    return pd.DataFrame(rows, columns=columns)
 
 
 def _check(template: Template) -> pd.DataFrame:
@@ -52,11 +52,11 @@ def _check(template: Template) -> pd.DataFrame:
     for name, when in _RESPONSES.items():
         pairs = zip(template.walker[name], template.robot.responses[name], strict=True)
         labels = (f"{name} {when}: travel [l0]", f"{name}: ω [√(g/l0)]", f"{name}: damping ratio")
-        for label, (ours, its) in zip(labels, pairs, strict=True):
-            rows.append((label, ours, its, ours / its - 1.0))
-    ours, its = template.swings
+        for label, (ours, robot) in zip(labels, pairs, strict=True):
+            rows.append((label, ours, robot, ours / robot - 1.0))
+    ours, robot = template.swings
     rows.append(
-        ("a foot around its ellipse in the air: work [m g l0]", ours, its, ours / its - 1.0)
+        ("a foot around its ellipse in the air: work [m g l0]", ours, robot, ours / robot - 1.0)
     )
     return pd.DataFrame(rows, columns=["step response", "template", "robot", "error"])
 
@@ -108,9 +108,9 @@ def fit_template(
     out = Path(f"{stem_of(env)}.toml" if out is None else out)
     check_ending(out, (".toml",))
     model = ModelOptions(settings=tuple(settings)).spec(env, tuple(feet)).model_settings
-    found = fitted(replace(model, legs=False), stem_of(env))
-    numbers, check = _numbers(found), _check(found)
-    shown = numbers.assign(template=numbers.template.map(_said), robot=numbers.robot.map(_said))
+    template = fitted(replace(model, legs=False), stem_of(env))
+    numbers, check = _numbers(template), _check(template)
+    columns = numbers.assign(template=numbers.template.map(_said), robot=numbers.robot.map(_said))
     checked = check.assign(
         template=check.template.map(_said),
         robot=check.robot.map(_said),
@@ -118,21 +118,21 @@ def fit_template(
     )
 
     def write(file: Path) -> list[Path]:
-        write_atomically(file, found.text)
+        write_atomically(file, template.text)
         return [file]
 
     return Files(
-        raw=found,
+        raw=template,
         write=write,
         endings=(".toml",),
-        title=found.about,
+        title=template.about,
         rows=numbers,
-        shown=[shown.set_index("number"), checked.set_index("step response")],
+        shown=[columns.set_index("number"), checked.set_index("step response")],
         notes=[
-            *found.remarks,
+            *template.remarks,
             "Next:",
             f"tegotae simulate {out}",
             f"tegotae train AR@{out}",
         ],
-        data={**found.document, "check": check.to_dict("records")},
+        data={**template.document, "check": check.to_dict("records")},
     )
