@@ -47,6 +47,13 @@ def test_a_lab_is_kept_with_its_outputs_and_is_small(path):
 
 
 @labs
+def test_the_outputs_that_a_lab_keeps_show_no_progress(path):
+    outputs = [x for cell in read(path).cells for x in cell.get("outputs", ())]
+    shown = [x["data"].get("text/plain", "") for x in outputs if x.output_type == "display_data"]
+    assert [text for text in shown if re.search(r"\b\d+/\d+\b", text)] == []
+
+
+@labs
 def test_the_sections_of_a_lab_are_ninety_minutes(path):
     text = "\n".join(cell.source for cell in read(path).cells if cell.cell_type == "markdown")
     headed = [int(x) for x in re.findall(r"^## \d.*\((\d+) min\)$", text, re.M)]
