@@ -6,7 +6,7 @@
 writes `convergence.csv` (every case), `convergence_largest.csv` (the largest errors) and
 `convergence.png` to `docs/_static`. It takes about two minutes, nearly all of it in the adaptive
 solver. The second command writes `convergence_learned.csv`, of trained laws of each architecture;
-it takes about ten minutes.
+it takes about as long.
 
 The cases are the vanilla controllers of the paper, sector and reflex, at ω 4 ... 8 rad/s and σ from
 1 to 8 rad/(s N), released from 1.2 m, for 20 s. The error of a case is the largest over its hops.
@@ -48,6 +48,7 @@ from tegotae.simulation.integrators import (
     moved,
     phase_of,
 )
+from tegotae.systems.controller_file import load
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
@@ -240,7 +241,7 @@ def study_of_learned() -> list[dict]:
     rows = []
     names = [f"{d}-w{w}/{run}" for d in DESIGNS for w in (4, 8) for run in LEARNED_RUNS]
     for name in names:
-        saved = tegotae.load(f"zoo:paper:{name}")
+        saved = load(f"zoo:paper:{name}")
         assert saved.omega is not None
         solution = reference(learned(saved), saved.omega)
         print(f"{name}: {kind(solution.amplification)}", flush=True)

@@ -32,7 +32,7 @@ from tegotae.simulation.rollout import Scenario, Timing, Trajectory
 
 EPISODE = Timing(duration_s=24.0, tick_s=0.002)
 """An episode of training. At 2 ms regular apexes of vanilla laws stay within 0.6 mm of an adaptive
-solver, those of stiff learned laws within about a centimetre (see the convergence study), at half
+solver, those of stiff learned laws within two centimetres (see the convergence study), at half
 the price of the 1 ms of everything else."""
 
 SETTLE_S = 12.0
