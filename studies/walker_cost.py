@@ -55,14 +55,10 @@ class Watched(Walker):
 class ByAxis(Watched):
     """One whose work is that of each axis of a leg by itself, |F_x ċ_x| + |F_z ċ_z|."""
 
-    def _contact(self, start, end, now, then, *, share, tick_s, **flow):
-        aims = end.command - start.command
-        forces = (
-            share * a + (1.0 - share) * b for a, b in zip(now.of_body, then.of_body, strict=True)
-        )
-        along, _, down = forces
-        flow["work_j"] = jnp.abs(along * aims[0]) + jnp.abs(down * aims[1])
-        return super()._contact(start, end, now, then, share=share, tick_s=tick_s, **flow)
+    def leg_work(self, force_n, previous_rate, rate, tick_s):
+        """Return the work of each leg in a tick, each axis by itself [J]."""
+        along, _, down = force_n
+        return tick_s * (jnp.abs(along * rate[0]) + jnp.abs(down * rate[1]))
 
 
 def _stands(tick: Any) -> jax.Array:

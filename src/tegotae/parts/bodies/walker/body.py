@@ -13,7 +13,7 @@ from tegotae.parts._shapes import Number, PerLane, Scalar
 from tegotae.parts.bodies.base import Body, Contact, Push, Sensation, for_limbs
 from tegotae.parts.bodies.frame import rise
 from tegotae.parts.bodies.walker import mechanics
-from tegotae.parts.bodies.walker.mechanics import CHANNELS, WalkerState, vector
+from tegotae.parts.bodies.walker.mechanics import CHANNELS, Vector, WalkerState, vector
 from tegotae.parts.bodies.walker.numbers import LOWEST_SHARE, WalkerNumbers
 from tegotae.parts.channels import FOOT, Channel
 from tegotae.parts.parameters import traceable
@@ -258,7 +258,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             twist=spin,
             com=state.com,
         )
-        along, _, down = mean(beginning.of_body, ending.of_body)
+        of_body = vector(mean(beginning.of_body, ending.of_body))
         stance = jnp.where(
             beginning.stance.contact,
             jnp.where(ending.stance.contact, 1.0, share),
@@ -272,8 +272,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         to_apex = v0 / jnp.where(apex, v0 - v1, 1.0)
         return end, Contact(
             stance_share=jnp.where(touches, 1.0 - share, stance),
-            work_j=mechanics.swing_work(self, state.rate, rate, tick_s)
-            - tick_s * (along * rate[0] + down * rate[1]),
+            work_j=self.leg_work(of_body, state.rate, rate, tick_s),
             climb_flight_m=jnp.where(flies, climb, 0.0),
             climb_m=climb,
             apex_share=jnp.where(apex, jnp.clip(to_apex, 0.0, 1.0), jnp.nan),
@@ -281,6 +280,21 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
             touchdown_share=jnp.where(touches, share, jnp.nan),
             force_n=mean([beginning.load], [ending.load])[0],
         )
+
+    def leg_work(
+        self, force_n: Vector, previous_rate: jax.Array, rate: jax.Array, tick_s: jax.Array
+    ) -> jax.Array:
+        """Return the work of each leg in a tick [J], [limbs, lanes]; its two axes are netted.
+
+        Args:
+            force_n: mean force on the torso in body axes [N], [limbs, lanes] each.
+            previous_rate: rate of the command in the tick before [m/s], [2, limbs, lanes].
+            rate: in this one.
+            tick_s: control tick [s].
+        """
+        along, _, down = force_n
+        swing = mechanics.swing_work(self, previous_rate, rate, tick_s)
+        return swing - tick_s * (along * rate[0] + down * rate[1])
 
     def apply_impulse(self, state: WalkerState, impulse_ns: jax.Array) -> WalkerState:
         """A blow on the centre of mass changes its vertical velocity by impulse / m."""
