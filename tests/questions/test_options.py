@@ -18,6 +18,7 @@ from tegotae.questions.controllers import HopperName, WalkerName, kinds, load
 from tegotae.questions.hopping import HopperController
 from tegotae.questions.parameters import changed, leaves, options_of
 from tegotae.systems.legged import SYSTEMS
+from tegotae.systems.models import PRESETS, all_models
 
 
 @pytest.mark.parametrize("name", ["paper", "pyTegotaeCPG-both+matsuoka", "zoo:ART", *SYSTEMS])
@@ -99,4 +100,10 @@ def test_commands_namespaces_and_the_page_of_names_have_the_same_functions():
 
 def test_the_names_that_a_type_checker_knows_are_those_of_the_registries():
     assert {*get_args(WalkerName)} == {*SYSTEMS}
+    models = all_models()
+    vanilla = {"V", *(name for name, model in models.items() if model.architecture == "V")}
+    drives = ("", "-sector", "-reflex", "-both")
+    presets = {f"{name}{drive}" for name in PRESETS for drive in drives}
+    architectures = {f"zoo:{model.architecture}" for model in models.values()}
+    assert {*get_args(HopperName)} == vanilla | presets | architectures
     assert all(isinstance(load(name), HopperController) for name in get_args(HopperName))

@@ -21,6 +21,11 @@ gaits = tg.gaits.map("quadruped-c", x=("com_x_m", -0.3, 0.3), cells=(4, 4))
 first = tg.load("paper").simulate(duration=4.0)
 second = tg.plot.basin("paper", resolutoin=20)
 third = tg.load("quadruped-c").simulate(drop_m=0.1)
+fourth = tg.load("V-reflex-w8").simulate(sigmas=2.0)
+fifth = tg.load("zoo:ART").simulate(drops_m=0.1)
+vanilla = tg.load("V-reflex-w8").simulate(sigma=2.0, drop_m=0.2, drop_time_s=8.0)
+preset = tg.load("pyTegotaeCPG-both").simulate(sigma=2.0)
+run = tg.load("zoo:ART-rF-tphif-w8/3").simulate(drop_m=0.1)
 """
 
 
@@ -32,6 +37,7 @@ def test_a_wrong_keyword_is_an_error_of_the_type_checker_and_a_right_one_is_none
         [sys.executable, "-m", "pyright", *words], capture_output=True, text=True, cwd=tmp_path
     )
     found = json.loads(done.stdout)["generalDiagnostics"]
-    assert [x["range"]["start"]["line"] for x in found if x["severity"] == "error"] == [5, 6, 7]
-    names = ("duration", "resolutoin", "drop_m")
+    lines = [x["range"]["start"]["line"] for x in found if x["severity"] == "error"]
+    assert lines == [5, 6, 7, 8, 9]
+    names = ("duration", "resolutoin", "drop_m", "sigmas", "drops_m")
     assert all(f'"{name}"' in x["message"] for name, x in zip(names, found, strict=True))

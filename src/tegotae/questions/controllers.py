@@ -30,7 +30,40 @@ NAMES = (
     "quadruped-c or FILE.toml, or FILE.py:OBJECT."
 )
 """Meaning of a name, for help."""
-HopperName = Literal["paper", "paper-reflex", "paper-both", "pyTegotaeCPG"]
+HopperName = Literal[
+    "V",
+    "V-both-w4",
+    "V-both-w8",
+    "V-reflex-w4",
+    "V-reflex-w8",
+    "V-sector-w4",
+    "V-sector-w8",
+    "paper",
+    "paper-both",
+    "paper-reflex",
+    "paper-sector",
+    "pyTegotaeCPG",
+    "pyTegotaeCPG-both",
+    "pyTegotaeCPG-reflex",
+    "pyTegotaeCPG-sector",
+    "zoo:A",
+    "zoo:AG",
+    "zoo:AGT",
+    "zoo:AR",
+    "zoo:ARG",
+    "zoo:ARGT",
+    "zoo:ART",
+    "zoo:AT",
+    "zoo:R",
+    "zoo:RG",
+    "zoo:RGT",
+    "zoo:RT",
+    "zoo:T",
+    "zoo:V",
+    "zoo:VG",
+    "zoo:VGT",
+    "zoo:VT",
+]
 """Hoppers that a type checker knows by name."""
 WalkerName = Literal[
     "bar-heavy",
@@ -56,9 +89,7 @@ def load(name: WalkerName, *, body: str | Body | None = None) -> WalkerControlle
 @overload
 def load(name: Subject, kind: type[C], *, body: str | Body | None = None) -> C: ...
 @overload
-def load(
-    name: Subject, *, body: str | Body | None = None
-) -> HopperController | WalkerController | EnvironmentController: ...
+def load(name: Subject, *, body: str | Body | None = None) -> Any: ...
 def load(name: Subject, kind: Any = LoadedController, *, body: str | Body | None = None) -> Any:
     """Load the controllers of a name; their methods simulate, evaluate, compare and explain them.
 
@@ -66,7 +97,8 @@ def load(name: Subject, kind: Any = LoadedController, *, body: str | Body | None
         name: a trained controller (zoo:ART), a vanilla one (V-sector-w4, paper-reflex), a legged
             system (quadruped-c, FILE.toml), a controller file, a folder of one training,
             FILE.py:OBJECT, or an object with weights.
-        kind: class that they must have, such as `HopperController`, for a type checker.
+        kind: class that they must have, such as `HopperController`. A type checker takes it as the
+            class of names that it does not know, such as files and runs.
         body: another body: an object, FILE.toml, FILE.py:OBJECT or MODULE:OBJECT.
 
     Raises:
