@@ -41,8 +41,8 @@ def engine_name(controller: Controller, body: Body) -> str:
     """Return the name of a structure's engine: the same for all weights and numbers.
 
     Example:
-        >>> from tegotae import build
         >>> from tegotae.parts.bodies import Hopper
+        >>> from tegotae.systems.models import build
         >>> heavy = engine_name(build("V-sector-w8"), Hopper(mass_kg=0.2))
         >>> heavy == engine_name(build("V-sector-w4"), Hopper())
         True
@@ -70,8 +70,8 @@ def has(controller: Controller, body: Body) -> bool:
     """Return whether the engine comes with the package.
 
     Example:
-        >>> from tegotae import build
         >>> from tegotae.parts.bodies import Hopper
+        >>> from tegotae.systems.models import build
         >>> has(build("ART-rF-tphif-w4"), Hopper(mass_kg=0.2)), has(build("T-F"), Hopper())
         (True, False)
     """

@@ -56,8 +56,8 @@ class Program:
         TegotaeError: for a controller that does not go with the body.
 
     Example:
-        >>> from tegotae import build
         >>> from tegotae.parts.bodies import Hopper
+        >>> from tegotae.systems.models import build
         >>> Program(build("V-reflex-w8"), Hopper()).layout.document()["body.mass_kg"]
         [2, 1]
     """

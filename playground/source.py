@@ -85,8 +85,8 @@ def program_source(program: Program) -> str:
         TegotaeError: for an operation that has no C, by its name.
 
     Example:
-        >>> from tegotae import build
         >>> from tegotae.parts.bodies import Hopper
+        >>> from tegotae.systems.models import build
         >>> program = Program(build("V-reflex-w8"), Hopper())
         >>> "static void ticked(lane_block *l)" in program_source(program)
         True

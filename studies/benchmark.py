@@ -110,14 +110,14 @@ def _write_network(name: str, file: Path) -> None:
         helper.make_node("Tanh", ["drive"], ["hidden"]),
         helper.make_node("MatMul", ["hidden", "outer"], ["force"]),
     ]
-    ends = (
+    inputs, outputs = (
         [helper.make_tensor_value_info(end, TensorProto.FLOAT, ["n", width])]
         for end, width in (("observed", 2), ("force", 1))
     )
     weights = [
         numpy_helper.from_array(np.asarray(x, np.float32), name) for name, x in arrays.items()
     ]
-    graph = helper.make_graph(nodes, "hopper", *ends, weights)
+    graph = helper.make_graph(nodes, "hopper", inputs, outputs, weights)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
     file.write_bytes(model.SerializeToString())
     onnx.checker.check_model(model)

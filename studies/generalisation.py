@@ -23,7 +23,7 @@ from matplotlib.patches import Patch
 from kept import write_rows, write_text
 from reproduction.plan import plan
 from tegotae._support.tables import read_csv
-from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance
+from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance, Tested
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import (
     MEASURES,
@@ -83,7 +83,7 @@ def ordered(controllers: Sequence[ControllersUnderTest]) -> list[ControllersUnde
     return sorted(controllers, key=lambda item: plain.get(item.name, len(plain)))
 
 
-def architecture(tested: ControllersUnderTest) -> str:
+def architecture(tested: Tested) -> str:
     """The architecture of a set's model."""
     return all_models()[tested.name].architecture
 

@@ -100,7 +100,7 @@ def drawn(subject: str, form: str, first: int, count: int) -> tuple[Laws, np.nda
     """Some laws of the sequence, and the phases of their releases [legs, laws] [rad]."""
     system = SUBJECTS[subject]
     rng = np.random.default_rng((SEED, list(FORMS).index(form)))
-    sobol = qmc.Sobol(5 + system.legs, scramble=True, seed=rng)
+    sobol = qmc.Sobol(5 + system.legs, scramble=True, rng=rng)
     if first:
         sobol.fast_forward(first)
     place, shape, rate, offset, width, *phases = sobol.random(count).T

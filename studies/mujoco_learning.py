@@ -255,16 +255,12 @@ class Disturbed(ModelLanes):
         self.number, self.queue = 0, []
         return super().reset(seed, where)
 
-    def step(self, actions, alive):
+    def step(self, actions, alive, push_n=None):
         time_s = self.number * self.batch.step_s
         self.number += 1
         if self.push and 6.0 <= time_s < 6.05:
-            force = np.tile([0.0, 0.0, self.push], (self.lanes, 1))
-            observation = self.batch.step(actions, force)
-            observation = self._whole(observation)
-            zero = np.zeros(self.lanes)
-            return observation, zero, zero.astype(bool)
-        observation, reward, over = super().step(actions, alive)
+            push_n = np.tile([0.0, 0.0, self.push], (self.lanes, 1))
+        observation, reward, over = super().step(actions, alive, push_n)
         load = observation[:, self.at] + self.noise * 0.981 * self.rng.standard_normal(self.lanes)
         self.queue = [*self.queue, load][-(self.delay + 1) :]
         observation[:, self.at] = self.queue[0]

@@ -79,7 +79,7 @@ def episode(controller: Controller, subject: Body) -> TracedEpisode:
         (rows, scenario), (body, tick_s) = spread(lanes), shared
         lane = loop.start(rows, body, scenario, tick_s)
         arguments = rows, body, scenario, lane, jnp.int32(0), tick_s
-        return lane, recorder.nothing(lambda: loop.tick(*arguments)[1])[0]
+        return lane, recorder.empty(lambda: loop.tick(*arguments)[1])[0]
 
     def tick(lanes: Any, shared: Any, state: Any, index: Any) -> Any:
         (rows, scenario), (body, tick_s), (lane, totals) = spread(lanes), shared, state

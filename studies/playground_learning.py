@@ -15,7 +15,7 @@ from importlib import resources
 from pathlib import Path
 
 from playground import Page, standard
-from tegotae.measures import optimum
+from reproduction.optimum import largest_cot_inverse
 from tegotae.parts.bodies import Hopper
 
 NEAR = 0.98
@@ -44,7 +44,7 @@ def main() -> None:
     )
     engine = page["engines"][art["engines"]["hopper"]]
     hopper = next(controller for controller in page["bodies"] if controller["name"] == "hopper")
-    best = optimum.best(Hopper(), 8.0)
+    best = largest_cot_inverse(Hopper(), 8.0)
     fields = {f"body.{name}": value for name, value in hopper["numbers"].items()}
     fields |= {"omega": 8.0, "ground_m": 0.0, "release.height_m": 1.2}
     fields |= {"release.velocity_m_per_s": 0.0, "release.phase_rad": 0.0}

@@ -31,7 +31,7 @@ def experiment_under(
         protocol: of the evaluation; drop, release, work and tolerances are the reading's.
 
     Example:
-        >>> from tegotae import find
+        >>> from tegotae.systems.models import find
         >>> experiment_under(Reading(mass_kg=0.2), find("ART")).body.mass_kg
         0.2
     """
