@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import inspect
 import pkgutil
 import re
 from collections.abc import Iterator
@@ -34,6 +35,13 @@ def _modules() -> Iterator[str]:
                 yield info.name
 
 
+class _Finder(doctest.DocTestFinder):
+    """Finder that takes a decorated function for one of the module that wrote it."""
+
+    def _from_module(self, module, object):
+        return super()._from_module(module, inspect.unwrap(object))
+
+
 def examples() -> dict[str, list[doctest.DocTest]]:
     """The docstrings with examples of every module that can be imported here, by its name."""
     examples_by_module = {}
@@ -42,7 +50,7 @@ def examples() -> dict[str, list[doctest.DocTest]]:
             module = importlib.import_module(name)
         except (ImportError, tegotae.TegotaeError):  # an extra that is not installed
             continue
-        tests = doctest.DocTestFinder(exclude_empty=True).find(module)
+        tests = _Finder(exclude_empty=True).find(module)
         if tests := [test for test in tests if test.examples]:
             examples_by_module[name] = tests
     return examples_by_module

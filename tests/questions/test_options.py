@@ -7,6 +7,7 @@ import inspect
 from collections.abc import Mapping
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 
 import tegotae as tg
@@ -76,6 +77,42 @@ def functions(entry: Command | CommandGroup | Mapping[str, Any]) -> list[Any]:
 
 
 FUNCTIONS = functions(COMMANDS)
+
+
+PAPER, WALKER = tg.load("paper"), tg.load("quadruped-c")
+
+
+@pytest.mark.parametrize(
+    ("verb", "options", "message"),
+    [
+        (PAPER.simulate, {"duration_s": "4"}, "duration_s is '4'; it must be a number"),
+        (PAPER.simulate, {"omega": True}, "omega is True; it must be a number"),
+        (PAPER.simulate, {"hold": 1}, "hold is 1; it must be True or False"),
+        (PAPER.simulate, {"work": 3}, "work is 3; it must be one of absolute, positive, net"),
+        (PAPER.evaluate, {"metric": "cot"}, "metric is 'cot'; it must be a list of texts"),
+        (PAPER.evaluate, {"protocol": 3}, "protocol is 3; it must be a Protocol or a mapping"),
+        (PAPER.explain, {"releases": 2.5}, "releases is 2.5; it must be a whole number"),
+        (PAPER.compare, {"omega": [4.0]}, r"omega is \[4.0\]; it must be a number"),
+        (PAPER.robustness, {"out": 5}, "out is 5; it must be a path or a text"),
+        (WALKER.simulate, {"seed": "1"}, "seed is '1'; it must be a whole number"),
+        (tg.train, {"seeds": 4.0}, "seeds is 4.0; it must be a whole number"),
+        (tg.train, {"tuned_over": "1"}, "tuned_over is '1'; it must be a list of numbers"),
+        (tg.plot.basin, {"resolution": "20"}, "resolution is '20'; it must be a whole number"),
+        (tg.gaits.map, {"x": ("sigma", 1)}, "it must be a list of a text, a number, a number"),
+        (tg.gaits.map, {"cells": (3.5, 2)}, "it must be a list of a whole number, a whole number"),
+        (tg.robots.export_c, {"out": "c", "tick_s": "1"}, "tick_s is '1'; it must be a number"),
+    ],
+)
+def test_an_option_of_another_type_is_refused_with_its_value_and_the_right_type(
+    verb, options, message
+):
+    with pytest.raises(tg.TegotaeError, match=message):
+        verb("paper", **options)
+
+
+@pytest.mark.parametrize("number", [np.float32(0.2), np.array(0.2), np.float64(0.2)])
+def test_a_number_of_numpy_is_a_number(number):
+    assert len(PAPER.simulate(duration_s=number, hold=np.bool_(True)).table) == 20
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda x: f"{x.__module__}.{x.__qualname__}")

@@ -20,7 +20,7 @@ from tegotae.measures.plausibility import check_forces, check_over_ground
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.questions.controller import Changes, Work
-from tegotae.questions.parameters import filled, in_shell, require_kind_of
+from tegotae.questions.parameters import filled, in_shell
 from tegotae.questions.results import UNDEFINED, Table
 from tegotae.systems.body_file import body_called
 from tegotae.systems.models import preset as preset_named
@@ -42,13 +42,6 @@ def check_recording(file: object) -> None:
             f"a recording is called {reprlib.repr(file)}; it must be the name of a file, such as "
             "'log.csv'"
         )
-
-
-def check_sampling(columns: object, rate: object, resample: object) -> None:
-    """Raise `TegotaeError` for options of a recording that are of another type."""
-    require_kind_of("columns", tuple[str, ...], columns)
-    require_kind_of("rate", float, rate)
-    require_kind_of("resample", float, resample)
 
 
 def _known_body(options: Any) -> Body | None:
@@ -232,7 +225,6 @@ def measure(
     """
     options = filled(locals(), {"limit_cycle": LimitCycle()})
     check_recording(file)
-    check_sampling(columns, rate, resample)
     mechanics = _known_body(options)
     leg = _of_the_leg(options, mechanics)
     weight_n, length_m = _weight_n(leg), leg["rest_length_m"]

@@ -8,7 +8,8 @@ import inspect
 import reprlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, wraps
+from os import PathLike
 from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
@@ -80,17 +81,42 @@ _IN_SHELL: dict[Any, InShell] = {}
 
 
 def in_shell(**facts: Any) -> Callable[[F], F]:
-    """Return a decorator that leaves a function as it is and remembers facts for the shell.
+    """Return a decorator that checks the options of a function and remembers facts for the shell.
 
     Args:
         facts: fields of `InShell`.
     """
 
     def remembering(function: F) -> F:
+        function = checked(function)
         _IN_SHELL[function] = InShell(**facts)
         return function
 
     return remembering
+
+
+def checked(function: F) -> F:
+    """Return a function that refuses options of another type than its signature says.
+
+    Args:
+        function: a function or a method with typed keyword parameters.
+
+    Raises:
+        TegotaeError: at a call, for an option of another type.
+    """
+    hints: dict[str, Any] = {}
+
+    @wraps(function)
+    def call(*args: Any, **options: Any) -> Any:
+        if options and not hints:
+            hints.update(hints_of(function))
+        for name in options.keys() & hints.keys():
+            if getattr(options[name], "ndim", None) == 0:  # a number of NumPy or JAX
+                options[name] = options[name].item()
+            require_kind_of(name, hints[name], options[name])
+        return function(*args, **options)
+
+    return cast(F, call)
 
 
 def facts_of(function: Callable[..., Any]) -> InShell:
@@ -137,7 +163,8 @@ def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
         function: a function or a method.
     """
     hints: dict[str, Any] = {}
-    for name, text in inspect.get_annotations(getattr(function, "__func__", function)).items():
+    function = inspect.unwrap(getattr(function, "__func__", function))
+    for name, text in inspect.get_annotations(function).items():
         hints[name] = None
         with contextlib.suppress(NameError):
             hints[name] = eval(text, function.__globals__)  # type: ignore[attr-defined]
@@ -257,7 +284,10 @@ def changed(value: T, changes: Mapping[str, Any]) -> T:
         if name not in ways_by_name:
             raise unknown(f"field of a {type(value).__name__}", name, paths)
         if ways_by_name[name] in kinds:
-            require_kind_of(name, kinds[ways_by_name[name]], replacement)
+            kind = kinds[ways_by_name[name]]
+            if get_origin(kind) is tuple and _fits(float, replacement):
+                continue  # one number for all entries
+            require_kind_of(name, kind | None, replacement)
     return with_paths(value, {ways_by_name[name]: x for name, x in changes.items()})
 
 
@@ -278,28 +308,74 @@ def changes(options: Any, reference: Any) -> dict[str, Any]:
 
 
 def require_kind_of(name: str, kind: Any, value: object) -> None:
-    """Raise `TegotaeError` for a text or a truth value where a number is due, and the like.
+    """Raise `TegotaeError` for a value of another type, such as a text where a number is due.
 
     Args:
         name: name of the option.
-        kind: its type.
+        kind: its type; any value passes for one that is neither plain nor a dataclass.
         value: the value.
+
+    Example:
+        >>> require_kind_of("duration_s", float | None, "4")
+        Traceback (most recent call last):
+        tegotae.TegotaeError: duration_s is '4'; it must be a number or None
     """
-    many = get_origin(kind) in (tuple, Sequence)
-    if many and isinstance(value, int | float) and not isinstance(value, bool):
-        return  # which holds for each
-    wrong = {
-        float: (bool, str, bytes, list, tuple, dict),
-        int: (bool, str, bytes, list, tuple, dict),
-        str: (bool, int, float, bytes, list, tuple, dict),
-    }
-    if many and (isinstance(value, str | bytes) or not isinstance(value, Iterable)):
-        right = "a list"
-    elif not many and isinstance(value, wrong.get(kind, ())):
-        right = "a text" if kind is str else "a number"
-    else:
-        return
-    raise TegotaeError(f"{name} is {reprlib.repr(value)}; it must be {right}")
+    if not _fits(kind, value):
+        raise TegotaeError(f"{name} is {reprlib.repr(value)}; it must be {_in_words(kind)}")
+
+
+def _fits(kind: Any, value: Any) -> bool:
+    """Return whether a value is of a type."""
+    origin, entries = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return any(_fits(x, value) for x in entries)
+    if origin is Literal:
+        return isinstance(value, str) and value in entries
+    if origin is Mapping:
+        return isinstance(value, Mapping)
+    if origin in (tuple, list, Sequence):
+        if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+            return False
+        if origin is not tuple or Ellipsis in entries:
+            return not isinstance(value, Sequence) or all(_fits(entries[0], x) for x in value)
+        values = [*value]
+        return len(values) == len(entries) and all(map(_fits, entries, values))
+    if kind in (int, float):
+        number = hasattr(value, "__index__" if kind is int else "__float__")
+        return number and not isinstance(value, bool) and getattr(value, "ndim", 0) == 0
+    if kind is Path:
+        return isinstance(value, str | PathLike)
+    is_checked = kind in (bool, str, NoneType) or (
+        isinstance(kind, type) and dataclasses.is_dataclass(kind)
+    )
+    return not is_checked or isinstance(value, kind)
+
+
+_IN_WORDS = {
+    bool: ("True or False", "truth values"),
+    int: ("a whole number", "whole numbers"),
+    float: ("a number", "numbers"),
+    str: ("a text", "texts"),
+    Path: ("a path", "paths"),
+    NoneType: ("None", "None"),
+}
+"""Types in words: one value, and several."""
+
+
+def _in_words(kind: Any) -> str:
+    """Return the description of a type for an error."""
+    origin, entries = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        return " or ".join(dict.fromkeys(map(_in_words, entries)))
+    if origin is Literal:
+        return f"one of {', '.join(map(str, entries))}"
+    if origin is Mapping:
+        return "a mapping of changes"
+    if origin in (tuple, list, Sequence):
+        if origin is tuple and Ellipsis not in entries:
+            return f"a list of {', '.join(map(_in_words, entries))}"
+        return f"a list of {_IN_WORDS.get(entries[0], ('', 'values'))[1]}"
+    return _IN_WORDS[kind][0] if kind in _IN_WORDS else f"a {kind.__name__}"
 
 
 @cache

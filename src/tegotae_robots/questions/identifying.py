@@ -13,7 +13,7 @@ from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
-from tegotae.questions.measuring import RECORDINGS, check_recording, check_sampling
+from tegotae.questions.measuring import RECORDINGS, check_recording
 from tegotae.questions.parameters import Values, in_shell
 from tegotae.questions.results import Files, check_ending
 from tegotae.systems.body_file import body_text
@@ -83,7 +83,6 @@ def identify(
         >>> identify("log.csv").save("log.toml")  # doctest: +SKIP
     """
     check_recording(file)
-    check_sampling(columns, rate, resample)
     if out is not None:
         check_ending(out, (".toml",))
     out = Path(_out(file)["out"] if out is None else out)
