@@ -65,19 +65,22 @@ def _stands(tick: Any) -> jax.Array:
     return tick.contact.stance_share >= 1.0
 
 
+def _spent(tick: Any, holds: jax.Array) -> jax.Array:
+    return jnp.where(holds, tick.tick_s, 0.0)
+
+
 WATCHED: tuple[Channel, ...] = (
-    Total("stands_s", "Whole ticks on the ground [s], a limb.", lambda t: _stands(t) * t.tick_s),
+    Total("stands_s", "Whole ticks on the ground [s], a limb.", lambda t: _spent(t, _stands(t))),
     Total(
         "unloaded_s",
         "Of these, those without load [s], a limb.",
-        lambda t: (_stands(t) & (t.contact.force_n <= 0.0)) * t.tick_s,
+        lambda t: _spent(t, _stands(t) & (t.contact.force_n <= 0.0)),
     ),
     Total(
         "slides_s",
         "Of these, those in which the loaded foot slides [s], a limb.",
-        lambda t: (
-            (_stands(t) & (t.contact.force_n > 0.0) & (jnp.abs(t.end.body.slip).max(axis=0) > 0.0))
-            * t.tick_s
+        lambda t: _spent(
+            t, _stands(t) & (t.contact.force_n > 0.0) & (jnp.abs(t.end.body.slip).max(axis=0) > 0.0)
         ),
     ),
     Latest(
