@@ -10,12 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import tegotae
 from pages import DOCS, blocks
 from programs import parsed, words_of
 from tegotae import TegotaeError
 from tegotae.cli import split_parts
 from tegotae.cli.functions import FunctionCall, options_by_subject
 from tegotae.cli.words import flag_of
+from tegotae.questions import gaits, plot
+from tegotae.questions.hopping import HopperController
+from tegotae.questions.walking import WalkerController
 from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, described
 from tegotae.systems.models import build
 
@@ -39,6 +43,8 @@ def commands(page: Path) -> list[list[str]]:
     return [words for line in lines if (words := words_of(line))]
 
 
+TAKEN = {plot.__name__: HopperController, gaits.__name__: WalkerController}
+"""Controllers that the functions of a module take."""
 SLOW = ("legs", "oscillator")
 """Pages whose examples simulate for long."""
 
@@ -107,6 +113,17 @@ def test_the_commands_of_a_page_are_understood(page):
             kinds = options_by_subject(command.function).values()
             known = {flag_of(option) for options in kinds for option in options.values()}
             assert {flag for flag, _ in command.options} <= known
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda p: p.stem)
+def test_the_figures_and_gaits_of_a_page_are_of_bodies_with_as_many_legs_as_they_take(page):
+    for words in commands(page):
+        command = parsed(split_parts(words)[0])
+        if not isinstance(command, FunctionCall) or command.function.__module__ not in TAKEN:
+            continue
+        for name in command.names:
+            if not name.endswith(".json") and not name.startswith("runs/"):  # files of the reader
+                assert isinstance(tegotae.load(name), TAKEN[command.function.__module__]), words
 
 
 def test_a_command_with_an_option_that_does_not_exist_is_not_understood():
