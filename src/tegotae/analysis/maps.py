@@ -67,7 +67,8 @@ class OutcomeSummary:
 
     Example:
         >>> import numpy as np
-        >>> from tegotae import Engine, Scenario, build
+        >>> from tegotae import Engine, Scenario
+        >>> from tegotae.systems.models import build
         >>> engine = Engine(controller=build("V-reflex-w8"), summary=OutcomeSummary())
         >>> found = engine.run(np.array([[2.0]]), Scenario(omega=8.0))
         >>> f"{found.winding_ratio[0]:.3f} turns a hop"
@@ -235,7 +236,7 @@ def sweep_gain(
         TegotaeError: for a controller that has other weights than σ, or an unknown work.
 
     Example:
-        >>> from tegotae import build
+        >>> from tegotae.systems.models import build
         >>> sweep = sweep_gain(build("V-sector-w4"), np.array([0.0, 3.0]), np.array([5.0]))
         >>> sweep.outcome.phase_rate[0].round(3)  # σ = 0: the oscillator runs at ω
         array([5.], dtype=float32)
@@ -304,7 +305,7 @@ def map_basin(
         TegotaeError: for values that the rollout refuses, or a body of several limbs.
 
     Example:
-        >>> from tegotae import build
+        >>> from tegotae.systems.models import build
         >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = map_basin(saved, np.array([1.1, 1.2]), np.array([0.0, 3.0]))
         >>> found.cycles[["hops", "turns", "share"]].values.tolist()

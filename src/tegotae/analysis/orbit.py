@@ -110,7 +110,7 @@ def find_orbit(
             multiple.
 
     Example:
-        >>> from tegotae import build
+        >>> from tegotae.systems.models import build
         >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> found = find_orbit(saved)
         >>> found.hops, round(found.period_s, 3)
@@ -191,7 +191,7 @@ def release_paths(
         TegotaeError: for a body that is no hopper, or a release that is not finite.
 
     Example:
-        >>> from tegotae import build
+        >>> from tegotae.systems.models import build
         >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
         >>> release_paths(saved, np.array([1.1, 1.3]), duration_s=1.0).height_m.shape
         (100, 2)

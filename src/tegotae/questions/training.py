@@ -242,7 +242,9 @@ class TrainedControllers(Files):
     """Controller files, one a run."""
     unit: str
     """Unit of progress: generation or episode."""
-    write: Callable[[Path], Sequence[Path]] = field(default=lambda _: (), init=False)
+    write: Callable[[Path], Sequence[Path]] = field(
+        default_factory=lambda: lambda _: (), init=False
+    )
 
     @classmethod
     def from_files(

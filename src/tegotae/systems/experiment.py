@@ -54,7 +54,8 @@ class Experiment(OnSystem):
             or whose extremes make no body, or an episode that cannot be evaluated.
 
     Example:
-        >>> from tegotae import Hopper, find
+        >>> from tegotae import Hopper
+        >>> from tegotae.systems.models import find
         >>> experiment = find("ART").experiment(body=Hopper(mass_kg=0.12))
         >>> experiment.name, experiment.system.omega, experiment.controller.n_weights
         ('ART-rF-tphif-w8', 8.0, 96)

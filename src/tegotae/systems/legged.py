@@ -53,7 +53,8 @@ class Legged(OnSystem):
 
     Example:
         >>> import dataclasses
-        >>> from tegotae import System, build
+        >>> from tegotae import System
+        >>> from tegotae.systems.models import build
         >>> from tegotae.parts.bodies import Bar
         >>> legs = dataclasses.replace(build("V-sector-w8"), limbs=2)
         >>> under_bar = System(controller=legs, body=Bar(), omega=8.0)

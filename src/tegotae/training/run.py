@@ -74,7 +74,7 @@ class Run(Generic[LearnerT]):
             this learner cannot learn, or settings of JAX with which results would be others.
 
     Example:
-        >>> from tegotae import find
+        >>> from tegotae.systems.models import find
         >>> Run(experiment=find("AR").experiment(), seeds=(0, 1)).learner.UNIT
         'generation'
     """

@@ -105,7 +105,8 @@ class CoordinationSummary(Part):
 
     Example:
         >>> import dataclasses, numpy as np
-        >>> from tegotae import Engine, Scenario, build
+        >>> from tegotae import Engine, Scenario
+        >>> from tegotae.systems.models import build
         >>> from tegotae.parts.bodies import Bar
         >>> bar, legs = Bar(inertia_ratio=0.6), dataclasses.replace(build("V-sector-w8"), limbs=2)
         >>> engine = Engine(controller=legs, summary=CoordinationSummary.on(legs, bar))

@@ -48,7 +48,7 @@ def check_metric(metric: Metric) -> None:
         TegotaeError: for the first breach, with what would be right.
 
     Example:
-        >>> from tegotae.measures.hopping.registry import find
+        >>> from tegotae.measures.hopping.registry import find_metric
         >>> check_metric(find_metric("cpgu"))
     """
     name = probing.PartTrial.from_part(metric, Metric).name

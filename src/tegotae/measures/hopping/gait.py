@@ -133,7 +133,8 @@ class GaitSummary:
 
     Example:
         >>> import numpy as np
-        >>> from tegotae import Engine, Scenario, build
+        >>> from tegotae import Engine, Scenario
+        >>> from tegotae.systems.models import build
         >>> engine = Engine(controller=build("V-reflex-w8"), summary=GaitSummary())
         >>> path = engine.run(np.array([[2.0]]), Scenario(omega=8.0))
         >>> f"{path.limit_cycle_period[0]:.0f} {path.cot_inverse[0]:.2f} m/J"
