@@ -244,12 +244,13 @@ def of_group(name: str, members: Sequence[Done], disturbances: Sequence[Disturba
             yield row | _shares(mine, disturbance.name, levels[0])
 
 
-def edge(controllers: Sequence[ControllersUnderTest]) -> Iterator[dict]:
+def edge(controllers: Sequence[Tested]) -> Iterator[dict]:
     """Measure leg compression and hopping height undisturbed: medians over runs [l0]."""
     for tested in controllers:
         timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
-        engine = tested.system.engine(_extremes, timing)
-        lowest, highest, failed = engine.run(tested.weights, tested.system.scenario(), tested.body)
+        system = tested.controllers.system
+        engine = system.engine(_extremes, timing)
+        lowest, highest, failed = engine.run(tested.weights, system.scenario(), tested.body)
         yield {
             "model": tested.name,
             "runs": len(lowest),
