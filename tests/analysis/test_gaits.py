@@ -336,7 +336,10 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
             ["simulate", "bar-light", "--duration-s", "0.04"],
             "a gait takes 8 frames at least (0.16 s)",
         ),
-        (["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"], "seed is of random phases"),
+        (
+            ["simulate", "bar-light", "--phases", "0", "0.1", "--seed", "2"],
+            "seed is of random phases",
+        ),
         (["simulate", "quadruped-c", "--present", *"1110"], "tegotae gait perturb --lose"),
         (
             [

@@ -447,7 +447,10 @@ def test_parquet_without_its_package_names_the_extra(tmp_path, monkeypatch):
         (("--rest-length-m", "1", "--mass-kg", "1e308"), "mass is 1e+308; it must be at most"),
         (("--rest-length-m", "1", "--preset", "papers"), "no preset is called 'papers'"),
         (("--rest-length-m", "1", "--disturbed-at", "90"), "disturbed_at_s lies 90 s"),
-        (("--rest-length-m", "1", "--work", "much"), "--work is 'much'; write --work {absolute,positive,net}"),
+        (
+            ("--rest-length-m", "1", "--work", "much"),
+            "--work is 'much'; write --work {absolute,positive,net}",
+        ),
         (("--rest-length-m", "1", "--plot", "walk.txtt"), "cannot write a figure"),
         (("--rest-length-m", "1", "--rate", "50"), "holds the times"),
         (("--rest-length-m", "1", "--mass-kg", "-1"), "mass is -1; it must be greater than 0"),
