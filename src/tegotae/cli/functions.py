@@ -160,21 +160,15 @@ class FunctionCall:
             TegotaeError: for a name that means nothing here, or too many.
         """
         function, facts, names = self.function, self.facts, self.names or self.facts.usual
-        if len(names) > 1 and not self._is_several and not self.is_method:
-            raise TegotaeError(
-                f"{self._called} takes one name; {', '.join(names)} are {len(names)}"
-            )
+        if not self.is_method:
+            self._require_one(names)
         if names and not self.subjects:
             raise TegotaeError(f"unexpected argument {names[0]!r}; {self.prog} takes no name")
         if self.is_method:
             body = known_options(self.options, [_BODY], self.prog).get("body")
             first, *further = load_all(*names, body=body)
             function = getattr(first, function.__name__)
-            if further and not self._is_several:
-                listed = ", ".join(x.name for x in (first, *further))
-                raise TegotaeError(
-                    f"{self._called} takes one name; {listed} are {1 + len(further)}"
-                )
+            self._require_one([x.name for x in (first, *further)])
             return _Bound(function, tuple(further), first.own(), first.name)
         plain = options_of(function, facts.values).values()
         overrides = _nested(known_options(self.options, plain, self.prog))
@@ -186,9 +180,7 @@ class FunctionCall:
         if self.is_about_controllers:
             body = known_options(self.options, [_BODY], self.prog).get("body")
             subjects = tuple(load_all(*subjects, body=body)) if subjects else ()
-            if len(subjects) > 1:
-                listed = ", ".join(x.name for x in subjects)
-                raise TegotaeError(f"{self._called} takes one name; {listed} are {len(subjects)}")
+            self._require_one([x.name for x in subjects])
             name = subjects[0].name if subjects else ""
             defaults = subjects[0].own() if subjects else {}
         else:
@@ -198,9 +190,11 @@ class FunctionCall:
         defaults = {**facts.values, **defaults}
         return _Bound(function, subjects, defaults, defaults.get("", name))
 
-    @property
-    def _called(self) -> str:
-        return self.prog.partition(" ")[2]
+    def _require_one(self, names: Sequence[str]) -> None:
+        """Raise `TegotaeError` for more names than the function takes."""
+        if len(names) > 1 and not self._is_several:
+            command = self.prog.partition(" ")[2]
+            raise TegotaeError(f"{command} takes one name; {', '.join(names)} are {len(names)}")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.cli.program import WIDTH
+from tegotae.cli.program import WIDTH, examples_text
 from tegotae.questions.parameters import Option
 
 _WIDE = 26
@@ -156,7 +156,7 @@ def help_text(
         if lines:
             parts.append("\n".join([f"{heading}:", *lines]))
     if examples:
-        parts.append("\n".join(["Examples:", *(f"  {example}" for example in examples)]))
+        parts.append(examples_text(examples))
     return "\n\n".join(parts)
 
 
