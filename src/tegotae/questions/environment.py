@@ -13,7 +13,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.parts.bodies import Body
 from tegotae.questions.controller import LoadedController, Subject
-from tegotae.questions.parameters import HIDDEN, Values, changes, checked, filled
+from tegotae.questions.parameters import HIDDEN, Values, changes, check_types, filled
 from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
@@ -113,7 +113,7 @@ class EnvironmentController(LoadedController):
             "omega": tuple(omega for omega in omegas if omega is not None),
         }
 
-    @checked
+    @check_types
     def simulate(self, *, duration_s: float | None = None) -> Recording:
         """Play an episode where a controller was trained, in another simulator.
 
@@ -135,7 +135,7 @@ class EnvironmentController(LoadedController):
             notes=(f"It {reason}.",) if reason else (),
         )
 
-    @checked
+    @check_types
     def evaluate(
         self,
         *others: Subject | LoadedController,
@@ -157,7 +157,7 @@ class EnvironmentController(LoadedController):
         """
         return self._evaluated(others, {**locals()})
 
-    @checked
+    @check_types
     def compare(
         self,
         *others: Subject | LoadedController,

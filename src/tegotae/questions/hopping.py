@@ -18,7 +18,7 @@ from tegotae.measures.hopping.registry import register_metric, select_metrics
 from tegotae.measures.hopping.signals import work_total
 from tegotae.parts.bodies import Body
 from tegotae.questions.controller import Changes, LoadedController, Subject, Work
-from tegotae.questions.parameters import Values, checked, filled
+from tegotae.questions.parameters import Values, check_types, filled
 from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
@@ -86,7 +86,7 @@ class HopperController(LoadedController):
         system = self.runs.system.replaced(vars(options))
         return SavedController(system, self.weights_at(sigma), self.name)
 
-    @checked
+    @check_types
     def simulate(
         self,
         *,
@@ -181,7 +181,7 @@ class HopperController(LoadedController):
             dtype="float64" if options.float64 else "float32",
         )
 
-    @checked
+    @check_types
     def evaluate(
         self,
         *others: Subject | LoadedController,
@@ -205,7 +205,7 @@ class HopperController(LoadedController):
         """
         return self._evaluated(others, {**locals()})
 
-    @checked
+    @check_types
     def compare(
         self,
         *others: Subject | LoadedController,

@@ -88,14 +88,14 @@ def in_shell(**facts: Any) -> Callable[[F], F]:
     """
 
     def remembering(function: F) -> F:
-        function = checked(function)
+        function = check_types(function)
         _IN_SHELL[function] = InShell(**facts)
         return function
 
     return remembering
 
 
-def checked(function: F) -> F:
+def check_types(function: F) -> F:
     """Return a function that refuses options of another type than its signature says.
 
     Args:

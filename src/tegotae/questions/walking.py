@@ -17,7 +17,7 @@ from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import unwrapped, with_fields
 from tegotae.questions.controller import Changes, LoadedController, Subject
-from tegotae.questions.parameters import Values, checked, filled
+from tegotae.questions.parameters import Values, check_types, filled
 from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.systems.legged import Legged, felt, terrain_of
 
@@ -82,7 +82,7 @@ class WalkerController(LoadedController):
         legged = self.system(options).replaced(omega=options.omega)
         return dataclasses.replace(legged, weights=tuple(self.weights_at(options.sigma)))
 
-    @checked
+    @check_types
     def simulate(
         self,
         *,
@@ -154,7 +154,7 @@ class WalkerController(LoadedController):
             limbs=pd.DataFrame(of_legs),
         )
 
-    @checked
+    @check_types
     def evaluate(
         self,
         *others: Subject | LoadedController,
@@ -188,7 +188,7 @@ class WalkerController(LoadedController):
         """
         return self._evaluated(others, {**locals()})
 
-    @checked
+    @check_types
     def compare(
         self,
         *others: Subject | LoadedController,
