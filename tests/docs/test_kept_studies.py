@@ -84,7 +84,7 @@ def test_the_tables_of_go1_follow_from_the_kept_rows(study):
 
 
 def test_the_table_of_the_walkers_cost_is_the_kept_one(study):
-    assert (KEPT / "gaits" / "walker_cost.md").read_text() == study("walker_cost").shown()
+    assert (KEPT / "gaits" / "walker_cost.md").read_text() == study("walker_cost").table_text()
 
 
 def test_two_axes_that_are_netted_cost_less_than_each_by_itself():
@@ -176,7 +176,7 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
 
 def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(study):
     two_readings = study("two_readings")
-    summaries = two_readings.found()
+    summaries = two_readings.estimates_of_readings()
     assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == two_readings.text(
         summaries
     )

@@ -516,7 +516,7 @@ def test_a_program_that_does_not_converge_gives_no_bound(monkeypatch):
     pytest.importorskip("casadi")
     from reproduction.optimum import certificate
 
-    monkeypatch.setattr(certificate, "_least", lambda matrix, limit, largest: None)
+    monkeypatch.setattr(certificate, "_minimise", lambda matrix, limit, largest: None)
     with pytest.raises(TegotaeError, match="no upper bound was found at 4 rad/s"):
         certify(HOPPER, 4.0)
 

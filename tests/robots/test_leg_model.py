@@ -211,7 +211,7 @@ def test_no_template_is_fitted_to_a_robot_that_does_not_stand(stiffness, message
 
 
 @pytest.mark.parametrize(
-    "words", [("wiring", "suggest"), ("template",), ("train", "AR@quadruped-c", "--env")]
+    "words", [("wiring", "suggest"), ("fit-template",), ("train", "AR@quadruped-c", "--env")]
 )
 def test_urdf_is_refused_with_the_way_to_mjcf(words, one_line_error):
     message = one_line_error(*words, "robot.urdf")

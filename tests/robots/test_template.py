@@ -209,7 +209,7 @@ def robot_file(tmp_path, monkeypatch):
 
 
 def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, capsys):
-    main(["template", str(robot_file)])
+    main(["fit-template", str(robot_file)])
     message = capsys.readouterr().out
     assert "servos and springs through the leg's Jacobian" in message
     assert "bounce under its weight" in message
@@ -231,7 +231,7 @@ def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read
 def test_a_file_that_is_there_or_ends_otherwise_is_not_written(robot_file):
     answer = tg.robots.fit_template(str(robot_file))
     answer.save("robot.toml")
-    for name, message in (("robot.toml", "exists already"), ("robot.json", r"must end in \.toml")):
+    for name, message in (("robot.toml", "exists already"), ("robot.txt", r"must end in \.toml")):
         with pytest.raises(TegotaeError, match=message):
             answer.save(name)
     assert answer.to_dict()["sigma"] == 1.25
@@ -241,6 +241,6 @@ def test_a_file_that_is_there_or_ends_otherwise_is_not_written(robot_file):
 
 def test_nothing_is_written_for_a_model_without_a_template(robot_file, capsys):
     robot_file.write_text(ROBOT.replace("<freejoint/>", ""))
-    assert main(["template", str(robot_file)]) == 2
+    assert main(["fit-template", str(robot_file)]) == 2
     assert "<freejoint/>" in capsys.readouterr().err
     assert not Path("robot.toml").exists()
