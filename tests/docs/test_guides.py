@@ -114,6 +114,7 @@ def test_every_command_and_option_is_in_the_reference(reference, name):
     for option in options(name):
         assert (
             f"`--{option}" in section
+            or f"`--no-{option}`" in section  # a switch that is on
             or f"`{option.upper()}" in section
             or f"[{option.upper()}" in section
         )

@@ -446,7 +446,7 @@ def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
             "has no limit cycle after 60 s",
         ),
         (["figure", "phase-response", "--sigma", "inf"], "sigma is inf"),
-        (["figure", "basin", "--height-m", "2", "1"], "height goes from 2 to 1"),
+        (["figure", "basin", "--height-m", "2", "1"], "height_m goes from 2 to 1"),
     ],
     ids=lambda x: x[0] + " ".join(x[1:3]) if isinstance(x, list) else "",
 )

@@ -61,7 +61,9 @@ def check_code_folder() -> None:
         return
     with contextlib.suppress(OSError):  # where nothing can be kept, nothing is
         if problem := _create(Path(setting)):
-            raise TegotaeError(f"{VARIABLE} is {setting!r}, {problem}; name a new folder, or off")
+            raise TegotaeError(
+                f"TEGOTAE_CACHE is {setting!r}, {problem}; name a new folder, or off"
+            )
 
 
 def _create(place: Path) -> str:
