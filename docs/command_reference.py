@@ -11,12 +11,12 @@ from benchmarks.__main__ import BENCH
 from playground.__main__ import PLAYGROUND
 from reproduction.__main__ import PROG, REPRODUCTION
 from studies.tuning.__main__ import TUNE
+from tegotae.api.parameters import about
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.cli.records import flags_of
 from tegotae.cli.words import flag_of
-from tegotae.questions.parameters import about
 
 
 def command_reference() -> str:

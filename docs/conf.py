@@ -8,7 +8,7 @@ from sphinx.ext import napoleon
 from sphinx.util import logging
 
 import tegotae
-from tegotae.questions.about import SOFTWARE
+from tegotae.api.about import SOFTWARE
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))

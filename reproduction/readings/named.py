@@ -9,7 +9,7 @@ from pathlib import Path
 from reproduction.options import HopperParameters
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.questions.experiments import adjusted, with_parts
+from tegotae.api.experiments import adjusted, with_parts
 from tegotae.systems.experiment import Experiment
 
 STUDY, CALIBRATED = "study", "calibrated"

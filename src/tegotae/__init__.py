@@ -14,13 +14,13 @@ _HOMES = {
     "tegotae._support.errors": ("TegotaeError",),
     "tegotae.parts.bodies": ("Body", "Hopper", "Walker"),
     "tegotae.parts.controller": ("Controller",),
-    "tegotae.questions.about": ("cite",),
-    "tegotae.questions.controllers": ("load", "load_all"),
-    "tegotae.questions.hopping": ("HopperController",),
-    "tegotae.questions.listing": ("list_models",),
-    "tegotae.questions.measuring": ("measure",),
-    "tegotae.questions.training": ("train",),
-    "tegotae.questions.walking": ("WalkerController",),
+    "tegotae.api.about": ("cite",),
+    "tegotae.api.controllers": ("load", "load_all"),
+    "tegotae.api.hopping": ("HopperController",),
+    "tegotae.api.listing": ("list_models",),
+    "tegotae.api.measuring": ("measure",),
+    "tegotae.api.training": ("train",),
+    "tegotae.api.walking": ("WalkerController",),
     "tegotae.simulation.checks": (
         "check_body",
         "check_controller",
@@ -36,9 +36,9 @@ _HOMES = {
     "tegotae.systems.system": ("System",),
 }
 _NAMESPACES = {
-    "gaits": "tegotae.questions.gaits",
-    "plot": "tegotae.questions.plot",
-    "robots": "tegotae_robots.questions.robots",
+    "gaits": "tegotae.api.gaits",
+    "plot": "tegotae.api.plot",
+    "robots": "tegotae_robots.api.robots",
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -1,23 +1,23 @@
 """The public names and their types; `_HOMES` of the module has where each is fetched from."""
 
 from tegotae._support.errors import TegotaeError as TegotaeError
+from tegotae.api import gaits as gaits, plot as plot
+from tegotae.api.about import cite as cite
+from tegotae.api.controllers import (
+    load as load,
+    load_all as load_all,
+)
+from tegotae.api.hopping import HopperController as HopperController
+from tegotae.api.listing import list_models as list_models
+from tegotae.api.measuring import measure as measure
+from tegotae.api.training import train as train
+from tegotae.api.walking import WalkerController as WalkerController
 from tegotae.parts.bodies import (
     Body as Body,
     Hopper as Hopper,
     Walker as Walker,
 )
 from tegotae.parts.controller import Controller as Controller
-from tegotae.questions import gaits as gaits, plot as plot
-from tegotae.questions.about import cite as cite
-from tegotae.questions.controllers import (
-    load as load,
-    load_all as load_all,
-)
-from tegotae.questions.hopping import HopperController as HopperController
-from tegotae.questions.listing import list_models as list_models
-from tegotae.questions.measuring import measure as measure
-from tegotae.questions.training import train as train
-from tegotae.questions.walking import WalkerController as WalkerController
 from tegotae.simulation.checks import (
     check_body as check_body,
     check_controller as check_controller,
@@ -37,6 +37,6 @@ from tegotae.systems.experiment import Experiment as Experiment
 from tegotae.systems.registry import register as register
 from tegotae.systems.resolve import recipe as recipe
 from tegotae.systems.system import System as System
-from tegotae_robots.questions import robots as robots
+from tegotae_robots.api import robots as robots
 
 __version__: str

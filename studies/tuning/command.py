@@ -16,10 +16,10 @@ from studies.tuning.task import BUDGET_S, FIRST_SEED, TuningTask
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import require_count
 from tegotae._support.files import output_file, write_atomically
-from tegotae.questions.controller import Changes
-from tegotae.questions.experiments import adjusted, experiment_named, own_values
-from tegotae.questions.parameters import Values, in_shell
-from tegotae.questions.results import Table, short
+from tegotae.api.controller import Changes
+from tegotae.api.experiments import adjusted, experiment_named, own_values
+from tegotae.api.parameters import Values, in_shell
+from tegotae.api.results import Table, short
 from tegotae.systems.registry import name_of
 from tegotae.systems.user_objects import is_reference
 from tegotae.training.settings import agents, settings_named

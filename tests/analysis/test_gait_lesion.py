@@ -7,8 +7,8 @@ import pytest
 
 from tegotae import TegotaeError, Timing
 from tegotae.analysis.gaits.lesion import GaitLesion, aftermath
+from tegotae.api import gaits
 from tegotae.parts.bodies import Bar, Walker
-from tegotae.questions import gaits
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.systems.legged import random_phases
 from tegotae.systems.resolve import legged_system as system

@@ -22,9 +22,9 @@ from tegotae.analysis.gaits.map import (
     settings,
 )
 from tegotae.analysis.gaits.releases import release_all
+from tegotae.api import gaits
 from tegotae.cli import main
 from tegotae.measures.gaits.lags import lag_difference
-from tegotae.questions import gaits
 from tegotae.systems.resolve import legged_system as system
 
 BAR = system("bar-light").replaced(timing=Timing(duration_s=40.0))

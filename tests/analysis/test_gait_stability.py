@@ -9,8 +9,8 @@ import pytest
 from tegotae import TegotaeError, Timing
 from tegotae.analysis.gaits.map import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
+from tegotae.api import gaits
 from tegotae.measures.gaits.lags import TURN, lag_difference, lags_at_sections
-from tegotae.questions import gaits
 from tegotae.systems.resolve import legged_system as system
 
 BAR = system("bar-light").replaced(timing=Timing(duration_s=30.0))

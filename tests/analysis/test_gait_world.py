@@ -17,13 +17,13 @@ from tegotae.analysis.gaits.map import (
     settings,
 )
 from tegotae.analysis.gaits.releases import system_document
+from tegotae.api import gaits
+from tegotae.api.controllers import load
+from tegotae.api.parameters import filled
+from tegotae.api.walking import WalkerController
 from tegotae.parts.bodies import Sensors
 from tegotae.parts.controller import Controller
 from tegotae.parts.terrains import Rough, Slope
-from tegotae.questions import gaits
-from tegotae.questions.controllers import load
-from tegotae.questions.parameters import filled
-from tegotae.questions.walking import WalkerController
 from tegotae.systems.models import find
 from tegotae.systems.resolve import legged_system as system
 

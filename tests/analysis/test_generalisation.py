@@ -23,11 +23,11 @@ from tegotae.analysis.generalisation.run import (
     retention_curve,
     tried,
 )
+from tegotae.api.robustness import Robustness
 from tegotae.cli import main
 from tegotae.figures.generalisation import groups_figure
 from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
-from tegotae.questions.robustness import Robustness
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController

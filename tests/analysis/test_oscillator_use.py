@@ -11,6 +11,7 @@ from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
+from tegotae.api.experiments import experiment_named
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Bar, Walker
 from tegotae.parts.controller import Controller
@@ -23,7 +24,6 @@ from tegotae.parts.oscillators import (
     VanDerPol,
 )
 from tegotae.parts.terms import EllipticFoot
-from tegotae.questions.experiments import experiment_named
 from tegotae.systems.controller_file import SavedController, load, save
 from tegotae.systems.models import build, find
 from tegotae.systems.resolve import vanilla

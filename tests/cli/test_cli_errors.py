@@ -116,9 +116,7 @@ def test_the_list_of_commands_is_there_at_once(words):
 
 def test_of_all_commands_the_one_that_is_named_is_imported():
     program = LISTING.format(words=["models", "--help"])
-    program += (
-        "print([name for name in sys.modules if name.startswith('tegotae.questions.training')])"
-    )
+    program += "print([name for name in sys.modules if name.startswith('tegotae.api.training')])"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert done.stdout.splitlines()[-1] == "[]"
 

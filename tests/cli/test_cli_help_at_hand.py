@@ -11,13 +11,13 @@ import pytest
 
 from tegotae import __version__
 from tegotae._support.progress import QUIET, note, reporting
+from tegotae.api import about
+from tegotae.api.about import extras, installed
+from tegotae.api.parameters import facts_of
+from tegotae.api.plot import surface
+from tegotae.api.results import Figure, Table
 from tegotae.cli import main, parsed
 from tegotae.cli.output import OutputOptions
-from tegotae.questions import about
-from tegotae.questions.about import extras, installed
-from tegotae.questions.parameters import facts_of
-from tegotae.questions.plot import surface
-from tegotae.questions.results import Figure, Table
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def test_a_bug_report_has_versions_machine_and_engine(diagnosis):
 
 def test_a_bug_report_names_the_extra_that_is_missing_and_how_to_install_it(capsys, monkeypatch):
     monkeypatch.setattr(
-        "tegotae.questions.about.installed", lambda name: None if name == "optuna" else "1.0"
+        "tegotae.api.about.installed", lambda name: None if name == "optuna" else "1.0"
     )
     assert main(["doctor"]) == 0
     assert "not installed: optuna; pip install 'tegotae[tune]'" in capsys.readouterr().out

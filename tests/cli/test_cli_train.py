@@ -16,11 +16,11 @@ import pytest
 
 import tiny
 from tegotae._support.errors import TegotaeError
+from tegotae.api.experiments import adjusted
+from tegotae.api.training import TrainedControllers
 from tegotae.cli import main
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import SectorAndReflex
-from tegotae.questions.experiments import adjusted
-from tegotae.questions.training import TrainedControllers
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import GAINS
 from tegotae.systems.models import find

@@ -87,7 +87,7 @@ def test_an_evaluation_takes_the_system_and_the_protocol_of_the_file(held, monke
         asked.append((protocol, start, integrator))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tegotae.questions.hopping.evaluate", evaluate)
+    monkeypatch.setattr("tegotae.api.hopping.evaluate", evaluate)
     own = Protocol(undisturbed_s=5.0, disturbed_s=5.0, drop_m=0.1, release_m=1.1, tick_s=0.004)
     main(["evaluate", str(held)])
     main(["evaluate", str(held), "--drop-m", "0.3", "--work", "net"])

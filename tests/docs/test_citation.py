@@ -3,8 +3,8 @@
 import pytest
 
 from places import ROOT
+from tegotae.api.about import PAPER, SOFTWARE
 from tegotae.cli import main
-from tegotae.questions.about import PAPER, SOFTWARE
 
 
 def words(name: str) -> str:

@@ -14,12 +14,12 @@ import tegotae
 from pages import DOCS, blocks
 from programs import parsed, words_of
 from tegotae import TegotaeError
+from tegotae.api import gaits, plot
+from tegotae.api.hopping import HopperController
+from tegotae.api.walking import WalkerController
 from tegotae.cli import split_parts
 from tegotae.cli.functions import FunctionCall, options_by_subject
 from tegotae.cli.words import flag_of
-from tegotae.questions import gaits, plot
-from tegotae.questions.hopping import HopperController
-from tegotae.questions.walking import WalkerController
 from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, described
 from tegotae.systems.models import build
 
@@ -27,7 +27,7 @@ PAGES = sorted(page for page in DOCS.rglob("*.md") if "_static" not in page.part
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 PLAIN = (
     *("getting-started", "concepts", "legs", "generalisation", "architecture", "native"),
-    *("oscillators", "api/questions", "benchmark", "figures/index", "gaits/index", "gaits/front"),
+    *("oscillators", "api/functions", "benchmark", "figures/index", "gaits/index", "gaits/front"),
     "studies/legs_limit",
 )
 """Pages whose Python needs no file of the reader's."""

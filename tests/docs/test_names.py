@@ -87,7 +87,7 @@ def test_a_name_is_the_fields_term(word, definitions):
 @pytest.mark.parametrize(
     "file",
     [
-        "src/tegotae/questions/training.py",
+        "src/tegotae/api/training.py",
         "reproduction/readings/named.py",
         "reproduction/commands/gain_map.py",
         "docs/oscillators.md",

@@ -15,7 +15,7 @@ import pytest
 
 from places import ROOT
 from tegotae import __version__
-from tegotae.questions.about import SOFTWARE
+from tegotae.api.about import SOFTWARE
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 BUILD = "from hatchling.build import *; build_sdist({0!r}); build_wheel({0!r})"
@@ -50,7 +50,7 @@ def load(entries):
         load(entry.commands) if isinstance(entry, CommandGroup) else entry.load()
 
 load(COMMANDS)
-import tegotae_robots.c, tegotae_robots.live, tegotae.questions.pictures, tegotae.training.run
+import tegotae_robots.c, tegotae_robots.live, tegotae.api.pictures, tegotae.training.run
 """
 
 

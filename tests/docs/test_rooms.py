@@ -24,7 +24,7 @@ ROOMS = (
     "training",
     "analysis",
     "figures",
-    "questions",
+    "api",
     "cli",
 )
 """Rooms, from the lowest to the highest."""

@@ -16,10 +16,10 @@ pytest.importorskip("gymnasium")
 from tegotae import TegotaeError
 from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _models
+from tegotae.api.pictures import animate
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.figures import animation as filming
-from tegotae.questions.pictures import animate
 from tegotae.systems import controller_file
 from tegotae.training.collection import read_runs
 from tegotae.training.environments.experiment import EnvExperiment

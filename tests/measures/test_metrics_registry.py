@@ -97,7 +97,7 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
         episodes = {metric.name: np.array([[2.5]]) for metric in metrics}
         return evaluation.Evaluation(protocol, np.array([8.0]), episodes)
 
-    monkeypatch.setattr("tegotae.questions.hopping.evaluate", made_up)
+    monkeypatch.setattr("tegotae.api.hopping.evaluate", made_up)
     monkeypatch.setattr("tegotae.training.collection.best_gain", lambda *_: (2.0, 0.4))
     try:
         arguments = ["evaluate", "V-reflex-w8", "--metric", "cot_inverse", "peak_force:peak_force"]

@@ -16,11 +16,11 @@ from tegotae.measures.objectives.fitness import HopOutcome
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.systems.controller_file import load
+from tegotae_robots.api.benchmark import KEPT
+from tegotae_robots.api.robots import benchmark
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae_robots.benchmark.entries import read_entry
 from tegotae_robots.benchmark.subject import TRACKS, of_walk, summary
-from tegotae_robots.questions.benchmark import KEPT
-from tegotae_robots.questions.robots import benchmark
 
 KIND = {"hopper": BriefHopper, "quadruped": BriefQuadruped}
 
@@ -146,7 +146,7 @@ def test_the_same_entry_scores_the_same_again():
 
 @pytest.fixture
 def brief(monkeypatch):
-    monkeypatch.setattr("tegotae_robots.questions.benchmark._subject", lambda name: KIND[name]())
+    monkeypatch.setattr("tegotae_robots.api.benchmark._subject", lambda name: KIND[name]())
 
 
 def test_an_entry_is_shown_among_the_kept_ones_that_sense_no_more(brief, tmp_path):

@@ -18,11 +18,11 @@ from tegotae.cli import main
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.designs import design
 from tegotae.systems.resolve import resolve
+from tegotae_robots.api.robots import export_c
 from tegotae_robots.benchmark import bodies, subject as benchmark
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae_robots.benchmark.entries import read_entry
 from tegotae_robots.benchmark.subject import Driver
-from tegotae_robots.questions.robots import export_c
 
 ENTRIES = ROOT / "benchmarks" / "entries"
 WEIGHTS = load("zoo:T-Fv/9").weights.reshape(-1, 4)
@@ -285,7 +285,7 @@ def test_an_action_beyond_the_range_is_clipped():
 
 
 def test_all_kept_entries_are_here():
-    stored = Path(benchmark.__file__).parents[1] / "questions" / "benchmark.csv"
+    stored = Path(benchmark.__file__).parents[1] / "api" / "benchmark.csv"
     places = [line.split(",")[2] for line in stored.read_text().splitlines()[1:]]
     files = [x.partition(":")[0] for x in places if x.startswith("benchmarks/")]
     assert len(files) >= 8

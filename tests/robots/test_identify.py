@@ -12,10 +12,10 @@ from scipy.stats import t as student
 import tegotae as tg
 from places import ROOT
 from tegotae import TegotaeError
+from tegotae.api.experiments import experiment_named
 from tegotae.cli import main
-from tegotae.questions.experiments import experiment_named
 from tegotae_robots import identification
-from tegotae_robots.questions import identifying
+from tegotae_robots.api import identifying
 
 TRUTH = {
     "mass_kg": 1.7,

@@ -26,11 +26,11 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import build, find
 from tegotae.systems.resolve import resolve
 from tegotae.systems.system import System
+from tegotae_robots.api.robots import export_native
 from tegotae_robots.c.golden import golden
 from tegotae_robots.c.plan import Export, member
 from tegotae_robots.live import LiveController, drive_hardware
 from tegotae_robots.live.controller import read_native, write_native
-from tegotae_robots.questions.robots import export_native
 from tegotae_robots.robot import compiled
 
 SIGMA = 2.0

@@ -10,8 +10,8 @@ import pytest
 
 import tiny
 from tegotae import Hopper, TegotaeError
+from tegotae.api.experiments import adjusted, conditions_named
 from tegotae.parts.bodies import Bar
-from tegotae.questions.experiments import adjusted, conditions_named
 from tegotae.simulation.draws import Randomization, applied, draw
 from tegotae.simulation.world import (
     OneOf,

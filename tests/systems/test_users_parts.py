@@ -157,7 +157,7 @@ def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
         bodies.append((body, protocol.work))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tegotae.questions.hopping.evaluate", evaluate)
+    monkeypatch.setattr("tegotae.api.hopping.evaluate", evaluate)
     words = ["evaluate", str(trained), "--mass-kg", "0.12"]
     main([*words, "--work", "positive"])
     main([*words, "--body", f"{FILE}:Hopper", "--work", "net"])

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from tegotae import Experiment, TegotaeError
-from tegotae.questions.experiments import adjusted
+from tegotae.api.experiments import adjusted
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find

@@ -16,11 +16,11 @@ import pytest
 pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError
+from tegotae.api.training import TrainedControllers, advice
 from tegotae.cli import main
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, load_wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.questions.training import TrainedControllers, advice
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import build

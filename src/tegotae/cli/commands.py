@@ -27,7 +27,7 @@ _GROUPS: Mapping[str, str] = {
 def _command(name: str, function: str, examples: Sequence[str]) -> Command:
     """The command of a function or a method."""
     inside = "." not in function.partition(":")[0]
-    place = f"tegotae.questions.{function}" if inside else function
+    place = f"tegotae.api.{function}" if inside else function
     return Command(place, *(f"tegotae {name} {words}".rstrip() for words in examples))
 
 

@@ -10,10 +10,8 @@ from functools import partial
 from typing import Any, NoReturn
 
 from tegotae._support.errors import MissingExtraError, TegotaeError
-from tegotae.cli.output import OutputOptions, output_options, result_of
-from tegotae.cli.words import help_text, known_options, split, values_of
-from tegotae.questions.controllers import NAMES, kinds as kinds_of_controllers, load_all
-from tegotae.questions.parameters import (
+from tegotae.api.controllers import NAMES, kinds as kinds_of_controllers, load_all
+from tegotae.api.parameters import (
     InShell,
     Option,
     Values,
@@ -21,6 +19,8 @@ from tegotae.questions.parameters import (
     facts_of,
     options_of,
 )
+from tegotae.cli.output import OutputOptions, output_options, result_of
+from tegotae.cli.words import help_text, known_options, split, values_of
 
 _BODY = Option(
     "body",

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tegotae.cli.console import print_rows, print_text
-from tegotae.questions.parameters import InShell, Option, hints_of, leaves
-from tegotae.questions.results import (
+from tegotae.api.parameters import InShell, Option, hints_of, leaves
+from tegotae.api.results import (
     NUMBERS,
     Figure,
     Files,
@@ -22,6 +21,7 @@ from tegotae.questions.results import (
     check_new_file,
     check_output,
 )
+from tegotae.cli.console import print_rows, print_text
 from tegotae.systems.zoo import is_zoo_name, stem
 
 

@@ -32,7 +32,7 @@ class Command:
     """A command: a question, or a dataclass of its options with a method `run`.
 
     Args:
-        place: its module and name, such as `tegotae.questions.plot:surface`.
+        place: its module and name, such as `tegotae.api.plot:surface`.
         examples: lines that a user can type, for the end of its help.
     """
 

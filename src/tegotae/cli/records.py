@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any, get_type_hints
 
 from tegotae._support.errors import TegotaeError
+from tegotae.api.parameters import Option, field_text, kind_of
 from tegotae.cli.words import help_text, split, values_of
-from tegotae.questions.parameters import Option, field_text, kind_of
 
 POSITIONAL = "positional"
 """Mark of a field that is given before the options, `Annotated[Path, POSITIONAL]`."""

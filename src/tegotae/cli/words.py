@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae.api.parameters import Option
 from tegotae.cli.program import WIDTH, examples_text
-from tegotae.questions.parameters import Option
 
 _WIDE = 26
 """Width of the column of options in help."""

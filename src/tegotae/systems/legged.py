@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, kw_only=True)
 class Legged(OnSystem):
-    """A system on several legs with its weights, as questions about gaits take it.
+    """A system on several legs with its weights, as the functions of gaits take it.
 
     Args:
         about: its meaning, in a line.

@@ -11,11 +11,11 @@ import pandas as pd
 
 from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
+from tegotae.api.measuring import RECORDINGS, check_recording
+from tegotae.api.parameters import Values, in_shell
+from tegotae.api.results import Files, check_ending
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
-from tegotae.questions.measuring import RECORDINGS, check_recording
-from tegotae.questions.parameters import Values, in_shell
-from tegotae.questions.results import Files, check_ending
 from tegotae.systems.body_file import body_text
 from tegotae_robots.identification import FITTED, Identified, identify as fitted_to, log_of
 

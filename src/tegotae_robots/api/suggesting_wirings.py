@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.questions.parameters import in_shell
-from tegotae.questions.results import Files, check_ending
-from tegotae.questions.wiring import ENVIRONMENTS, ModelOptions, stem_of
+from tegotae.api.parameters import in_shell
+from tegotae.api.results import Files, check_ending
+from tegotae.api.wiring import ENVIRONMENTS, ModelOptions, stem_of
 from tegotae.systems.env_task import extras_of, is_mujoco_model
 
 if TYPE_CHECKING:  # which needs Gymnasium

@@ -12,14 +12,14 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
+from tegotae.api.controller import Changes, LoadedController, Subject, Work
+from tegotae.api.parameters import Values, check_types, filled
+from tegotae.api.results import EvaluationTable, Recording, Table, columns
 from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
 from tegotae.measures.hopping.metric import TABLE, Metric
 from tegotae.measures.hopping.registry import register_metric, select_metrics
 from tegotae.measures.hopping.signals import work_total
 from tegotae.parts.bodies import Body
-from tegotae.questions.controller import Changes, LoadedController, Subject, Work
-from tegotae.questions.parameters import Values, check_types, filled
-from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.timing import MOST_TICKS
@@ -124,7 +124,7 @@ class HopperController(LoadedController):
             TegotaeError: for values that cannot be, before anything is computed.
 
         Example:
-            >>> from tegotae.questions.controllers import load
+            >>> from tegotae.api.controllers import load
             >>> load("paper").simulate(duration_s=4.0, drop_m=0.1, drop_time_s=2.0).table.columns[1]
             'height_m'
         """

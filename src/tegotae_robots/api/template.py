@@ -13,9 +13,9 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import write_atomically
-from tegotae.questions.parameters import in_shell
-from tegotae.questions.results import UNDEFINED, Files, check_ending
-from tegotae.questions.wiring import ENVIRONMENTS, ModelOptions, stem_of
+from tegotae.api.parameters import in_shell
+from tegotae.api.results import UNDEFINED, Files, check_ending
+from tegotae.api.wiring import ENVIRONMENTS, ModelOptions, stem_of
 from tegotae.systems.env_task import extras_of, is_mujoco_model
 from tegotae.systems.robot_file import is_robot_file
 

@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.questions.controller import Changes
-from tegotae.questions.parameters import Values, changed, in_shell
-from tegotae.questions.results import Table
+from tegotae.api.controller import Changes
+from tegotae.api.parameters import Values, changed, in_shell
+from tegotae.api.results import Table
 from tegotae.systems.env_task import extras_of, is_mujoco_model
 from tegotae.systems.resolve import recipe
 from tegotae.systems.robot_file import is_robot_file

@@ -18,14 +18,14 @@ from tegotae.analysis.gaits.map import OMEGA, SIGMA, Axis, map_gaits
 from tegotae.analysis.gaits.releases import release_all, system_document
 from tegotae.analysis.gaits.stability import stability as measured_stability
 from tegotae.analysis.gaits.sweep import DOWN, UP, sweep as swept
+from tegotae.api.controller import Changes, Subject
+from tegotae.api.controllers import one
+from tegotae.api.parameters import filled, in_shell
+from tegotae.api.results import UNDEFINED, Figure, short
+from tegotae.api.walking import WalkerController
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import numbers_of
-from tegotae.questions.controller import Changes, Subject
-from tegotae.questions.controllers import one
-from tegotae.questions.parameters import filled, in_shell
-from tegotae.questions.results import UNDEFINED, Figure, short
-from tegotae.questions.walking import WalkerController
 from tegotae.systems.legged import Legged, assignments
 from tegotae.systems.tuned import family as family_of
 

@@ -13,12 +13,12 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.gaits.releases import coordination_columns, release_all, simulate_gaits
+from tegotae.api.controller import Changes, LoadedController, Subject
+from tegotae.api.parameters import Values, check_types, filled
+from tegotae.api.results import EvaluationTable, Recording, Table, columns
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import unwrapped, with_fields
-from tegotae.questions.controller import Changes, LoadedController, Subject
-from tegotae.questions.parameters import Values, check_types, filled
-from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.systems.legged import Legged, felt, terrain_of
 
 

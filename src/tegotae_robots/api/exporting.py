@@ -13,10 +13,10 @@ import pandas as pd
 
 from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
-from tegotae.questions.controller import LoadedController
-from tegotae.questions.controllers import NAMES
-from tegotae.questions.parameters import Values, in_shell
-from tegotae.questions.results import Files, Table
+from tegotae.api.controller import LoadedController
+from tegotae.api.controllers import NAMES
+from tegotae.api.parameters import Values, in_shell
+from tegotae.api.results import Files, Table
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import Named, resolve
 from tegotae.training.collection import controller_of

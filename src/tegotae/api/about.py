@@ -16,8 +16,8 @@ import pandas as pd
 
 from tegotae import __version__
 from tegotae._support.errors import how_to_install
-from tegotae.questions.parameters import in_shell
-from tegotae.questions.results import Table
+from tegotae.api.parameters import in_shell
+from tegotae.api.results import Table
 
 _CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
 """Required packages whose versions decide about results."""

@@ -8,11 +8,11 @@ from typing import Any
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
+from tegotae.api.controller import Changes
+from tegotae.api.parameters import Values, in_shell
+from tegotae.api.results import Files, check_ending
+from tegotae.api.wiring import EnvironmentOptions, environment_of, stem_of
 from tegotae.parts.units import Units
-from tegotae.questions.controller import Changes
-from tegotae.questions.parameters import Values, in_shell
-from tegotae.questions.results import Files, check_ending
-from tegotae.questions.wiring import EnvironmentOptions, environment_of, stem_of
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.resolve import resolve

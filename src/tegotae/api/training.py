@@ -15,15 +15,15 @@ import pandas as pd
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require, require_all, require_count
 from tegotae._support.limits import MOST_SEEDS
+from tegotae.api import experiments
+from tegotae.api.controller import Changes, Work
+from tegotae.api.controllers import load
+from tegotae.api.parameters import HIDDEN, Values, changed, changes, filled, in_shell
+from tegotae.api.results import Files, ResultBase
+from tegotae.api.wiring import EnvironmentOptions, environment_of, stem_of
 from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
 from tegotae.parts.bodies import Body
-from tegotae.questions import experiments
-from tegotae.questions.controller import Changes, Work
-from tegotae.questions.controllers import load
-from tegotae.questions.parameters import HIDDEN, Values, changed, changes, filled, in_shell
-from tegotae.questions.results import Files, ResultBase
-from tegotae.questions.wiring import EnvironmentOptions, environment_of, stem_of
 from tegotae.systems.controller_file import load as load_file
 from tegotae.systems.env_task import extras_of
 from tegotae.systems.experiment import Experiment
@@ -43,9 +43,9 @@ from tegotae.training.settings import settings_named
 if TYPE_CHECKING:
     from matplotlib import figure
 
-    from tegotae.questions.environment import EnvironmentController
-    from tegotae.questions.hopping import HopperController
-    from tegotae.questions.walking import WalkerController
+    from tegotae.api.environment import EnvironmentController
+    from tegotae.api.hopping import HopperController
+    from tegotae.api.walking import WalkerController
 
 _ENDED = {
     PLATEAU: "on its plateau",
@@ -92,7 +92,7 @@ class Trainee:
         }
         if isinstance(self.experiment, Experiment):
             return {**experiments.own_values(self.experiment), **values}
-        from tegotae.questions import environment
+        from tegotae.api import environment
 
         return {**environment.own_values(self.experiment), **values}  # type: ignore[arg-type]
 
@@ -109,7 +109,7 @@ class Trainee:
                 values[name] = None
         if isinstance(self.experiment, Experiment):
             return experiments.adjusted(self.experiment, values)
-        from tegotae.questions import environment
+        from tegotae.api import environment
 
         return environment.adjusted(self.experiment, values)  # type: ignore[arg-type]
 

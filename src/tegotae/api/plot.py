@@ -22,12 +22,12 @@ from tegotae.analysis.orbit import (
     release_paths,
     require_hopper,
 )
+from tegotae.api.controller import Changes, Subject
+from tegotae.api.controllers import one
+from tegotae.api.hopping import HopperController
+from tegotae.api.parameters import HIDDEN, Values, filled, in_shell
+from tegotae.api.results import Figure
 from tegotae.parts.bodies import Body
-from tegotae.questions.controller import Changes, Subject
-from tegotae.questions.controllers import one
-from tegotae.questions.hopping import HopperController
-from tegotae.questions.parameters import HIDDEN, Values, filled, in_shell
-from tegotae.questions.results import Figure
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import PRESETS

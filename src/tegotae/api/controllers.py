@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from tegotae._support.errors import MissingExtraError, TegotaeError, require_all
+from tegotae.api.controller import LoadedController, Subject
 from tegotae.parts.bodies import Body, Interface
-from tegotae.questions.controller import LoadedController, Subject
 from tegotae.systems.body_file import body_called
 from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.env_task import extras_of
@@ -19,9 +19,9 @@ from tegotae.systems.resolve import resolve
 from tegotae.training.collection import named_sets, sets_of
 
 if TYPE_CHECKING:
-    from tegotae.questions.environment import EnvironmentController
-    from tegotae.questions.hopping import HopperController
-    from tegotae.questions.walking import WalkerController
+    from tegotae.api.environment import EnvironmentController
+    from tegotae.api.hopping import HopperController
+    from tegotae.api.walking import WalkerController
 
 C = TypeVar("C", bound=LoadedController)
 NAMES = (
@@ -203,7 +203,7 @@ def _controller(runs: ControllerSet, legged: Legged | None, source: str) -> Load
         TegotaeError: for limbs of another simulator of which no environment is known.
     """
     if runs.task is not None:
-        from tegotae.questions.environment import EnvironmentController
+        from tegotae.api.environment import EnvironmentController
 
         return EnvironmentController(runs, source=source)
     if isinstance(runs.system.body, Interface):
@@ -212,26 +212,26 @@ def _controller(runs: ControllerSet, legged: Legged | None, source: str) -> Load
             "tegotae train --env says where"
         )
     if runs.body.limbs > 1:
-        from tegotae.questions.walking import WalkerController
+        from tegotae.api.walking import WalkerController
 
         legged = legged or settling(runs.system, runs.weights[0], runs.name)
         return WalkerController(runs, legged, source=source)
-    from tegotae.questions.hopping import HopperController
+    from tegotae.api.hopping import HopperController
 
     return HopperController(runs, source=source)
 
 
 def kinds() -> Mapping[str, tuple[type[LoadedController], str]]:
     """Return the classes of controllers that can be imported, each with an example's name."""
-    from tegotae.questions.hopping import HopperController
-    from tegotae.questions.walking import WalkerController
+    from tegotae.api.hopping import HopperController
+    from tegotae.api.walking import WalkerController
 
     classes: dict[str, tuple[type[LoadedController], str]] = {
         "One leg, such as paper": (HopperController, "paper"),
         "Several legs, such as quadruped-c": (WalkerController, "quadruped-c"),
     }
     with contextlib.suppress(MissingExtraError):
-        from tegotae.questions.environment import EnvironmentController
+        from tegotae.api.environment import EnvironmentController
 
         classes["Trained in another simulator"] = (EnvironmentController, "")
     return classes

@@ -8,11 +8,11 @@ from typing import Any, cast
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import parse_number
+from tegotae.api.parameters import HIDDEN, Values, filled
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.parts.terms import with_vanilla_settings
-from tegotae.questions.parameters import HIDDEN, Values, filled
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Condition, OneOf, Uniform
 from tegotae.systems.body_file import body_called

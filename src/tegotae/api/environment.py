@@ -10,11 +10,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from tegotae._support.errors import TegotaeError, require_count
+from tegotae.api.controller import LoadedController, Subject
+from tegotae.api.parameters import HIDDEN, Values, changes, check_types, filled
+from tegotae.api.results import EvaluationTable, Recording, Table, columns
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.parts.bodies import Body
-from tegotae.questions.controller import LoadedController, Subject
-from tegotae.questions.parameters import HIDDEN, Values, changes, check_types, filled
-from tegotae.questions.results import EvaluationTable, Recording, Table, columns
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.replay import Replay, lasting, replay

@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae.api.controller import Changes, Work
+from tegotae.api.parameters import filled, in_shell
+from tegotae.api.results import UNDEFINED, Table
 from tegotae.measures.hopping.gait import Measured, measure as measured_of
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.metric import REGIMES
@@ -19,9 +22,6 @@ from tegotae.measures.hopping.registry import metrics
 from tegotae.measures.plausibility import check_forces, check_over_ground
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Body, Hopper
-from tegotae.questions.controller import Changes, Work
-from tegotae.questions.parameters import filled, in_shell
-from tegotae.questions.results import UNDEFINED, Table
 from tegotae.systems.body_file import body_called
 from tegotae.systems.models import preset as preset_named
 

@@ -20,8 +20,8 @@ from tegotae.analysis.explanation import (
     reaction_fits,
     without_feedback,
 )
+from tegotae.api import explaining
 from tegotae.parts import oscillators, terms
-from tegotae.questions import explaining
 from tegotae.systems.laws import LAWS
 
 SHORT = {"duration_s": 12.0, "releases": 3, "retune": 0}

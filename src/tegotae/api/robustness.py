@@ -17,9 +17,9 @@ from tegotae._support.tables import write_csv
 from tegotae._support.workplace import GENERALISATION, require_free_for
 from tegotae.analysis.generalisation import run
 from tegotae.analysis.generalisation.disturbances import Disturbance, disturbances_named
-from tegotae.questions.controller import LoadedController
-from tegotae.questions.parameters import in_shell
-from tegotae.questions.results import Table, short
+from tegotae.api.controller import LoadedController
+from tegotae.api.parameters import in_shell
+from tegotae.api.results import Table, short
 
 if TYPE_CHECKING:
     from matplotlib import figure

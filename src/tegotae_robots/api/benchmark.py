@@ -9,8 +9,8 @@ import pandas as pd
 
 from tegotae._support.documents import as_json
 from tegotae._support.errors import require_all
-from tegotae.questions.parameters import in_shell
-from tegotae.questions.results import Table
+from tegotae.api.parameters import in_shell
+from tegotae.api.results import Table
 from tegotae.systems.env_task import extras_of
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae_robots.benchmark.scoring import scored

@@ -12,12 +12,12 @@ import pytest
 
 import tegotae as tg
 from tegotae import Hopper, TegotaeError
+from tegotae.api.controllers import HopperName, WalkerName, kinds, load
+from tegotae.api.hopping import HopperController
+from tegotae.api.parameters import changed, leaves, options_of
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.parts.bodies import Sensors, Walker
-from tegotae.questions.controllers import HopperName, WalkerName, kinds, load
-from tegotae.questions.hopping import HopperController
-from tegotae.questions.parameters import changed, leaves, options_of
 from tegotae.systems.legged import SYSTEMS
 from tegotae.systems.models import PRESETS, all_models
 

@@ -204,7 +204,7 @@ class Table(ResultBase):
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Recording(ResultBase):
     """Recording of one rollout. Its table is the time series; `raw` is the simulator's result,
-    which chooses the figures (`tegotae.questions.pictures`)."""
+    which chooses the figures (`tegotae.api.pictures`)."""
 
     name: str
     """Name of the controller."""
@@ -228,7 +228,7 @@ class Recording(ResultBase):
         return as_json({**header, **self.numbers})
 
     def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
-        from tegotae.questions.pictures import figures
+        from tegotae.api.pictures import figures
 
         return figures(self.raw, f"{self.name}: {self.title}")
 
@@ -241,7 +241,7 @@ class Recording(ResultBase):
         Raises:
             TegotaeError: for another ending, or a file that cannot be written.
         """
-        from tegotae.questions.pictures import animate
+        from tegotae.api.pictures import animate
 
         if path is not None:
             written_path = animate(self.raw, Path(path))

@@ -49,14 +49,14 @@ from tegotae.analysis.short_forms import (
     tried_forms,
 )
 from tegotae.analysis.surface import actuation_surface, sees_velocity
+from tegotae.api.controller import LoadedController
+from tegotae.api.hopping import HopperController
+from tegotae.api.results import UNDEFINED, Table
+from tegotae.api.walking import WalkerController
 from tegotae.measures.hopping.statistics import Interval, mean_defined
 from tegotae.parts.bodies import Hopper, Walker
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.maths import TWO_PI
-from tegotae.questions.controller import LoadedController
-from tegotae.questions.hopping import HopperController
-from tegotae.questions.results import UNDEFINED, Table
-from tegotae.questions.walking import WalkerController
 from tegotae.simulation.world import OMEGA
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.legged import random_phases

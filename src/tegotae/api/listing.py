@@ -10,9 +10,9 @@ import pandas as pd
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
+from tegotae.api.parameters import in_shell
+from tegotae.api.results import UNDEFINED, Table, short
 from tegotae.measures.hopping.registry import metrics
-from tegotae.questions.parameters import in_shell
-from tegotae.questions.results import UNDEFINED, Table, short
 from tegotae.systems.designs import all_designs
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.laws import LAWS, ShortLaw

@@ -16,9 +16,9 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
+from tegotae.api.parameters import Values, filled, in_shell
+from tegotae.api.results import Column, EvaluationTable, Recording, Table
 from tegotae.parts.bodies import Body
-from tegotae.questions.parameters import Values, filled, in_shell
-from tegotae.questions.results import Column, EvaluationTable, Recording, Table
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.legged import Legged
 
@@ -101,7 +101,7 @@ class LoadedController:
                 cannot be.
         """
         options = filled(locals(), self.own())
-        from tegotae.questions.explaining import explain
+        from tegotae.api.explaining import explain
 
         return explain(self, options)
 
@@ -131,8 +131,8 @@ class LoadedController:
         Raises:
             TegotaeError: for a condition that there is not, or a folder of something else.
         """
-        from tegotae.questions.controllers import load_all
-        from tegotae.questions.robustness import robustness
+        from tegotae.api.controllers import load_all
+        from tegotae.api.robustness import robustness
 
         return robustness(
             load_all(self, *others),
@@ -234,7 +234,7 @@ class LoadedController:
         self, others: Sequence[Any], options: Mapping[str, Any], *, compares: bool = False
     ) -> EvaluationTable:
         """The controllers, each evaluated with its own values of the options."""
-        from tegotae.questions.controllers import load_all
+        from tegotae.api.controllers import load_all
 
         options = {name: x for name, x in options.items() if name not in ("others", "__class__")}
         controllers: list[LoadedController] = [*load_all(self, *others)]

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tegotae.api.controllers import load, load_all
+from tegotae.api.hopping import HopperController
+from tegotae.api.parameters import filled
+from tegotae.api.results import EXACT, INDEPENDENT, PAIRED, Column, EvaluationTable, Film
 from tegotae.cli import main
 from tegotae.measures.hopping.statistics import interval
-from tegotae.questions.controllers import load, load_all
-from tegotae.questions.hopping import HopperController
-from tegotae.questions.parameters import filled
-from tegotae.questions.results import EXACT, INDEPENDENT, PAIRED, Column, EvaluationTable, Film
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.models import build
