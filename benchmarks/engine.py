@@ -13,7 +13,7 @@ import numpy as np
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.simulation.recorder import needing
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.models import build
 
 
@@ -47,21 +47,21 @@ class Speed(NamedTuple):
 def engine_speed(lanes: int = 1024, duration_s: float = 10.0) -> Speed:
     """The speed of this process's engine."""
     timing = Timing(duration_s=duration_s)
-    engine = Engine(controller=benchmark_controller(), timing=timing, summary=totals)
-    return timed(engine, weights(lanes), Scenario(omega=5.0))
+    rollout = Rollout(controller=benchmark_controller(), timing=timing, summary=totals)
+    return timed(rollout, weights(lanes), Scenario(omega=5.0))
 
 
 def timed(
-    engine: Engine, weights: np.ndarray, scenario: Scenario, body: Body | None = None
+    rollout: Rollout, weights: np.ndarray, scenario: Scenario, body: Body | None = None
 ) -> Speed:
     """The speed of an engine with one lane per row of weights, on a body."""
     times, work = [], []
     for _ in range(4):
         begun, begun_work = time.perf_counter(), time.process_time()
-        engine.run(weights, scenario, body)
+        rollout.run(weights, scenario, body)
         times.append(time.perf_counter() - begun)
         work.append(time.process_time() - begun_work)
-    ticks = len(weights) * engine.timing.n_frames * engine.timing.ticks_per_frame
+    ticks = len(weights) * rollout.timing.n_frames * rollout.timing.ticks_per_frame
     shortest = min(work[1:])
     return Speed(ticks / min(times[1:]), ticks / shortest, work[0] - shortest)
 
@@ -78,15 +78,15 @@ class LaneCost(NamedTuple):
 
 def cost(lanes: int, duration_s: float = 1.0) -> LaneCost:
     """Measure the cost of a number of lanes in a fresh process."""
-    engine = Engine(
+    rollout = Rollout(
         controller=benchmark_controller(), timing=Timing(duration_s=duration_s), summary=totals
     )
     gains = np.asarray(weights(lanes), "float32")
     begun = time.process_time()
-    engine.run(gains, Scenario(omega=5.0))
+    rollout.run(gains, Scenario(omega=5.0))
     work = time.process_time() - begun
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    ticks = lanes * engine.timing.n_frames * engine.timing.ticks_per_frame
+    ticks = lanes * rollout.timing.n_frames * rollout.timing.ticks_per_frame
     return LaneCost(lanes, ticks / work, peak / (2**30 if sys.platform == "darwin" else 2**20))
 
 

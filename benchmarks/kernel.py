@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks import engine
 from tegotae._support.engines import available_cores
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 
 SOURCE = Path(__file__).with_suffix(".cpp")
 _OPTIONS = ("-std=c++17", "-O3", "-march=native", "-ffast-math", "-pthread")
@@ -82,7 +82,7 @@ def kernel_speed(lanes: int = 1024, duration_s: float = 10.0) -> KernelSpeed | N
     if executable is None:
         return None
     timing = Timing(duration_s=duration_s)
-    reference = Engine(
+    reference = Rollout(
         controller=engine.benchmark_controller(), timing=timing, summary=engine.totals
     )
     weights = engine.weights(-(-lanes // 32) * 32)

@@ -21,7 +21,7 @@ from tegotae.parts.bodies import (
     Walker,
 )
 from tegotae.parts.terms import EllipticFoot
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.models import build
 
 WALKER_TICK_S = 0.01
@@ -69,7 +69,7 @@ def measure_body(name: str, body: Body, lanes: int, tick_s: float = WALKER_TICK_
         scenario = Scenario(omega=OMEGA, height_m=body.touching_height_m)
     shape = (body.limbs, lanes) if body.limbs > 1 else (lanes,)
     phases = np.random.default_rng(0).uniform(0.0, 2 * np.pi, shape)
-    run = Engine(controller=controller, timing=timing, summary=LastFrame())
+    run = Rollout(controller=controller, timing=timing, summary=LastFrame())
     gains = np.full((lanes, 1), 1.25 if walks else 1.0)
     speed = engine.timed(run, gains, scenario._replace(phase_rad=phases), body)
     return BodySpeed(name, body.limbs, timing.tick_s, *speed)

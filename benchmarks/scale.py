@@ -21,7 +21,7 @@ from tegotae._support.progress import Console
 from tegotae._support.workers import CORES
 from tegotae.figures.style import new_figure, save_figure
 from tegotae.parts.bodies import Walker
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.models import build
 
 LANES = 1024
@@ -50,7 +50,7 @@ def measure_point(axis: str, size: int) -> dict[str, float]:
         controller = build(
             "ART", size if axis == "weights" else engine.benchmark_controller().n_weights
         )
-        run = Engine(controller=controller, timing=Timing(duration_s=1.0), summary=engine.totals)
+        run = Rollout(controller=controller, timing=Timing(duration_s=1.0), summary=engine.totals)
         weights = np.random.default_rng(0).normal(size=(lanes, controller.n_weights)) * 0.5
         speed = engine.timed(run, weights.astype("float32"), Scenario(omega=5.0))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

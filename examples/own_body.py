@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae import Engine, Hopper, Scenario, Timing, check_body
+from tegotae import Hopper, Rollout, Scenario, Timing, check_body
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.models import build
 from tegotae.systems.user_objects import imported
@@ -14,9 +14,9 @@ RubberHopper = imported(str(FILE)).RubberHopper
 check_body(RubberHopper())
 
 # The same controller on both bodies.
-engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=10.0))
+rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=10.0))
 bodies = {"linear spring": Hopper(), "rubber": RubberHopper()}
-paths = {name: engine.run([3.0], Scenario(omega=8.0), body) for name, body in bodies.items()}
+paths = {name: rollout.run([3.0], Scenario(omega=8.0), body) for name, body in bodies.items()}
 
 with styled():
     figure = new_figure(5.0, 2.6)

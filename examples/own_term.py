@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Controller, Engine, Scenario, Timing, check_term
+from tegotae import Controller, Rollout, Scenario, Timing, check_term
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.parts.controller import Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
@@ -40,8 +40,8 @@ controller = Controller(HalfSine(), PhaseOscillator(), feedback)
 # A lane for each amplitude: all are simulated at once.
 force_n = np.linspace(0.2, 4.0, 39)
 weights = np.stack([np.full_like(force_n, 2.0), force_n], axis=1)  # the gain σ, and F
-engine = Engine(controller=controller, timing=Timing(duration_s=20.0))
-path = engine.run(weights, Scenario(omega=8.0))
+rollout = Rollout(controller=controller, timing=Timing(duration_s=20.0))
+path = rollout.run(weights, Scenario(omega=8.0))
 apex_m = np.fmax(np.nanmax(np.nan_to_num(path.apex_height_m[-250:]), axis=0), 1.0)
 
 with styled():

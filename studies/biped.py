@@ -17,7 +17,7 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae._support.files import write_atomically
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
@@ -58,8 +58,8 @@ def stands(places: tuple[tuple[float, ...], ...], shift_rad: float) -> np.ndarra
         initial_pose={"roll_rad": 0.01},
         changes=changes,
     )
-    engine = Engine(controller=legged.controller, timing=TIMING, summary=time_up)
-    return engine.run(random.uniform(0.0, 3.0, (BODIES, 1)), scenario, legged.body)
+    rollout = Rollout(controller=legged.controller, timing=TIMING, summary=time_up)
+    return rollout.run(random.uniform(0.0, 3.0, (BODIES, 1)), scenario, legged.body)
 
 
 def main() -> None:

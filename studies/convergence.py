@@ -147,14 +147,14 @@ def kind(amplification: float) -> str:
 def apexes(actuation: str, integrator: Integrator, tick_s: float, dtype: str) -> np.ndarray:
     """Apex heights [m] of all cases, shape [frames, cases]; NaN in frames without an apex."""
     terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
-    engine = tegotae.Engine(
+    rollout = tegotae.Rollout(
         controller=Controller(ACTUATIONS[actuation], PhaseOscillator(), terms),
         integrator=integrator,
         timing=tegotae.Timing(duration_s=DURATION_S, tick_s=tick_s),
         summary=_only_apexes,
     )
     omega, sigma = np.array([(w, s) for w in OMEGAS for s in SIGMAS]).T
-    return engine.run(sigma[:, None], tegotae.Scenario(omega=omega), dtype=dtype)
+    return rollout.run(sigma[:, None], tegotae.Scenario(omega=omega), dtype=dtype)
 
 
 def _only_apexes(trajectory, scenario, body, timing):
@@ -246,12 +246,12 @@ def study_of_learned() -> list[dict]:
         solution = reference(learned(saved), saved.omega)
         print(f"{name}: {kind(solution.amplification)}", flush=True)
         for tick_s, dtype in runs:
-            engine = tegotae.Engine(
+            rollout = tegotae.Rollout(
                 controller=saved.controller,
                 timing=tegotae.Timing(duration_s=DURATION_S, tick_s=tick_s),
                 summary=_only_apexes,
             )
-            heights = engine.run(saved.weights, tegotae.Scenario(omega=saved.omega), dtype=dtype)
+            heights = rollout.run(saved.weights, tegotae.Scenario(omega=saved.omega), dtype=dtype)
             rows.append(
                 {
                     "architecture": name.partition("-")[0],

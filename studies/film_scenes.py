@@ -99,7 +99,7 @@ def rollout(system: System, weights: Any, seconds: float, **changes: Any) -> Run
     omega = changes.pop("from_omega", None)
     scenario = with_changes(system.scenario(), system.body, changes)
     scenario = scenario if omega is None else scenario._replace(omega=omega)
-    return Run(system.engine(whole_trajectory).run(np.atleast_2d(weights), scenario, system.body))
+    return Run(system.rollout(whole_trajectory).run(np.atleast_2d(weights), scenario, system.body))
 
 
 class Leg:
@@ -245,7 +245,7 @@ def locked(omegas: np.ndarray) -> np.ndarray:
     system = resolve("V-sector-w8").experiment().system
     system = system.replaced({"timing": Timing(duration_s=40.0, frame_s=0.02)})
     scenario = system.scenario()._replace(omega=omega)
-    outcome = system.engine(OutcomeSummary()).run(sigma[:, None], scenario, system.body)
+    outcome = system.rollout(OutcomeSummary()).run(sigma[:, None], scenario, system.body)
     is_locked = (outcome.regime == LIMIT_CYCLE) & (np.abs(outcome.winding_ratio - 1.0) < 0.01)
     return is_locked.reshape(len(SIGMAS), len(omegas))
 

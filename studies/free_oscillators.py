@@ -18,7 +18,7 @@ import numpy as np
 import tyro
 from matplotlib.figure import Figure
 
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
 from tegotae.cli.console import exit_status
@@ -132,10 +132,10 @@ def driven(oscillator: Any, entries: dict[str, tuple[float, float]], with_load: 
     weights[:, 0] = sigma
     weights[:, offset + names.index("turn")] = turn - 1.0
     weights[:, offset + names.index("push")] = push
-    engine = Engine(
+    rollout = Rollout(
         controller=controller, timing=Timing(duration_s=60.0), summary=trajectory_and_gait
     )
-    return engine.run(weights, Scenario(omega=OMEGA, phase_rad=start))
+    return rollout.run(weights, Scenario(omega=OMEGA, phase_rad=start))
 
 
 def trajectory_and_gait(trajectory, scenario, body, timing):

@@ -94,7 +94,7 @@ def coupling(legged: Legged) -> list[dict[str, Any]]:
     scenario = still.scenario(phase)._replace(omega=np.repeat(OMEGAS, LAGS))
     tick = legged.timing.tick_s
     timing = Timing(duration_s=60.0, tick_s=tick, frame_s=5.0 * tick)
-    cosine, sine, last, fell = still.engine(harmonics, timing).run((0.0,), scenario, legged.body)
+    cosine, sine, last, fell = still.rollout(harmonics, timing).run((0.0,), scenario, legged.body)
     rows = []
     for k, omega in enumerate(OMEGAS):
         lanes = np.arange(k * LAGS, (k + 1) * LAGS)
@@ -204,8 +204,8 @@ def released(
     own_system = dataclasses.replace(legged.system, controller=kind.controller(legged))
     base = legged.timing
     timing = Timing(duration_s=150.0, tick_s=base.tick_s, frame_s=2.0 * base.frame_s)
-    engine = own_system.engine(legged.summary(), timing)
-    return lanes_of(engine.run(kind.weights(lanes), with_changes(scenario, body, changes), body))
+    rollout = own_system.rollout(legged.summary(), timing)
+    return lanes_of(rollout.run(kind.weights(lanes), with_changes(scenario, body, changes), body))
 
 
 def own_numbers(legged: Legged, omega: np.ndarray) -> dict[str, np.ndarray]:

@@ -249,8 +249,8 @@ def edge(controllers: Sequence[Tested]) -> Iterator[dict]:
     for tested in controllers:
         timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
         system = tested.controllers.system
-        engine = system.engine(_extremes, timing)
-        lowest, highest, failed = engine.run(tested.weights, system.scenario(), tested.body)
+        rollout = system.rollout(_extremes, timing)
+        lowest, highest, failed = rollout.run(tested.weights, system.scenario(), tested.body)
         yield {
             "model": tested.name,
             "runs": len(lowest),

@@ -169,7 +169,7 @@ def measured(
     weights = weights_of(subject, form, laws)
     if subject != "quadruped":
         scenario = system.scenario(phase_rad=phases[0])
-        outcome = system.engine(OutcomeSummary()).run(weights, scenario, system.body)
+        outcome = system.rollout(OutcomeSummary()).run(weights, scenario, system.body)
         moves, failed = outcome.regime == LIMIT_CYCLE, outcome.regime == FAILED
         values = {"merit": outcome.cot_inverse, "rate": outcome.hop_rate}
     else:
@@ -177,7 +177,7 @@ def measured(
             legged_system("quadruped-c"), system=system, weights=tuple(weights[0])
         )
         scenario = system.scenario(phase_rad=phases)
-        outcome = system.engine(legged.summary()).run(weights, scenario, system.body)
+        outcome = system.rollout(legged.summary()).run(weights, scenario, system.body)
         failed = np.isfinite(outcome.fall_time_s)
         fast = outcome.speed_m_per_s >= 0.5 * nominal_speed_m_per_s(legged, omega)
         moves = np.isfinite(outcome.lock_time_s) & (outcome.cycle_frequency_hz > 0.0) & fast

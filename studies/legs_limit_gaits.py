@@ -22,7 +22,7 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.legged import system
 
 REACH_M = 0.4
@@ -196,10 +196,10 @@ class Space:
         phase = 2.0 * np.pi * halves * np.stack(lags)
         return weights, Scenario(omega=halves * omega, phase_rad=phase, height_m=RELEASE_M)
 
-    def engine(self, summary, timing: Timing) -> Engine:
+    def rollout(self, summary, timing: Timing) -> Rollout:
         """Return the engine that simulates its gaits."""
         legs = Controller(self.foot, PhaseOscillator(), limbs=4, sharing=(0, 1, 2, 3))
-        return Engine(controller=legs, timing=timing, summary=summary)
+        return Rollout(controller=legs, timing=timing, summary=summary)
 
     def random(self, rng: np.random.Generator) -> np.ndarray:
         """A start: any frequency and lags, an ellipse of any size if it is free."""

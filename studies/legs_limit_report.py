@@ -191,8 +191,8 @@ def _watch(trajectory, scenario, body, timing):
 def look(gait: Gait) -> Look:
     """Return the times at which the feet of a gait are on the ground."""
     weights, scenario = gait.space.decoded(gait.x[None], np.array([gait.target]))
-    engine = gait.space.engine(_watch, FINE)
-    path = engine.run(weights, scenario, Walker(), dtype="float64")
+    rollout = gait.space.rollout(_watch, FINE)
+    path = rollout.run(weights, scenario, Walker(), dtype="float64")
     time = np.asarray(path["time"], float).reshape(len(path["time"]), -1)[:, 0]
     total = np.asarray(path["stance"], float)[:, :, 0]
     omega = float(np.ravel(scenario.omega)[0]) * (2.0 if gait.space.steps == 4 else 1.0)

@@ -32,7 +32,7 @@ def losses(
     """
     weights, scenario = space.decoded(x, speed)
     settle = SETTLE_S / TIMING.duration_s * timing.duration_s
-    walked = space.engine(OverStrides(settle), timing).run(weights, scenario, Walker())
+    walked = space.rollout(OverStrides(settle), timing).run(weights, scenario, Walker())
     v, power, turn, fall = (np.asarray(a, float) for a in walked)
     cost = np.where(v > 0.0, power / np.maximum(v, 1e-3), 1e6)
     loss = np.log(np.clip(cost, 1e-6, 1e6)) + TRACKING * np.abs(v / speed - 1.0)

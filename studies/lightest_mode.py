@@ -16,7 +16,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Engine, Hopper, Scenario, Timing
+from tegotae import Hopper, Rollout, Scenario, Timing
 from tegotae.analysis.orbit import Orbit, find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled, write_tables
@@ -164,7 +164,7 @@ def on_cycle(leg: Leg, body: Body, phase_rad: np.ndarray, changes: dict) -> tupl
     initial_pose |= {f"{t.name}_rate_rad_per_s": q for t, q in zip(turns, rate[1:], strict=True)}
     # The oscillator's phase, without the jump from 2π to 0.
     angle = np.arctan2(at_phases(np.sin(orbit.phase_rad)), at_phases(np.cos(orbit.phase_rad)))
-    engine = Engine(
+    rollout = Rollout(
         controller=dataclasses.replace(leg.saved.controller, limbs=body.limbs),
         timing=Timing(duration_s=LATE_S),
         summary=touchdowns,
@@ -177,7 +177,7 @@ def on_cycle(leg: Leg, body: Body, phase_rad: np.ndarray, changes: dict) -> tupl
         initial_pose=initial_pose,
         changes=changes,
     )
-    times = np.array(engine.run(leg.saved.weights, scenario, body, dtype="float64"))
+    times = np.array(rollout.run(leg.saved.weights, scenario, body, dtype="float64"))
     # A leg that touches down earlier is ahead, by a share of the period that the gait has here.
     passed = times[1, 0] - times[0, 0]
     period = passed / np.round(passed / orbit.period_s)
@@ -245,7 +245,7 @@ def shares(law: str, ratio: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, 
     """Return the shares of random starts of two legs that end in phase and in antiphase."""
     cells = np.arange(len(ratio)).repeat(STARTS)
     start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (2, STARTS))
-    engine = Engine(
+    rollout = Rollout(
         controller=dataclasses.replace(build(LAWS[law]), limbs=2),
         timing=Timing(duration_s=300.0, frame_s=1.0, tick_s=0.002),
         summary=last_lags,
@@ -255,7 +255,7 @@ def shares(law: str, ratio: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, 
         phase_rad=np.tile(start, len(ratio)),
         changes={"inertia_ratio": ratio[cells]},
     )
-    cosine = np.cos(engine.run([SIGMA], scenario, Bar())[1]).reshape(len(ratio), STARTS)
+    cosine = np.cos(rollout.run([SIGMA], scenario, Bar())[1]).reshape(len(ratio), STARTS)
     return (cosine > WITHIN).sum(axis=1), (cosine < -WITHIN).sum(axis=1)
 
 
@@ -282,7 +282,7 @@ def plates(law: str) -> list[dict]:
         cases = [case for case in PLATES if (case[2] is not None) == limp]
         ratios = np.array([[x for x in case if x is not None] for case in cases]).T
         names = ("pitch_inertia_ratio", "roll_inertia_ratio", "twist_inertia_ratio")
-        engine = Engine(
+        rollout = Rollout(
             controller=dataclasses.replace(build(LAWS[law]), limbs=4),
             timing=Timing(duration_s=300.0, frame_s=1.0, tick_s=0.002),
             summary=last_lags,
@@ -293,7 +293,7 @@ def plates(law: str) -> list[dict]:
             changes=dict(zip(names, ratios.repeat(PLATE_STARTS, axis=1), strict=False)),
         )
         body = Plate(twist_inertia_ratio=1.0 if limp else None)
-        lags = engine.run([SIGMA], scenario, body).reshape(4, len(cases), PLATE_STARTS)
+        lags = rollout.run([SIGMA], scenario, body).reshape(4, len(cases), PLATE_STARTS)
         for number, case in enumerate(cases):
             counts = {
                 gait: int(

@@ -185,7 +185,7 @@ def leg_loss_rows(
     changes = {"present": Step(np.repeat(presence, STARTS, axis=1), from_s=0.5 * TIMING.duration_s)}
     scenario = with_changes(legged.scenario(phase), legged.body, {**body, **changes})
     weights = np.repeat([runs[run] for run, _ in cases], STARTS, axis=0)
-    results = legged.engine(_around, TIMING).run(weights, scenario, legged.body)
+    results = legged.rollout(_around, TIMING).run(weights, scenario, legged.body)
     results = {n: np.asarray(x, float).reshape(len(cases), STARTS) for n, x in results.items()}
     intact = dataclasses.replace(legged.body, **body)
     rows = []

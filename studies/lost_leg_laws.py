@@ -189,7 +189,7 @@ def scores(
     changes = {"present": Step(presence, from_s=LOST_S)}
     scenario = with_changes(legged.scenario(phase), legged.body, changes)
     lanes = np.repeat(weights, len(missing) * starts, axis=0)
-    results = legged.engine(_around_loss, TIMING).run(lanes, scenario, legged.body)
+    results = legged.rollout(_around_loss, TIMING).run(lanes, scenario, legged.body)
     f = {n: np.asarray(x, float).reshape(controllers, -1, starts) for n, x in results.items()}
     time_after_loss = np.clip(f["fell"] - LOST_S, 0.0, TIMING.duration_s - LOST_S)
     stays = np.isinf(f["fell"])

@@ -110,12 +110,12 @@ def row(name: str, omega: float) -> dict[str, Any]:
     legged = system(name).with_numbers(omega=omega)
     scenario = legged.scenario(random_phases(legged.body.limbs, STARTS, 1))
     body_fields = {field.name: getattr(legged.body, field.name) for field in fields(legged.body)}
-    results = legged.engine(legged.summary()).run(legged.weights, scenario, legged.body)
+    results = legged.rollout(legged.summary()).run(legged.weights, scenario, legged.body)
     gaits = gait_of(lanes_of(results), legged.names).tolist()
     netted, by_axis = (
         jax.tree.map(
             lambda x: np.asarray(x, float),
-            legged.engine(watched).run(legged.weights, scenario, body(**body_fields)),
+            legged.rollout(watched).run(legged.weights, scenario, body(**body_fields)),
         )
         for body in (Watched, ByAxis)
     )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import tyro
 
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
 from tegotae.cli.console import exit_status
@@ -59,7 +59,7 @@ def rows_of(name: str, levels: tuple[float, ...], seeds: int) -> list[dict[str, 
 
 def recorded(actuation: str, omega: float, sigma: float) -> dict[str, np.ndarray]:
     """Half a minute of a gait, in samples of 10 ms."""
-    path = Engine(
+    path = Rollout(
         controller=preset("paper").controller(actuation),
         timing=Timing(duration_s=30.0, frame_s=0.01),
     ).run([sigma], Scenario(omega=omega))

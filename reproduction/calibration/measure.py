@@ -25,7 +25,7 @@ from tegotae.measures.hopping.metric import FAILED
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
-from tegotae.simulation.rollout import Engine, Scenario, Timing, Trajectory
+from tegotae.simulation.rollout import Rollout, Scenario, Timing, Trajectory
 from tegotae.systems.models import find
 
 ACTUATIONS = ("sector", "reflex")
@@ -149,14 +149,14 @@ def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> Fitness
     """The map of one actuation under a reading."""
     hopper = reading.hopper
     sigma, omega = np.array(grid.gains) / hopper.weight_n, np.array(grid.omegas)
-    engine = Engine(
+    rollout = Rollout(
         controller=vanilla_controller(reading, actuation),
         timing=grid.timing,
         summary=_MapSummary(OutcomeSummary(GaitSummary(work=reading.work))),
     )
     gains, frequencies = lanes(sigma, omega)
     scenario = Scenario(omega=frequencies, height_m=reading.release * hopper.rest_length_m)
-    outcome, hops = engine.run(gains[:, None], scenario, hopper)
+    outcome, hops = rollout.run(gains[:, None], scenario, hopper)
     fitness = Fitness(work=reading.work, frequency_weight=reading.frequency_weight)
     value = np.asarray(fitness.score(hops, fitness.data)["fitness"])
     return FitnessMap(
@@ -171,7 +171,7 @@ def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> Fitness
 
 @dataclass(frozen=True)
 class _MapSummary:
-    """The outcome of a rollout, and what its fitness is made of, as an `Engine`'s summary."""
+    """The outcome of a rollout, and what its fitness is made of, as a `Rollout`'s summary."""
 
     outcome: OutcomeSummary
 

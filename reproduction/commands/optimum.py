@@ -124,8 +124,8 @@ def _optimal_stance(omega: float) -> dict[str, np.ndarray]:
 def _gait(saved: SavedController) -> Gait:
     """The gait that a controller settles on, of single numbers."""
     system = saved.system
-    engine = system.engine(GaitSummary(), system.timing_over(60.0))
-    return engine.run(saved.weights, system.scenario(), saved.body).lane()
+    rollout = system.rollout(GaitSummary(), system.timing_over(60.0))
+    return rollout.run(saved.weights, system.scenario(), saved.body).lane()
 
 
 def first_stance(orbit: Orbit) -> dict[str, np.ndarray]:

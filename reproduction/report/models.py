@@ -17,7 +17,7 @@ from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
 from tegotae.analysis.surface import actuation_surface
 from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.parts.bodies import Hopper
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.controller_file import SavedController
 
 _UNTIL_S = 30.0
@@ -97,8 +97,8 @@ def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np
     except NoLimitCycleError:
         has_cycle = False
     timing = Timing(duration_s=_UNTIL_S)
-    engine = Engine(controller=saved.controller, timing=timing)
-    path = engine.run(saved.weights, Scenario.at_frequency(saved.omega), saved.body)
+    rollout = Rollout(controller=saved.controller, timing=timing)
+    path = rollout.run(saved.weights, Scenario.at_frequency(saved.omega), saved.body)
     last = slice(-round(LAST_S / timing.frame_s), None)
     return has_cycle, {name: x[last, 0] for name, x in path.channels.items()}
 

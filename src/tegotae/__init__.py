@@ -27,7 +27,7 @@ _HOMES = {
         "check_oscillator",
         "check_term",
     ),
-    "tegotae.simulation.rollout": ("Engine", "Timing"),
+    "tegotae.simulation.rollout": ("Rollout", "Timing"),
     "tegotae.simulation.world": ("Scenario",),
     "tegotae.systems.controller_file": ("SavedController", "save"),
     "tegotae.systems.experiment": ("Experiment",),

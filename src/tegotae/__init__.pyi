@@ -25,7 +25,7 @@ from tegotae.simulation.checks import (
     check_term as check_term,
 )
 from tegotae.simulation.rollout import (
-    Engine as Engine,
+    Rollout as Rollout,
     Timing as Timing,
 )
 from tegotae.simulation.world import Scenario as Scenario

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing
+from tegotae import Experiment, Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
@@ -117,8 +117,8 @@ def test_a_controller_file_keeps_the_oscillators_own_numbers(tmp_path):
 
 
 def test_clamped_it_stands_still_in_all_of_its_state():
-    engine = Engine(controller=driven(Clamped(Matsuoka())), timing=SHORT)
-    path = engine.run([2.0], Scenario(omega=8.0, phase_rad=1.0, oscillator_state={"radius": 0.5}))
+    rollout = Rollout(controller=driven(Clamped(Matsuoka())), timing=SHORT)
+    path = rollout.run([2.0], Scenario(omega=8.0, phase_rad=1.0, oscillator_state={"radius": 0.5}))
     for name, value in {"phase_rad": 1.0, "radius": 0.5}.items():
         np.testing.assert_allclose(path.channels[name], value, rtol=1e-6)
     assert np.ptp(path.mean_fatigue) == 0.0
@@ -128,7 +128,7 @@ def test_clamped_it_stands_still_in_all_of_its_state():
 def test_half_centres_drive_the_legs_of_a_bar_each_by_itself():
     controller = dataclasses.replace(driven(Matsuoka()), limbs=2)
     starts = np.array([[0.0], [2.0]])
-    path = Engine(controller=controller, timing=SHORT).run(
+    path = Rollout(controller=controller, timing=SHORT).run(
         [2.0], Scenario(omega=8.0, phase_rad=starts), Bar()
     )
     assert path.mean_fatigue.shape == (SHORT.n_frames, 2, 1)
@@ -143,7 +143,7 @@ def test_half_centres_walk_a_torso_and_shift_their_lags():
     controller = Controller(foot, Matsuoka(), vanilla, limbs=4)
     timing = Timing(duration_s=20.0, tick_s=0.0125, frame_s=0.1)
     starts = np.random.default_rng(3).uniform(0.0, 6.0, (4, 1))
-    path = Engine(controller=controller, timing=timing).run(
+    path = Rollout(controller=controller, timing=timing).run(
         [1.25], Scenario(omega=2.0, height_m=Walker().standing_height_m, phase_rad=starts), Walker()
     )
     assert np.isfinite(path.phase_rad).all()

@@ -13,7 +13,7 @@ import pytest
 from jax.errors import JaxRuntimeError
 
 from programs import PROGRAMS, main, parsed, words_of
-from tegotae import Engine, TegotaeError
+from tegotae import Rollout, TegotaeError
 from tegotae.cli import split_parts
 from tegotae.cli.commands import COMMANDS, SECTIONS
 from tegotae.cli.console import exit_status
@@ -193,7 +193,7 @@ def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Engine, "run", interrupt)
+    monkeypatch.setattr(Rollout, "run", interrupt)
     monkeypatch.setattr("benchmarks.engine.engine_speed", interrupt)
     assert main(command.split()) == 130
     assert capsys.readouterr() == ("", "tegotae: interrupted\n")

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 import tiny
-from tegotae import Engine, Hopper, System, TegotaeError, Timing
+from tegotae import Hopper, Rollout, System, TegotaeError, Timing
 from tegotae.cli import main
 from tegotae.systems import controller_file
 from tegotae.systems.models import preset
@@ -49,7 +49,7 @@ def no_rollouts(monkeypatch):
     def run(*_, **__):
         raise AssertionError("a rollout was started before the input was checked")
 
-    monkeypatch.setattr(Engine, "run", run)
+    monkeypatch.setattr(Rollout, "run", run)
 
 
 # What comes out.

@@ -7,7 +7,7 @@ import shlex
 
 import pytest
 
-from tegotae import Engine
+from tegotae import Rollout
 
 # Words that make no command, with what was meant.
 MISTYPED = {
@@ -179,8 +179,8 @@ def no_work(monkeypatch):
     def begin(*_, **__):
         raise AssertionError("work was started before the input was checked")
 
-    monkeypatch.setattr(Engine, "run", begin)
-    monkeypatch.setattr(Engine, "run_lanes", begin)
+    monkeypatch.setattr(Rollout, "run", begin)
+    monkeypatch.setattr(Rollout, "run_lanes", begin)
     for name in ("start", "evolve"):
         monkeypatch.setattr(f"tegotae.training.evolution.Evolution.{name}", begin)
 

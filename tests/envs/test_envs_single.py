@@ -14,7 +14,7 @@ gymnasium = pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing  # noqa: E402
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing  # noqa: E402
 from tegotae.envs import (  # noqa: E402
     ENVIRONMENTS,
     HopperEnv,
@@ -55,8 +55,8 @@ def rollout(env, action, steps, **reset):
 def trajectory(controller, weight, duration_s, tick_s=0.001, body=None, **scenario):
     """Return the trajectory of the engine's sampled controller, every tick recorded."""
     timing = Timing(duration_s=duration_s, tick_s=tick_s, frame_s=tick_s)
-    engine = Engine(controller=controller, integrator=Hold(), timing=timing)
-    return engine.run(np.array([[weight]]), Scenario(**{"omega": 0.0, **scenario}), body)
+    rollout = Rollout(controller=controller, integrator=Hold(), timing=timing)
+    return rollout.run(np.array([[weight]]), Scenario(**{"omega": 0.0, **scenario}), body)
 
 
 def assert_same_motion(infos, expected, atol):

@@ -14,7 +14,7 @@ pytest.importorskip("gymnasium")
 
 from gymnasium.utils.env_checker import check_env
 
-from tegotae import Engine, Scenario, TegotaeError, Timing
+from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
@@ -55,12 +55,12 @@ def hopped():
 
 
 def test_the_hoppers_apexes_are_within_a_centimetre_of_the_engines(hopped):
-    engine = Engine(
+    rollout = Rollout(
         controller=build("V-sector-w8"),
         integrator=Hold(),
         timing=Timing(duration_s=SECONDS, tick_s=0.002),
     )
-    path = engine.run([SIGMA], Scenario(omega=OMEGA, height_m=1.2))
+    path = rollout.run([SIGMA], Scenario(omega=OMEGA, height_m=1.2))
     ours = path.apex_height_m[:, 0]
     ours = ours[np.isfinite(ours)]
     theirs = apexes(hopped.entry("root_height")[:, 0])

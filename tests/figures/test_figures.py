@@ -16,7 +16,7 @@ from places import ROOT
 from programs import main
 from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
 from reproduction.ridge import find_ridge, one_to_one_ridge
-from tegotae import Engine, Scenario, TegotaeError, Timing
+from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.gaits.sweep import GaitSweep
 from tegotae.analysis.maps import GainSweep, HopperBasin, Outcome
 from tegotae.analysis.orbit import Orbit
@@ -460,7 +460,7 @@ def test_bad_input_is_one_line(arguments, message, tmp_path, capsys):
 
 def test_a_file_that_cannot_be_written_is_known_before_the_work(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(
-        "tegotae.simulation.rollout.Engine.run", lambda *_, **__: pytest.fail("worked first")
+        "tegotae.simulation.rollout.Rollout.run", lambda *_, **__: pytest.fail("worked first")
     )
     for name in QUICK:
         assert main([*name.split(), "--out", str(tmp_path / "f.xyz")]) == 2
@@ -479,8 +479,8 @@ def test_a_sweep_has_its_hatches_in_the_key_and_a_cost_that_is_read_to_a_factor_
 
 
 def test_of_a_portrait_black_is_what_the_releases_settle_to_alone():
-    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=2.0))
-    paths = engine.run([[2.0]] * 3, Scenario(omega=8.0, height_m=np.array([1.05, 1.2, 1.6])))
+    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=2.0))
+    paths = rollout.run([[2.0]] * 3, Scenario(omega=8.0, height_m=np.array([1.05, 1.2, 1.6])))
     labels = {
         line.get_label(): line.get_color()
         for line in portrait_figure(paths, rest_length_m=1.0).axes[0].lines

@@ -19,7 +19,7 @@ import numpy as np
 
 from reproduction.plan import plan
 from reproduction.unit import work
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.systems.models import build, find
 
@@ -53,8 +53,8 @@ def trajectories() -> dict[str, np.ndarray]:
     )
     for name in MODELS:
         for dtype in ("float32", "float64"):
-            engine = Engine(controller=build(name), timing=Timing(duration_s=3.0))
-            path = engine.run(weights_of(name), scenario, dtype=dtype)
+            rollout = Rollout(controller=build(name), timing=Timing(duration_s=3.0))
+            path = rollout.run(weights_of(name), scenario, dtype=dtype)
             for channel in CHANNELS:
                 result[f"{name}.{dtype}.{channel}"] = getattr(path, channel)[4::5]
     return result

@@ -58,8 +58,8 @@ def walker() -> dict[str, np.ndarray]:
         changes={"present": Step(present, 2.0), "mass_kg": np.array([1.0, 1.0, 1.0, 1.3])},
     )
     timing = Timing(duration_s=4.0, tick_s=legged.timing.tick_s, frame_s=0.2)
-    engine = legged.engine(whole_trajectory, timing)
-    path = engine.run(legged.weights, scenario, legged.body, dtype="float64")
+    rollout = legged.rollout(whole_trajectory, timing)
+    path = rollout.run(legged.weights, scenario, legged.body, dtype="float64")
     return {f"walker.{name}": np.asarray(getattr(path, name)) for name in CHANNELS}
 
 

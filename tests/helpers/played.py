@@ -18,7 +18,7 @@ import pytest
 import playground
 from playground import engine_cache, standard
 from playground.program import Program
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation.recorder import needing
@@ -95,10 +95,10 @@ class Case:
         }
 
     def by_the_package(self, controller: Controller | None = None) -> dict[str, np.ndarray]:
-        """The same run by `Engine.run`, channels [frames, limbs]."""
+        """The same run by `Rollout.run`, channels [frames, limbs]."""
         timing = Timing(duration_s=self.duration_s, frame_s=FRAME_S)
-        engine = Engine(controller=controller or self.controller, timing=timing, summary=whole)
-        path = engine.run(np.asarray(self.weights), self.scenario, self.body)
+        rollout = Rollout(controller=controller or self.controller, timing=timing, summary=whole)
+        path = rollout.run(np.asarray(self.weights), self.scenario, self.body)
         return {n: np.asarray(x).reshape(timing.n_frames, -1) for n, x in path.channels.items()}
 
 

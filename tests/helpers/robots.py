@@ -12,7 +12,7 @@ from compiled import Compiled
 from tegotae.parts.bodies import Body
 from tegotae.parts.bodies.base import Push
 from tegotae.simulation.integrators import Hold
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.controller_file import SavedController
 
 TICK_S, DURATION_S = 0.001, 20.0
@@ -21,8 +21,8 @@ HELD = Timing(duration_s=DURATION_S, tick_s=TICK_S, frame_s=0.02)
 
 def own_run(saved: SavedController, timing: Timing, **release: Any) -> Any:
     """The package's own run of a controller, held over the ticks."""
-    engine = Engine(controller=saved.controller, integrator=Hold(), timing=timing)
-    return engine.run(
+    rollout = Rollout(controller=saved.controller, integrator=Hold(), timing=timing)
+    return rollout.run(
         np.asarray(saved.weights), Scenario.at_frequency(saved.omega, **release), saved.body
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae import Controller, Engine, Scenario, Timing
+from tegotae import Controller, Rollout, Scenario, Timing
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.models import build
@@ -59,5 +59,5 @@ def run(
 ) -> dict[str, np.ndarray]:
     """Channels of walks let go over legs of full length; phases [legs, lanes], float64."""
     start = Scenario(omega=omega, height_m=1.0 + parts.com_z, phase_rad=np.asarray(phases))
-    engine = Engine(controller=controller_of(parts), timing=timing, summary=Seen())
-    return engine.run([parts.sigma], start, body_of(parts, kind), dtype="float64")
+    rollout = Rollout(controller=controller_of(parts), timing=timing, summary=Seen())
+    return rollout.run([parts.sigma], start, body_of(parts, kind), dtype="float64")

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import hop_height_m
 from tegotae.measures.hopping.signals import (
@@ -275,8 +275,8 @@ def test_on_the_device_it_is_what_it_is_on_the_recorded_trajectory():
     controller = build("V-reflex-w8")
     sigma = np.array([[0.0], [2.0], [5.0]])
     lanes = scenario = Scenario(omega=8.0, height_m=np.array([1.0 - 0.981 / 5.0, 1.2, 12.0]))
-    on_device = Engine(controller=controller, timing=timing, summary=FITNESS).run(sigma, scenario)
-    recorded = Engine(controller=controller, timing=timing).run(sigma, scenario)
+    on_device = Rollout(controller=controller, timing=timing, summary=FITNESS).run(sigma, scenario)
+    recorded = Rollout(controller=controller, timing=timing).run(sigma, scenario)
     lanes = jax.tree.map(lambda x: jnp.asarray(np.broadcast_to(x, (3,)), "float32"), lanes)
     body = jax.tree.map(jnp.float32, Hopper())
     afterwards = FITNESS(jax.tree.map(jnp.asarray, recorded), lanes, body, timing)
@@ -292,10 +292,10 @@ def test_on_the_device_it_is_what_it_is_on_the_recorded_trajectory():
 def test_training_pays_within_two_percent_of_what_a_long_window_of_the_same_gait_makes():
     controller, sigma = build("V-reflex-w4"), np.linspace(1.0, 9.0, 40)[:, None]
     omega = np.linspace(3.0, 9.0, 40)
-    paid = Engine(controller=controller, timing=EPISODE, summary=Fitness())
-    engine = Engine(controller=controller, timing=Timing(duration_s=60.0), summary=GaitSummary())
+    paid = Rollout(controller=controller, timing=EPISODE, summary=Fitness())
+    rollout = Rollout(controller=controller, timing=Timing(duration_s=60.0), summary=GaitSummary())
     trained = paid.run(sigma, Scenario(omega))["cot_inverse"]
-    long = engine.run(sigma, Scenario(omega))
+    long = rollout.run(sigma, Scenario(omega))
     settled = np.isfinite(long.limit_cycle_period) & (long.t0_s < SETTLE_S)
     settled &= long.limit_cycle_period <= 2
     assert settled.sum() >= 15

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, check_term
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check_term
 from tegotae.measures.objectives.fitness import Fitness, HoppingLegs, climb_in_flight
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.objectives.walking import TRACKING, Walking
@@ -138,13 +138,13 @@ def test_climbs_count_in_flight_alone():
 def test_where_legs_do_not_feel_each_other_the_fitness_is_the_hoppers():
     timing = Timing(duration_s=14.0, tick_s=0.004)
     hopper = build("V-sector-w8")
-    alone = Engine(controller=hopper, timing=timing, summary=Fitness(settle_s=6.0)).run(
+    alone = Rollout(controller=hopper, timing=timing, summary=Fitness(settle_s=6.0)).run(
         [1.0], Scenario(omega=8.0, phase_rad=0.3), Hopper()
     )
     legs = dataclasses.replace(hopper, limbs=2)
-    engine = Engine(controller=legs, timing=timing, summary=HoppingLegs(settle_s=6.0))
+    rollout = Rollout(controller=legs, timing=timing, summary=HoppingLegs(settle_s=6.0))
     start = np.array([[0.3], [1.7]])  # each its own way
-    together = engine.run([1.0], Scenario(omega=8.0, phase_rad=start), Bar(inertia_ratio=1.0))
+    together = rollout.run([1.0], Scenario(omega=8.0, phase_rad=start), Bar(inertia_ratio=1.0))
     assert together["cot_inverse"][0] == pytest.approx(float(alone["cot_inverse"][0]), rel=0.05)
     assert together["delta_omega"][0] == pytest.approx(float(alone["delta_omega"][0]), abs=0.02)
     assert not together["failed"][0]

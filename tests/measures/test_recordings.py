@@ -12,7 +12,7 @@ import pytest
 
 import peak_force
 from synthetic import Hopping, seconds
-from tegotae import Engine, Scenario, TegotaeError, Timing
+from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae.cli import main
 from tegotae.figures.recording import recording_figure, recording_tables
 from tegotae.measures.hopping import measure
@@ -304,7 +304,7 @@ def test_a_simulations_file_measures_as_the_simulation_itself(tmp_path, capsys):
     result = json.loads(capsys.readouterr().out)
     assert picture.stat().st_size > 0
     assert path.read_bytes() == previous  # not by the figure's tables
-    inside = Engine(
+    inside = Rollout(
         controller=preset("paper").controller("sector"),
         timing=Timing(duration_s=20.0),
         summary=GaitSummary(),

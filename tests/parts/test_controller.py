@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.controller import Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import (
@@ -113,8 +113,8 @@ def test_equal_controllers_are_one_static_argument():
 
 
 def run(controller: Controller, body: Hopper | None = None) -> None:
-    engine = Engine(controller=controller, timing=Timing(duration_s=0.02))
-    engine.run(np.zeros(controller.n_weights), Scenario(omega=5.0), body)
+    rollout = Rollout(controller=controller, timing=Timing(duration_s=0.02))
+    rollout.run(np.zeros(controller.n_weights), Scenario(omega=5.0), body)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Engine, Experiment, Hopper, Scenario, System, TegotaeError, Timing, check_body
+from tegotae import Experiment, Hopper, Rollout, Scenario, System, TegotaeError, Timing, check_body
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.bodies import (
     Actuators,
@@ -21,11 +21,11 @@ from tegotae.systems.models import build
 
 REFLEX = build("V-reflex-w8")
 EVERYTHING = Sensors(body=Actuators(body=Blows(body=Hopper())), most_ticks=2)
-ENGINE = Engine(controller=REFLEX, timing=Timing(duration_s=6.0, tick_s=0.002))
+ROLLOUT = Rollout(controller=REFLEX, timing=Timing(duration_s=6.0, tick_s=0.002))
 
 
-def run(body=EVERYTHING, engine=ENGINE, sigma=2.0, **scenario):
-    return engine.run([sigma], Scenario(omega=8.0, **scenario), body)
+def run(body=EVERYTHING, rollout=ROLLOUT, sigma=2.0, **scenario):
+    return rollout.run([sigma], Scenario(omega=8.0, **scenario), body)
 
 
 def disturbed(sigma=2.0, **levels):
@@ -54,7 +54,7 @@ def test_nothing_wrong_changes_nothing_to_the_bit():
 
 def test_a_share_of_the_strength_is_a_share_of_the_force():
     # A sector commands α or nothing, so that half of the strength is half of α.
-    sector = Engine(controller=build("V-sector-w8"), timing=Timing(duration_s=6.0, tick_s=0.002))
+    sector = Rollout(controller=build("V-sector-w8"), timing=Timing(duration_s=6.0, tick_s=0.002))
     body = Actuators(body=Hopper())
     changes = {"strength": [1.0, 0.5], "body.max_force_n": [2.0, 4.0]}
     weak, strong = np.moveaxis(run(body, sector, changes=changes).height_m, 1, 0)
@@ -121,9 +121,9 @@ def test_a_ground_that_lies_lower_throughout_is_refused():
 @pytest.mark.thorough
 def test_several_legs_have_actuators_each_and_are_struck_as_one():
     legs = dataclasses.replace(REFLEX, limbs=2)
-    engine = Engine(controller=legs, timing=Timing(duration_s=0.2, tick_s=0.002))
+    rollout = Rollout(controller=legs, timing=Timing(duration_s=0.2, tick_s=0.002))
     body = Actuators(body=Blows(body=Bar(inertia_ratio=0.6)))
-    path = run(body, engine, changes={"body.impulse_ns": [0.0, 0.2], "body.at_s": 0.1})
+    path = run(body, rollout, changes={"body.impulse_ns": [0.0, 0.2], "body.at_s": 0.1})
     undisturbed = path.time_s[:, 0] <= 0.1
     np.testing.assert_array_equal(
         path.velocity_m_per_s[undisturbed, 0], path.velocity_m_per_s[undisturbed, 1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import (
     Actuators,
@@ -85,9 +85,9 @@ def test_what_is_no_number_is_refused():
 
 
 def test_a_change_names_a_number_of_a_wrapped_body_as_of_the_body_alone():
-    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.5))
+    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.5))
 
     def run(name):
-        return engine.run([2.0], Scenario(omega=8.0, changes={name: [0.1, 0.15]}), WRAPPED)
+        return rollout.run([2.0], Scenario(omega=8.0, changes={name: [0.1, 0.15]}), WRAPPED)
 
     np.testing.assert_array_equal(run("mass_kg").height_m, run("body.body.mass_kg").height_m)

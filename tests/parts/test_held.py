@@ -9,15 +9,15 @@ import pytest
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.held import with_held_feedback
-from tegotae.simulation.rollout import Engine, KeptChannels, Scenario, Timing
+from tegotae.simulation.rollout import KeptChannels, Rollout, Scenario, Timing
 from tegotae.systems.models import find
 
 SECOND = Timing(duration_s=1.0, tick_s=0.001)
 
 
 def rolled_out(controller, weights, omega):
-    engine = Engine(controller=controller, timing=SECOND, summary=KeptChannels(None))
-    return engine.run(weights, Scenario(omega, height_m=1.1), Hopper())
+    rollout = Rollout(controller=controller, timing=SECOND, summary=KeptChannels(None))
+    return rollout.run(weights, Scenario(omega, height_m=1.1), Hopper())
 
 
 def learned(name="ART-rF-tphi-w4", runs=2):

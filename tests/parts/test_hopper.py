@@ -14,7 +14,7 @@ from hypothesis import given, strategies as st
 from scipy.integrate import solve_ivp
 from springs import Hertz, Proportional, Softening
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.bodies import Contact, Push
 from tegotae.parts.terms import Sector
 from tegotae.simulation.integrators import push
@@ -252,10 +252,10 @@ def test_damping_takes_energy_and_never_gives_any():
     assert loss.sum() > 0.1
 
 
-WITHOUT_ACTUATOR = Engine(
+WITHOUT_ACTUATOR = Rollout(
     controller=build("V-reflex-w4"), timing=Timing(duration_s=2.0, frame_s=0.01)
 )
-"""Engine without actuation: with a gain of zero the reflex never pushes."""
+"""Rollout without actuation: with a gain of zero the reflex never pushes."""
 
 hoppers = st.builds(
     Hopper,

@@ -12,7 +12,7 @@ from hypothesis import given, strategies as st
 from separate_hoppers import SeparateHoppers
 
 import upright_oracle
-from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, check_body
+from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing, check_body
 from tegotae.parts.bodies import Bar
 from tegotae.parts.couplings import LearnedCoupling, Neighbours
 from tegotae.parts.terms import Signals
@@ -28,8 +28,8 @@ def network(unit: Controller, limbs: int = 2, **options) -> Controller:
 
 
 def run(controller: Controller, weights, body=None, *, timing=SHORT, **scenario):
-    engine = Engine(controller=controller, timing=timing)
-    return engine.run(weights, Scenario(omega=8.0, **scenario), body, dtype="float64")
+    rollout = Rollout(controller=controller, timing=timing)
+    return rollout.run(weights, Scenario(omega=8.0, **scenario), body, dtype="float64")
 
 
 # A network of units
@@ -241,8 +241,10 @@ def test_without_damping_and_force_the_bar_keeps_its_energy():
 def test_a_light_bar_falls_into_antiphase_and_a_heavy_one_into_phase(inertia_ratio, lag):
     phase = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (2, 4))
     timing = Timing(duration_s=90.0, frame_s=0.1, tick_s=0.002)
-    engine = Engine(controller=network(ONE), timing=timing)
-    path = engine.run([1.0], Scenario(omega=8.0, phase_rad=phase), Bar(inertia_ratio=inertia_ratio))
+    rollout = Rollout(controller=network(ONE), timing=timing)
+    path = rollout.run(
+        [1.0], Scenario(omega=8.0, phase_rad=phase), Bar(inertia_ratio=inertia_ratio)
+    )
     gap = np.diff(path.phase_rad[-1], axis=0)[0]
     np.testing.assert_allclose(np.cos(gap - lag), 1.0, atol=0.05)
 

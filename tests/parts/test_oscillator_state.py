@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oscillators import LearnedAmplitude, Relaxation
-from tegotae import Controller, Engine, Hopper, Scenario, TegotaeError, Timing, check_oscillator
+from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing, check_oscillator
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
@@ -27,7 +27,9 @@ PHASELESS = Controller(LearnedActuation(("activity",), 2), Relaxation())
 
 
 def run(controller: Controller, weights, **options) -> Trajectory:
-    return Engine(controller=controller, timing=TIMING, **options).run(weights, Scenario(omega=8.0))
+    return Rollout(controller=controller, timing=TIMING, **options).run(
+        weights, Scenario(omega=8.0)
+    )
 
 
 @pytest.mark.parametrize("oscillator", [LearnedAmplitude(), Relaxation()], ids=str)

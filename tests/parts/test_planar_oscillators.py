@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, check_oscillator
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check_oscillator
 from tegotae.parts.oscillators import (
     OSCILLATORS,
     PLANAR,
@@ -99,7 +99,7 @@ def test_a_hopf_oscillator_comes_to_the_radius_of_the_root_of_mu():
 def test_a_hopf_oscillator_drives_a_hopper_as_the_phase_oscillator_does():
     timing = Timing(duration_s=10.0)
     plain, hopf = (
-        Engine(controller=build(name), timing=timing).run([[2.0], [4.0]], Scenario(omega=8.0))
+        Rollout(controller=build(name), timing=timing).run([[2.0], [4.0]], Scenario(omega=8.0))
         for name in ("V-sector-w8", "V-sector-w8+hopf")
     )
     for name, recorded in plain.channels.items():
@@ -284,14 +284,14 @@ def test_what_is_out_of_range_is_refused():
 
 def test_one_that_is_too_stiff_for_the_tick_is_refused_before_it_runs():
     stiff = replace(build("V-reflex-w8"), oscillator=VanDerPol(mu=5.0))
-    engine = Engine(controller=stiff, timing=Timing(duration_s=1.0, tick_s=0.002))
+    rollout = Rollout(controller=stiff, timing=Timing(duration_s=1.0, tick_s=0.002))
     with pytest.raises(TegotaeError, match=r"VanDerPol at omega 8 is too stiff for ticks of 0.002"):
-        engine.run([2.0], Scenario(omega=8.0), Hopper())
+        rollout.run([2.0], Scenario(omega=8.0), Hopper())
 
 
 def test_a_start_with_a_state_that_it_has_not_is_refused():
-    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=1.0))
+    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=1.0))
     with pytest.raises(
         TegotaeError, match="PhaseOscillator has no oscillator_state 'radius'; it takes none"
     ):
-        engine.run([2.0], Scenario(omega=8.0, oscillator_state={"radius": 0.5}))
+        rollout.run([2.0], Scenario(omega=8.0, oscillator_state={"radius": 0.5}))

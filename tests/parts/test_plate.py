@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import upright_oracle
-from tegotae import Controller, Engine, Scenario, TegotaeError, Timing, check_body
+from tegotae import Controller, Rollout, Scenario, TegotaeError, Timing, check_body
 from tegotae.parts.bodies import (
     Bar,
     Body,
@@ -53,7 +53,7 @@ def legs(limbs: int, unit: Controller = ONE) -> Controller:
 
 def run(body: Body, phases=PHASES, *, unit: Controller = ONE, gain: float = 1.0, **scenario):
     angles = tuple(channel.name for channel in body.channels if channel.name.endswith("_rad"))
-    engine = Engine(
+    rollout = Rollout(
         controller=legs(body.limbs, unit), timing=SHORT, summary=Recorded((*COMMON, *angles))
     )
     weights = np.broadcast_to(gain, (2, unit.n_weights))
@@ -62,7 +62,7 @@ def run(body: Body, phases=PHASES, *, unit: Controller = ONE, gain: float = 1.0,
             "initial_pose", {}
         )
         phases = np.broadcast_to(phases, (body.limbs, 2))
-    return engine.run(weights, Scenario(8.0, phase_rad=phases, **scenario), body, dtype="float64")
+    return rollout.run(weights, Scenario(8.0, phase_rad=phases, **scenario), body, dtype="float64")
 
 
 def test_the_plate_keeps_the_contract_of_a_body():
@@ -238,8 +238,8 @@ def lags(plate: Plate, gain: float = 1.0, lanes: int = 4) -> np.ndarray:
     """Return the lags of the legs behind left fore after 90 s [rad], [legs, lanes]."""
     start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (4, lanes))
     timing = Timing(duration_s=90.0, frame_s=0.1, tick_s=0.002)
-    engine = Engine(controller=legs(4), timing=timing, summary=last_phases)
-    phase = engine.run([gain], Scenario(8.0, phase_rad=start), plate)
+    rollout = Rollout(controller=legs(4), timing=timing, summary=last_phases)
+    phase = rollout.run([gain], Scenario(8.0, phase_rad=start), plate)
     return phase[:1] - phase
 
 

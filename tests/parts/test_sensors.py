@@ -7,17 +7,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing, check_body
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check_body
 from tegotae.parts.bodies import Bar, Sensors
 from tegotae.systems.models import build
 
 REFLEX = build("V-reflex-w8")
-ENGINE = Engine(controller=REFLEX, timing=Timing(duration_s=6.0))
+ROLLOUT = Rollout(controller=REFLEX, timing=Timing(duration_s=6.0))
 LEG = Sensors(body=Hopper())
 
 
-def run(body=LEG, engine=ENGINE, **scenario):
-    return engine.run([2.0], Scenario(omega=8.0, **scenario), body)
+def run(body=LEG, rollout=ROLLOUT, **scenario):
+    return rollout.run([2.0], Scenario(omega=8.0, **scenario), body)
 
 
 @pytest.mark.thorough
@@ -33,7 +33,7 @@ def test_no_delay_and_no_noise_change_nothing_to_the_bit():
 
 def test_what_they_tell_is_what_was_felt_so_long_ago():
     # Of a controller without gain the body does not depend on what is told.
-    still = Engine(controller=REFLEX, timing=Timing(duration_s=4.0, frame_s=0.001))
+    still = Rollout(controller=REFLEX, timing=Timing(duration_s=4.0, frame_s=0.001))
     reading = still.run(
         [0.0], Scenario(omega=8.0, changes={"delay_s": [0.0, 0.01, 0.0105]}), LEG, dtype="float64"
     ).spring_force_n
@@ -43,7 +43,7 @@ def test_what_they_tell_is_what_was_felt_so_long_ago():
 
 
 def test_noise_is_white_normal_and_as_large_as_said():
-    still = Engine(controller=REFLEX, timing=Timing(duration_s=8.0, frame_s=0.001))
+    still = Rollout(controller=REFLEX, timing=Timing(duration_s=8.0, frame_s=0.001))
     reading = still.run(
         [0.0],
         Scenario(omega=8.0, changes={"noise": [0.0, 0.05, 0.05], "seed": [0.0, 0.0, 1.0]}),
@@ -69,13 +69,13 @@ def test_the_same_seed_makes_the_same_noise_whatever_the_lane():
 @pytest.mark.thorough
 def test_limbs_have_noise_of_their_own_and_the_body_behind_can_change():
     legs = dataclasses.replace(REFLEX, limbs=2)
-    engine = Engine(controller=legs, timing=Timing(duration_s=2.0))
+    rollout = Rollout(controller=legs, timing=Timing(duration_s=2.0))
     behind = Sensors(body=Bar(inertia_ratio=0.6))
-    bare = run(Bar(inertia_ratio=0.6), engine)
-    path = run(behind, engine, changes={"noise": [0.0, 0.1]})
+    bare = run(Bar(inertia_ratio=0.6), rollout)
+    path = run(behind, rollout, changes={"noise": [0.0, 0.1]})
     np.testing.assert_array_equal(path.pitch_rad[:, 0], bare.pitch_rad[:, 0])
     assert np.abs(path.pitch_rad[-1, 1]) > 1e-6
-    heavy = run(behind, engine, changes={"body.mass_kg": [0.1, 0.12]})
+    heavy = run(behind, rollout, changes={"body.mass_kg": [0.1, 0.12]})
     assert not np.allclose(heavy.height_m[:, 1], bare.height_m[:, 0])
 
 
@@ -83,11 +83,11 @@ def test_limbs_have_noise_of_their_own_and_the_body_behind_can_change():
 def test_a_posture_is_the_one_of_the_body_behind():
     scenario = {"initial_pose": {"pitch_rad": 0.1}}
     legs = dataclasses.replace(REFLEX, limbs=2)
-    engine = Engine(controller=legs, timing=Timing(duration_s=0.1))
-    path = run(Sensors(body=Bar()), engine, **scenario)
-    np.testing.assert_array_equal(path.pitch_rad, run(Bar(), engine, **scenario).pitch_rad)
+    rollout = Rollout(controller=legs, timing=Timing(duration_s=0.1))
+    path = run(Sensors(body=Bar()), rollout, **scenario)
+    np.testing.assert_array_equal(path.pitch_rad, run(Bar(), rollout, **scenario).pitch_rad)
     with pytest.raises(TegotaeError, match="Sensors has no initial_pose 'initial_pose'"):
-        run(Sensors(body=Bar()), engine, initial_pose={"initial_pose": 0.1})
+        run(Sensors(body=Bar()), rollout, initial_pose={"initial_pose": 0.1})
 
 
 def test_a_delay_beyond_what_is_kept_is_refused():

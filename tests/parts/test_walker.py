@@ -12,7 +12,7 @@ import pytest
 
 from tegotae import (
     Controller,
-    Engine,
+    Rollout,
     Scenario,
     TegotaeError,
     Timing,
@@ -46,16 +46,16 @@ def controller(foot=FOOT, limbs=4, **options) -> Controller:
     return Controller(foot, PhaseOscillator(), vanilla, limbs=limbs, **options)
 
 
-WALKS = Engine(controller=controller(), timing=TICK)
-STANDS = Engine(
+WALKS = Rollout(controller=controller(), timing=TICK)
+STANDS = Rollout(
     controller=controller(EllipticFoot(stride_m=0.0, lift_m=0.0, press_m=0.0)), timing=TICK
 )
 PHASES = np.random.default_rng(3).uniform(0.0, 2.0 * math.pi, (4, 3))
 
 
-def run(engine=WALKS, body=C, sigma=SIGMA, dtype="float64", **scenario):
+def run(rollout=WALKS, body=C, sigma=SIGMA, dtype="float64", **scenario):
     settings = {"omega": WALK, "height_m": C.standing_height_m + 0.05} | scenario
-    return engine.run(sigma, Scenario(**settings), body, dtype=dtype)
+    return rollout.run(sigma, Scenario(**settings), body, dtype=dtype)
 
 
 # Mechanics
@@ -85,7 +85,7 @@ def test_it_heaves_at_the_frequency_of_its_springs():
 def test_on_its_feet_the_energy_is_what_its_actuators_did():
     # Feet that never leave the ground nor slide, and next to no damping.
     body = dataclasses.replace(C, friction=50.0, damping_z_ns_per_m=0.0, damping_xy_ns_per_m=1e-6)
-    sways = Engine(
+    sways = Rollout(
         controller=controller(EllipticFoot(stride_m=0.03, lift_m=0.0, press_m=0.0)),
         timing=dataclasses.replace(TICK, tick_s=0.0025, duration_s=10.0),
     )
@@ -101,7 +101,7 @@ def test_moving_a_leg_costs_what_its_mass_and_the_damping_of_its_joints_take():
     # Feet that go to and fro far above the ground: in a cycle ½ m (Bω)² four times, and π d B² ω.
     stride_m, omega = 0.2, 2.0
     turn_s = 2.0 * math.pi / omega
-    sways = Engine(
+    sways = Rollout(
         controller=controller(EllipticFoot(stride_m=stride_m, lift_m=0.0, press_m=0.0)),
         timing=Timing(duration_s=4.0 * turn_s, tick_s=turn_s / 512, frame_s=turn_s),
     )
@@ -206,13 +206,13 @@ def test_a_body_in_other_units_walks_the_same_walk():
     scaled |= {n: tuple(length * x for x in getattr(C, n)) for n in ("hips_x_m", "hips_y_m")}
     robot = dataclasses.replace(C, **scaled, mass_kg=mass, gravity_m_per_s2=gravity)
     foot = EllipticFoot(stride_m=0.04, lift_m=0.024, press_m=0.006, shift_rad=0.4)
-    engine = Engine(
+    rollout = Rollout(
         controller=controller(foot),
         timing=Timing(duration_s=30 * time, tick_s=0.0125 * time, frame_s=0.1 * time),
     )
     first = run(phase_rad=PHASES)
     second = run(
-        engine,
+        rollout,
         robot,
         sigma=[1.25 / force / time],
         omega=WALK / time,
@@ -354,7 +354,7 @@ def test_it_walks_with_any_number_of_legs_and_a_learned_foot():
     six = Walker(hips_x_m=(0.85, 0.85, 0.0, 0.0, -0.85, -0.85), hips_y_m=(0.44, -0.44) * 3)
     unit = controller(LearnedFoot(("phase", "feedback"), hidden=4), limbs=6)
     weights = np.concatenate([SIGMA, np.random.default_rng(0).normal(size=unit.n_weights - 1)])
-    path = Engine(controller=unit, timing=TICK).run(
+    path = Rollout(controller=unit, timing=TICK).run(
         weights, Scenario(omega=WALK, height_m=0.6, phase_rad=np.zeros((6, 1))), six
     )
     assert path.foot_x_m.shape == (TICK.n_frames, 6, 1)

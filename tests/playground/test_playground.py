@@ -35,7 +35,7 @@ from playground.bodies import STANDARD
 from playground.page import DEFINITIONS
 from playground.scripts import bundle_scripts, modules, read_source
 from programs import main
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.hopping import whole_hops
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
@@ -153,8 +153,8 @@ const result = data.weights.map((weights) => {
 def test_an_episode_is_worth_in_the_page_what_it_is_worth_in_the_package(tmp_path):
     controller = VANILLA.controller
     weights = np.array([[1.0], [2.0], [0.0], [3.0], [-1.0]], "float32")
-    engine = Engine(controller=controller, timing=EPISODE, summary=Fitness())
-    expected = engine.run(weights, Scenario(omega=8.0))
+    rollout = Rollout(controller=controller, timing=EPISODE, summary=Fitness())
+    expected = rollout.run(weights, Scenario(omega=8.0))
     data = {
         **wasm_of(shelf.cached_engine(controller, Hopper())),
         "given": Case(controller, [1.0], Hopper(), Scenario(omega=8.0)).task()["given"],
@@ -183,8 +183,8 @@ const result = data.frames.map((frame) => {
 
 @needs_node
 def test_the_cost_that_a_page_shows_is_over_whole_hops_and_none_of_a_gait_that_is_over(tmp_path):
-    engine = Engine(controller=VANILLA.controller, timing=Timing(duration_s=10.0, tick_s=0.002))
-    t = jax.tree.map(lambda x: x[:, 0], engine.run([1.0], Scenario(omega=8.0)))
+    rollout = Rollout(controller=VANILLA.controller, timing=Timing(duration_s=10.0, tick_s=0.002))
+    t = jax.tree.map(lambda x: x[:, 0], rollout.run([1.0], Scenario(omega=8.0)))
     # JSON has no NaN: no apex is one far below.
     columns = {f"channel.{name}": np.nan_to_num(getattr(t, name), nan=-1.0).astype(float)
             for name in HEARD_CHANNELS}  # fmt: skip

@@ -41,7 +41,7 @@ from reproduction.optimum.problem import (
     most_lift_off,
 )
 from study_tables import table
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.metric import LIMIT_CYCLE
@@ -259,11 +259,11 @@ def test_no_controller_is_above_the_bound():
         ("V-sector-w4", random.uniform(0.0, 8.0, (150, 1))),
         ("ART-rF-tphif-w4", 0.8 * random.normal(size=(300, 96))),
     ):
-        engine = Engine(
+        rollout = Rollout(
             controller=build(name), timing=Timing(duration_s=30.0), summary=GaitSummary()
         )
         omega = random.uniform(2.0, 10.0, len(weights))
-        outcome = engine.run(weights[:, : build(name).n_weights], Scenario(omega=omega))
+        outcome = rollout.run(weights[:, : build(name).n_weights], Scenario(omega=omega))
         settled = np.asarray(outcome.regime) == LIMIT_CYCLE
         rate, value = (np.asarray(x)[settled] for x in (outcome.hop_rate, outcome.cot_inverse))
         period = np.asarray(outcome.limit_cycle_period)[settled]

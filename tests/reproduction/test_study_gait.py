@@ -16,7 +16,7 @@ from reproduction.report.models import pages_of_models
 from reproduction.table import tabulate
 from tegotae import TegotaeError
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
-from tegotae.simulation.rollout import Engine
+from tegotae.simulation.rollout import Rollout
 from tegotae.systems.models import find
 
 MODEL = find("V-sector-w8")
@@ -93,7 +93,7 @@ def no_rollouts(monkeypatch):
     def refuse(*arguments, **options):
         raise RolledOutError
 
-    monkeypatch.setattr(Engine, "run", refuse)
+    monkeypatch.setattr(Rollout, "run", refuse)
 
 
 def test_the_report_rolls_nothing_out(evaluation, no_rollouts):

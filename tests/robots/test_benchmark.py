@@ -41,8 +41,8 @@ def test_a_hopper_scores_what_the_simulator_itself_finds_for_its_controller():
     saved, subject = load("zoo:ARG-rF-gF-both-w4/5"), OneStart()
     system = dataclasses.replace(saved.system, integrator=Hold(), timing=subject.TIMING)
     weights = np.asarray(saved.weights, np.float32)[None]
-    engine, scenario = system.engine(whole_trajectory, subject.TIMING), system.scenario()
-    path = engine.run(weights, scenario, system.body)
+    rollout, scenario = system.rollout(whole_trajectory, subject.TIMING), system.scenario()
+    path = rollout.run(weights, scenario, system.body)
     outcome = subject.OBJECTIVE.outcome(path, scenario, system.body, subject.TIMING)
     expected = float(outcome.cot_inverse[0][0]) * 0.1 * 9.81
     scores = subject.scores(read_entry(saved, subject, "load"), "load")

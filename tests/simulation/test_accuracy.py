@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from oracle import Flown, Law, Leg, fly, is_non_chaotic, learned_art, learned_single, vanilla
-from tegotae import Controller, Engine, Hopper, Scenario, Timing
+from tegotae import Controller, Hopper, Rollout, Scenario, Timing
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Trajectory
 from tegotae.systems.models import build
@@ -39,8 +39,8 @@ def simulate(
     body: Hopper | None = None,
     tick_s: float = 0.001,
 ) -> Trajectory:
-    engine = Engine(controller=controller, timing=Timing(duration_s=DURATION_S, tick_s=tick_s))
-    return engine.run(weights, scenario, body, dtype=dtype)
+    rollout = Rollout(controller=controller, timing=Timing(duration_s=DURATION_S, tick_s=tick_s))
+    return rollout.run(weights, scenario, body, dtype=dtype)
 
 
 def flights(time: np.ndarray, height: np.ndarray, minimum: float) -> tuple[np.ndarray, np.ndarray]:
@@ -273,6 +273,6 @@ def test_a_feed_forward_network_on_the_spring_force_hops_where_its_force_is_held
     weights = np.zeros(controller.n_weights)
     weights[[0, 2]] = slope, 4.0
     timing = Timing(duration_s=60.0, tick_s=tick_s)
-    engine = Engine(controller=controller, integrator=integrator, timing=timing)
-    last = engine.run(weights, Scenario(omega=0.0)).height_m[-500:]
+    rollout = Rollout(controller=controller, integrator=integrator, timing=timing)
+    last = rollout.run(weights, Scenario(omega=0.0)).height_m[-500:]
     assert climbs_m[0] < float(last.max()) - 1.0 < climbs_m[1]

@@ -109,7 +109,7 @@ def test_the_evaluation_set_has_several_episodes_even_where_candidates_have_one(
 
     prefix = "tegotae.training.evaluator."
     monkeypatch.setattr(
-        prefix + "Engine.run_lanes", lambda _, lanes, body: lanes.scenario.changes["mass_kg"]
+        prefix + "Rollout.run_lanes", lambda _, lanes, body: lanes.scenario.changes["mass_kg"]
     )
     monkeypatch.setattr(prefix + "by_blocks", scored)
     evaluator = evaluator_of(varied(MASS))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import engine, kernel
-from tegotae.simulation.rollout import Engine, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 
 compiler = kernel.compiler()
 
@@ -14,7 +14,7 @@ compiler = kernel.compiler()
 @pytest.mark.skipif(compiler is None, reason="no C++ compiler")
 def test_the_kernel_climbs_and_works_as_the_engine_does():
     weights = engine.weights(64)
-    reference = Engine(
+    reference = Rollout(
         controller=engine.benchmark_controller(),
         timing=Timing(duration_s=2.0),
         summary=engine.totals,

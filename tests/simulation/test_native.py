@@ -19,7 +19,7 @@ from springs import Hertz
 
 import tiny
 from lanewise.episode import compile_episode
-from tegotae import Engine, Hopper, Scenario, Timing, register
+from tegotae import Hopper, Rollout, Scenario, Timing, register
 from tegotae._support.engines import EngineWarning
 from tegotae.parts.bodies import Actuators, Bar, Blows, Body, Sensors, Walker
 from tegotae.parts.controller import Controller, Tegotae
@@ -65,7 +65,7 @@ class Case:
     def run(self, dtype: str = "float32") -> Any:
         """Every tick of some lanes that come down early, go up, or fall."""
         timing = Timing(duration_s=TICKS * self.tick_s, tick_s=self.tick_s, frame_s=self.tick_s)
-        engine = Engine(controller=self.controller, integrator=self.integrator, timing=timing)
+        rollout = Rollout(controller=self.controller, integrator=self.integrator, timing=timing)
         draw = np.random.default_rng(0)
         weights = draw.normal(0.0, 0.7, (LANES, self.controller.n_weights))
         shape = (*self.controller.limb_shape, LANES)
@@ -77,7 +77,7 @@ class Case:
             "velocity_m_per_s": np.array([-1.0, -1.5, -0.5, -2.0, 0.5]),
             "phase_rad": draw.uniform(0.0, 2.0 * np.pi, shape),
         }
-        return engine.run(weights, Scenario(**scenario | self.meets()), self.body, dtype=dtype)
+        return rollout.run(weights, Scenario(**scenario | self.meets()), self.body, dtype=dtype)
 
 
 def hopper(**parts: Any) -> Controller:
@@ -227,10 +227,10 @@ def test_every_tick_is_xlas_to_rounding(name, dtype, monkeypatch):
         assert np.nanmax(np.abs(gap), initial=0.0) < digits * scale, channel
 
 
-def of_limit(limit_rad_per_s: float) -> Engine:
-    """An engine whose program differs by a number of its controller."""
+def of_limit(limit_rad_per_s: float) -> Rollout:
+    """A rollout whose program differs by a number of its controller."""
     timing = Timing(duration_s=0.01, tick_s=TICK_S, frame_s=TICK_S)
-    return Engine(controller=feeling(limit_rad_per_s=limit_rad_per_s), timing=timing)
+    return Rollout(controller=feeling(limit_rad_per_s=limit_rad_per_s), timing=timing)
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,14 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Engine, Scenario, TegotaeError, Timing
+from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Trajectory
 from tegotae.systems.models import build
 
 SHORT = Timing(duration_s=3.0)
-VANILLA = Engine(controller=build("V-both-w4"), timing=SHORT)
-ART = Engine(controller=build("ART"), timing=SHORT)
+VANILLA = Rollout(controller=build("V-both-w4"), timing=SHORT)
+ART = Rollout(controller=build("ART"), timing=SHORT)
 LANES = 8
 
 
@@ -89,7 +89,7 @@ def test_one_weight_vector_serves_all_lanes():
 def test_a_coarser_recording_shows_the_same_rollout():
     fine = VANILLA.run([[2.0]], Scenario(omega=5.0))
     timing = Timing(duration_s=3.0, frame_s=0.1)
-    coarse = Engine(controller=VANILLA.controller, timing=timing).run([[2.0]], Scenario(omega=5.0))
+    coarse = Rollout(controller=VANILLA.controller, timing=timing).run([[2.0]], Scenario(omega=5.0))
     assert coarse.height_m.shape == (30, 1)
     for name in ("time_s", "height_m", "phase_rad", "work_absolute_j", "climb_m", "energy_j"):
         np.testing.assert_allclose(
@@ -106,16 +106,16 @@ def test_the_phase_advances_at_omega_without_feedback():
 
 
 def test_in_single_precision_the_phase_drifts_by_less_than_1e_4_rad_per_second():
-    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=60.0))
-    out = engine.run([[0.0]], Scenario(omega=8.0))
+    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=60.0))
+    out = rollout.run([[0.0]], Scenario(omega=8.0))
     drift = out.phase_rad - np.mod(8.0 * out.time_s.astype("float64"), 2 * np.pi)
     assert np.abs(np.angle(np.exp(1j * drift))).max() < 60.0 * 1e-4
 
 
 def test_totals_are_those_of_the_recorded_force_and_height():
     timing = Timing(duration_s=3.0, frame_s=0.001)
-    engine = Engine(controller=VANILLA.controller, timing=timing)
-    out = engine.run([[2.753]], Scenario(omega=5.0), dtype="float64")
+    rollout = Rollout(controller=VANILLA.controller, timing=timing)
+    out = rollout.run([[2.753]], Scenario(omega=5.0), dtype="float64")
     force, height = out.actuator_force_n[:, 0], np.r_[1.2, out.height_m[:, 0]]
     assert force.max() > 3.0
     assert out.impulse_ns[-1, 0] == pytest.approx(force.sum() * 0.001, rel=1e-9)
@@ -148,10 +148,10 @@ def test_no_force_is_recorded_in_flight():
 
 
 def test_a_summary_sees_the_blocks_of_lanes_and_only_its_result_is_kept():
-    engine = Engine(controller=VANILLA.controller, timing=SHORT, summary=highest)
+    rollout = Rollout(controller=VANILLA.controller, timing=SHORT, summary=highest)
     lanes = 1100  # more than one block on each of two devices
     sigma = np.linspace(0.5, 8.0, lanes)[:, None]
-    out = engine.run(sigma, Scenario(omega=5.0))
+    out = rollout.run(sigma, Scenario(omega=5.0))
     assert set(out) == {"height_m", "omega"}
     assert out["height_m"].shape == (lanes,)
     some = [0, 511, 512, 1099]
@@ -168,10 +168,10 @@ def highest(trajectory, scenario, body, timing):
 def test_a_held_controller_agrees_at_short_ticks():
     timing = Timing(duration_s=1.0, tick_s=0.0001)
     controller = build("V-reflex-w8")
-    held = Engine(controller=controller, timing=timing, integrator=Hold())
-    exact = Engine(controller=controller, timing=timing)
+    held = Rollout(controller=controller, timing=timing, integrator=Hold())
+    exact = Rollout(controller=controller, timing=timing)
     first, second = (
-        engine.run([[2.0]], Scenario(omega=6.0), dtype="float64") for engine in (held, exact)
+        rollout.run([[2.0]], Scenario(omega=6.0), dtype="float64") for rollout in (held, exact)
     )
     np.testing.assert_allclose(first.height_m, second.height_m, atol=2e-3)
 
@@ -193,8 +193,8 @@ def test_after_a_drop_in_flight_touchdown_is_later_and_lower():
 @pytest.mark.parametrize(("drop_time_s", "tick"), [(0.005, 5), (0.0052, 6), (0.0, 0)])
 def test_the_ground_drops_at_the_first_tick_not_earlier_than_told(drop_time_s, tick):
     timing = Timing(duration_s=0.01, frame_s=0.001)
-    engine = Engine(controller=VANILLA.controller, timing=timing)
-    out = engine.run([[0.0]], Scenario(omega=5.0, drop_m=0.2, drop_time_s=drop_time_s))
+    rollout = Rollout(controller=VANILLA.controller, timing=timing)
+    out = rollout.run([[0.0]], Scenario(omega=5.0, drop_m=0.2, drop_time_s=drop_time_s))
     np.testing.assert_array_equal(out.ground_m[:, 0] < 0.0, np.arange(10) >= tick)
 
 
@@ -277,7 +277,7 @@ def test_two_runs_are_bit_identical():
 ON_SO_MANY_CORES = """
 import sys
 import numpy as np
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae.systems.models import build
 from tegotae.training.algorithms import PGPE
 from tegotae.systems.experiment import Experiment
@@ -288,7 +288,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training.evolution import Stopping
 art = build("ART")
 weights = np.random.default_rng(0).normal(size=(150, art.n_weights))
-out = Engine(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))
+out = Rollout(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))
 experiment = Experiment(
     name="art",
     system=System(
@@ -347,8 +347,8 @@ def timed(**periods):
     return lambda: Timing(**periods)
 
 
-def run(weights, engine=VANILLA, omega=5.0, **options):
-    return lambda: engine.run(weights, Scenario(omega=omega), **options)
+def run(weights, rollout=VANILLA, omega=5.0, **options):
+    return lambda: rollout.run(weights, Scenario(omega=omega), **options)
 
 
 @pytest.mark.parametrize(
@@ -374,7 +374,7 @@ def run(weights, engine=VANILLA, omega=5.0, **options):
             for dtype in ("float16", "int32", "double")
         ),
         (
-            run([[1.0]], Engine(controller=VANILLA.controller, timing=LONG_TICK)),
+            run([[1.0]], Rollout(controller=VANILLA.controller, timing=LONG_TICK)),
             r"tick of 0.05 s is too long",
         ),
     ],

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, Timing
+from tegotae import Hopper, Rollout, Scenario, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import EpisodeSummary
@@ -45,30 +45,30 @@ def ticks(monkeypatch):
     return controllers
 
 
-def trace(engine: Engine) -> None:
-    """Trace the engine's program; nothing is compiled."""
-    weights = np.zeros((2, engine.controller.n_weights))
-    lanes = as_lanes(engine.controller, Hopper(), weights, Scenario(omega=8.0), "float32")
+def trace(rollout: Rollout) -> None:
+    """Trace the rollout's program; nothing is compiled."""
+    weights = np.zeros((2, rollout.controller.n_weights))
+    lanes = as_lanes(rollout.controller, Hopper(), weights, Scenario(omega=8.0), "float32")
     body = jax.tree.map(np.float32, Hopper())
-    statics = engine.program, engine.timing, engine.summary
+    statics = rollout.program, rollout.timing, rollout.summary
     xla._block.eval_shape(*statics, lanes, body)
 
 
 def test_a_program_of_all_channels_traces_the_tick_once(controller, ticks):
-    trace(Engine(controller=controller))
+    trace(Rollout(controller=controller))
     assert len(ticks) == 1
 
 
 def test_programs_that_differ_in_time_and_summary_share_one_trace(controller, ticks):
-    trace(Engine(controller=controller, summary=EpisodeSummary(Fitness())))
-    trace(Engine(controller=controller, timing=Timing(duration_s=80.0)))
-    trace(Engine(controller=controller, timing=Timing(duration_s=40.0, frame_s=0.001)))
+    trace(Rollout(controller=controller, summary=EpisodeSummary(Fitness())))
+    trace(Rollout(controller=controller, timing=Timing(duration_s=80.0)))
+    trace(Rollout(controller=controller, timing=Timing(duration_s=40.0, frame_s=0.001)))
     assert len(ticks) == 1
 
 
 def test_another_control_period_is_another_number_in_the_same_trace(controller, ticks):
-    trace(Engine(controller=controller, timing=Timing(tick_s=0.001)))
-    trace(Engine(controller=controller, timing=Timing(tick_s=0.002)))
+    trace(Rollout(controller=controller, timing=Timing(tick_s=0.001)))
+    trace(Rollout(controller=controller, timing=Timing(tick_s=0.002)))
     assert len(ticks) == 1
 
 

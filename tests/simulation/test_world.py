@@ -6,18 +6,18 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.bodies import Bar, Plate, Sensors, Walker
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.world import Staircase, Step, with_changes
 from tegotae.systems.models import build
 
-ENGINE = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
+ROLLOUT = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
 MASSES = [0.08, 0.1, 0.12]
 
 
 def run(body=None, **scenario):
-    return ENGINE.run([2.0], Scenario(omega=8.0, **scenario), body, dtype="float64")
+    return ROLLOUT.run([2.0], Scenario(omega=8.0, **scenario), body, dtype="float64")
 
 
 def test_a_field_that_differs_from_lane_to_lane_gives_each_lane_its_own_body():
@@ -53,7 +53,7 @@ def test_a_step_ends():
 
 def test_a_staircase_leads_the_frequency_up():
     changes = {"omega": Staircase(step=[0.0, 2.0], dwell_s=1.0, levels=3)}
-    path = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0)).run(
+    path = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0)).run(
         [0.0], Scenario(omega=5.0, changes=changes), dtype="float64"
     )
     turns = np.diff(np.unwrap(path.phase_rad, axis=0), axis=0) / 0.02

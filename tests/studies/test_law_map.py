@@ -29,7 +29,7 @@ def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, mon
     row = laws.Laws(*(np.array([vanilla[name]]) for name in laws.TITLES))
     weights = laws.weights_of("study", "load", row)
     system = find("V-sector-w8").experiment().system
-    package = system.engine(OutcomeSummary()).run(weights[:, 2:3], system.scenario())
+    package = system.rollout(OutcomeSummary()).run(weights[:, 2:3], system.scenario())
     ours = laws.measured("study", "load", row, np.zeros((1, 1)), 8.0, system.timing)
     assert ours["merit"] == pytest.approx(np.nan_to_num(package.cot_inverse), abs=1e-3)
 

@@ -76,8 +76,8 @@ def test_walkers_of_any_gain_and_frequency_cost_more_than_is_proved():
     lanes, rng = 64, np.random.default_rng(1)
     scenario = legged.scenario(random_phases(4, lanes))._replace(omega=rng.uniform(0.8, 5.0, lanes))
     timing = dataclasses.replace(legged.timing, duration_s=40.0, tick_s=0.0125, frame_s=0.05)
-    engine = legged.engine(_walk, timing)
-    results = engine.run(rng.uniform(0.0, 3.0, (lanes, 1)), scenario, legged.body)
+    rollout = legged.rollout(_walk, timing)
+    results = rollout.run(rng.uniform(0.0, 3.0, (lanes, 1)), scenario, legged.body)
     walks = ~results["failed"] & (results["way"] > 1.0)
     assert walks.sum() > 40
     longest = np.array([longest_stance(results["stands"][:, :, k]) for k in range(lanes)])

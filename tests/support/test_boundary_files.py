@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reproduction.commands.study import experiments_at
-from tegotae import Engine, TegotaeError
+from tegotae import Rollout, TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.cli.console import warn_in_one_line
 from tegotae.measures import recordings
@@ -131,7 +131,7 @@ def test_an_environment_without_a_space_is_told_which(tmp_path, one_line_error, 
 def test_a_condition_beyond_sense_is_refused(
     tmp_path, one_line_error, monkeypatch, condition, level
 ):
-    monkeypatch.setattr(Engine, "run", lambda *_, **__: pytest.fail("a rollout was started"))
+    monkeypatch.setattr(Rollout, "run", lambda *_, **__: pytest.fail("a rollout was started"))
     words = ["robustness", "V-sector-w8", "--out", str(tmp_path / "out")]
     message = one_line_error(*words, "--conditions", f"{condition}={level}")
     assert f"a level of {condition} is {float(level):g}" in message

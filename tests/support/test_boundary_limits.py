@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
 
-from tegotae import Engine, Scenario, TegotaeError, Timing
+from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae._support import limits
 from tegotae._support.errors import require_count, require_finite, unknown
 from tegotae._support.files import write_atomically
@@ -30,8 +30,8 @@ def no_rollout(monkeypatch):
     def run(*_, **__):
         raise AssertionError("a rollout was started before the input was checked")
 
-    monkeypatch.setattr(Engine, "run", run)
-    monkeypatch.setattr(Engine, "run_lanes", run)
+    monkeypatch.setattr(Rollout, "run", run)
+    monkeypatch.setattr(Rollout, "run_lanes", run)
     monkeypatch.setattr("tegotae.training.run.read_checkpoint", run)
 
 
@@ -59,10 +59,10 @@ def test_this_machine_has_some_memory():
 
 def test_rollouts_maps_and_trainings_are_told_before_they_take_memory(monkeypatch, tmp_path):
     monkeypatch.setattr(limits, "available_memory", lambda: 2.0**20)
-    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=2000.0))
-    assert engine.summary is whole_trajectory
+    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=2000.0))
+    assert rollout.summary is whole_trajectory
     with pytest.raises(TegotaeError, match="a rollout of 3 lanes and 100000 frames would need"):
-        engine.run(np.ones((3, 1)), Scenario(omega=8.0))
+        rollout.run(np.ones((3, 1)), Scenario(omega=8.0))
     with pytest.raises(TegotaeError, match="2000 x 2000 rollouts would need"):
         lanes(np.zeros(2000), np.zeros(2000))
     from tegotae.systems.models import find

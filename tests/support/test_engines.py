@@ -10,7 +10,7 @@ import jax
 import pytest
 
 import tegotae
-from tegotae import Engine, Scenario, TegotaeError, Timing
+from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae._support import engines
 from tegotae._support.engines import EngineWarning, selected
 from tegotae.systems.models import build
@@ -81,13 +81,13 @@ def test_an_unknown_engine_is_refused_in_one_line(monkeypatch, one_line_error):
 )
 def test_without_a_tested_llvmlite_xla_runs_and_that_is_said_once(llvmlite, version, reason):
     llvmlite(version)
-    engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.02))
+    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.02))
     with pytest.warns(EngineWarning) as warned:
-        assert engine.run([2.0], Scenario(omega=8.0)).height_m.shape == (1, 1)
+        assert rollout.run([2.0], Scenario(omega=8.0)).height_m.shape == (1, 1)
     (warning,) = warned
     assert str(warning.message).startswith(reason)
     assert "\n" not in str(warning.message)
-    engine.run([2.0], Scenario(omega=8.0))  # a second warning would be an error
+    rollout.run([2.0], Scenario(omega=8.0))  # a second warning would be an error
 
 
 def test_native_code_that_is_asked_for_and_cannot_be_had_is_an_error(llvmlite, monkeypatch):

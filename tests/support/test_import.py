@@ -87,11 +87,11 @@ RUN = """
 import json, os
 {first}
 import numpy as np
-from tegotae import Engine, Scenario, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae.systems.models import build
 before = dict(os.environ)
-engine = Engine(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.1))
-height = engine.run([2.0], Scenario(omega=8.0)).height_m
+rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.1))
+height = rollout.run([2.0], Scenario(omega=8.0)).height_m
 import jax
 assert dict(os.environ) == before
 print(json.dumps([jax.local_device_count(), height[-1].tolist()]))

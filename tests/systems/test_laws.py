@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.terms import Signals
 from tegotae.simulation.checks import check_controller, check_term
 from tegotae.systems.designs import design
@@ -60,8 +60,8 @@ def test_they_keep_the_contracts_of_terms_and_controllers(law):
 
 
 def test_a_clock_pushes_in_its_sector_whatever_it_feels():
-    engine = Engine(controller=ShortLaw("clock").controller(), timing=Timing(duration_s=3.0))
-    out = engine.run(np.array([[4.5, 0.5]]), Scenario(omega=5.0))
+    rollout = Rollout(controller=ShortLaw("clock").controller(), timing=Timing(duration_s=3.0))
+    out = rollout.run(np.array([[4.5, 0.5]]), Scenario(omega=5.0))
     assert np.all(out.feedback_rad_per_s == 0.0)
     pushing = out.actuator_force_n[:, 0] > 0.0
     late = (out.phase_rad[:, 0] > 4.4) & (out.phase_rad[:, 0] < 5.1)

@@ -15,7 +15,7 @@ import pytest
 
 from places import TESTS
 from programs import main
-from tegotae import Engine, Experiment, Scenario, TegotaeError, Timing
+from tegotae import Experiment, Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import map_basin
 from tegotae.analysis.orbit import find_orbit
 from tegotae.envs import Limb, Wiring, check_wiring
@@ -66,9 +66,9 @@ def test_a_document_of_the_experiment_is_read_back(experiment):
 
 @pytest.mark.thorough
 def test_an_episode_of_training_starts_the_limbs_apart(experiment):
-    engine = Engine(controller=experiment.controller, timing=Timing(duration_s=0.1))
+    rollout = Rollout(controller=experiment.controller, timing=Timing(duration_s=0.1))
     weights = np.zeros(experiment.controller.n_weights)
-    path = engine.run(weights, experiment.scenario, experiment.body)
+    path = rollout.run(weights, experiment.scenario, experiment.body)
     first = path.phase_rad[0, :, 0] - 8.0 * path.time_s[0, 0]
     np.testing.assert_allclose(first, [0.0, 2.0], atol=1e-5)
     assert path.pitch_rad[0, 0] == pytest.approx(0.05)
@@ -147,11 +147,11 @@ def test_from_python_one_line_says_so(saved, analysis):
 
 
 def test_metrics_of_a_rollout_are_refused_while_it_is_compiled(saved):
-    engine = Engine(
+    rollout = Rollout(
         controller=saved.controller, timing=Timing(duration_s=1.0), summary=GaitSummary()
     )
     with pytest.raises(TegotaeError, match="bodies of one limb; this recording has 2"):
-        engine.run(saved.weights, Scenario(8.0), saved.body)
+        rollout.run(saved.weights, Scenario(8.0), saved.body)
 
 
 def test_a_wrapper_has_a_unit_a_limb_of_its_own():

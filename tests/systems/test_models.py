@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Controller, Engine, Scenario, TegotaeError, Timing
+from tegotae import Controller, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.terms import Network, Signals
 from tegotae.systems.grammar import hidden_sizes
 from tegotae.systems.models import all_models, build, find
@@ -197,8 +197,8 @@ def test_a_model_of_each_kind_runs(name):
     controller = model.controller()
     keys = jax.random.split(jax.random.key(1), 4)
     weights = np.stack([controller.initial(key) for key in keys])
-    engine = Engine(controller=controller, timing=Timing(duration_s=1.0))
-    out = engine.run(weights, Scenario(omega=model.omega_t or 6.0))
+    rollout = Rollout(controller=controller, timing=Timing(duration_s=1.0))
+    out = rollout.run(weights, Scenario(omega=model.omega_t or 6.0))
     assert out.height_m.shape == (50, 4)
     assert not out.failed.any()
     assert np.isfinite(out.height_m).all()

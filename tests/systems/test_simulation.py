@@ -10,7 +10,7 @@ import jax
 import numpy as np
 import pytest
 
-from tegotae import Engine, Hopper, Scenario, System, TegotaeError, Timing
+from tegotae import Hopper, Rollout, Scenario, System, TegotaeError, Timing
 from tegotae.measures.hopping import gait
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems.models import build, preset
@@ -207,7 +207,7 @@ def test_a_number_too_large_for_single_precision_may_fit_into_double():
 def test_a_simulation_is_a_lane_of_the_engine():
     controller = build("V-reflex-w8")
     alone = simulation(2.0, controller=controller)
-    lanes = Engine(controller=controller, timing=TIMING).run(
+    lanes = Rollout(controller=controller, timing=TIMING).run(
         np.array([[2.0], [3.0]]), Scenario(omega=PAPER.omega_rad_per_s)
     )
     np.testing.assert_allclose(alone.trajectory.height_m, lanes.height_m[:, 0], atol=1e-5)

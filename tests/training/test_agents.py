@@ -18,8 +18,8 @@ pytest.importorskip("stable_baselines3")
 
 from studies.tuning import SPACES, TuningTask  # noqa: E402
 from tegotae import (  # noqa: E402
-    Engine,
     Hopper,
+    Rollout,
     Scenario,
     TegotaeError,
     Timing,
@@ -79,8 +79,8 @@ def environment(settings, model="AR-rF-sector-w8", **changes):
 def played(task, weights):
     """Return the engine's trajectory of an undisturbed episode."""
     fitness = Fitness(settle_s=SETTLE_S, follow_omega=False)
-    engine = Engine(controller=task.controller, timing=TIMING, summary=fitness)
-    return engine.run(weights, Scenario(omega=8.0))
+    rollout = Rollout(controller=task.controller, timing=TIMING, summary=fitness)
+    return rollout.run(weights, Scenario(omega=8.0))
 
 
 def run(settings=PPO, **changes):
@@ -190,8 +190,8 @@ class TestEnvironment:
         saved = controller_file.load(folder / "AR-rF-sector-w8-seed1.json")
         ticks, tick_s = 500, 0.002
         timing = Timing(duration_s=ticks * tick_s, tick_s=tick_s, frame_s=tick_s)
-        engine = Engine(controller=saved.controller, integrator=Hold(), timing=timing)
-        expected = engine.run(saved.weights, Scenario(omega=saved.omega))
+        rollout = Rollout(controller=saved.controller, integrator=Hold(), timing=timing)
+        expected = rollout.run(saved.weights, Scenario(omega=saved.omega))
 
         learner = training(PPO, tick_s=tick_s, decimation=1)
         hoppers = environment(PPO, tick_s=tick_s, decimation=1)

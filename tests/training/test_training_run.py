@@ -16,7 +16,7 @@ import pytest
 
 import tiny
 from lowered import available_targets
-from tegotae import Engine, Hopper, Scenario, TegotaeError, Timing
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
@@ -332,7 +332,7 @@ def test_a_vanilla_models_gain_is_the_fittest_of_the_grid(tmp_path):
     # A search has no randomness: it is one run, whatever the seeds.
     assert [path.name for path in paths] == [f"V-sector-w4-seed{tiny.SEEDS[0]}.json"]
     (sigma,) = controller_file.load(paths[0]).weights
-    fitness = Engine(
+    fitness = Rollout(
         controller=experiment.controller, timing=experiment.timing, summary=Fitness(settle_s=1.0)
     ).run(GAINS[:, None], Scenario(omega=4.0))["fitness"]
     assert sigma == GAINS[np.argmax(fitness)]

@@ -160,12 +160,12 @@ class ReleasedController(ABC):
         counted tick by tick: in a frame a fast phase passes more than half a turn.
         """
         system = self.saved.system
-        engine = system.engine(KeptChannels((*_CHANNELS, "actuator_force_n")), self.timing)
-        path = engine.run(self.lanes(self.saved.weights), self.scenario, system.mechanics)
+        rollout = system.rollout(KeptChannels((*_CHANNELS, "actuator_force_n")), self.timing)
+        path = rollout.run(self.lanes(self.saved.weights), self.scenario, system.mechanics)
         arrays = {name: np.asarray(value, float) for name, value in path.channels.items()}
         frame_s, whole_s = self.timing.frame_s, self.timing.n_frames * self.timing.frame_s
         every_tick = replace(self.timing, duration_s=whole_s, frame_s=self.timing.tick_s)
-        ticks = system.engine(KeptChannels(("phase_rad",)), every_tick)
+        ticks = system.rollout(KeptChannels(("phase_rad",)), every_tick)
         phase = ticks.run(self.lanes(self.saved.weights), self.scenario, system.mechanics).phase_rad
         turned = np.diff(phase, axis=0, prepend=phase[:1])
         turned = (turned + np.pi) % TWO_PI - np.pi
@@ -228,8 +228,8 @@ class ReleasedWalker(ReleasedController):
 
     def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         system = replace(self.saved.system, controller=controller)
-        engine = system.engine(self.legged.summary(), self.timing)
-        results = lanes_of(engine.run(self.lanes(weights), self.scenario, system.mechanics))
+        rollout = system.rollout(self.legged.summary(), self.timing)
+        results = lanes_of(rollout.run(self.lanes(weights), self.scenario, system.mechanics))
         cost, speed, hz, fall = (
             np.reshape(getattr(results, name), self.shape)
             for name in ("cost_of_transport", "speed_m_per_s", "cycle_frequency_hz", "fall_time_s")

@@ -21,7 +21,7 @@ from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.maths import TWO_PI
-from tegotae.simulation.rollout import Engine, Scenario, Timing, Trajectory
+from tegotae.simulation.rollout import Rollout, Scenario, Timing, Trajectory
 from tegotae.systems.controller_file import SavedController
 
 
@@ -56,7 +56,7 @@ def turn(phase_rad: AnyArray) -> AnyArray:
 
 @dataclass(frozen=True)
 class OutcomeSummary:
-    """The outcome of a rollout, as an `Engine`'s summary: an `Outcome` of arrays [lanes].
+    """The outcome of a rollout, as a `Rollout`'s summary: an `Outcome` of arrays [lanes].
 
     Rates and apex height are means over the last whole limit cycles. Where nothing settles they are
     means from the first to the last hop in the second half of the rollout; where there are no two
@@ -67,10 +67,10 @@ class OutcomeSummary:
 
     Example:
         >>> import numpy as np
-        >>> from tegotae import Engine, Scenario
+        >>> from tegotae import Rollout, Scenario
         >>> from tegotae.systems.models import build
-        >>> engine = Engine(controller=build("V-reflex-w8"), summary=OutcomeSummary())
-        >>> found = engine.run(np.array([[2.0]]), Scenario(omega=8.0))
+        >>> rollout = Rollout(controller=build("V-reflex-w8"), summary=OutcomeSummary())
+        >>> found = rollout.run(np.array([[2.0]]), Scenario(omega=8.0))
         >>> f"{found.winding_ratio[0]:.3f} turns a hop"
         '1.000 turns a hop'
     """
@@ -246,13 +246,13 @@ def sweep_gain(
             f"the controller has {controller.n_weights} weights; a gain sweep needs one whose only "
             "weight is the gain σ"
         )
-    engine = Engine(
+    rollout = Rollout(
         controller=controller,
         timing=timing or Timing(duration_s=MAP_DURATION_S),
         summary=OutcomeSummary(GaitSummary(work=work)),
     )
     gains, frequencies = lanes(sigma, omega)
-    outcome = engine.run(gains[:, None], Scenario(omega=frequencies, height_m=height_m), body)
+    outcome = rollout.run(gains[:, None], Scenario(omega=frequencies, height_m=height_m), body)
     return GainSweep(np.asarray(sigma), np.asarray(omega), as_maps(outcome, sigma, omega))
 
 
@@ -316,13 +316,13 @@ def map_basin(
     height, column = lanes(height_m, across)
     timing = saved.system.timing_over(MAP_DURATION_S) if timing is None else timing
     require_measurable(timing.tick_s)
-    engine = saved.system.engine(OutcomeSummary(), timing)
+    rollout = saved.system.rollout(OutcomeSummary(), timing)
     scenario = saved.system.scenario(
         height_m=height,
         velocity_m_per_s=0.0 if with_phase else column,
         phase_rad=column if with_phase else 0.0,
     )
-    outcome = engine.run(saved.weights, scenario, saved.body)
+    outcome = rollout.run(saved.weights, scenario, saved.body)
     number, cycles = distinct_cycles(outcome)
     frame = {
         "height_m": height,

@@ -120,8 +120,8 @@ def find_orbit(
     system = saved.system
     timing = system.timing_over(settle_s, tick_s=tick_s, frame_s=system.period_s(tick_s))
     require_measurable(timing.tick_s)
-    engine = system.engine(_recorded, timing)
-    recorded = engine.run(saved.weights, system.scenario(), saved.body, dtype="float64")
+    rollout = system.rollout(_recorded, timing)
+    recorded = rollout.run(saved.weights, system.scenario(), saved.body, dtype="float64")
     lane, regime, period, table = jax.tree.map(lambda x: x[..., 0], recorded)
     if regime != LIMIT_CYCLE:
         raise NoLimitCycleError(
@@ -201,8 +201,8 @@ def release_paths(
     system = saved.system
     phase = () if saved.controller.oscillator is None else ("phase_rad",)
     channels = KeptChannels(("time_s", *SIGNALS, *phase, "failed"))
-    engine = system.engine(channels, system.timing_over(duration_s, frame_s=0.01))
-    return engine.run(saved.weights, system.scenario(height_m=heights), saved.body)
+    rollout = system.rollout(channels, system.timing_over(duration_s, frame_s=0.01))
+    return rollout.run(saved.weights, system.scenario(height_m=heights), saved.body)
 
 
 @dataclass(frozen=True)
@@ -227,8 +227,8 @@ def hops_of(
         timing: of the rollouts.
         start: entries of the scenario in place of the system's own.
     """
-    engine = saved.system.engine(_Apexes(oscillator_state_names(saved)), timing)
-    table, *state = engine.run(
+    rollout = saved.system.rollout(_Apexes(oscillator_state_names(saved)), timing)
+    table, *state = rollout.run(
         saved.weights, saved.system.scenario(**start), saved.body, dtype="float64"
     )
     return table, tuple(state)

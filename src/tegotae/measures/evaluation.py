@@ -42,8 +42,8 @@ from tegotae.parts.parameters import Part, finite, whole
 from tegotae.simulation.checks.passive import check_passive
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.rollout import (
-    Engine,
     KeptChannels,
+    Rollout,
     Scenario,
     Summary,
     Timing,
@@ -301,13 +301,13 @@ class EvaluatedEpisodes:
     def rolled_out(self, duration_s: float, summary: Summary, **changed: ArrayLike) -> Any:
         """Episodes of a duration [s], with entries of the scenario that are otherwise."""
         timing = Timing(duration_s=duration_s, tick_s=self.protocol.tick_s)
-        engine = Engine(
+        rollout = Rollout(
             controller=self.controller, timing=timing, summary=summary, integrator=self.integrator
         )
         # Without an oscillator the frequency has no effect, but must be a number.
         omega = np.nan_to_num(self.scenario.omega)
         scenario = self.scenario._replace(**{"omega": omega, **changed})
-        return engine.run(self.weights, scenario, self.body)
+        return rollout.run(self.weights, scenario, self.body)
 
     def undisturbed(self, channels: tuple[str, ...] | None = None) -> Trajectory:
         """The undisturbed part alone, with some channels or all."""

@@ -46,7 +46,7 @@ def roll_out_native(
     Args:
         program: what is advanced and recorded.
         timing: for how long, and how finely.
-        summary: what is kept of a block's trajectory (`Engine`).
+        summary: what is kept of a block's trajectory (`Rollout`).
         lanes: NumPy arrays of the same type.
         body: a body of such numbers.
 

@@ -82,8 +82,8 @@ class Together:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Engine:
-    """The static part of a compiled program that advances lanes.
+class Rollout:
+    """Rollout of many lanes: the static part of the compiled program that advances them.
 
     Args:
         controller: what drives the body.
@@ -96,8 +96,8 @@ class Engine:
 
     Example:
         >>> from tegotae.systems.models import build
-        >>> engine = Engine(controller=build("V-reflex-w8"))
-        >>> out = engine.run(np.array([[2.0], [3.0]]), Scenario(omega=8.0))
+        >>> rollout = Rollout(controller=build("V-reflex-w8"))
+        >>> out = rollout.run(np.array([[2.0], [3.0]]), Scenario(omega=8.0))
         >>> out.height_m.shape
         (1000, 2)
     """
@@ -187,16 +187,16 @@ class Engine:
         return f"{NATIVE}, {XLA} for {operation}" if operation else NATIVE
 
 
-def _require_room(engine: Engine, body: Body, weights: np.ndarray) -> None:
+def _require_room(rollout: Rollout, body: Body, weights: np.ndarray) -> None:
     """Raise `TegotaeError` if a rollout needs more memory than there is.
 
     The few numbers of a summary are not counted; whole trajectories are, and with XLA once more
     while they are gathered.
     """
-    lanes, timing = weights.shape[-1], engine.timing
-    limbs = math.prod(engine.controller.limb_shape)
-    frame = float(weights.itemsize) * len(engine.recorder(body).channels) * limbs
-    recorded_lanes = lanes if isinstance(engine.summary, KeptChannels) else 0
+    lanes, timing = weights.shape[-1], rollout.timing
+    limbs = math.prod(rollout.controller.limb_shape)
+    frame = float(weights.itemsize) * len(rollout.recorder(body).channels) * limbs
+    recorded_lanes = lanes if isinstance(rollout.summary, KeptChannels) else 0
     if selected() != NATIVE:
         recorded_lanes = 2 * recorded_lanes + xla.lanes_of_a_block(lanes)
     require_memory(

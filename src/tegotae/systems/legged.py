@@ -25,7 +25,7 @@ from tegotae.parts.bodies import Bar, Body, Interface, Plate, Sensors, Walker
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.terrains import Terrain
-from tegotae.simulation.rollout import Engine, Scenario, Summary, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Summary, Timing
 from tegotae.systems.descriptions import restore
 from tegotae.systems.models import build
 from tegotae.systems.registry import kinds_of
@@ -150,9 +150,9 @@ class Legged(OnSystem):
         """The summary of how its legs are coordinated; `more` are arguments of its kind."""
         return kind.on(self.controller, self.body, **{"reference": self.reference, **settings})
 
-    def engine(self, summary: Summary, timing: Timing | None = None) -> Engine:
+    def rollout(self, summary: Summary, timing: Timing | None = None) -> Rollout:
         """Return the engine that advances the system, by its own timing by default."""
-        return self.system.engine(summary, timing)
+        return self.system.rollout(summary, timing)
 
     def run(self, summary: Summary, scenario: Scenario, timing: Timing | None = None) -> ArrayTree:
         """Roll out every lane of a scenario; what the summary makes of them, lanes last.
@@ -160,7 +160,7 @@ class Legged(OnSystem):
         Raises:
             TegotaeError: for what the engine refuses.
         """
-        return self.engine(summary, timing).run(self.weights, scenario, self.body)
+        return self.rollout(summary, timing).run(self.weights, scenario, self.body)
 
 
 def require_legs(body: Body | Interface) -> None:

@@ -158,7 +158,7 @@ def simulate(
     scenario = system.scenario(drop_m=drop_m, drop_time_s=drop_time_s)
     # Wrapped here, in double precision: float32 holds few digits of a large phase.
     scenario = scenario._replace(phase_rad=scenario.phase_rad % math.tau)
-    lanes = system.engine(timing=timing).run(weights, scenario, body, dtype=dtype)
+    lanes = system.rollout(timing=timing).run(weights, scenario, body, dtype=dtype)
     return Result(system, timing, jax.tree.map(_first_lane, lanes), work, start_s)
 
 

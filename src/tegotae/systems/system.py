@@ -21,7 +21,7 @@ from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import check_senses
-from tegotae.simulation.rollout import Engine, Summary, Timing, whole_trajectory
+from tegotae.simulation.rollout import Rollout, Summary, Timing, whole_trajectory
 from tegotae.simulation.world import Scenario
 
 RELEASE_M = 1.2
@@ -253,9 +253,9 @@ class System:
         """An episode of one lane, but for the entries that are given."""
         return self.release.scenario(self.omega, **entries)
 
-    def engine(self, summary: Summary = whole_trajectory, timing: Timing | None = None) -> Engine:
+    def rollout(self, summary: Summary = whole_trajectory, timing: Timing | None = None) -> Rollout:
         """The engine that advances it, by its own timing unless another is given."""
-        return Engine(
+        return Rollout(
             controller=self.controller,
             integrator=self.integrator,
             timing=self.timing if timing is None else timing,
@@ -285,7 +285,7 @@ class System:
             TegotaeError: for what the engine refuses.
         """
         episode = self.scenario() if scenario is None else scenario
-        return self.engine(summary).run(weights, episode, self.mechanics, dtype=dtype)
+        return self.rollout(summary).run(weights, episode, self.mechanics, dtype=dtype)
 
 
 class OnSystem:

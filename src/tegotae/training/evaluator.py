@@ -23,7 +23,7 @@ from tegotae.measures.objectives.objective import (
 from tegotae.simulation.draws import Randomization
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.loop import check_senses
-from tegotae.simulation.rollout import Engine
+from tegotae.simulation.rollout import Rollout
 from tegotae.simulation.timing import by_blocks
 from tegotae.simulation.world import Scenario
 
@@ -128,7 +128,7 @@ class EngineEvaluator(Evaluator):
         TegotaeError: for a body that does not go with the controller or the control period.
     """
 
-    rollouts: Engine
+    rollouts: Rollout
     fitness: Objective
     varied: Randomization
     episodes: int = 1
@@ -138,7 +138,7 @@ class EngineEvaluator(Evaluator):
         self.varied.body.check_tick(self.rollouts.timing.tick_s)
 
     @property
-    def program(self) -> tuple[Engine, Objective, int]:
+    def program(self) -> tuple[Rollout, Objective, int]:
         """The compiled part: settings of the fitness are data."""
         fitness = self.fitness.program
         return (
@@ -150,10 +150,10 @@ class EngineEvaluator(Evaluator):
     @property
     def engine(self) -> str:
         """The engine that rolls the episodes out."""
-        engine, *_ = self.program
-        sample = np.zeros((1, 1, engine.controller.n_weights))
+        rollout, *_ = self.program
+        sample = np.zeros((1, 1, rollout.controller.n_weights))
         episode = self.varied.evaluation_set(1, self.episodes)
-        return engine.runs_on(self._lanes(sample, np.array([True]), episode), self.varied.body)
+        return rollout.runs_on(self._lanes(sample, np.array([True]), episode), self.varied.body)
 
     @property
     def repeats(self) -> int:
@@ -169,8 +169,8 @@ class EngineEvaluator(Evaluator):
         else:
             drawn = generation.number, per_seed, self.episodes, of_set
             episode = self.varied.generation(generation.seeds, *drawn)
-        engine, fitness, _ = self.program
-        outcome = engine.run_lanes(self._lanes(weights, going, episode), self.varied.body)
+        rollout, fitness, _ = self.program
+        outcome = rollout.run_lanes(self._lanes(weights, going, episode), self.varied.body)
         score = partial(_scored, fitness, data=self.fitness.data)
         of_lanes = by_blocks(score, outcome, _LANES_SCORED)
         of_rows = (of_lanes[name].reshape(*weights.shape[:2], -1) for name in Scores._fields)

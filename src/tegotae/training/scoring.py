@@ -34,8 +34,8 @@ def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
 
         return EnvEvaluator(experiment, workers)
     varied = Randomization(experiment.conditions, experiment.body, experiment.scenario)
-    engine = experiment.system.engine()
-    return EngineEvaluator(engine, experiment.measure, varied, experiment.episodes)
+    rollout = experiment.system.rollout()
+    return EngineEvaluator(rollout, experiment.measure, varied, experiment.episodes)
 
 
 def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:

@@ -113,7 +113,7 @@ class Travel(NamedTuple):
 
 @needing("time_s", "x_m", "y_m", "work_absolute_j", "failed")
 def travel(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Travel:
-    """An `Engine`'s summary: the `Travel` of every lane, from few frames."""
+    """A `Rollout`'s summary: the `Travel` of every lane, from few frames."""
     t, last = trajectory, len(trajectory.time_s) - 1
     third, half = last - last // 4, last - 2 * (last // 4)
 
@@ -346,6 +346,6 @@ def _run(
     tiled = np.tile(phase, len(lanes["omega"]) // starts)
     controller = family.controller(legged)
     system = legged.system.replaced({"controller": controller})
-    engine = system.engine(summary, timing)
+    rollout = system.rollout(summary, timing)
     scenario = family.scenario(legged, lanes, tiled)
-    return lanes_of(engine.run(family.weights(lanes), scenario, legged.body))
+    return lanes_of(rollout.run(family.weights(lanes), scenario, legged.body))

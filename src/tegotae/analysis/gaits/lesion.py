@@ -183,7 +183,7 @@ class Aftermath:
 
 @dataclass(frozen=True, kw_only=True)
 class BeforeAndAfter(CoordinationSummary):
-    """An `Engine`'s summary: the coordination in the ends of both parts of a recording.
+    """A `Rollout`'s summary: the coordination in the ends of both parts of a recording.
 
     Args:
         cut: how many frames the first part has.

@@ -266,8 +266,8 @@ class MapPart(Cell):
         lanes = [setting for setting in cells for _ in range(starts)]
         phase = np.tile(self.phase_rad, self.at_once)
         weights, scenario = lanes_at(self.legged, lanes, phase)
-        engine = self.legged.engine(self.legged.summary())
-        coordination = lanes_of(engine.run(weights, scenario, self.legged.body))
+        rollout = self.legged.rollout(self.legged.summary())
+        coordination = lanes_of(rollout.run(weights, scenario, self.legged.body))
         arrays = {
             name: x[..., : len(self.where) * starts] for name, x in coordination._asdict().items()
         }

@@ -343,8 +343,8 @@ def release_all(
     scenario = with_changes(legged.scenario(phase), legged.body, changes or {})
     if legged.omega is not None:
         scenario = scenario._replace(omega=omega)
-    engine = legged.engine(legged.summary())
-    coordination = lanes_of(engine.run(weights[run], scenario, legged.body))
+    rollout = legged.rollout(legged.summary())
+    coordination = lanes_of(rollout.run(weights[run], scenario, legged.body))
     labels = {"run": run, "omega": omega, "start": np.tile(np.arange(starts), repeats)}
     labels |= {f"release_phase_rad_{leg}": x for leg, x in zip(legged.names, phase, strict=True)}
     frame = coordination_frame(coordination, legged.names, tolerance, **labels)

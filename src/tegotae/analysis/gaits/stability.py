@@ -273,8 +273,8 @@ def _run(
     omega = np.array([setting.at.get(OMEGA, legged.omega) for setting in where])
     faster = Step(omega[None] + 2.0 * np.pi * kicked / long_s, end_s - long_s, end_s)
     weights, scenario = lanes_at(legged, where, phase % (2.0 * np.pi), changes={OMEGA: faster})
-    engine = legged.engine(sections, timing)
-    results = engine.run(weights, scenario, legged.body, dtype="float64")
+    rollout = legged.rollout(sections, timing)
+    results = rollout.run(weights, scenario, legged.body, dtype="float64")
 
     def at_all(x: np.ndarray) -> np.ndarray:
         padded = np.full((*x.shape[:-1], len(cells), *shape[1:]), np.nan)

@@ -78,7 +78,7 @@ class GaitSweep:
 
 @dataclass(frozen=True, kw_only=True)
 class LevelsSummary(CoordinationSummary):
-    """An `Engine`'s summary: the coordination at every level of a staircase, [levels, ...].
+    """A `Rollout`'s summary: the coordination at every level of a staircase, [levels, ...].
 
     Args:
         levels: how many levels of equal length the recording has.

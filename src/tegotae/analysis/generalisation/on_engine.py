@@ -250,7 +250,7 @@ class LanesUnderTest:
         self.tested, self.disturbances = tested, disturbances
         self.criterion = tested.criterion
         self.size = tested.size
-        self.engine = tested.system.engine(self.criterion.summary, tested.timing)
+        self.rollout = tested.system.rollout(self.criterion.summary, tested.timing)
 
     @property
     def undisturbed(self) -> list[tuple[dict[str, LaneNumbers], int]]:
@@ -285,7 +285,7 @@ class LanesUnderTest:
             inputs = LaneInputs(
                 weights[..., block], jax.tree.map(lambda x, lanes=block: x[..., lanes], scenario)
             )
-            recorded = self.engine.run_lanes(inputs, self.tested.prepared)
+            recorded = self.rollout.run_lanes(inputs, self.tested.prepared)
             padded = padded_lanes((recorded, inputs.scenario), slice(None), LANES)
             parts.append(jax.tree.map(np.asarray, self.criterion.outcomes(*padded)))
         joined = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1)[..., :count], *parts)

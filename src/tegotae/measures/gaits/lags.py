@@ -318,7 +318,7 @@ _NEWTON_STEPS = 3
 
 @dataclass(frozen=True)
 class Sections:
-    """An `Engine`'s summary: lags at the sections after a frame, [cycles, limbs, lanes].
+    """A `Rollout`'s summary: lags at the sections after a frame, [cycles, limbs, lanes].
 
     NaN of sections that the recording does not reach, or after a fall.
 

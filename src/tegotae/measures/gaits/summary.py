@@ -92,7 +92,7 @@ class Coordination(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class CoordinationSummary(Part):
-    """An `Engine`'s summary: the `Coordination` of every lane.
+    """A `Rollout`'s summary: the `Coordination` of every lane.
 
     Args:
         reference: the leg that lags are measured from.
@@ -105,12 +105,12 @@ class CoordinationSummary(Part):
 
     Example:
         >>> import dataclasses, numpy as np
-        >>> from tegotae import Engine, Scenario
+        >>> from tegotae import Rollout, Scenario
         >>> from tegotae.systems.models import build
         >>> from tegotae.parts.bodies import Bar
         >>> bar, legs = Bar(inertia_ratio=0.6), dataclasses.replace(build("V-sector-w8"), limbs=2)
-        >>> engine = Engine(controller=legs, summary=CoordinationSummary.on(legs, bar))
-        >>> found = engine.run([1.0], Scenario(omega=8.0, phase_rad=np.array([[0.0], [2.0]])), bar)
+        >>> rollout = Rollout(controller=legs, summary=CoordinationSummary.on(legs, bar))
+        >>> found = rollout.run([1.0], Scenario(omega=8.0, phase_rad=np.array([[0.0], [2.0]])), bar)
         >>> found.lag.round(2).tolist()
         [[0.0], [0.5]]
     """

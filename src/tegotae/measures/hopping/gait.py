@@ -126,17 +126,17 @@ def gait(
 
 @dataclass(frozen=True, kw_only=True)
 class GaitSummary:
-    """The metrics of a rollout's gait, as an `Engine`'s summary: `Gait` of arrays [lanes].
+    """The metrics of a rollout's gait, as a `Rollout`'s summary: `Gait` of arrays [lanes].
 
     Args:
         work: definition of work, one of "absolute", "positive", "net".
 
     Example:
         >>> import numpy as np
-        >>> from tegotae import Engine, Scenario
+        >>> from tegotae import Rollout, Scenario
         >>> from tegotae.systems.models import build
-        >>> engine = Engine(controller=build("V-reflex-w8"), summary=GaitSummary())
-        >>> path = engine.run(np.array([[2.0]]), Scenario(omega=8.0))
+        >>> rollout = Rollout(controller=build("V-reflex-w8"), summary=GaitSummary())
+        >>> path = rollout.run(np.array([[2.0]]), Scenario(omega=8.0))
         >>> f"{path.limit_cycle_period[0]:.0f} {path.cot_inverse[0]:.2f} m/J"
         '1 0.43 m/J'
     """

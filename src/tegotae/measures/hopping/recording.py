@@ -38,7 +38,7 @@ def from_samples(
     frame_s: float = 0.02,
     **signals: ArrayLike | None,
 ) -> Trajectory:
-    """A recording of one gait as frames, in the form in which `Engine` records its own.
+    """A recording of one gait as frames, in the form in which `Rollout` records its own.
 
     Touchdowns lie where the height crosses `l0 + h`, between two samples by linear interpolation.
     Every flight has one apex: its highest sample, refined by a parabola through three, which is

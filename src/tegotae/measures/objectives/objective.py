@@ -108,7 +108,7 @@ class Objective(Part, ABC):
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> dict[str, jax.Array]:
-        """The scores of every episode (`scores`), [lanes]: an `Engine`'s summary."""
+        """The scores of every episode (`scores`), [lanes]: a `Rollout`'s summary."""
         episode = EpisodeSummary(self)(trajectory, scenario, body, timing)
         return scores(self, episode, self.data)
 
@@ -126,7 +126,7 @@ class EpisodeOutcome(NamedTuple):
 
 @dataclass(frozen=True)
 class EpisodeSummary:
-    """Summary of an episode for an objective, as an `Engine`'s summary: an `EpisodeOutcome`.
+    """Summary of an episode for an objective, as a `Rollout`'s summary: an `EpisodeOutcome`.
 
     Args:
         objective: the objective; two are one program if their `Objective.program` is equal.

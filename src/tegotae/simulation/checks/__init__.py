@@ -1,7 +1,7 @@
 """Checks of the contracts that a new term, oscillator, body or metric must keep.
 
 Each check tries the part on a few lanes and raises `TegotaeError` with one line that names what is
-wrong and how to put it right. A part that passes can go into a `Controller` or an `Engine`.
+wrong and how to put it right. A part that passes can go into a `Controller` or a `Rollout`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tegotae.simulation.checks.body import check_body
 from tegotae.simulation.checks.probing import DTYPES, LANES, PartTrial, listed
 from tegotae.simulation.integrators import held
 from tegotae.simulation.loop import check_senses
-from tegotae.simulation.rollout import Engine, Timing
+from tegotae.simulation.rollout import Rollout, Timing
 from tegotae.simulation.world import Scenario
 
 __all__ = ["check_body", "check_controller", "check_oscillator", "check_term"]
@@ -304,16 +304,16 @@ def check_controller(controller: Controller, body: Body) -> None:
     check_senses(controller, body)
     check_body(body)
 
-    engine = Engine(controller=controller, timing=Timing(duration_s=0.1))
+    rollout = Rollout(controller=controller, timing=Timing(duration_s=0.1))
     weights = np.repeat(np.asarray(controller.initial(jax.random.key(0)))[None], 2, axis=0)
     scenario = Scenario(omega=5.0, height_m=1.01 * float(body.rest_length_m))
-    sound = engine.run(weights, scenario, body)
+    sound = rollout.run(weights, scenario, body)
     if sound.failed.any():
         raise TegotaeError(
             "the rollout with the controller's initial weights fails within 0.1 s of its release "
             "just over the ground; check the body's `failed` and the size of the forces"
         )
     weights[1] = np.nan
-    spoiled = engine.run(weights, scenario, body)
+    spoiled = rollout.run(weights, scenario, body)
     if not np.array_equal(sound.height_m[:, 0], spoiled.height_m[:, 0]):
         raise TegotaeError("a lane with NaN weights changes another lane; keep terms elementwise")

@@ -20,7 +20,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.envs.sb3 import HopperVecEnv
 from tegotae.envs.settings import HopReward, TegotaeHopperSettings
 from tegotae.measures.hopping.signals import WORK
-from tegotae.simulation.rollout import Engine, Scenario
+from tegotae.simulation.rollout import Rollout, Scenario
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents import AgentSettings, agent_controller, initial_weights
 from tegotae.training.learner import CurvePoint, Trainable
@@ -43,13 +43,13 @@ def agent_task(experiment: Trainable, settings: AgentSettings) -> AgentTask:
     body, omega = experiment.body, experiment.omega
     controller = agent_controller(experiment, settings)
     objective = experiment.objective.without_frequency()
-    engine = Engine(controller=controller, timing=experiment.timing, summary=objective)
+    rollout = Rollout(controller=controller, timing=experiment.timing, summary=objective)
     scenario = Scenario.at_frequency(omega, height_m=experiment.system.release.height_m)
     hoppers = hopper_settings(experiment, settings)
     scales = body.sense(body.release(jnp.ones(()), jnp.zeros(())), jnp.zeros(())).scales
 
     def judge(weights: np.ndarray) -> tuple[float, float]:
-        outcome = engine.run(weights, scenario, body)
+        outcome = rollout.run(weights, scenario, body)
         return float(outcome["fitness"][0]), float(outcome["cot_inverse"][0])
 
     return AgentTask(
