@@ -18,6 +18,7 @@ from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.optimum import has_table
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import Model, all_models, at_another_omega
+from tegotae.systems.observations import OBSERVATIONS
 
 ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
 """The architectures that the paper shows, in its order. Models that learn A or R
@@ -249,7 +250,8 @@ def record_place(record: Record) -> DesignPlace:
     parameters = record.weights.shape[-1]
     if (model := all_models().get(name) or at_another_omega(name)) is not None:
         return {**design_place(model), "parameters": parameters}
-    observation = _OBSERVATIONS.get(_senses(record.experiment), "")
+    senses = _senses(record.experiment)
+    known = (x.name for x in OBSERVATIONS.values() if {*x.senses} == senses and not x.of_body)
     omega_t = np.nan if omega is None else omega
     return {
         "model": name,
@@ -258,23 +260,16 @@ def record_place(record: Record) -> DesignPlace:
         "reaction": "",
         "gain": "",
         "actuation": "",
-        "observation": observation,
+        "observation": next(known, ""),
         "omega_t": omega_t,
         "parameters": parameters,
     }
 
 
-_OBSERVATIONS = {
-    frozenset({"spring_force"}): "F",
-    frozenset({"spring_force", "velocity"}): "Fv",
-}
-"""Names in tables of the paper's models' senses; other senses have none."""
-
-
-def _senses(experiment: Experiment) -> frozenset[str]:
+def _senses(experiment: Experiment) -> set[str]:
     """The senses of the body that the controller's terms read."""
     reads = {name for term in experiment.controller.terms.values() for name in term.reads}
-    return frozenset(reads.intersection(experiment.body.SENSES))
+    return reads.intersection(experiment.body.SENSES)
 
 
 def design_place(model: Model) -> DesignPlace:

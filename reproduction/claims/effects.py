@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tegotae.systems.observations import OBSERVATIONS
+
 V = ("V",)
 LEARNED_FEEDBACK = ("AR", "ART", "ARG", "ARGT")
 """The architectures that learn action and reaction."""
@@ -32,7 +34,10 @@ class ArchitectureGroup:
             'AR, ART on [F_k, ẏ]'
         """
         names = ", ".join(self.architectures)
-        return names + {"F": "", "Fv": " on [F_k, ẏ]", "": ", any input"}[self.observation]
+        if not self.observation:
+            return f"{names}, any input"
+        symbols = OBSERVATIONS[self.observation].symbols
+        return names if self.observation == "F" else f"{names} on [{symbols}]"
 
 
 @dataclass(frozen=True)

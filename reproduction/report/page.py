@@ -51,6 +51,7 @@ from tegotae._support.pages import as_script, filled_page
 from tegotae.measures.hopping.metric import REPORT
 from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
+from tegotae.systems.observations import OBSERVATIONS
 
 _DESIGN = {
     "model": ("Model", "its name in this software"),
@@ -65,7 +66,6 @@ _COUNTS = {
     "runs": ("Runs", "trainings from random weights"),
     "without": ("No cycle", "runs without a limit cycle in any episode"),
 }
-_OBSERVATIONS = {"F": "F_k", "Fv": "F_k, ẏ"}
 _OWN = "its own"
 """Placeholder in a column of the design for an experiment that has no place in it."""
 
@@ -283,7 +283,8 @@ def _models(table: StudyTable) -> JsonObject:
     settled = table["limit_cycle_share"] > 0.0
     measures = _measures(table)
     columns = {name: models[name] for name in (*_DESIGN, *measures)}
-    columns["observation"] = np.array([_OBSERVATIONS.get(o, _OWN) for o in models["observation"]])
+    sensed = {name: observation.symbols for name, observation in OBSERVATIONS.items()}
+    columns["observation"] = np.array([sensed.get(name, _OWN) for name in models["observation"]])
     columns["actuation"] = np.array([name or _OWN for name in models["actuation"]])
     columns["runs"] = np.array([float(runs[name].sum()) for name in names])
     columns["without"] = np.array([float((runs[name] & ~settled).sum()) for name in names])

@@ -42,6 +42,30 @@ def test_a_name_means_the_same_terms_for_the_hopper_and_for_legs(name):
     assert design(f"{name}@plate-light-pitch").family.name == terms.name
 
 
+@pytest.mark.parametrize(
+    ("name", "senses"),
+    [
+        ("AR-rFv@plate-light-pitch", ("spring_force", "velocity")),
+        ("AR-rFr@quadruped-c", ("spring_force", "spring_force_rate")),
+        ("AR-rFa@plate-light-pitch", ("spring_force", "pitch", "roll")),
+    ],
+)
+def test_a_name_says_what_the_legs_sense(name, senses):
+    controller = design(name).controller()
+    assert controller.tegotae is not None
+    assert controller.tegotae.reaction.reads == senses
+    assert set(senses) <= set(design(name).system.body.SENSES)
+
+
+def test_an_observation_means_the_same_senses_on_every_body():
+    of_plate = design("R-rFv@plate-light-pitch").controller().terms
+    assert find("R-rFv").controller().terms["reaction"].reads == of_plate["reaction"].reads
+    with pytest.raises(TegotaeError, match="does not sense its load and the velocity of its hip"):
+        design("AR-rFv@quadruped-c").controller()
+    with pytest.raises(TegotaeError, match="no observation is called 'Fx'"):
+        design("AR-rFx@quadruped-c").controller()
+
+
 def test_a_name_gives_its_terms_back():
     for model in all_models().values():
         if not model.is_single_network:

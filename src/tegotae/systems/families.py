@@ -39,6 +39,7 @@ from tegotae.parts.terms.actuation import Actuation
 from tegotae.systems.grammar import ADDED, LearnedTerms, learned_terms, networks, shared_out
 from tegotae.systems.laws import LAWS, LAWS_OF_LEGS
 from tegotae.systems.legged import Legged
+from tegotae.systems.observations import observation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,78 +75,23 @@ def require_system(legged: Legged) -> Legged:
     return legged
 
 
-OBSERVATIONS = {
-    "F": "the leg's load",
-    "Fv": "its load and how fast it changes",
-    "Fa": "its load and the body's pitch and roll",
-}
-"""The short names, and what they stand for."""
-_RATES = ("spring_force_rate", "velocity")
-_ANGLES = ("pitch", "roll")
-
-
-def of_leg(observation: str, body: Body) -> tuple[str, ...]:
-    """The names of what each leg senses by itself.
+def senses_of(observed: str, body: Body) -> tuple[str, ...]:
+    """Return the inputs of a leg's own network: the senses of the leg and the motion of the body.
 
     Args:
-        observation: "F", "Fv" or "Fa".
-        body: whose senses they are. The rate of the load is that of its spring, or the velocity of
-            the hip where the body senses that.
+        observed: name of the observation, such as "F" or "Fa".
+        body: the body.
 
     Raises:
         TegotaeError: for another observation, or one that the body does not sense.
 
     Example:
         >>> from tegotae.parts.bodies import Plate, Walker
-        >>> of_leg("Fv", Walker()), of_leg("Fv", Plate())
+        >>> senses_of("Fr", Walker()), senses_of("Fv", Plate())
         (('spring_force', 'spring_force_rate'), ('spring_force', 'velocity'))
     """
-    _meaning(observation)
-    rates = [name for name in _RATES if name in body.SENSES][:1] if observation == "Fv" else []
-    return _sensed(("spring_force", *rates), body, observation, rates or observation != "Fv")
-
-
-def of_body(observation: str, body: Body) -> tuple[str, ...]:
-    """The names of what is the same for all legs: the body's angles, if they are observed.
-
-    Args:
-        observation: what is observed, such as "F" or "Fa".
-        body: the body.
-
-    Example:
-        >>> from tegotae.parts.bodies import Bar
-        >>> of_body("Fa", Bar()), of_body("F", Bar())
-        (('pitch',), ())
-    """
-    angles = [name for name in _ANGLES if name in body.SENSES] if observation == "Fa" else []
-    return _sensed(tuple(angles), body, observation, angles or observation != "Fa")
-
-
-def all_of(observation: str, body: Body) -> tuple[str, ...]:
-    """Return the inputs of a leg's own network: the senses of the leg and the motion of the body.
-
-    Args:
-        observation: what is observed, such as "F" or "Fa".
-        body: the body.
-    """
-    return (*of_leg(observation, body), *of_body(observation, body))
-
-
-def _meaning(observation: str) -> str:
-    if observation not in OBSERVATIONS:
-        raise unknown("observation", observation, OBSERVATIONS)
-    return OBSERVATIONS[observation]
-
-
-def _sensed(
-    names: tuple[str, ...], body: Body, observation: str, inputs: object
-) -> tuple[str, ...]:
-    if not inputs or not set(names) <= set(body.SENSES):
-        raise TegotaeError(
-            f"a {type(body).__name__} does not sense {OBSERVATIONS[observation]} ({observation}); "
-            f"it senses {', '.join(body.SENSES)}"
-        )
-    return names
+    of_leg, of_body = observation(observed).on(body)
+    return (*of_leg, *of_body)
 
 
 FAMILIES = (
@@ -169,8 +115,9 @@ def family_named(name: str) -> Family:
     """The family of a name; what its networks sense may be left out.
 
     - `V`, `VG`, `AR`, `ART` and the others: Tegotae feedback, some of its terms learned. A leg
-      senses "F" its load, "Fv" its rate, too, or "Fa" the body's angles, too. A learned T with a
-      + before its input is added to the system's own, an ellipse;
+      senses "F" its load, and with "Fv" the velocity of its hip, "Fr" the rate of the load or
+      "Fa" the body's angles. A learned T with a + before its input is added to the system's
+      own, an ellipse;
     - `cos`: the law of ORCAgym, `φ̇ = ω - c N (cos φ + o)`, with c and o trained: two numbers;
     - `load`, `latch`, `decay`: short laws of three and four numbers (`tegotae.systems.laws`);
       with `-t`, as in `decay-t`, the four of the system's ellipse are trained, too, with `-b`
@@ -208,11 +155,11 @@ def family_named(name: str) -> Family:
         description += f", and {_STEPS[step][1]}" if step else ""
         return Family(name=name, about=description, make=partial(_short_law, law=law, step=step))
     if match := _NETWORK.fullmatch(name):
-        kind, observation = match["kind"], match["observation"]
-        on = f"on {_meaning(observation)}"
+        kind, observed = match["kind"], match["observation"]
+        on = f"on {observation(observed).about}"
         if kind == "T":
             description = f"a network a leg without an oscillator, {on}"
-            make = partial(_network_per_leg, observation=observation)
+            make = partial(_network_per_leg, observed=observed)
             return Family(name=name, about=description, make=make, has_rhythm=False)
         clock, added = "phi" in kind, "+" in kind
         description = "".join(
@@ -222,7 +169,7 @@ def family_named(name: str) -> Family:
                 ", added to ellipses" * added,
             ]
         )
-        make = partial(_network_of_body, observation=observation, clock=clock, added=added)
+        make = partial(_network_of_body, observed=observed, clock=clock, added=added)
         return Family(name=name, about=description, make=make, has_rhythm=clock)
     terms = learned_terms(name)
     if terms is None:
@@ -242,7 +189,7 @@ def _tegotae(legged: Legged, budget: int, *, terms: LearnedTerms) -> Controller:
     return terms.learned_upon(
         controller,
         terms.name,
-        lambda observation: all_of(observation, legged.body),
+        lambda observed: senses_of(observed, legged.body),
         budget,
         sigma=usual_gain(legged),
         actuation=partial(corrected if added else learned_actuation, legged),
@@ -288,21 +235,21 @@ def _short_law(legged: Legged, budget: int, *, law: str, step: str) -> Controlle
     return law_controller
 
 
-def _network_per_leg(legged: Legged, budget: int, *, observation: str) -> Controller:
+def _network_per_leg(legged: Legged, budget: int, *, observed: str) -> Controller:
     """The networks alone."""
-    inputs = all_of(observation, legged.body)
+    inputs = senses_of(observed, legged.body)
     commands = len(legged.controller.actuation.COMMANDS)
-    network = networks(f"T-{observation}", {"T": inputs}, budget, commands=commands)["T"]
+    network = networks(f"T-{observed}", {"T": inputs}, budget, commands=commands)["T"]
     return Controller(learned_actuation(legged, inputs, network.hidden), limbs=legged.body.limbs)
 
 
 def _network_of_body(
-    legged: Legged, budget: int, *, observation: str, clock: bool, added: bool
+    legged: Legged, budget: int, *, observed: str, clock: bool, added: bool
 ) -> Controller:
     """The network, and the clock: an oscillator without feedback."""
     body, limbs = legged.body, legged.body.limbs
-    of_each = of_leg(observation, body)
-    common = (*(["phase"] if clock else []), *of_body(observation, body))
+    of_each, of_body = observation(observed).on(body)
+    common = (*(["phase"] if clock else []), *of_body)
     kind: type[WholeBody] = WholeBody
     options: dict[str, Any] = {}
     if legged.controller.actuation.COMMANDS == FOOT:
@@ -311,7 +258,7 @@ def _network_of_body(
         kind = WholeBodyCorrectedFoot
         options |= {"around": ellipse_of(legged), "lead_rad": alternating_rad(legged.names)}
     cost = kind(of_each, common, limbs, 1, **options).n_weights
-    name = f"W{'+' * added}{'phi' * clock}-{observation}"
+    name = f"W{'+' * added}{'phi' * clock}-{observed}"
     hidden = shared_out(name, {"W": cost}, 0, budget)["W"]
     network = kind(of_each, common, limbs, hidden, **options)
     if not clock:

@@ -2,9 +2,9 @@
 
 A name reads `ARCHITECTURE[-rOBS][-gOBS][-tIN]`, for the hopper's models and for designs of legs.
 ARCHITECTURE is the paper's: V where neither A nor R is learned, then G and T where they are. OBS is
-what a learned R or G senses (`F`, `Fv`, ...), and IN what a learned T depends on: `phi`, `f` or
-`phif`. Left out, they are `F` and `phif`. With a `+` before IN, what is learned is added to the
-actuation that is there.
+what a learned R or G senses (`F`, `Fv`, ...: `tegotae.systems.observations`), and IN what a learned
+T depends on: `phi`, `f` or `phif`. Left out, they are `F` and `phif`. With a `+` before IN, what is
+learned is added to the actuation that is there.
 """
 
 from __future__ import annotations

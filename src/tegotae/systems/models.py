@@ -42,6 +42,7 @@ from tegotae.parts.terms import (
 )
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.grammar import ACTUATION_INPUTS, BUDGET, LearnedTerms, learned_terms, networks
+from tegotae.systems.observations import observation
 from tegotae.systems.system import System
 
 PAPERS = PhaseOscillator()
@@ -112,7 +113,6 @@ def preset(name: str) -> Preset:
     return PRESETS[name]
 
 
-_OBSERVATIONS = {"F": ("spring_force",), "Fv": ("spring_force", "velocity")}
 _ACTUATIONS = {
     **dict.fromkeys(("sector", "reflex", "both")),
     **{f"t{inputs}": inputs for inputs in ACTUATION_INPUTS},
@@ -178,7 +178,7 @@ class Model:
     def observation(self) -> tuple[str, ...]:
         """All that the model senses of the body."""
         sensed = {self.terms.reaction, self.terms.gain, self.actuation[1:]}
-        return _OBSERVATIONS["Fv" if "Fv" in sensed else "F"]
+        return observation("Fv" if "Fv" in sensed else "F").senses
 
     @property
     def is_trained(self) -> bool:
@@ -193,12 +193,14 @@ class Model:
         """
         require_count("budget", budget, most=MOST_WEIGHTS)
         if self.is_single_network:
-            inputs = {"T": _OBSERVATIONS[self.actuation[1:]]}
+            inputs = {"T": observation(self.actuation[1:]).senses}
             network = networks(self.name, inputs, budget)["T"]
             return Controller(LearnedActuation(network.inputs, network.hidden))
         actuation = "sector" if self.terms.actuation else self.actuation
         vanilla = PRESETS["paper"].controller(actuation, oscillator_named(self.oscillator))
-        return self.terms.learned_upon(vanilla, self.name, _OBSERVATIONS.__getitem__, budget)
+        return self.terms.learned_upon(
+            vanilla, self.name, lambda observed: observation(observed).senses, budget
+        )
 
     def experiment(self, *, budget: int = BUDGET, **settings: object) -> Experiment:
         """The training and evaluation of this model, as in the paper but for what is given.
@@ -222,14 +224,15 @@ class Model:
 @cache
 def all_models() -> dict[str, Model]:
     """The 218 models by name, in a fixed order."""
-    observed = (None, "F", "Fv")
+    observations = ("F", "Fv")
+    observed = (None, *observations)
     models = [
         Model(LearnedTerms(action=a, reaction=r, gain=g, actuation=t), actuation, omega)
         for a, r, g, (actuation, t), omega in itertools.product(
             (False, True), observed, observed, _ACTUATIONS.items(), (4.0, 8.0)
         )
     ]
-    models += [Model(LearnedTerms(), f"t{senses}", None) for senses in _OBSERVATIONS]
+    models += [Model(LearnedTerms(), f"t{senses}", None) for senses in observations]
     return {model.name: model for model in models}
 
 
