@@ -66,11 +66,11 @@ lint: $(INSTALLED)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
 reproduce: $(INSTALLED)
-	$(BIN)/python -m reproduction run --dir $(STUDY) --scale $(SCALE) --reading $(READING)
+	$(BIN)/python -m research.reproduction run --dir $(STUDY) --scale $(SCALE) --reading $(READING)
 ifeq ($(READING) $(SCALE),study paper)
 	$(MAKE) experiments EXPERIMENTS=$(EXPERIMENTS)
 endif
-	$(BIN)/python -m reproduction report --dir $(STUDY) $(if $(FILE),,--experiments $(EXPERIMENTS))
+	$(BIN)/python -m research.reproduction report --dir $(STUDY) $(if $(FILE),,--experiments $(EXPERIMENTS))
 
 # The tables and figures of a reading's page, from its study's folder.
 PAGE := $(patsubst %/,%,$(dir $(TABLES)))
@@ -81,10 +81,10 @@ BESIDE_calibrated := $(TABLES_study).csv
 BUDGETS_study := --budgets $(TABLES_study)-budgets.csv
 BUDGETS := $(BUDGETS_$(READING))
 study-tables: $(INSTALLED)
-	$(BIN)/python -m reproduction export --dir $(STUDY) --out $(TABLES).csv $(BUDGETS) \
+	$(BIN)/python -m research.reproduction export --dir $(STUDY) --out $(TABLES).csv $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv
-	$(BIN)/python -m reproduction figures $(STUDY) --out $(PAGE)
-	$(BIN)/python -m reproduction claims $(TABLES).csv --out $(PAGE) $(BUDGETS) \
+	$(BIN)/python -m research.reproduction figures $(STUDY) --out $(PAGE)
+	$(BIN)/python -m research.reproduction claims $(TABLES).csv --out $(PAGE) $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv --beside $(BESIDE_$(READING)) \
 	  --calibrated $(TABLES_calibrated).csv \
 	  --experiments $(if $(filter study,$(READING)),docs/_static/experiments,$(PAGE)) \
@@ -93,20 +93,20 @@ study-tables: $(INSTALLED)
 experiments: EXPERIMENTS := results/experiments
 experiments: $(INSTALLED)
 	mkdir -p $(EXPERIMENTS)
-	$(BIN)/python studies/figure3.py --tables $(EXPERIMENTS)
-	$(BIN)/python studies/second_look.py --first $(EXPERIMENTS)/figure3.csv \
+	$(BIN)/python research/studies/figure3.py --tables $(EXPERIMENTS)
+	$(BIN)/python research/studies/second_look.py --first $(EXPERIMENTS)/figure3.csv \
 	  --figure $(EXPERIMENTS)/second_look.png
-	$(BIN)/python studies/parameter_limit.py --out $(EXPERIMENTS)
-	$(BIN)/python -m reproduction gain-map --out $(EXPERIMENTS)/gain_map.png
+	$(BIN)/python research/studies/parameter_limit.py --out $(EXPERIMENTS)
+	$(BIN)/python -m research.reproduction gain-map --out $(EXPERIMENTS)/gain_map.png
 
 docs: $(INSTALLED)
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 paper-figure: $(INSTALLED)
-	$(BIN)/tegotae figure portrait paper-sector --omega 5 --duration-s 20 --out paper/portrait.png
+	$(BIN)/tegotae figure portrait paper-sector --omega 5 --duration-s 20 --out research/paper/portrait.png
 
 bench: $(INSTALLED)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m research.benchmarks
 
 clean:
 	rm -rf $(VENV) docs/_build

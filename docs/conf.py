@@ -12,7 +12,7 @@ from tegotae.api.about import SOFTWARE
 
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
-import playground
+from apps import playground
 from command_reference import command_reference
 from prose_numbers import stale
 
@@ -47,7 +47,7 @@ autodoc_typehints_format = "short"
 # they name other packages, and this one's classes by the private modules that define them.
 nitpicky = True
 nitpick_ignore_regex = [
-    (r"py:.*", r"(?!tegotae\.|tegotae_robots\.|lanewise\.|reproduction\.).*"),
+    (r"py:.*", r"(?!tegotae\.|tegotae_robots\.|lanewise\.|research\.|apps\.).*"),
     (r"py:class", r"(tegotae\.\w+|tegotae_robots|lanewise)(\.\w+){2,}"),
     (r"py:class", r"tegotae\.(parameters|documents|registry)\.[PT]"),
 ]

@@ -133,7 +133,7 @@ def runs_between(low: float, high: float) -> pd.DataFrame:
 
 def bound(omega: float | None = None) -> float:
     """The proved bound of CoT⁻¹ of period 1 at a hop frequency; at any, by default [m/J]."""
-    from reproduction.optimum.proofs import read_certificates
+    from research.reproduction.optimum.proofs import read_certificates
     from tegotae.measures.optimum import curve
 
     return float(
@@ -148,7 +148,7 @@ def gap(omega: float) -> float:
 
 def push_s(omega: float, after: float = 0.0, before: float = 1.0) -> float:
     """How long full force lasts that has the impulse of a part of the best stance [s]."""
-    from reproduction.optimum.best import optimal_stances
+    from research.reproduction.optimum.best import optimal_stances
 
     kept = optimal_stances()[omega]
     chosen = (kept["time_s"] >= after) & (kept["time_s"] <= before)
@@ -158,7 +158,7 @@ def push_s(omega: float, after: float = 0.0, before: float = 1.0) -> float:
 
 def strongest(omega: float, after: float = 0.0, before: float = 1.0) -> float:
     """The largest force in a part of the best stance [N]."""
-    from reproduction.optimum.best import optimal_stances
+    from research.reproduction.optimum.best import optimal_stances
 
     kept = optimal_stances()[omega]
     return float(kept["force_n"][(kept["time_s"] >= after) & (kept["time_s"] <= before)].max())
@@ -173,11 +173,11 @@ def sizes() -> pd.Series:
 
 
 def endings(study: str) -> pd.Series:
-    """How the runs of a study's table ended, by `reproduction.endings`."""
+    """How the runs of a study's table ended, by `research.reproduction.endings`."""
     from dataclasses import asdict
 
-    from reproduction.endings import endings
-    from reproduction.export import read_study_csv
+    from research.reproduction.endings import endings
+    from research.reproduction.export import read_study_csv
 
     return pd.Series(asdict(endings(read_study_csv(KEPT / f"{study}.csv"))))
 
@@ -220,10 +220,10 @@ def readings(
     """In how many of the other readings a claim has a verdict, or by default a number.
 
     One of them may be left out (`but`), or only those count that the text allows (`among`, a
-    heading of `reproduction.readings.readings.ALLOWED`).
+    heading of `research.reproduction.readings.readings.ALLOWED`).
     """
-    from reproduction.readings.readings import ALLOWED
-    from reproduction.readings.tables import read_tables
+    from research.reproduction.readings.readings import ALLOWED
+    from research.reproduction.readings.tables import read_tables
 
     rows = table("multiverse/effects").query("claim == @claim and omega_t == 'both'")
     if among is not None:
@@ -282,9 +282,9 @@ def least_best(name: str, algorithm: str, policy: str) -> float:
 @cache
 def of_calibrated_optimum(kind: str) -> np.ndarray:
     """CoT⁻¹ of the best run of each model in the calibrated body, over the best known gait's."""
-    sys.path.insert(0, str(ROOT / "studies"))
+    sys.path.insert(0, str(ROOT / "research" / "studies"))
     from calibrated_optimum import best_runs
-    from reproduction.export import read_study_csv
+    from research.reproduction.export import read_study_csv
 
     rate, value = best_runs(read_study_csv(KEPT / "study-calibrated" / "calibrated.csv"))[kind]
     line = table("study-calibrated/optimum")
@@ -297,7 +297,7 @@ def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, flo
 
     Mean over the twelve models of AR, ART, ARG and ARGT, with its 95 % interval over runs.
     """
-    from reproduction.claims.effects import LEARNED_FEEDBACK
+    from research.reproduction.claims.effects import LEARNED_FEEDBACK
 
     runs = table("study/paper").query("omega_t == @omega_t and observation == 'F'")
 
@@ -517,8 +517,8 @@ def repeated() -> pd.DataFrame:
 
 @cache
 def ridge(actuation: str):
-    """The line through the best gains of the gain map, as `reproduction.ridge` fits it."""
-    from reproduction.ridge import find_ridge
+    """The line through the best gains of the gain map, as `research.reproduction.ridge` fits it."""
+    from research.reproduction.ridge import find_ridge
 
     kept = rows("experiments/gain_map.ridge", actuation=actuation)
     sigma = np.linspace(0.0, 12.0, 100)
@@ -530,7 +530,7 @@ def ridge(actuation: str):
 
 def statements_met(strictness: str) -> pd.Series:
     """How many of the eight statements on V each reading of the calibration meets."""
-    from reproduction.calibration.posterior import STRICTNESS, met
+    from research.reproduction.calibration.posterior import STRICTNESS, met
 
     (levels,) = (each.target for each in STRICTNESS if each.name == strictness)
     return pd.Series(met(table("calibration/coarse").iloc[:, -8:], levels).sum(axis=1))
@@ -538,7 +538,7 @@ def statements_met(strictness: str) -> pd.Series:
 
 def shortfall(look: str, names: str = "body") -> pd.Series:
     """How far readings fall short at the middle level, by their number or name."""
-    from reproduction.calibration.posterior import STRICTNESS, shortfalls
+    from research.reproduction.calibration.posterior import STRICTNESS, shortfalls
 
     kept = table(f"calibration/{look}")
     return pd.Series(shortfalls(kept.iloc[:, -8:], STRICTNESS[1].target), kept[names])
@@ -546,7 +546,7 @@ def shortfall(look: str, names: str = "body") -> pd.Series:
 
 def met_together(one: str, other: str) -> float:
     """How often two statements are met together at the middle level, over chance."""
-    from reproduction.calibration.posterior import STRICTNESS, meeting_ratio
+    from research.reproduction.calibration.posterior import STRICTNESS, meeting_ratio
 
     kept = table("calibration/coarse").iloc[:, -8:]
     found = meeting_ratio(kept.to_numpy(), STRICTNESS[1].target)
@@ -555,7 +555,7 @@ def met_together(one: str, other: str) -> float:
 
 def accepted(share: float = 0.02) -> pd.DataFrame:
     """The nearest readings of the calibration, with their weights in the posterior."""
-    from reproduction.calibration.posterior import posterior
+    from research.reproduction.calibration.posterior import posterior
 
     found = posterior(shortfall("coarse").to_numpy(), share)
     return table("calibration/coarse").iloc[found.accepted].assign(weight=found.weights)
@@ -563,7 +563,7 @@ def accepted(share: float = 0.02) -> pd.DataFrame:
 
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
-    from studies.legs_limit_known import limit_table
+    from research.studies.legs_limit_known import limit_table
 
     kept = pd.DataFrame(limit_table())
     return kept[kept.feet == feet]
@@ -571,7 +571,7 @@ def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
 
 def over_bound(kept: pd.DataFrame) -> pd.Series:
     """The costs of kept gaits over the proved bound for their longest stances."""
-    from studies.legs_limit_known import bound
+    from research.studies.legs_limit_known import bound
     from tegotae.parts.bodies import Walker
 
     return kept.cost_of_transport / bound(Walker(), kept.speed, kept.longest_stance)

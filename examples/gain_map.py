@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from reproduction.figures.gain_map import gain_map_figure
-from reproduction.ridge import one_to_one_ridge
+from research.reproduction.figures.gain_map import gain_map_figure
+from research.reproduction.ridge import one_to_one_ridge
 from tegotae import Timing
 from tegotae.analysis.maps import sweep_gain
 from tegotae.figures.style import save_figure

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import jax.numpy as jnp
 
-from reproduction.folder import Folder
-from reproduction.plan import plan
-from reproduction.runner import run_study
-from reproduction.table import tabulate
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
+from research.reproduction.runner import run_study
+from research.reproduction.table import tabulate
 from tegotae import register
 from tegotae.figures.style import new_figure, save_figure, styled
 from tegotae.measures.hopping import Episode, GaitMetric

@@ -138,9 +138,9 @@ def study(monkeypatch):
     """A script of `studies` as a module, whose neighbours it may import."""
     from places import ROOT
 
-    monkeypatch.syspath_prepend(str(ROOT / "studies"))
+    monkeypatch.syspath_prepend(str(ROOT / "research" / "studies"))
     before = set(sys.modules)
     yield importlib.import_module
     for name in set(sys.modules) - before:
-        if str(ROOT / "studies") in str(getattr(sys.modules[name], "__file__", "")):
+        if str(ROOT / "research" / "studies") in str(getattr(sys.modules[name], "__file__", "")):
             del sys.modules[name]

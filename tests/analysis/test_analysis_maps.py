@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from reproduction.ridge import find_losses, find_resonance, find_ridge, one_to_one_ridge
+from research.reproduction.ridge import find_losses, find_resonance, find_ridge, one_to_one_ridge
 from synthetic import Hopping, seconds
 from tegotae import Hopper, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import (

@@ -194,7 +194,7 @@ def test_ctrl_c_anywhere_ends_in_one_line(capsys, monkeypatch, command):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Rollout, "run", interrupt)
-    monkeypatch.setattr("benchmarks.engine.engine_speed", interrupt)
+    monkeypatch.setattr("research.benchmarks.engine.engine_speed", interrupt)
     assert main(command.split()) == 130
     assert capsys.readouterr() == ("", "tegotae: interrupted\n")
 

@@ -8,10 +8,10 @@ import pytest
 
 from pages import DOCS, prose
 from places import ROOT
-from reproduction.calibration.posterior import met
-from reproduction.calibration.prior import candidates
-from reproduction.readings.designs import CALIBRATED_TABLE
-from reproduction.readings.named import reading_named
+from research.reproduction.calibration.posterior import met
+from research.reproduction.calibration.prior import candidates
+from research.reproduction.readings.designs import CALIBRATED_TABLE
+from research.reproduction.readings.named import reading_named
 from tegotae._support.tables import read_csv
 
 KEPT = DOCS / "_static" / "calibration"
@@ -20,7 +20,7 @@ KEPT = DOCS / "_static" / "calibration"
 @pytest.fixture(scope="module")
 def study():
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "studies"))
+        patch.syspath_prepend(str(ROOT / "research" / "studies"))
         yield importlib.import_module("calibration")
 
 

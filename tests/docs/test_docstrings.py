@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 
 import lanewise
-import playground
-import reproduction
 import tegotae
 import tegotae_robots
 from api import public
+from apps import playground
+from research import reproduction
 from tegotae.measures.hopping import catalogue
 from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
@@ -62,7 +62,7 @@ SLOW = (
     "tegotae.simulation.checks.",
     "tegotae.systems.designs",
     "tegotae.systems.families",
-    "reproduction.",
+    "research.reproduction.",
 )
 """Modules whose examples roll out and so compile much; other tests do the same."""
 

@@ -9,20 +9,20 @@ import pytest
 
 from pages import prose
 from places import ROOT
-from reproduction.calibration.scores import EVALUATED_AS
-from reproduction.claims.atomic import ATOMIC_CLAIMS
-from reproduction.claims.budgets import by_budget
-from reproduction.claims.counting import Count, with_sampled
-from reproduction.claims.effect_table import effects_csv, read_effects
-from reproduction.claims.findings import NOT_MEASURED, OPPOSITE, REPRODUCED, findings
-from reproduction.endings import endings_by_architecture
-from reproduction.export import read_study_csv
-from reproduction.figures.claims import claims_figure
-from reproduction.figures.study import ARCHITECTURES, architectures
-from reproduction.readings.tables import read_tables
-from reproduction.report.atomic import beside_table, by_budget_table, outcomes_table
-from reproduction.report.markdown import endings_table
-from reproduction.report.multiverse import counts_by_claim, shares_table
+from research.reproduction.calibration.scores import EVALUATED_AS
+from research.reproduction.claims.atomic import ATOMIC_CLAIMS
+from research.reproduction.claims.budgets import by_budget
+from research.reproduction.claims.counting import Count, with_sampled
+from research.reproduction.claims.effect_table import effects_csv, read_effects
+from research.reproduction.claims.findings import NOT_MEASURED, OPPOSITE, REPRODUCED, findings
+from research.reproduction.endings import endings_by_architecture
+from research.reproduction.export import read_study_csv
+from research.reproduction.figures.claims import claims_figure
+from research.reproduction.figures.study import ARCHITECTURES, architectures
+from research.reproduction.readings.tables import read_tables
+from research.reproduction.report.atomic import beside_table, by_budget_table, outcomes_table
+from research.reproduction.report.markdown import endings_table
+from research.reproduction.report.multiverse import counts_by_claim, shares_table
 from tegotae.systems.models import all_models
 
 KEPT = ROOT / "docs" / "_static"

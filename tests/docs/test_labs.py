@@ -14,7 +14,7 @@ from places import ROOT
 nbformat = pytest.importorskip("nbformat")
 nbclient = pytest.importorskip("nbclient")
 
-LABS = sorted((ROOT / "labs").glob("*.ipynb"))
+LABS = sorted((ROOT / "examples" / "labs").glob("*.ipynb"))
 NEEDS = {"a-leg-of-your-own": "mujoco"}
 """Extras that a lab needs."""
 MINUTES = 90

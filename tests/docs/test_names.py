@@ -12,7 +12,13 @@ from places import ROOT
 from tegotae.parts.oscillators import PLANAR
 from vocabulary import NAMES
 
-PROGRAMS = ("src", "reproduction", "playground", "benchmarks", "studies/tuning")
+PROGRAMS = (
+    "src",
+    "research/reproduction",
+    "research/benchmarks",
+    "research/studies/tuning",
+    "apps",
+)
 FILES = sorted(file for folder in PROGRAMS for file in (ROOT / folder).rglob("*.py"))
 
 METRICS = {"cot_inverse", "delta_omega", "delta_w", "smoothness"}
@@ -88,8 +94,8 @@ def test_a_name_is_the_fields_term(word, definitions):
     "file",
     [
         "src/tegotae/api/training.py",
-        "reproduction/readings/named.py",
-        "reproduction/commands/gain_map.py",
+        "research/reproduction/readings/named.py",
+        "research/reproduction/commands/gain_map.py",
         "docs/oscillators.md",
     ],
 )

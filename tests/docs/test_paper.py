@@ -11,7 +11,7 @@ from places import ROOT
 from programs import parsed, words_of
 from prose_numbers import MARK, stale
 
-PAPER = ROOT / "paper"
+PAPER = ROOT / "research" / "paper"
 TEXT = (PAPER / "paper.md").read_text(encoding="utf-8")
 SECTIONS = (
     *("Summary", "Statement of need", "State of the field", "Software design", "Research"),
@@ -52,7 +52,13 @@ def test_a_command_draws_its_figure():
 
 @pytest.mark.parametrize(
     "name",
-    ["paper/paper.md", "paper/checklists.md", "CODE_OF_CONDUCT.md", "SUPPORT.md", "SECURITY.md"],
+    [
+        "research/paper/paper.md",
+        "research/paper/checklists.md",
+        "CODE_OF_CONDUCT.md",
+        "SUPPORT.md",
+        "SECURITY.md",
+    ],
 )
 def test_links_of_texts_about_the_project_lead_somewhere(name):
     text = (ROOT / name).read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ from tegotae.cli.program import Command, CommandGroup, overview
 from tegotae.cli.records import flags_of
 from vocabulary import PROSE
 
-_OF_THE_PAPER = ("paper/paper.md", "paper/checklists.md")
+_OF_THE_PAPER = ("research/paper/paper.md", "research/paper/checklists.md")
 # Translations, NAME.ja.md, are not in English.
 PAGES = sorted(
     [

@@ -9,10 +9,8 @@ from places import ROOT
 
 LIMITS = {
     "src": (0.9, 0.8),
-    "reproduction": (0.5, 0.5),
-    "studies": (0.5, 0.5),
-    "benchmarks": (0.5, 0.5),
-    "playground": (0.5, 0.5),
+    "research": (0.5, 0.5),
+    "apps": (0.5, 0.5),
     "tests": (0.5, 1.0),
     "examples": (0.0, 1.5),
 }

@@ -232,7 +232,7 @@ def test_without_mujoco_the_extra_is_named(monkeypatch):
 
 def test_training_is_timed_beside_a_plain_loop(monkeypatch):
     pytest.importorskip("stable_baselines3")
-    from benchmarks import mujoco_training
+    from research.benchmarks import mujoco_training
 
     monkeypatch.setattr(mujoco_training, "LANES", (2,))
     rows = mujoco_training.measure_environments(steps=2)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import walkers
-from benchmarks import mujoco_walker, walker_model
+from research.benchmarks import mujoco_walker, walker_model
 from tegotae import Timing
 from tegotae.envs.mujoco.settings import model_files
 from tegotae.measures.gaits.lags import circular_mean, lag_difference

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from places import ROOT
 from programs import main
-from reproduction.figures.gain_map import gain_map_figure, gain_map_tables
-from reproduction.ridge import find_ridge, one_to_one_ridge
+from research.reproduction.figures.gain_map import gain_map_figure, gain_map_tables
+from research.reproduction.ridge import find_ridge, one_to_one_ridge
 from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.gaits.sweep import GaitSweep
 from tegotae.analysis.maps import GainSweep, HopperBasin, Outcome

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from reproduction.figures.optimum import optimum_figure, optimum_tables
+from research.reproduction.figures.optimum import optimum_figure, optimum_tables
 from tegotae.figures.gaits.animation import LegPositions
 from tegotae.figures.style import COLOURS
 from tegotae.measures.optimum import curve

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reproduction.claims.atomic import ATOMIC_CLAIMS
-from reproduction.claims.counting import Count
-from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
-from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
-from reproduction.figures.budgets import budgets_figure
-from reproduction.figures.convergence import Trainings, convergence_figure, convergence_table
+from research.reproduction.claims.atomic import ATOMIC_CLAIMS
+from research.reproduction.claims.counting import Count
+from research.reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
+from research.reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
+from research.reproduction.figures.budgets import budgets_figure
+from research.reproduction.figures.convergence import (
+    Trainings,
+    convergence_figure,
+    convergence_table,
+)
 from tegotae import TegotaeError
 from tegotae.figures.style import PAGE_IN, save_figure
 

@@ -17,8 +17,8 @@ from places import TESTS
 # isort: split
 import numpy as np
 
-from reproduction.plan import plan
-from reproduction.unit import work
+from research.reproduction.plan import plan
+from research.reproduction.unit import work
 from tegotae import Rollout, Scenario, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.systems.models import build, find

@@ -49,7 +49,7 @@ import llvmlite.binding as llvm
 import numpy as np
 
 import tiny
-from reproduction.plan import plan
+from research.reproduction.plan import plan
 from tegotae import Hopper, System, Timing, cli
 from tegotae.analysis.gaits.map import Axis, map_gaits
 from tegotae.analysis.generalisation.disturbances import disturbances_named

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-import playground
-from playground import engine_cache, standard
-from playground.program import Program
+from apps import playground
+from apps.playground import engine_cache, standard
+from apps.playground.program import Program
 from tegotae import Rollout, Scenario, Timing
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller

@@ -6,10 +6,10 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from benchmarks.__main__ import BENCH
-from playground.__main__ import PLAYGROUND
-from reproduction.__main__ import PROG, REPRODUCTION
-from studies.tuning.__main__ import TUNE
+from apps.playground.__main__ import PLAYGROUND
+from research.benchmarks.__main__ import BENCH
+from research.reproduction.__main__ import PROG, REPRODUCTION
+from research.studies.tuning.__main__ import TUNE
 from tegotae import cli
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.program import Command, CommandGroup
@@ -17,9 +17,9 @@ from tegotae.cli.program import Command, CommandGroup
 PROGRAMS: Mapping[str, tuple[Command | CommandGroup, str]] = {
     "tegotae": (TEGOTAE, "tegotae"),
     "reproduction": (REPRODUCTION, PROG),
-    "benchmarks": (BENCH, "python -m benchmarks"),
-    "playground": (PLAYGROUND, "python -m playground"),
-    "tuning": (TUNE, "python -m studies.tuning"),
+    "benchmarks": (BENCH, "python -m research.benchmarks"),
+    "playground": (PLAYGROUND, "python -m apps.playground"),
+    "tuning": (TUNE, "python -m research.studies.tuning"),
 }
 """Each with the words that start it."""
 

@@ -21,8 +21,12 @@ from programs import main, words_of
 
 LEFT_OUT = (
     *("pip ", "apt-get ", "make "),  # which change more than the reader's folder
-    "python studies/live_latency.py",
-    *("python -m reproduction", "tegotae models 'mine.npz", "tegotae simulate zoo:mine.npz"),
+    "python research/studies/live_latency.py",
+    *(
+        "python -m research.reproduction",
+        "tegotae models 'mine.npz",
+        "tegotae simulate zoo:mine.npz",
+    ),
     *("python examples/hardware/", "cc -std=c99 -O2 -Iinclude"),  # of two processes, or a folder
 )
 """Beginnings of lines of the shell that are not run; studies and walks have tests of their own."""

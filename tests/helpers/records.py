@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from reproduction.record import Record
-from reproduction.unit import Unit
+from research.reproduction.record import Record
+from research.reproduction.unit import Unit
 from tegotae._support.engines import selected
 from tegotae.measures.hopping.registry import metric_names, range_of
 from tegotae.study import CellResult

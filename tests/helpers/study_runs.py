@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import psutil
 
-from reproduction.folder import Folder
+from research.reproduction.folder import Folder
 from tegotae.systems.study_records import SUFFIX
 
 MODELS = ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
@@ -33,7 +33,8 @@ WHOLE_CACHE = {
 def start(
     folder: Path, *extra: str, programs_of: Path | None = None, keep: Path | None = None
 ) -> subprocess.Popen[str]:
-    """Start `python -m reproduction run` in a session of its own, as in a terminal of its own.
+    """Start `python -m research.reproduction run` in a session of its own, as in a terminal of its
+    own.
 
     Args:
         folder: of the study.
@@ -47,7 +48,7 @@ def start(
     cache = {} if keep is None else {"JAX_COMPILATION_CACHE_DIR": str(keep), **WHOLE_CACHE}
     words = ["run", "--dir", str(folder), "--scale", "smoke", *extra]
     return subprocess.Popen(
-        [sys.executable, "-m", "reproduction", *words],
+        [sys.executable, "-m", "research.reproduction", *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reproduction.table import StudyTable, design_place, table_of_runs
+from research.reproduction.table import StudyTable, design_place, table_of_runs
 from tegotae.measures.hopping.registry import metric_names
 from tegotae.systems.models import all_models
 

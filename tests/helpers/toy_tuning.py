@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from studies.tuning import (
+from research.studies.tuning import (
     SPACES,
     Space,
     TuningTask,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import peak_force
-from reproduction.export import csv_of, read_study_csv
-from reproduction.figures.study import architectures_figure
+from research.reproduction.export import csv_of, read_study_csv
+from research.reproduction.figures.study import architectures_figure
 from study_tables import table
 from tegotae import TegotaeError
 from tegotae.cli import main

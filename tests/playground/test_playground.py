@@ -15,6 +15,16 @@ import pytest
 from springs import Hertz
 
 import tegotae
+from apps.playground import (
+    ControllerChoice,
+    Page,
+    compiler,
+    engine_cache as shelf,
+    standard,
+)
+from apps.playground.bodies import STANDARD
+from apps.playground.page import DEFINITIONS
+from apps.playground.scripts import bundle_scripts, modules, read_source
 from played import (
     Case,
     all_that_can_happen,
@@ -24,16 +34,6 @@ from played import (
     played_in_node,
     wasm_of,
 )
-from playground import (
-    ControllerChoice,
-    Page,
-    compiler,
-    engine_cache as shelf,
-    standard,
-)
-from playground.bodies import STANDARD
-from playground.page import DEFINITIONS
-from playground.scripts import bundle_scripts, modules, read_source
 from programs import main
 from tegotae import Rollout, Scenario, Timing
 from tegotae._support.errors import TegotaeError
@@ -123,7 +123,7 @@ def test_engines_that_come_with_the_package_are_those_of_its_present_code(name):
     compiled = shelf.compile_engine(CHOICES[name].controller, Hopper())
     assert stored.layout == compiled.layout
     is_equal = gzip.decompress(stored.wasm) == gzip.decompress(compiled.wasm)
-    assert is_equal, "run python -m playground.make"
+    assert is_equal, "run python -m apps.playground.make"
 
 
 def test_every_standard_controller_has_an_engine_for_every_standard_body():

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from apps.playground import Page, standard
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
 from played import PLAYED, all_that_can_happen, arrays, assert_same
-from playground import Page, standard
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSING)
 

@@ -5,10 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, LESS, MORE
-from reproduction.claims.effects import Correlation, Difference, DoubleDifference, Unmeasured
-from reproduction.claims.quotations import hashes_of, stands_in
-from reproduction.table import ARCHITECTURES
+from research.reproduction.claims.atomic import ALIKE, ATOMIC_CLAIMS, LESS, MORE
+from research.reproduction.claims.effects import (
+    Correlation,
+    Difference,
+    DoubleDifference,
+    Unmeasured,
+)
+from research.reproduction.claims.quotations import hashes_of, stands_in
+from research.reproduction.table import ARCHITECTURES
 from tegotae.measures.hopping.registry import metric_names
 
 KNOWN = set((Path(__file__).parents[1] / "kept" / "paper-words.txt").read_text().split())

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from reproduction.claims.atomic import ALIKE, LESS, MORE, AtomicClaim
-from reproduction.claims.counting import (
+from research.reproduction.claims.atomic import ALIKE, LESS, MORE, AtomicClaim
+from research.reproduction.claims.counting import (
     AT_REST,
     BEST,
     DROPPED,
@@ -19,7 +19,7 @@ from reproduction.claims.counting import (
     metric_per_run,
     with_sampled,
 )
-from reproduction.claims.effects import (
+from research.reproduction.claims.effects import (
     ArchitectureGroup,
     Correlation,
     Difference,
@@ -29,8 +29,8 @@ from reproduction.claims.effects import (
     OfGaits,
     OfTrainings,
 )
-from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate, estimate_effect
-from reproduction.claims.findings import (
+from research.reproduction.claims.estimates import NOT_KNOWN, EffectEstimate, estimate_effect
+from research.reproduction.claims.findings import (
     NOT_MEASURED,
     OPPOSITE,
     REPRODUCED,
@@ -40,10 +40,10 @@ from reproduction.claims.findings import (
     findings,
     verdict,
 )
-from reproduction.claims.kept import measure_kept
-from reproduction.claims.random_effects import complete, crossed
-from reproduction.claims.resampling import Resampled
-from reproduction.table import StudyTable
+from research.reproduction.claims.kept import measure_kept
+from research.reproduction.claims.random_effects import complete, crossed
+from research.reproduction.claims.resampling import Resampled
+from research.reproduction.table import StudyTable
 from tegotae.measures.evaluation import Protocol
 
 V, VG, T = ArchitectureGroup(("V",)), ArchitectureGroup(("VG",)), ArchitectureGroup(("T",))
@@ -381,7 +381,7 @@ def test_more_parameters_are_compared_at_equal_settings(tmp_path):
 
 
 def test_a_study_of_the_papers_models_is_found_for_every_claim():
-    from reproduction.claims.atomic import ATOMIC_CLAIMS
+    from research.reproduction.claims.atomic import ATOMIC_CLAIMS
 
     table = rows(("V", "sector", 4.0, 1.0))
     table.columns["model"] = np.array(["V-sector-w4"] * 4)

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from reproduction.calibration.measure import CalibrationGrid, measure_reading
-from reproduction.calibration.posterior import (
+from research.reproduction.calibration.measure import CalibrationGrid, measure_reading
+from research.reproduction.calibration.posterior import (
     STRICTNESS,
     distances,
     meeting_ratio,
@@ -19,9 +19,9 @@ from reproduction.calibration.posterior import (
     representative,
     shortfalls,
 )
-from reproduction.calibration.prior import PRIOR, SECTOR_S, candidates, coordinates
-from reproduction.calibration.run import calibrate, read_scores
-from reproduction.calibration.scores import (
+from research.reproduction.calibration.prior import PRIOR, SECTOR_S, candidates, coordinates
+from research.reproduction.calibration.run import calibrate, read_scores
+from research.reproduction.calibration.scores import (
     SCORES,
     VanillaScores,
     quick_loss,
@@ -31,7 +31,7 @@ from reproduction.calibration.scores import (
     transient_score,
     tuned_gain,
 )
-from reproduction.readings.readings import Reading
+from research.reproduction.readings.readings import Reading
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.evaluation import Protocol
 from tegotae.simulation.rollout import Timing

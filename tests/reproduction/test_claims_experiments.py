@@ -8,13 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from reproduction.claims.counting import Count
-from reproduction.claims.designs import MODELS, correlation_within_omega
-from reproduction.claims.effects import OfGainMap, OfTrainings
-from reproduction.claims.experiments import EXPERIMENTS, command_for
-from reproduction.claims.findings import findings
-from reproduction.claims.kept import measure_kept
-from reproduction.table import StudyTable
+from research.reproduction.claims.counting import Count
+from research.reproduction.claims.designs import MODELS, correlation_within_omega
+from research.reproduction.claims.effects import OfGainMap, OfTrainings
+from research.reproduction.claims.experiments import EXPERIMENTS, command_for
+from research.reproduction.claims.findings import findings
+from research.reproduction.claims.kept import measure_kept
+from research.reproduction.table import StudyTable
 from study_tables import results
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.learning_curves import algorithms_tables

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from records import made_up
-from reproduction.figures.figure5 import (
+from research.reproduction.figures.figure5 import (
     NORMALISED,
     PANELS,
     PolicyPanel,
@@ -14,8 +14,8 @@ from reproduction.figures.figure5 import (
     policies_table,
     policy_panels,
 )
-from reproduction.plan import plan
-from reproduction.table import tabulate
+from research.reproduction.plan import plan
+from research.reproduction.table import tabulate
 from tegotae import TegotaeError
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.surface import actuation_surface

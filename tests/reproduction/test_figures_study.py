@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reproduction.claims.counting import Count
-from reproduction.claims.findings import findings
-from reproduction.figures.study import (
+from research.reproduction.claims.counting import Count
+from research.reproduction.claims.findings import findings
+from research.reproduction.figures.study import (
     architecture_metrics,
     architectures,
     architectures_figure,
@@ -16,7 +16,7 @@ from reproduction.figures.study import (
     frequencies,
     pictograms_figure,
 )
-from reproduction.table import StudyTable, design_place, table_of_runs
+from research.reproduction.table import StudyTable, design_place, table_of_runs
 from study_tables import table
 from tegotae.measures.hopping.registry import metric_names
 from tegotae.systems.models import all_models

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from records import made_up
-from reproduction.hop_rates import best_hop_rate, nearer_resonance, rate_slope
-from reproduction.plan import plan
-from reproduction.table import tabulate, tabulate_sampled
+from research.reproduction.hop_rates import best_hop_rate, nearer_resonance, rate_slope
+from research.reproduction.plan import plan
+from research.reproduction.table import tabulate, tabulate_sampled
 
 OMEGA = np.array([2.0, 3.0, 4.0, 5.0, 6.0])
 

@@ -7,13 +7,13 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from reproduction import runner
-from reproduction.claims.effects import LEARNED_FEEDBACK
-from reproduction.claims.random_effects import crossed
-from reproduction.figures.learning import learning_figure
-from reproduction.folder import Folder
-from reproduction.learning import atlas
-from reproduction.learning.atlas import (
+from research.reproduction import runner
+from research.reproduction.claims.effects import LEARNED_FEEDBACK
+from research.reproduction.claims.random_effects import crossed
+from research.reproduction.figures.learning import learning_figure
+from research.reproduction.folder import Folder
+from research.reproduction.learning import atlas
+from research.reproduction.learning.atlas import (
     KINDS,
     NONE,
     atlas_tables,
@@ -22,8 +22,8 @@ from reproduction.learning.atlas import (
     measure_atlas,
     shortest_form,
 )
-from reproduction.learning.forms import Retuning
-from reproduction.learning.judged import (
+from research.reproduction.learning.forms import Retuning
+from research.reproduction.learning.judged import (
     MEASURED,
     RELEASES,
     VARIANTS,
@@ -31,11 +31,11 @@ from reproduction.learning.judged import (
     judge_runs,
     releases,
 )
-from reproduction.learning.page import feedback_table, primary_tables
-from reproduction.learning.primary import BEST_RUN, best_law, contrast
-from reproduction.learning.runs import LAW, read_runs, run_rows
-from reproduction.plan import MAIN, OMEGAS, plan
-from reproduction.table import record_place
+from research.reproduction.learning.page import feedback_table, primary_tables
+from research.reproduction.learning.primary import BEST_RUN, best_law, contrast
+from research.reproduction.learning.runs import LAW, read_runs, run_rows
+from research.reproduction.plan import MAIN, OMEGAS, plan
+from research.reproduction.table import record_place
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.hopping.registry import measured_own
 from tegotae.study import run_locally

@@ -15,13 +15,13 @@ import pytest
 import study_runs
 from places import ROOT
 from programs import main
-from reproduction.calibration.prior import PRIOR
-from reproduction.calibration.scores import EVALUATED_AS
-from reproduction.claims.counting import Count
-from reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
-from reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
-from reproduction.figures.multiverse import curve_figure, overview_figure
-from reproduction.readings.designs import (
+from research.reproduction.calibration.prior import PRIOR
+from research.reproduction.calibration.scores import EVALUATED_AS
+from research.reproduction.claims.counting import Count
+from research.reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
+from research.reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
+from research.reproduction.figures.multiverse import curve_figure, overview_figure
+from research.reproduction.readings.designs import (
     calibrated_readings,
     cells_of,
     choices_of,
@@ -29,19 +29,19 @@ from reproduction.readings.designs import (
     selecting,
     selecting_body,
 )
-from reproduction.readings.folder import MultiverseFolder
-from reproduction.readings.influence import decisive, influences
-from reproduction.readings.named import reading_named
-from reproduction.readings.plan import multiverse
-from reproduction.readings.readings import (
+from research.reproduction.readings.folder import MultiverseFolder
+from research.reproduction.readings.influence import decisive, influences
+from research.reproduction.readings.named import reading_named
+from research.reproduction.readings.plan import multiverse
+from research.reproduction.readings.readings import (
     ALLOWED,
     CHOICES,
     PLATEAU,
     Reading,
     sample_readings,
 )
-from reproduction.readings.tables import read_tables, write_multiverse_tables
-from reproduction.readings.verdicts import (
+from research.reproduction.readings.tables import read_tables, write_multiverse_tables
+from research.reproduction.readings.verdicts import (
     CLAIMS,
     FindingsByReading,
     claim_margin,
@@ -50,7 +50,7 @@ from reproduction.readings.verdicts import (
     outcome_shares,
     wilson_share,
 )
-from reproduction.report.multiverse import counts_by_claim, shares_table
+from research.reproduction.report.multiverse import counts_by_claim, shares_table
 from study_tables import results
 from tegotae import study
 from tegotae._support.errors import TegotaeError
@@ -511,12 +511,14 @@ def test_what_cannot_be_is_refused_before_any_work(
 
 def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_path, one_line_error):
     message = one_line_error("reproduction", "readings", "status", "--dir", str(smoke_study))
-    assert "is a folder of python -m reproduction; look at it with that" in message
+    assert "is a folder of python -m research.reproduction; look at it with that" in message
     folder = MultiverseFolder(tmp_path / "multiverse")
     with folder.claimed(multiverse("smoke")):
         pass
     message = one_line_error("reproduction", "status", "--dir", str(folder.path))
-    assert "is a folder of python -m reproduction readings; look at it with that" in message
+    assert (
+        "is a folder of python -m research.reproduction readings; look at it with that" in message
+    )
 
 
 def test_an_unknown_frequency_is_refused(trained, tmp_path, one_line_error):

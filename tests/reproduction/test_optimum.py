@@ -15,9 +15,9 @@ from springs import Hertz
 
 from places import ROOT
 from programs import main
-from reproduction.commands.optimum import unique_label
-from reproduction.export import write_study_csv
-from reproduction.optimum import (
+from research.reproduction.commands.optimum import unique_label
+from research.reproduction.export import write_study_csv
+from research.reproduction.optimum import (
     Certificate,
     Stance,
     certify,
@@ -30,9 +30,9 @@ from reproduction.optimum import (
     upper_bound,
     verify,
 )
-from reproduction.optimum.exact import PI_ABOVE, covers
-from reproduction.optimum.grid import least_work
-from reproduction.optimum.problem import (
+from research.reproduction.optimum.exact import PI_ABOVE, covers
+from research.reproduction.optimum.grid import least_work
+from research.reproduction.optimum.problem import (
     climb,
     flight_mismatch,
     flow,
@@ -514,7 +514,7 @@ def test_a_frequency_without_hops_gives_no_number():
 
 def test_a_program_that_does_not_converge_gives_no_bound(monkeypatch):
     pytest.importorskip("casadi")
-    from reproduction.optimum import certificate
+    from research.reproduction.optimum import certificate
 
     monkeypatch.setattr(certificate, "_minimise", lambda matrix, limit, largest: None)
     with pytest.raises(TegotaeError, match="no upper bound was found at 4 rad/s"):

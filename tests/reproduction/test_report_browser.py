@@ -11,16 +11,16 @@ import pytest
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
 from places import ROOT
 from records import instant, made_up
-from reproduction import runner
-from reproduction.claims.atomic import ATOMIC_CLAIMS
-from reproduction.claims.counting import Count
-from reproduction.claims.experiments import EXPERIMENTS
-from reproduction.claims.findings import findings
-from reproduction.export import read_study_csv
-from reproduction.plan import plan
-from reproduction.record import Record
-from reproduction.report.page import first_finding, report_page
-from reproduction.table import tabulate
+from research.reproduction import runner
+from research.reproduction.claims.atomic import ATOMIC_CLAIMS
+from research.reproduction.claims.counting import Count
+from research.reproduction.claims.experiments import EXPERIMENTS
+from research.reproduction.claims.findings import findings
+from research.reproduction.export import read_study_csv
+from research.reproduction.plan import plan
+from research.reproduction.record import Record
+from research.reproduction.report.page import first_finding, report_page
+from research.reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import new_figure, save_figure
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reproduction.claims.budgets import by_budget
-from reproduction.endings import endings, endings_by_architecture
-from reproduction.report.markdown import endings_table
-from reproduction.table import StudyTable
+from research.reproduction.claims.budgets import by_budget
+from research.reproduction.endings import endings, endings_by_architecture
+from research.reproduction.report.markdown import endings_table
+from research.reproduction.table import StudyTable
 from study_tables import results
 from tegotae._support.errors import TegotaeError
 

@@ -1,4 +1,4 @@
-"""`python -m reproduction`: what a folder holds, its table, two made one, and what is refused."""
+"""`python -m research.reproduction`: folders, tables, merges and refusals."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ import pytest
 import study_runs
 from places import ROOT
 from programs import main, parsed
-from reproduction import runner
-from reproduction.about import study_summary
-from reproduction.claims.atomic import ATOMIC_CLAIMS
-from reproduction.claims.effect_table import effects_csv, read_effects
-from reproduction.folder import Folder
-from reproduction.plan import plan
-from reproduction.readings.named import reading_named
-from reproduction.record import read_record
-from reproduction.table import tabulate
-from reproduction.unit import FORMAT, record_key
+from research.reproduction import runner
+from research.reproduction.about import study_summary
+from research.reproduction.claims.atomic import ATOMIC_CLAIMS
+from research.reproduction.claims.effect_table import effects_csv, read_effects
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
+from research.reproduction.readings.named import reading_named
+from research.reproduction.record import read_record
+from research.reproduction.table import tabulate
+from research.reproduction.unit import FORMAT, record_key
 from tegotae import Hopper
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.objectives.fitness import Fitness
@@ -157,8 +157,8 @@ def test_what_is_no_reading_is_said_before_the_work(reading, message, tmp_path, 
 def test_a_run_says_how_far_it_is_and_what_comes_next(smoke_study):
     lines = smoke_study.with_name("smoke.printed").read_text().splitlines()
     assert (
-        lines[0]
-        == f"3 records in {smoke_study}; next: python -m reproduction report --dir {smoke_study}"
+        lines[0] == f"3 records in {smoke_study}; next: "
+        f"python -m research.reproduction report --dir {smoke_study}"
     )
     assert lines[1] == "study  0/3  done before"
     _, completed, model, rate, remaining = lines[-1].split("  ")
@@ -353,7 +353,7 @@ def test_a_report_leaves_a_damaged_record_out_and_says_so(damaged, monkeypatch, 
     def page(records, subtitle, *_) -> str:
         return f"{' '.join(sorted(record.model for record in records))}: {subtitle}"
 
-    monkeypatch.setattr("reproduction.report.page.report_page", page)
+    monkeypatch.setattr("research.reproduction.report.page.report_page", page)
     assert main(["reproduction", "report", "--dir", str(damaged)]) == 0
     first, last = capsys.readouterr().out.splitlines()
     assert "is damaged" in first
@@ -567,7 +567,7 @@ def test_a_folder_that_holds_no_study_is_refused(tmp_path, one_line_error, monke
     (tmp_path / "file").touch()
     for place in ("folder", "nowhere"):
         message = one_line_error("reproduction", *command.split(), "--dir", place)
-        assert "holds no study; start one with python -m reproduction run" in message
+        assert "holds no study; start one with python -m research.reproduction run" in message
     if command != "merge .":
         assert "Not a directory" in one_line_error(
             "reproduction", *command.split(), "--dir", "file"
@@ -621,7 +621,7 @@ def test_a_study_without_records_has_no_table(half, one_line_error, tmp_path):
         path.unlink()
     out = tmp_path / "table.csv"
     message = one_line_error("reproduction", "export", "--dir", str(half), "--out", str(out))
-    assert f"{half} holds no records yet; first: python -m reproduction run" in message
+    assert f"{half} holds no records yet; first: python -m research.reproduction run" in message
     assert not out.exists()
 
 

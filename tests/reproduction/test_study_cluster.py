@@ -14,10 +14,10 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 import pytest
 
 import study_runs
-from reproduction import runner
-from reproduction.cluster import on_cluster
-from reproduction.folder import Folder
-from reproduction.plan import plan
+from research.reproduction import runner
+from research.reproduction.cluster import on_cluster
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
 from tegotae._support.errors import TegotaeError
 
 distributed = pytest.importorskip("distributed")
@@ -77,7 +77,7 @@ def test_a_cluster_of_this_machine_finds_the_same_from_a_plain_shell(smoke_study
     """Its workers import the program's module before their environment is set."""
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
     words = ["run", "--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
-    program = [sys.executable, "-m", "reproduction", *words]
+    program = [sys.executable, "-m", "research.reproduction", *words]
     scheduler = subprocess.run(program, capture_output=True, text=True)
     assert scheduler.returncode == 0, scheduler.stderr
     assert scheduler.stdout.startswith("3 records in ")
@@ -258,7 +258,7 @@ def test_a_scheduler_without_workers_is_told_of(capfd):
 
 
 def test_workers_that_never_come_are_waited_for_as_long_as_was_said(tmp_path, monkeypatch, capfd):
-    monkeypatch.setattr("reproduction.cluster._LOOK_S", 0.05)
+    monkeypatch.setattr("research.reproduction.cluster._LOOK_S", 0.05)
     with cluster(workers=0) as empty:
         address = empty.scheduler_address
         results = on_cluster(address, patience_s=0.2)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from records import made_up
-from reproduction import best_gait
-from reproduction.plan import plan
-from reproduction.record import Record, read_record
-from reproduction.report.models import pages_of_models
-from reproduction.table import tabulate
+from research.reproduction import best_gait
+from research.reproduction.plan import plan
+from research.reproduction.record import Record, read_record
+from research.reproduction.report.models import pages_of_models
+from research.reproduction.table import tabulate
 from tegotae import TegotaeError
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.simulation.rollout import Rollout

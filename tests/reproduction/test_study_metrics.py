@@ -14,8 +14,8 @@ import pytest
 import study_runs
 from places import TESTS
 from programs import main
-from reproduction.folder import Folder
-from reproduction.plan import plan
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import split_parts
 from tegotae.measures.evaluation import evaluate
@@ -98,11 +98,13 @@ def test_a_users_metric_is_in_the_report_and_in_the_figure(study, monkeypatch):
         raise TegotaeError("enough")
 
     page = study / "report.html"
-    monkeypatch.setattr("reproduction.report.models._surface", lambda *_: {})  # which take long
-    monkeypatch.setattr("reproduction.report.models._hop", lambda *_: {})
+    monkeypatch.setattr(
+        "research.reproduction.report.models._surface", lambda *_: {}
+    )  # which take long
+    monkeypatch.setattr("research.reproduction.report.models._hop", lambda *_: {})
     assert main(["reproduction", "report", "--dir", str(study), "--parts", FILE]) == 0
     assert '"label":"peak GRF",' in page.read_text(encoding="utf-8")
-    monkeypatch.setattr("reproduction.figures.study.architectures_figure", figure)
+    monkeypatch.setattr("research.reproduction.figures.study.architectures_figure", figure)
     words = ["reproduction", "figures", str(study), "--out", str(study), "--parts", FILE]
     assert main(words) == 2
     assert set(OWN) < set(drawn)
@@ -184,7 +186,7 @@ def test_several_files_of_parts_are_given_one_by_one_or_as_a_list(words):
 def test_several_models_are_given_one_by_one_or_as_a_list(words, count, monkeypatch, tmp_path):
     planned = []
     monkeypatch.setattr(
-        "reproduction.runner.run_study",
+        "research.reproduction.runner.run_study",
         lambda study, *_, **__: planned.append(study) or len(study.units),
     )
     assert main(["reproduction", "run", "--dir", str(tmp_path), "--scale", "smoke", *words]) == 0

@@ -20,10 +20,10 @@ chosen = machine.target_of(sys.argv[1])
 machine._host = lambda name: chosen
 
 import conftest
-from reproduction.export import csv_of
-from reproduction.plan import plan
-from reproduction.table import tabulate
-from reproduction.unit import work
+from research.reproduction.export import csv_of
+from research.reproduction.plan import plan
+from research.reproduction.table import tabulate
+from research.reproduction.unit import work
 
 table = tabulate(work(unit) for unit in plan("smoke").units)
 Path(sys.argv[2]).write_text(csv_of(table), encoding="utf-8")

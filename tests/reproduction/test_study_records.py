@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from records import instant, made_up
-from reproduction import runner
-from reproduction.export import merge, read_study_csv, write_study_csv
-from reproduction.folder import Folder
-from reproduction.plan import plan
-from reproduction.record import (
+from research.reproduction import runner
+from research.reproduction.export import merge, read_study_csv, write_study_csv
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
+from research.reproduction.record import (
     DamagedRecordError,
     Record,
     read_record,
 )
-from reproduction.table import tabulate
-from reproduction.unit import work
+from research.reproduction.table import tabulate
+from research.reproduction.unit import work
 from tegotae import Timing, study
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.registry import metric_names
@@ -77,7 +77,7 @@ def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> 
         velocity_m_per_s=0.5,
     )
     unit = dataclasses.replace(standard, run=dataclasses.replace(standard.run, experiment=held))
-    monkeypatch.setattr("reproduction.unit.evaluate", evaluate)
+    monkeypatch.setattr("research.reproduction.unit.evaluate", evaluate)
     with pytest.raises(AskedError) as raised:
         work(unit)
     assert raised.value.args == (1.1, 0.004, 0.5, Hold())

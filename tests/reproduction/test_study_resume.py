@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import study_runs
-from reproduction import runner
-from reproduction.folder import Folder
-from reproduction.plan import plan
-from reproduction.record import read_record
+from research.reproduction import runner
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
+from research.reproduction.record import read_record
 from tegotae._support.errors import TegotaeError
 from tegotae.study import DamagedRecordError, WorkersDiedError
 

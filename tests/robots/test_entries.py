@@ -24,7 +24,7 @@ from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae_robots.benchmark.entries import read_entry
 from tegotae_robots.benchmark.subject import Driver
 
-ENTRIES = ROOT / "benchmarks" / "entries"
+ENTRIES = ROOT / "research" / "benchmarks" / "entries"
 WEIGHTS = load("zoo:T-Fv/9").weights.reshape(-1, 4)
 SCALES = 0.981, np.sqrt(9.81)
 """Weight of the hopper [N] and √(g l0) [m/s]."""
@@ -287,6 +287,6 @@ def test_an_action_beyond_the_range_is_clipped():
 def test_all_kept_entries_are_here():
     stored = Path(benchmark.__file__).parents[1] / "api" / "benchmark.csv"
     places = [line.split(",")[2] for line in stored.read_text().splitlines()[1:]]
-    files = [x.partition(":")[0] for x in places if x.startswith("benchmarks/")]
+    files = [x.partition(":")[0] for x in places if x.startswith("research/benchmarks/")]
     assert len(files) >= 8
     assert all((ROOT / file).is_file() for file in files)

@@ -28,7 +28,9 @@ TRUTH = {
 
 def device(**numbers):
     """A leg of plain Python, which is no part of the package."""
-    spec = importlib.util.spec_from_file_location("hidden_leg", ROOT / "studies" / "hidden_leg.py")
+    spec = importlib.util.spec_from_file_location(
+        "hidden_leg", ROOT / "research" / "studies" / "hidden_leg.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.HiddenLeg(**numbers), module.TICK_S

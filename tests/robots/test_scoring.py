@@ -17,7 +17,7 @@ from tegotae_robots.benchmark.bodies import HopperSubject
 from tegotae_robots.benchmark.entries import read_entry
 from tegotae_robots.benchmark.scoring import scored
 
-ARG = ROOT / "benchmarks" / "entries" / "hopper" / "arg.c"
+ARG = ROOT / "research" / "benchmarks" / "entries" / "hopper" / "arg.c"
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks import engine, kernel
+from research.benchmarks import engine, kernel
 from tegotae.simulation.rollout import Rollout, Scenario, Timing
 
 compiler = kernel.compiler()

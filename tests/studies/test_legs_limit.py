@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from places import ROOT
-from studies.legs_limit_known import bound, limit, limit_share, limit_table, stance_loss_j
+from research.studies.legs_limit_known import bound, limit, limit_share, limit_table, stance_loss_j
 from tegotae import TegotaeError
 from tegotae._support.tables import read_csv
 from tegotae.measures.fronts import front

@@ -16,11 +16,11 @@ from hypothesis import given, strategies as st
 
 from controller_files import text
 from records import made_up
-from reproduction.folder import Folder
-from reproduction.plan import plan
-from reproduction.readings.folder import MultiverseFolder
-from reproduction.readings.plan import multiverse
-from reproduction.record import DamagedRecordError, read_record
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
+from research.reproduction.readings.folder import MultiverseFolder
+from research.reproduction.readings.plan import multiverse
+from research.reproduction.record import DamagedRecordError, read_record
 from tegotae import TegotaeError
 from tegotae._support import documents
 from tegotae._support.documents import (

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reproduction.commands.study import experiments_at
+from research.reproduction.commands.study import experiments_at
 from tegotae import Rollout, TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.cli.console import warn_in_one_line

@@ -206,9 +206,9 @@ def test_help_that_a_file_of_the_user_decides_is_made_each_time(words):
 def test_help_of_another_program_is_made_each_time(place, capsys):
     for text in ("First.", "Second."):
         command = CommandGroup(
-            text, {"run": Command("reproduction.commands.study:StudyRun", "run")}
+            text, {"run": Command("research.reproduction.commands.study:StudyRun", "run")}
         )
         with pytest.raises(SystemExit):
-            main(["--help"], command, "python -m reproduction")
+            main(["--help"], command, "python -m research.reproduction")
         assert text in capsys.readouterr().out
     assert not list(place.glob("*.o"))

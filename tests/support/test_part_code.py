@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from reproduction import runner
-from reproduction.folder import Folder
-from reproduction.plan import plan
-from studies.tuning import TuningTask
-from studies.tuning.storage import opened
+from research.reproduction import runner
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
+from research.studies.tuning import TuningTask
+from research.studies.tuning.storage import opened
 from tegotae import TegotaeError
 from tegotae._support.documents import differing
 from tegotae._support.part_code import code_of_file

@@ -8,10 +8,10 @@ import pytest
 
 import tiny
 from programs import main
-from reproduction.folder import Folder
-from reproduction.plan import plan
-from studies.tuning import TuningTask
-from studies.tuning.storage import opened
+from research.reproduction.folder import Folder
+from research.reproduction.plan import plan
+from research.studies.tuning import TuningTask
+from research.studies.tuning.storage import opened
 from tegotae import TegotaeError
 from tegotae._support.workplace import (
     GENERALISATION,

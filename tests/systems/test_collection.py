@@ -53,7 +53,14 @@ def test_a_copy_of_a_controller_file_counts_once_and_a_line_says_so(folder, caps
 
 @pytest.mark.parametrize(
     "text",
-    ["{}", "[]", "null", "7", '{"configuration": {}}', '{"format": "python -m reproduction"}'],
+    [
+        "{}",
+        "[]",
+        "null",
+        "7",
+        '{"configuration": {}}',
+        '{"format": "python -m research.reproduction"}',
+    ],
 )
 def test_other_documents_are_passed_over(folder, text):
     (folder / "run.json").write_text(text)

@@ -17,8 +17,8 @@ import pytest
 
 from places import ROOT, TESTS
 from programs import main
-from reproduction.folder import Folder
-from reproduction.table import tabulate
+from research.reproduction.folder import Folder
+from research.reproduction.table import tabulate
 from tegotae import TegotaeError, register
 from tegotae._support.documents import later
 from tegotae.measures.evaluation import evaluate
@@ -195,8 +195,10 @@ def test_it_stands_beside_the_papers_models_in_a_study(parts, tmp_path, monkeypa
     out = tmp_path / "table.csv"
     assert main(["reproduction", "export", "--dir", str(tmp_path), "--out", str(out)]) == 0
     assert "\nmine,mine," in out.read_text()
-    monkeypatch.setattr("reproduction.report.models._surface", lambda *_: {})  # which take long
-    monkeypatch.setattr("reproduction.report.models._hop", lambda *_: {})
+    monkeypatch.setattr(
+        "research.reproduction.report.models._surface", lambda *_: {}
+    )  # which take long
+    monkeypatch.setattr("research.reproduction.report.models._hop", lambda *_: {})
     assert main(["reproduction", "report", "--dir", str(tmp_path)]) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert '["mine", "mine", "F_k", "its own", 8.0,' in page

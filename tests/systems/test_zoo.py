@@ -16,8 +16,8 @@ import pytest
 from pages import blocks
 from places import ROOT
 from programs import main
-from reproduction.folder import Folder
-from reproduction.zoo import ZooEntry, core, write_archive
+from research.reproduction.folder import Folder
+from research.reproduction.zoo import ZooEntry, core, write_archive
 from tegotae import TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.measures.evaluation import evaluate

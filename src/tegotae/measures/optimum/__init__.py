@@ -44,7 +44,7 @@ class Curve:
 def curve() -> Curve:
     """The kept table of the default hopper, for the default definition of work.
 
-    Made and proved in a clone by `python -m reproduction optimum-table`. Its columns:
+    Made and proved in a clone by `python -m research.reproduction optimum-table`. Its columns:
 
     - `omega`: hop frequency ω [rad/s]
     - `cot_inverse`: largest CoT⁻¹ found, period 1 [m/J]

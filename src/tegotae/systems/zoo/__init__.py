@@ -1,6 +1,6 @@
 """Trained controllers by name: no training before the first picture.
 
-`python -m reproduction zoo` writes their files.
+`python -m research.reproduction zoo` writes their files.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class Zoo:
         return TegotaeError(f"{self.path} is damaged, or {NOT_OURS}: {reason}")
 
 
-NOT_OURS = "no file of python -m reproduction zoo"
+NOT_OURS = "no file of python -m research.reproduction zoo"
 
 
 @lru_cache(maxsize=8)

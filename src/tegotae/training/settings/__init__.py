@@ -1,6 +1,7 @@
 """The learning algorithms by name, the package's and users', and settings found by tuning.
 
-Each named configuration is a file of this folder, as `python -m studies.tuning --keep` writes it.
+Each named configuration is a file of this folder, as `python -m research.studies.tuning --keep`
+writes it.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ class Configuration:
     """Its settings."""
     found: Mapping[str, object]
     """Origin of the settings: the problem, the number of trials, the score; see
-    `studies.tuning.describe`."""
+    `research.studies.tuning.describe`."""
 
 
 def configuration_names() -> list[str]:
@@ -88,7 +89,7 @@ def configuration(name: str) -> Configuration:
 
 
 def load_configuration(file: Path | str | Traversable) -> Configuration:
-    """A configuration that `python -m studies.tuning --keep` wrote.
+    """A configuration that `python -m research.studies.tuning --keep` wrote.
 
     Raises:
         TegotaeError: if the file cannot be read, or holds no settings of a known algorithm.

@@ -1,0 +1,1 @@
+"""Programs for a browser, beside the package."""

@@ -1,0 +1,103 @@
+"""Engines that come with the package, and those that are compiled when they are wanted."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import json
+from dataclasses import dataclass
+from importlib import resources
+from importlib.metadata import version
+from importlib.resources.abc import Traversable
+
+import jax
+
+from apps.playground.bodies import form
+from apps.playground.compiler import compile_webassembly, has_compiler
+from apps.playground.program import Program
+from apps.playground.source import program_source
+from tegotae._support.documents import JsonObject
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
+from tegotae.systems.descriptions import describe
+
+
+@dataclass(frozen=True)
+class CompiledEngine:
+    """A compiled closed loop.
+
+    Args:
+        wasm: the WebAssembly, gzipped.
+        layout: by name, where in a lane a number begins and how many there are.
+        made_by: versions of what traced and compiled it; others may write the same otherwise.
+    """
+
+    wasm: bytes
+    layout: dict[str, list[int]]
+    made_by: dict[str, str]
+
+
+def engine_name(controller: Controller, body: Body) -> str:
+    """Return the name of a structure's engine: the same for all weights and numbers.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> from tegotae.systems.models import build
+        >>> heavy = engine_name(build("V-sector-w8"), Hopper(mass_kg=0.2))
+        >>> heavy == engine_name(build("V-sector-w4"), Hopper())
+        True
+    """
+    structure = {"controller": describe(controller), "body": form(body)}
+    text = json.dumps(structure, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def cached_engine(controller: Controller, body: Body) -> CompiledEngine:
+    """The engine of a controller on a body: read from the package, or compiled.
+
+    Raises:
+        MissingExtraError: if it must be compiled and there is no compiler.
+        TegotaeError: for an operation that has no C, by its name.
+    """
+    if not has(controller, body):
+        return compile_engine(controller, body)
+    description = json.loads(_cache_file(controller, body).read_text(encoding="utf-8"))
+    wasm = (_engines() / description["wasm"]).read_bytes()
+    return CompiledEngine(wasm, description["layout"], description["made_by"])
+
+
+def has(controller: Controller, body: Body) -> bool:
+    """Return whether the engine comes with the package.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> from tegotae.systems.models import build
+        >>> has(build("ART-rF-tphif-w4"), Hopper(mass_kg=0.2)), has(build("T-F"), Hopper())
+        (True, False)
+    """
+    return _cache_file(controller, body).is_file()
+
+
+def _engines() -> Traversable:
+    return resources.files("apps.playground") / "engines"
+
+
+def _cache_file(controller: Controller, body: Body) -> Traversable:
+    return _engines() / f"{engine_name(controller, body)}.json"
+
+
+def compile_engine(controller: Controller, body: Body) -> CompiledEngine:
+    """The same, compiled anew."""
+    program = Program(controller, body)
+    wasm = gzip.compress(compile_webassembly(program_source(program)), mtime=0)
+    return CompiledEngine(wasm, program.layout.document(), makers())
+
+
+def makers() -> dict[str, str]:
+    """Versions of what would trace and compile an engine here."""
+    return {"jax": jax.__version__, "ziglang": version("ziglang") if has_compiler() else "none"}
+
+
+def engine_document(engine: CompiledEngine, title: str, wasm: str) -> JsonObject:
+    """The document beside an engine's WebAssembly."""
+    return {"about": title, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}

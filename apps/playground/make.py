@@ -1,0 +1,38 @@
+"""Make the engines that come with the package: `python -m apps.playground.make`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from pathlib import Path
+
+from apps.playground import engine_cache
+from apps.playground.bodies import STANDARD
+from apps.playground.standard import standard
+from tegotae._support.files import write_atomically
+
+FOLDER = Path(__file__).parent / "engines"
+
+
+def main() -> None:
+    """Compile an engine for every standard controller on every standard body."""
+    for old in FOLDER.glob("*.*"):
+        old.unlink()
+    for choice in standard():
+        for body_name, body in STANDARD.items():
+            controller = dataclasses.replace(choice.saved.controller, limbs=body.limbs)
+            key = engine_cache.engine_name(controller, body)
+            title = f"{choice.saved.name} on a {body_name}"
+            wasm = re.sub(r"\W+", "-", title) + ".wasm.gz"
+            engine = engine_cache.compile_engine(controller, body)
+            write_atomically(FOLDER / wasm, engine.wasm)
+            text = json.dumps(
+                engine_cache.engine_document(engine, title, wasm), separators=(",", ":")
+            )
+            write_atomically(FOLDER / f"{key}.json", text + "\n")
+            print(f"{title}: {len(engine.wasm)} bytes gzipped")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""The controllers of the page that comes without any of one's own."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+from apps.playground.page import ControllerChoice
+from tegotae.systems import controller_file
+
+LABELS = {
+    "vanilla": "V: nothing learned",
+    "art": "ART: learned A, R and T",
+    "ar": "AR: learned A and R, hops at 4 rad/s",
+    "argt": "ARGT: all learned",
+}
+"""Labels by the names of their files, in the order of the page."""
+
+
+def standard() -> list[ControllerChoice]:
+    """The paper's vanilla controller and three learned ones, trained as docs/playground.md says.
+
+    Example:
+        >>> [choice.saved.name for choice in standard()][0]
+        'V-sector-w8'
+    """
+    folder = resources.files("apps.playground") / "controllers"
+    choices = []
+    for name, label in LABELS.items():
+        with resources.as_file(folder / f"{name}.json") as path:
+            choices.append(ControllerChoice(label, controller_file.load(path)))
+    return choices

@@ -1,6 +1,0 @@
-"""A page to play with: the closed loop as WebAssembly, and what people do to it."""
-
-from playground.page import ControllerChoice, Page
-from playground.standard import standard
-
-__all__ = ["ControllerChoice", "Page", "standard"]

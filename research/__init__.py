@@ -1,0 +1,1 @@
+"""Research with the package: the study of the paper, further studies, benchmarks."""

@@ -1,0 +1,105 @@
+"""The table of judged runs: a row a run, with what the analysis asks of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from research.reproduction.claims.designs import DRIVES
+from research.reproduction.claims.effects import LEARNED_FEEDBACK
+from research.reproduction.hop_rates import rate_slope
+from research.reproduction.learning.judged import VARIANTS, EvaluatedRuns, episode_merits
+from research.reproduction.record import Record
+from research.reproduction.table import design_place
+from tegotae._support import tables
+from tegotae._support.errors import TegotaeError
+from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.study import Arrays
+from tegotae.systems.laws import short_law
+from tegotae.systems.models import find
+
+DESIGN = ("model", "architecture", "senses", "drive", "omega_t")
+LAW = "law"
+"""The architecture of short laws in this table."""
+_COLUMNS = (*DESIGN, "fitness", "settled", "merit", "merit_chosen", "merit_judged")
+_KIND = "table that python -m research.reproduction learning wrote"
+
+
+def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
+    """The runs of a record.
+
+    Returns:
+        A row a run: `model`, `architecture` (of short laws `LAW`), `senses`, `drive` (what the
+        actuation follows; of short laws the law), `omega_t` [rad/s], `run`, `fitness` of the
+        training; `settled`, the share of episodes with a limit cycle; `cot_inverse` of those [m/J];
+        `merit`, `merit_cut`, `merit_frozen`, the mean of CoT⁻¹ with unsettled episodes as 0 [m/J];
+        `merit_chosen` and `merit_judged`, of the first half of the releases and of the others;
+        `following`, the slope of the hop rate over ω.
+    """
+    record = cell.record
+    settled, cot = arrays["limit_cycle_share"].astype(float), arrays["cot_inverse"].astype(float)
+    paid = episode_merits(settled, cot)
+    merit = paid.mean(axis=(2, 3))
+    half = paid.shape[2] // 2
+    rates = mean_defined(np.moveaxis(arrays["hop_rate"][0].astype(float), 1, -1))
+    runs = merit.shape[1]
+    table = pd.DataFrame({"run": np.arange(runs), "fitness": record.best_fitness[:runs]})
+    for i, (name, value) in enumerate(_design(record).items()):
+        table.insert(i, name, value)
+    table["settled"] = settled[0].mean(axis=(1, 2))
+    cells = np.where(settled[0] == 1.0, cot[0], np.nan).reshape(runs, -1)
+    table["cot_inverse"] = mean_defined(cells)
+    for variant, values in zip(VARIANTS, merit, strict=True):
+        table["merit" if variant == VARIANTS[0] else f"merit_{variant}"] = values
+    table["merit_chosen"] = paid[0, :, :half].mean(axis=(1, 2))
+    table["merit_judged"] = paid[0, :, half:].mean(axis=(1, 2))
+    table["following"] = rate_slope(record.omega.astype(float), rates)
+    return table
+
+
+def _design(record: Record) -> dict[str, object]:
+    if law := short_law(record.model):
+        keys = record.model, LAW, "F", law.law, law.omega_t
+    else:
+        model = design_place(find(record.model))
+        drive = DRIVES.get(model["actuation"], "")
+        keys = (
+            *(record.model, model["architecture"], model["observation"]),
+            *(drive, model["omega_t"]),
+        )
+    return dict(zip(DESIGN, keys, strict=True))
+
+
+def read_runs(path: Path) -> pd.DataFrame:
+    """The table of a file.
+
+    Raises:
+        TegotaeError: if it cannot be read, is no such table, or lacks V, learned feedback or laws.
+    """
+    cells = tables.read_csv(path, _COLUMNS, kind=_KIND)
+    try:
+        columns = {
+            name: column if name in DESIGN[:-1] else tables.parse_numbers(column)
+            for name, column in cells.items()
+        }
+    except ValueError:
+        raise TegotaeError(f"{path} is no {_KIND}: it holds what is no number") from None
+    runs = pd.DataFrame(columns)
+    for architecture in (*LEARNED_FEEDBACK, "V", LAW):
+        if not (runs.architecture == architecture).any():
+            raise TegotaeError(f"{path} has no runs of {architecture}; judge a whole study")
+    return runs
+
+
+def where(runs: pd.DataFrame, mask: pd.Series) -> pd.DataFrame:
+    """The rows of a table in which something holds."""
+    return pd.DataFrame(runs[mask])
+
+
+def concatenate_runs(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
+    """Tables of several records as one, in the order of ω_t, architecture and drive."""
+    table = pd.concat(list(tables), ignore_index=True)
+    return table.sort_values(["omega_t", "architecture", "drive", "model", "run"], kind="stable")

@@ -1,0 +1,69 @@
+"""A model under a reading of the paper, as an experiment."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from research.reproduction.readings.readings import Reading
+from tegotae.measures.evaluation import Protocol
+from tegotae.measures.hopping.hopping import LimitCycle
+from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.models import Model
+
+
+def experiment_under(
+    reading: Reading,
+    model: Model,
+    *,
+    timing: Timing = EPISODE,
+    settle_s: float = SETTLE_S,
+    protocol: Protocol | None = None,
+) -> Experiment:
+    """The training and evaluation of a model as a reading has them.
+
+    Args:
+        reading: what is chosen of all that the paper leaves open.
+        model: which of the paper's.
+        timing: an episode of training.
+        settle_s: time in it before it is evaluated [s].
+        protocol: of the evaluation; drop, release, work and tolerances are the reading's.
+
+    Example:
+        >>> from tegotae.systems.models import find
+        >>> experiment_under(Reading(mass_kg=0.2), find("ART")).body.mass_kg
+        0.2
+    """
+    hopper, protocol = reading.hopper, protocol or Protocol()
+    cycle, length = protocol.limit_cycle, hopper.rest_length_m
+    experiment = model.experiment(
+        budget=reading.parameters,
+        body=hopper,
+        height_m=reading.release * length,
+        timing=timing,
+        objective=Fitness(
+            settle_s=settle_s,
+            work=reading.work,
+            follow_omega=reading.follow_omega,
+            frequency_weight=reading.frequency_weight,
+        ),
+        protocol=dataclasses.replace(
+            protocol,
+            drop_m=reading.drop * length,
+            release_m=reading.release * length,
+            work=reading.work,
+            limit_cycle=LimitCycle(
+                height_tolerance_m=reading.tolerance * cycle.height_tolerance_m,
+                phase_tolerance_rad=reading.tolerance * cycle.phase_tolerance_rad,
+                max_period=cycle.max_period,
+                min_repeats=cycle.min_repeats,
+            ),
+        ),
+        search_offsets=reading.tuned_over,
+    )
+    controller = experiment.controller
+    actuation = reading.actuation(controller.actuation)
+    if actuation == controller.actuation:
+        return experiment
+    return experiment.replaced(controller=dataclasses.replace(controller, actuation=actuation))
