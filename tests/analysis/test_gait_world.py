@@ -33,7 +33,7 @@ def world(name="quadruped-c", **options):
     walker = load(name, WalkerController)
     defaults = {"terrain": (), "tolerance": 0.1}
     names = dict.fromkeys(("duration_s", "omega", "sigma", "delay_s", "noise", "body"))
-    return walker.driven(filled({**names, **defaults, **options}, walker.own()))
+    return walker.driven(filled({**names, **defaults, **options}, walker.defaults()))
 
 
 def test_a_terrain_is_named_with_its_numbers():

@@ -37,7 +37,7 @@ def trained(name: str, controller=REFLEX, labels=("0", "1"), **changed) -> Contr
 
 def answer(one: ControllerSet, shares: tuple[float, ...]) -> EvaluationTable:
     controller = HopperController(one)
-    options = filled({"protocol": None}, controller.own())
+    options = filled({"protocol": None}, controller.defaults())
     rows = {"run": one.labels, "share": shares}
     return controller._measurements(rows, (SHARE,), options)
 

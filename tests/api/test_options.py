@@ -26,7 +26,7 @@ from tegotae.systems.models import PRESETS, all_models
 def test_every_number_of_a_body_is_an_option_that_says_what_it_is(name):
     controller = load(name)
     for method in (controller.simulate, controller.evaluate):
-        options = options_of(method, controller.own())
+        options = options_of(method, controller.defaults())
         assert {"mass_kg", "gravity_m_per_s2", "omega"} < {*options}
         assert [name for name, option in options.items() if not option.about] == []
 

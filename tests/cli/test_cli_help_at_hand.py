@@ -141,9 +141,9 @@ def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch,
 )
 def test_a_figure_without_a_file_is_called_after_what_it_shows(name, file):
     command = Figure, facts_of(surface), "figure surface", name
-    assert OutputOptions().usual(*command).out == Path(file)
+    assert OutputOptions().with_default_file(*command).out == Path(file)
     given = OutputOptions(out=Path("mine.pdf"))
-    assert given.usual(*command) is given
+    assert given.with_default_file(*command) is given
 
 
 def test_a_figure_is_written_under_its_own_name(tmp_path, monkeypatch, capsys):

@@ -28,7 +28,7 @@ VERBS = {
     "suggest_wiring", "sweep", "train",
 }  # fmt: skip
 """Questions of the public interface, each over the function of this name that answers it."""
-SHARED = {"adjusted", "changed", "kind_of", "kinds", "own_values", "shown"}
+SHARED = {"changed", "kind_of", "kinds"}
 """Other names of several functions. A change may shorten the three lists and never lengthen one."""
 
 

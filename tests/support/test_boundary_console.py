@@ -12,7 +12,7 @@ import pytest
 
 from tegotae._support import compiled
 from tegotae.cli import main
-from tegotae.cli.console import PLAIN, make_safe, one_line, print_rows, shown
+from tegotae.cli.console import PLAIN, make_safe, one_line, print_rows, printable
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "latin-1", "utf-8"])
@@ -23,9 +23,9 @@ def test_whatever_is_printed_has_a_spelling(encoding, text):
 
 
 def test_plain_spellings_are_readable():
-    assert shown("CoT⁻¹ – ω_t ≥ 4", "ascii") == "CoT^-1 - omega_t >= 4"
-    assert shown("CoT⁻¹ – ω_t ≥ 4", "utf-8") == "CoT⁻¹ – ω_t ≥ 4"
-    assert shown("日", "ascii") == "\\u65e5"
+    assert printable("CoT⁻¹ – ω_t ≥ 4", "ascii") == "CoT^-1 - omega_t >= 4"
+    assert printable("CoT⁻¹ – ω_t ≥ 4", "utf-8") == "CoT⁻¹ – ω_t ≥ 4"
+    assert printable("日", "ascii") == "\\u65e5"
 
 
 def test_the_programs_streams_are_made_safe(monkeypatch):
@@ -48,7 +48,7 @@ NAMES = ["[red]", "[/]", "$x_", ":smile:", "\x1b[31m", "\udcff", "a\tb\nc", "\u2
 @pytest.mark.parametrize("name", NAMES)
 def test_a_name_is_shown_in_a_table_as_it_is(capsys, name):
     print_rows(["name", "value"], [[name, "1"]])
-    assert shown(name, "utf-8") in capsys.readouterr().out
+    assert printable(name, "utf-8") in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])

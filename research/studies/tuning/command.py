@@ -17,7 +17,7 @@ from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import require_count
 from tegotae._support.files import output_file, write_atomically
 from tegotae.api.controller import Changes
-from tegotae.api.experiments import adjusted, experiment_named, own_values
+from tegotae.api.experiments import adjusted, experiment_named, option_defaults
 from tegotae.api.parameters import Values, in_shell
 from tegotae.api.results import Table, short
 from tegotae.systems.registry import name_of
@@ -75,11 +75,11 @@ def _values(model: str = "", **parts: Any) -> Values:
     """Own values of a model's experiment."""
     names = ("budget", "oscillator", "body", "fitness")
     overrides = {name: x for name, x in parts.items() if name in names}
-    return own_values(experiment_named(model, **overrides))
+    return option_defaults(experiment_named(model, **overrides))
 
 
 @in_shell(
-    own=_values, pictures=False, examples={"One leg": "ART", "Several legs": "AR@quadruped-c"}
+    defaults=_values, pictures=False, examples={"One leg": "ART", "Several legs": "AR@quadruped-c"}
 )
 def search(
     model: str,

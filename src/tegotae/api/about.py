@@ -61,7 +61,7 @@ def doctor() -> Table:
     }
     rows = [(subject, name, x) for subject, facts in versions.items() for name, x in facts.items()]
     table = pd.DataFrame(rows, columns=["subject", "name", "value"])
-    return Table(rows=table, shown=[table.set_index(["subject", "name"])], data=versions)
+    return Table(rows=table, views=[table.set_index(["subject", "name"])], data=versions)
 
 
 def installed(package: str) -> str | None:

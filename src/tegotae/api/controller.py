@@ -44,11 +44,11 @@ class LoadedController:
     source: str = dataclasses.field(default="", kw_only=True)
     """Name that they were loaded by."""
 
-    def own(self) -> Values:
+    def defaults(self) -> Values:
         """Return the controller's own values of the options."""
         return {}
 
-    @in_shell(usual=("paper",))
+    @in_shell(default_names=("paper",))
     def simulate(self) -> Recording:
         """Simulate a controller: one run, closely."""
         raise NotImplementedError
@@ -100,7 +100,7 @@ class LoadedController:
             TegotaeError: for a controller elsewhere than on a body of this package, or values that
                 cannot be.
         """
-        options = filled(locals(), self.own())
+        options = filled(locals(), self.defaults())
         from tegotae.api.explaining import explain
 
         return explain(self, options)
@@ -241,7 +241,7 @@ class LoadedController:
         first, *further = controllers
         if compares and not further:
             raise TegotaeError("a comparison needs at least two sets of controllers; 1 found")
-        options_by_controller = [filled(options, x.own()) for x in controllers]
+        options_by_controller = [filled(options, x.defaults()) for x in controllers]
         for controller, values in zip(controllers, options_by_controller, strict=True):
             if type(controller) is not type(first):
                 raise TegotaeError(

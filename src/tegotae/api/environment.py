@@ -30,7 +30,7 @@ _ON_ENGINE = (
 """Options of a training that belong to this package's engine."""
 
 
-def own_values(experiment: EnvExperiment) -> Values:
+def environment_defaults(experiment: EnvExperiment) -> Values:
     """Return the experiment's own values of the options of a training.
 
     Args:
@@ -45,7 +45,7 @@ def own_values(experiment: EnvExperiment) -> Values:
     }
 
 
-def adjusted(experiment: EnvExperiment, options: Mapping[str, Any]) -> EnvExperiment:
+def adjusted_on_environment(experiment: EnvExperiment, options: Mapping[str, Any]) -> EnvExperiment:
     """Return an experiment with other values; the share of an episode for settling stays.
 
     Args:
@@ -55,7 +55,7 @@ def adjusted(experiment: EnvExperiment, options: Mapping[str, Any]) -> EnvExperi
     Raises:
         TegotaeError: for an option that it does not have, or values that do not fit together.
     """
-    values = filled(options, own_values(experiment))
+    values = filled(options, environment_defaults(experiment))
     settings = changes(values.fitness, experiment.objective)
     if options.get("cot_only"):
         if not isinstance(values.fitness, Hopping):
@@ -105,7 +105,7 @@ class EnvironmentController(LoadedController):
     def on(self, body: Body) -> EnvironmentController:
         raise TegotaeError(f"{self.name} was trained on an environment, and has its body there")
 
-    def own(self) -> Values:
+    def defaults(self) -> Values:
         experiment = self.experiment
         omegas = experiment.omegas or (experiment.wiring.omega,)
         return {
@@ -120,7 +120,7 @@ class EnvironmentController(LoadedController):
         Args:
             duration_s: length of the episode [s].
         """
-        options = filled(locals(), self.own())
+        options = filled(locals(), self.defaults())
         experiment = lasting(self.experiment, options.duration_s)
         (played,) = replay(experiment, [self.weights])
         reason = played.why_on_ground()

@@ -68,14 +68,14 @@ _OF_HOPPERS = (
 """Options of an experiment on a body with one leg alone."""
 
 
-def own_values(experiment: Experiment) -> Values:
+def option_defaults(experiment: Experiment) -> Values:
     """Return the experiment's own values of the options of a training.
 
     Args:
         experiment: the experiment.
 
     Example:
-        >>> own_values(find("ART").experiment())["drop_m"]
+        >>> option_defaults(find("ART").experiment())["drop_m"]
         0.2
     """
     values: dict[str, Any] = {
@@ -109,7 +109,7 @@ def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
         >>> adjusted(find("ART").experiment(), {"body": {"mass_kg": 0.2}}).body.mass_kg
         0.2
     """
-    defaults = own_values(experiment)
+    defaults = option_defaults(experiment)
     filling = vars(filled(options, defaults))
     overrides = {
         name: x for name, x in filling.items() if x is not None and x != defaults.get(name)

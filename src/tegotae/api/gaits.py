@@ -57,7 +57,7 @@ class _Study:
 
     def __init__(self, controller: Walking, options: Mapping[str, Any], *over: Axis) -> None:
         controller = _walker(controller)
-        defaults = {**controller.own(), **_usual(_walker(controller))}
+        defaults = {**controller.defaults(), **_default_ranges(_walker(controller))}
         for axis in over:
             value = options[axis.name] if axis.name in (OMEGA, SIGMA) else None
             if value not in (None, defaults.get(axis.name)):
@@ -87,8 +87,8 @@ class _Study:
         hidden = ("controller", "out")
         return Figure(
             raw=raw,
-            drawn=lambda: {"figure": draw(raw, self._title())},
-            beside={"": frame},
+            draw=lambda: {"figure": draw(raw, self._title())},
+            figure_tables={"": frame},
             settings={name: x for name, x in settings.items() if name not in hidden},
             data={**numbers, "rows": frame.to_dict("records")},
             **fields,
@@ -113,7 +113,7 @@ class _Study:
         return literal_text(", ".join(filter(None, words))) + suffix
 
 
-def _usual(controller: WalkerController) -> dict[str, Any]:
+def _default_ranges(controller: WalkerController) -> dict[str, Any]:
     """Usual ranges of the axes of a study."""
     omega = (OMEGA, *_around(controller.legged.omega))
     return {
@@ -124,7 +124,7 @@ def _usual(controller: WalkerController) -> dict[str, Any]:
     }
 
 
-_RANGES: dict[str, Any] = {"own": lambda controller, **_: _usual(_walker(controller))}
+_RANGES: dict[str, Any] = {"defaults": lambda controller, **_: _default_ranges(_walker(controller))}
 
 
 def _axis(limits: tuple[str, float, float], count: int) -> Axis:
@@ -211,7 +211,7 @@ def basin(
             f"Lags behind {names[legged.reference]} in cycles, circular mean ± deviation over "
             "the starts; median time to lock.",
         ),
-        shown=[pd.DataFrame(rows).set_index("gait")],
+        views=[pd.DataFrame(rows).set_index("gait")],
         data={"outcomes": outcomes.to_dict("records")},
     )
 
@@ -283,7 +283,7 @@ def sweep(
 
     axis = Axis.between(OMEGA, *(levels or _around(controller.legged.omega)), count)
     study = _Study(controller, options, axis)
-    if dwell_s is not None and study.options.duration_s != controller.own()["duration_s"]:
+    if dwell_s is not None and study.options.duration_s != controller.defaults()["duration_s"]:
         raise TegotaeError("duration_s does nothing beside dwell_s; leave one of them out")
     dwell_s = float(0.5 * study.options.duration_s if dwell_s is None else dwell_s)
     result = swept(study.legged, axis.values, dwell_s=dwell_s, starts=starts, **study.releases)
@@ -296,7 +296,7 @@ def sweep(
         result,
         result.frame,
         sweep_figure,
-        shown=[summary.set_index(summary.index.map("{:.4g}".format))],
+        views=[summary.set_index(summary.index.map("{:.4g}".format))],
         notes=(
             *(_in_a_line(change) for change in changes.round(9).to_dict("records")),
             *([] if len(changes) else [_NO_CHANGE]),
@@ -375,7 +375,7 @@ def map(
     options, controller = locals(), _walker(controller)
     from tegotae.figures.gaits.maps import map_figure
 
-    ranges, folder = _usual(controller), None if out is None else Path(out)
+    ranges, folder = _default_ranges(controller), None if out is None else Path(out)
     across = _axis(x or ranges["x"], cells[0])
     along = _axis(y or ranges["y"], cells[1])
     study = _Study(controller, options, across, along)
@@ -399,7 +399,7 @@ def map(
         index=counts.index.rename("gait of most starts"),
     )
     axes = {"x": across, "y": along}
-    return study.figure(result, table, map_figure, shown=[summary], data=axes)
+    return study.figure(result, table, map_figure, views=[summary], data=axes)
 
 
 @in_shell(**_FOLDER)
@@ -473,7 +473,7 @@ def front(
         {name: table[name].map(f"{{:{style}}}".format) for name, style in formats.items()}
     ).set_index(pd.Index(table["family"]))
     study.over = [OMEGA]
-    return study.figure(table, table, front_figure, shown=[summary], data={"search": search})
+    return study.figure(table, table, front_figure, views=[summary], data={"search": search})
 
 
 @in_shell(**_FOLDER, **_RANGES)
@@ -530,7 +530,7 @@ def stability(
     options, controller = locals(), _walker(controller)
     from tegotae.figures.gaits.maps import stability_figure
 
-    axis = _axis(over or _usual(controller)["over"], count)
+    axis = _axis(over or _default_ranges(controller)["over"], count)
     study = _Study(controller, options, axis)
     settings = {"kick": kick, "pairs": pairs, "skip": skip, "cycles": cycles, **study.releases}
     result = measured_stability(study.legged, axis, tuple(gaits) or None, **settings)
@@ -557,7 +557,7 @@ def stability(
         result,
         frame,
         stability_figure,
-        shown=[summary.set_index(summary.index.map("{:.4g}".format))],
+        views=[summary.set_index(summary.index.map("{:.4g}".format))],
         notes=(*crossings, *ends, *([] if crossings else [none])),
         data={
             "crossings": result.crossings.to_dict("records"),
@@ -650,7 +650,7 @@ def perturb(
         lesion_figure,
         title=f"{result.lesion.label} at {result.lesion.at_s:g} {time}: {len(stays)} of "
         f"{len(stood)} that stood stay up, {share:.3f} ({low:.3f} … {high:.3f})",
-        shown=[pairs.rename_axis("before → after").to_frame("starts")],
+        views=[pairs.rename_axis("before → after").to_frame("starts")],
         notes=notes,
         data={
             "lesion": result.lesion,

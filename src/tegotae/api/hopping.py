@@ -46,7 +46,7 @@ class HopperController(LoadedController):
 
     what = "hops on one leg"
 
-    def own(self) -> Values:
+    def defaults(self) -> Values:
         system, trained = self.runs.system, self.runs.experiment
         return {
             "omega": system.omega,
@@ -79,7 +79,7 @@ class HopperController(LoadedController):
         Raises:
             TegotaeError: for several controllers, or values that do not fit together.
         """
-        defaults = {**self.own(), "sigma": None}
+        defaults = {**self.defaults(), "sigma": None}
         options = filled({"omega": omega, "release": release, "body": body}, defaults)
         if sigma is not None:
             require_within("sigma", sigma, MOST_GAIN)
@@ -128,7 +128,7 @@ class HopperController(LoadedController):
             >>> load("paper").simulate(duration_s=4.0, drop_m=0.1, drop_time_s=2.0).table.columns[1]
             'height_m'
         """
-        options = filled(locals(), self.own())
+        options = filled(locals(), self.defaults())
         result = self._rolled_out(options)
         summary, trajectory = result.summary(), result.trajectory
         heights = ", ".join(f"{height:.4f}" for height in result.apexes[1][-4:])

@@ -19,7 +19,7 @@ from tegotae.systems.laws import LAWS, ShortLaw
 from tegotae.systems.models import all_models
 from tegotae.systems.zoo import ALL, Zoo, ZooName, studies, study_of
 
-SHOWN = ("cot_inverse", "t0_s", "t1_s")
+_ON_SCREEN = ("cot_inverse", "t0_s", "t1_s")
 """The metrics of a trained controller on the screen, where there are any of these; else the first
 ones. JSON has all."""
 
@@ -147,7 +147,7 @@ def _trained(pattern: str) -> Table:
         raise unknown("trained controller", f"{query.model}/{query.run}".rstrip("/"), first)
     metrics_held = (name for zoo in zoos for name in zoo.metrics)
     held = dict.fromkeys(name for name in metrics_held if any(name in row for row in rows))
-    visible = [name for name in SHOWN if name in held] or [*held][: len(SHOWN)]
+    visible = [name for name in _ON_SCREEN if name in held] or [*held][: len(_ON_SCREEN)]
     heading_by_metric = {metric.name: metric.heading for metric in metrics()}
     counts = ", ".join(
         f"{zoo.study} by tegotae {zoo.software.get('tegotae')}, {zoo.software.get('engine')} engine"
@@ -180,7 +180,7 @@ def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Ta
     table = pd.DataFrame(rows)[[*headings]].map(_cell)
     table.columns = [*headings.values()]
     table = table.set_index(table.columns[0])
-    return Table(rows=rows, shown=[table], notes=[remark], data=rows)
+    return Table(rows=rows, views=[table], notes=[remark], data=rows)
 
 
 def _cell(value: Any) -> str:

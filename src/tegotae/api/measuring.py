@@ -134,7 +134,7 @@ def _result(measured: Measured, rest_length_m: float, weight_n: float | None) ->
 
         return recording_tables(measured)
 
-    def drawn() -> dict[str, figure.Figure]:
+    def draw() -> dict[str, figure.Figure]:
         from tegotae.figures.recording import recording_figure
 
         picture = recording_figure(measured, rest_length_m=rest_length_m, note=regime)
@@ -148,7 +148,7 @@ def _result(measured: Measured, rest_length_m: float, weight_n: float | None) ->
         title=f"{title}; {reason_of_cycle}" if reason_of_cycle else title,
         notes=notes,
         rows=table,
-        shown=[metric_table],
+        views=[metric_table],
         data={
             "regime": regime,
             **values,
@@ -159,8 +159,8 @@ def _result(measured: Measured, rest_length_m: float, weight_n: float | None) ->
             "apex_height_m": hops.height_m,
             "apex_phase_rad": hops.phase_rad,
         },
-        drawn=drawn,
-        beside=tables,
+        draw=draw,
+        figure_tables=tables,
     )
 
 

@@ -55,7 +55,7 @@ class Option:
 class InShell:
     """Facts about a function that the shell needs and its signature does not say."""
 
-    own: Callable[..., Values] | None = None
+    defaults: Callable[..., Values] | None = None
     """Function of the name and of the plain options so far: the subject's own values."""
     writes: Literal["nothing", "folder", "file"] = "nothing"
     """Output if no other is named."""
@@ -63,7 +63,7 @@ class InShell:
     """False if its result has no figure."""
     values: Values = dataclasses.field(default_factory=dict)
     """Values of nested parameters that are the same for all subjects."""
-    usual: tuple[str, ...] = ()
+    default_names: tuple[str, ...] = ()
     """Names where none is given."""
     names: str = ""
     """Meaning of a name, for help."""

@@ -64,7 +64,7 @@ def _hopper(controller: Hopping) -> HopperController:
 
 def _figure(
     raw: Any,
-    drawn: Callable[[], matplotlib_figure.Figure],
+    draw: Callable[[], matplotlib_figure.Figure],
     tables: Mapping[str, Any],
     options: Any,
     **fields: Any,
@@ -74,7 +74,7 @@ def _figure(
     if callable(settings.get("policy")):
         settings["policy"] = settings["policy"].__name__
     return Figure(
-        raw=raw, drawn=lambda: {"figure": drawn()}, beside=tables, settings=settings, **fields
+        raw=raw, draw=lambda: {"figure": draw()}, figure_tables=tables, settings=settings, **fields
     )
 
 
@@ -83,7 +83,7 @@ def _options(options: Mapping[str, Any]) -> Any:
     if options.get("policy") is not None:
         return filled(options, {})
     hopping = _hopper(options["controller"])
-    return filled({**options, "controller": hopping}, hopping.own())
+    return filled({**options, "controller": hopping}, hopping.defaults())
 
 
 def _changed(options: Any) -> SavedController:
@@ -128,7 +128,7 @@ def _require_policy(controller: Any, policy: Any) -> None:
 
 
 _DRIVEN: dict[str, Any] = {
-    "own": _driver_values,
+    "defaults": _driver_values,
     "loads": ("policy",),
     "examples": {
         "One leg, such as paper": "paper",
@@ -364,7 +364,7 @@ def poincare(
         options,
         title=f"limit cycle of {hops}, {section.period_s:.4f} s",
         notes=notes,
-        shown=[table.set_index("Floquet multiplier")],
+        views=[table.set_index("Floquet multiplier")],
         data={"multiplier_modulus": modulus, "observed_factor": section.observed},
     )
 
@@ -455,7 +455,7 @@ def phase_locking(
         TegotaeError: for values that cannot be, before anything is computed.
     """
     hopping = _hopper(controller)
-    options = filled(locals(), hopping.own())
+    options = filled(locals(), hopping.defaults())
     del options.hopping
     from tegotae.analysis.maps import axis, sweep_gain
     from tegotae.figures.maps import phase_locking_figure, phase_locking_table
@@ -571,5 +571,5 @@ def learning_curves(
             "Mean over runs of the mean over the last tenth of training [95 % interval]; equal "
             "time: that of the shortest run of the model.",
         ),
-        shown=[drawings.algorithms_compared(curves)],
+        views=[drawings.algorithms_compared(curves)],
     )

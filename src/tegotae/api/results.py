@@ -48,7 +48,7 @@ class Column:
     range: statistics.Range = statistics.UNBOUNDED
     """Least and largest possible value."""
     more_is_better: bool | None = None
-    shown: bool = True
+    visible: bool = True
     """True if the screen shows it; files have all columns."""
 
     @property
@@ -93,13 +93,13 @@ class ResultBase:
     """Sentences below the tables."""
     rows: Any = ()
     """Numbers: columns by name, or rows; or a function that makes them."""
-    shown: Sequence[pd.DataFrame] = ()
+    views: Sequence[pd.DataFrame] = ()
     """Tables for people; their index names the rows."""
     data: Any = None
     """Content of the document."""
-    drawn: Callable[[], Mapping[str, matplotlib_figure.Figure]] | None = None
+    draw: Callable[[], Mapping[str, matplotlib_figure.Figure]] | None = None
     """Function that draws the figures, by name."""
-    beside: Mapping[str, Columns] | Callable[[], Mapping[str, Columns]] = field(
+    figure_tables: Mapping[str, Columns] | Callable[[], Mapping[str, Columns]] = field(
         default_factory=dict
     )
     """Tables that are written beside a picture, by name; "" is the main one."""
@@ -112,7 +112,7 @@ class ResultBase:
 
     def texts(self) -> list[pd.DataFrame]:
         """Return the tables for people; their index names the rows."""
-        return [*self.shown]
+        return [*self.views]
 
     def to_dict(self) -> JsonObject:
         """Return all as JSON values: null for an undefined number."""
@@ -120,7 +120,7 @@ class ResultBase:
 
     def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
         """Draw the figures, by name, the most telling one first."""
-        return {} if self.drawn is None else self.drawn()
+        return {} if self.draw is None else self.draw()
 
     def plot(self, path: Path | str | None = None) -> matplotlib_figure.Figure:
         """Draw the figure, and write it to a file (.png, .pdf, .svg) if there is a path.
@@ -150,7 +150,7 @@ class ResultBase:
         return figures[first], paths
 
     def _tables(self) -> Mapping[str, Columns]:
-        return self.beside() if callable(self.beside) else self.beside
+        return self.figure_tables() if callable(self.figure_tables) else self.figure_tables
 
     def save(self, path: Path | str) -> list[Path]:
         """Write a file or a folder; the ending decides.
@@ -252,7 +252,7 @@ class Recording(ResultBase):
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Figure(ResultBase):
-    """Figure, and the numbers that it shows; its table is the main one of `beside`."""
+    """Figure, and the numbers that it shows; its table is the main one of `figure_tables`."""
 
     settings: Mapping[str, Any]
     """Options of the figure."""
@@ -291,8 +291,6 @@ class Files(ResultBase):
     """Endings that the file may have; none of a folder."""
     replaces: bool = False
     """True if an existing file may be written over."""
-    made: Any = None
-    """Object in the file, such as a body."""
     files: Mapping[str, str] = field(default_factory=dict)
     """Texts by their paths in a folder, where they are texts."""
 
@@ -456,7 +454,7 @@ class EvaluationTable(Table):
     def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
         from tegotae.figures.intervals import intervals_figure
 
-        visible = [c for c in self.columns if c.shown and self.rows[c.name].dtype.kind in "fi"]
+        visible = [c for c in self.columns if c.visible and self.rows[c.name].dtype.kind in "fi"]
         frame = self.summary()
         names = [", ".join(map(short, key)) for key in frame.index]
         return {"intervals": intervals_figure(names, {c.heading: frame[c.name] for c in visible})}
@@ -476,8 +474,8 @@ class EvaluationTable(Table):
         return EXACT if {name, self.base} & self.exact else INDEPENDENT
 
     def _texts(self, frame: pd.DataFrame, *, better: bool) -> pd.DataFrame:
-        visible = [column for column in self.columns if column.shown and column.name in frame]
-        cells = {c.heading: [_shown(c, cell, better) for cell in frame[c.name]] for c in visible}
+        visible = [column for column in self.columns if column.visible and column.name in frame]
+        cells = {c.heading: [_cell(c, cell, better) for cell in frame[c.name]] for c in visible}
         labels = [str(runs) for runs in frame["runs"]]
         if better:
             methods = frame[[column.name for column in visible]].map(lambda cell: cell.method)
@@ -529,7 +527,7 @@ def _difference(column: Column, rows: pd.DataFrame, base: pd.DataFrame, method: 
     return statistics.difference(values, baseline, single_is_exact=exact, within=column.range)
 
 
-def _shown(column: Column, cell: Interval | str, better: bool) -> str:
+def _cell(column: Column, cell: Interval | str, better: bool) -> str:
     """A mean with its interval; of a difference with whether it is for the better."""
     if isinstance(cell, str):
         return cell

@@ -46,7 +46,7 @@ def list_conditions(*conditions: str) -> Table:
     rows = [(x.name, x.label, x.unit, f"{x.neutral:g}", _listed(x.levels)) for x in selection]
     table = pd.DataFrame(rows, columns=["condition", "what", "unit", "none", "levels"])
     indexed, data = table.set_index("condition"), {"conditions": table.to_dict("records")}
-    return Table(rows=table, shown=[indexed], data=data)
+    return Table(rows=table, views=[indexed], data=data)
 
 
 def _chosen(conditions: Iterable[str]) -> tuple[Disturbance, ...]:

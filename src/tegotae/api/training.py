@@ -80,7 +80,7 @@ class Trainee:
         parts = (self.place, self.experiment.name, "" if algorithm == "pgpe" else algorithm)
         return Path("runs") / "-".join(filter(None, parts))
 
-    def own(self) -> Values:
+    def defaults(self) -> Values:
         """Return the own values of the options of `train`."""
         hidden = _OF_POPULATIONS if self.is_agent else _OF_AGENTS
         values: dict[str, Any] = {"out": self.folder, "algorithm": self.settings}
@@ -91,10 +91,10 @@ class Trainee:
             **dict.fromkeys(hidden, HIDDEN),
         }
         if isinstance(self.experiment, Experiment):
-            return {**experiments.own_values(self.experiment), **values}
+            return {**experiments.option_defaults(self.experiment), **values}
         from tegotae.api import environment
 
-        return {**environment.own_values(self.experiment), **values}  # type: ignore[arg-type]
+        return {**environment.environment_defaults(self.experiment), **values}  # type: ignore[arg-type]
 
     def adjusted(self, options: Mapping[str, Any]) -> Trainable:
         """Return the experiment with other values.
@@ -102,7 +102,7 @@ class Trainee:
         Args:
             options: options of `train`.
         """
-        names = [x for x in self.own() if x in options and x not in _NOT_THE_EXPERIMENTS]
+        names = [x for x in self.defaults() if x in options and x not in _NOT_THE_EXPERIMENTS]
         values = {name: options[name] for name in (*names, *_NUMBERS)}
         for name in ("body", "fitness"):  # by name they are in the experiment
             if not isinstance(options[name], Mapping):
@@ -111,7 +111,7 @@ class Trainee:
             return experiments.adjusted(self.experiment, values)
         from tegotae.api import environment
 
-        return environment.adjusted(self.experiment, values)  # type: ignore[arg-type]
+        return environment.adjusted_on_environment(self.experiment, values)  # type: ignore[arg-type]
 
     def learner(self, options: Any, experiment: Trainable) -> Evolution | AgentLearner:
         """Return the learner.
@@ -343,11 +343,11 @@ def _remarks(controllers: TrainedControllers) -> list[str]:
 
 def _values(model: Any = "", **options: Any) -> Values:
     """Own values of a model's training."""
-    return _trainee(model, **options).own()
+    return _trainee(model, **options).defaults()
 
 
 @in_shell(
-    own=_values,
+    defaults=_values,
     values={"environment": EnvironmentOptions()},
     loads=("budget", "oscillator", "body", "fitness", "env", "algorithm", "wiring", "tensorboard"),
     names="A name is a model (see `tegotae models`), an architecture such as ART, a design for a "
@@ -461,7 +461,7 @@ def train(
     require_count("seeds", seeds, most=MOST_SEEDS)
     require_count("first_seed", first_seed, least=0, most=2**31 - 1 - seeds)
     trainee = _trainee(**options)
-    values = filled({**options, "algorithm": trainee.settings}, trainee.own())
+    values = filled({**options, "algorithm": trainee.settings}, trainee.defaults())
     experiment = trainee.adjusted(options)
     learner = trainee.learner(values, experiment)
     runs = tuple(range(first_seed, first_seed + seeds))

@@ -34,7 +34,7 @@ class WalkerController(LoadedController):
     def on(self, body: Body) -> WalkerController:
         return dataclasses.replace(self, legged=self.legged.with_body(body))
 
-    def own(self) -> Values:
+    def defaults(self) -> Values:
         body = self.legged.body
         senses: Values = {"delay_s": 0.0, "noise": 0.0}
         if isinstance(body, Sensors):
@@ -116,7 +116,7 @@ class WalkerController(LoadedController):
         Raises:
             TegotaeError: for values that cannot be, before anything is computed.
         """
-        options = filled(locals(), self.own())
+        options = filled(locals(), self.defaults())
         legged = self.driven(options)
         if options.phases and options.seed:
             raise TegotaeError("seed is of random phases, and phases gives them; leave one out")

@@ -262,7 +262,7 @@ def _baseline_values(env: str = "", **_: Any) -> Values:
 
 
 @in_shell(
-    own=_baseline_values,
+    defaults=_baseline_values,
     values={"environment": EnvironmentOptions()},
     names=ENVIRONMENTS,
     examples={"": "my_leg.xml"},
@@ -310,7 +310,7 @@ def wiring_baseline(
     sweep = sweep_vanilla(experiment, omega, options.workers)
     table, (row, column) = _sweep_table(sweep), sweep.best
 
-    def drawn() -> dict[str, figure.Figure]:
+    def draw() -> dict[str, figure.Figure]:
         from tegotae.figures.maps import vanilla_sweep_figure
         from tegotae.figures.style import literal_text
 
@@ -324,7 +324,7 @@ def wiring_baseline(
         f"fitness {sweep.fitness[row, column]:.4f}",
         notes=_advice(sweep),
         rows=table,
-        shown=[_best_gains(sweep)],
+        views=[_best_gains(sweep)],
         data={"environment": experiment.spec.env, "rows": table.to_dict("records")},
-        drawn=drawn,
+        draw=draw,
     )

@@ -15,7 +15,7 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
-from tegotae.cli.kept_texts import is_text, shown
+from tegotae.cli.kept_texts import is_text, print_stored
 from tegotae.cli.program import Command, CommandGroup, overview
 
 _HELP = (["-h"], ["--help"])
@@ -46,8 +46,8 @@ def main(
     def run() -> int:
         return exit_status(lambda: _run(words, program, prog))
 
-    is_tegotae = program is TEGOTAE  # of which `shown` knows the files
-    return shown(words, prog, run) if is_tegotae and is_text(words) else run()
+    is_tegotae = program is TEGOTAE  # of which `print_stored` knows the files
+    return print_stored(words, prog, run) if is_tegotae and is_text(words) else run()
 
 
 def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:

@@ -54,11 +54,11 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() or c == " " else _escaped(c) for c in joined)
 
 
-def shown(text: str, encoding: str) -> str:
+def printable(text: str, encoding: str) -> str:
     """A text as a console of this encoding will have it, so that its width is known.
 
     Example:
-        >>> shown("CoT⁻¹ [m/J]", "ascii")
+        >>> printable("CoT⁻¹ [m/J]", "ascii")
         'CoT^-1 [m/J]'
     """
     text = "".join(c if c.isprintable() else _escaped(c) for c in text)
@@ -99,7 +99,10 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
         rows: of the table, one text a column.
         key: how many columns, the first ones, name the row.
     """
-    plain, on_screen = partial(shown, encoding=sys.stdout.encoding or "utf-8"), sys.stdout.isatty()
+    plain, on_screen = (
+        partial(printable, encoding=sys.stdout.encoding or "utf-8"),
+        sys.stdout.isatty(),
+    )
     width = shutil.get_terminal_size().columns if on_screen else WIDTH
     lines = [[plain(cell) for cell in row] for row in (columns, *rows)]
     table, across = map(_aligned, (zip(*lines, strict=True), lines))

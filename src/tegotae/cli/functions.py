@@ -90,7 +90,7 @@ class FunctionCall:
     def names_needed(self) -> bool:
         """True if the function needs a name that it has no default for."""
         if self.is_method:
-            return not self.facts.usual
+            return not self.facts.default_names
         return any(x.default is x.empty and x.kind is not x.VAR_POSITIONAL for x in self.subjects)
 
     @property
@@ -100,7 +100,7 @@ class FunctionCall:
     def help(self) -> NoReturn:
         """Print the help: of the named subject, or of the command."""
         shared, text, footer = self._shared(), about(self.function), ""
-        if self.names or self.options or not (self.is_about_controllers or self.facts.own):
+        if self.names or self.options or not (self.is_about_controllers or self.facts.defaults):
             bound = self._bound()
             shared = {**bound.options, **shared, **_only(bound.options, "out")}
             text = about(bound.function)
@@ -140,7 +140,7 @@ class FunctionCall:
         output = OutputOptions(**{name: x for name, x in output_values.items() if name != "body"})
         command = self.prog.partition(" ")[2]
         subject = self.names[0] if self.names else bound.name
-        output = output.usual(result_of(self.function), self.facts, command, subject)
+        output = output.with_default_file(result_of(self.function), self.facts, command, subject)
         values = _nested(paths)
         if "out" in bound.options:  # the function works in the folder that is written
             folder = output.out or bound.options["out"].value
@@ -159,7 +159,7 @@ class FunctionCall:
         Raises:
             TegotaeError: for a name that means nothing here, or too many.
         """
-        function, facts, names = self.function, self.facts, self.names or self.facts.usual
+        function, facts, names = self.function, self.facts, self.names or self.facts.default_names
         if not self.is_method:
             self._require_one(names)
         if names and not self.subjects:
@@ -169,7 +169,7 @@ class FunctionCall:
             first, *further = load_all(*names, body=body)
             function = getattr(first, function.__name__)
             self._require_one([x.name for x in (first, *further)])
-            return _Bound(function, tuple(further), first.own(), first.name)
+            return _Bound(function, tuple(further), first.defaults(), first.name)
         plain = options_of(function, facts.values).values()
         overrides = _nested(known_options(self.options, plain, self.prog))
         subjects: tuple[Any, ...] = tuple(names) or tuple(
@@ -182,11 +182,11 @@ class FunctionCall:
             subjects = tuple(load_all(*subjects, body=body)) if subjects else ()
             self._require_one([x.name for x in subjects])
             name = subjects[0].name if subjects else ""
-            defaults = subjects[0].own() if subjects else {}
+            defaults = subjects[0].defaults() if subjects else {}
         else:
             name, defaults = str(subjects[0]) if subjects else "", {}
-        if facts.own is not None:
-            defaults = {**defaults, **facts.own(*subjects[:1], **overrides)}
+        if facts.defaults is not None:
+            defaults = {**defaults, **facts.defaults(*subjects[:1], **overrides)}
         defaults = {**facts.values, **defaults}
         return _Bound(function, subjects, defaults, defaults.get("", name))
 
@@ -204,7 +204,7 @@ class _Bound:
     function: Callable[..., Any]
     subjects: tuple[Any, ...]
     """Positional arguments."""
-    own: Values
+    defaults: Values
     """Own values of the first subject."""
     name: str
     """Name of the first subject."""
@@ -212,7 +212,7 @@ class _Bound:
     @property
     def options(self) -> dict[str, Option]:
         """Options by name."""
-        return options_of(self.function, self.own)
+        return options_of(self.function, self.defaults)
 
 
 def _nested(paths: Mapping[str, Any]) -> dict[str, Any]:
@@ -246,7 +246,7 @@ def options_by_subject(function: Callable[..., Any]) -> dict[str, dict[str, Opti
     kinds: dict[str, dict[str, Option]] = {}
     if call.is_method:
         for heading, (kind, name) in kinds_of_controllers().items():
-            defaults = load_all(name)[0].own() if name else {}
+            defaults = load_all(name)[0].defaults() if name else {}
             kinds[heading] = options_of(getattr(kind, function.__name__), defaults)
         return {"option": call._shared(), **kinds}
     for heading, words in call.facts.examples.items() or {"option": ""}.items():

@@ -36,7 +36,7 @@ def is_text(words: Sequence[str]) -> bool:
     return asks and plain and "--parts" not in words
 
 
-def shown(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
+def print_stored(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
     """The exit status of what prints a text; where that was kept, it is printed at once.
 
     Args:

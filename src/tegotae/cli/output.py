@@ -67,7 +67,7 @@ class OutputOptions:
 
             animation_file(self.animate)
 
-    def usual(
+    def with_default_file(
         self, result_class: type[ResultBase], facts: InShell, command: str, name: str
     ) -> OutputOptions:
         """Return the same, with the usual file of a command if no other output is named."""

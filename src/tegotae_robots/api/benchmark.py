@@ -71,13 +71,16 @@ def benchmark(
     rows = published.loc[fewer & (published["subject"] == subject)]
     table = pd.concat([pd.DataFrame([row]), rows])
     table = table.sort_values("score", ascending=False, kind="stable").set_index("entry")
-    columns = table[["track"]].assign(score=_shown(table, *_SCORE), stands=_shown(table, *_STANDS))
+    columns = table[["track"]].assign(
+        score=_intervals(table, *_SCORE), stands=_intervals(table, *_STANDS)
+    )
     settings = {"subject": subject, "track": track, "entry": str(name)}
+    (score,) = _intervals(pd.DataFrame([outcome]), *_SCORE)
     return Table(
         raw=scores,
-        title=f"{name} on {subject}, track {track}: {_shown(pd.DataFrame([outcome]), *_SCORE)[0]}",
+        title=f"{name} on {subject}, track {track}: {score}",
         rows=body.episodes(scores),
-        shown=[columns],
+        views=[columns],
         notes=[
             "Score: mean over conditions and unseen starts, with a 95 % interval over starts; "
             "stands: share of episodes without a fall, with Wilson's interval.",
@@ -90,6 +93,6 @@ def benchmark(
 _SCORE, _STANDS = ("score", "low", "high"), ("stands", "stands_low", "stands_high")
 
 
-def _shown(table: pd.DataFrame, *columns: str) -> list[str]:
+def _intervals(table: pd.DataFrame, *columns: str) -> list[str]:
     """A mean with its interval, row by row."""
     return ["{:.3g} [{:.3g}, {:.3g}]".format(*x) for x in table[[*columns]].to_numpy()]

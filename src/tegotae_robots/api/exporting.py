@@ -43,7 +43,7 @@ def _tick(controller: Any = "", **_: Any) -> Values:
     return {"tick_s": usual_tick_s(_saved(controller)) if controller else 0.001}
 
 
-@in_shell(own=_tick, names=NAMES, writes="folder", pictures=False, examples={"": "paper"})
+@in_shell(defaults=_tick, names=NAMES, writes="folder", pictures=False, examples={"": "paper"})
 def export_c(
     law: Exportable,
     *,
@@ -96,7 +96,7 @@ def export_c(
         title=f"{title}; check it in its folder:\n{form.check(export.prefix)}",
         notes=[f"warning: {warning}" for warning in export.warnings()],
         rows=lambda: pd.read_csv(io.StringIO(files[form.place("golden.csv")])),
-        shown=[pd.DataFrame(rows, columns=["", "name", "unit", "what"]).set_index("")],
+        views=[pd.DataFrame(rows, columns=["", "name", "unit", "what"]).set_index("")],
         data=json.loads(files[f"{export.prefix}.json"]),
     )
 
@@ -143,7 +143,7 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
     )
 
 
-@in_shell(usual=("V-sector-w8", "AR", "ART", "ARGT", "T"), pictures=False, names=NAMES)
+@in_shell(default_names=("V-sector-w8", "AR", "ART", "ARGT", "T"), pictures=False, names=NAMES)
 def export_cost(*models: str) -> Table:
     """Measure size and instructions per tick of exported controllers on emulated Cortex-M cores.
 
@@ -176,7 +176,7 @@ def export_cost(*models: str) -> Table:
     return Table(
         raw=counted,
         rows=table,
-        shown=[columns],
+        views=[columns],
         notes=[
             "Instructions executed per tick, counted by an emulator: neither cycles nor a worst "
             f"case. The last column is their share of {CLOCK_HZ / 1e6:g} MHz at 1 kHz, if each "

@@ -45,7 +45,7 @@ def _out(file: Any = "", **_: Any) -> Values:
 
 
 @in_shell(
-    own=_out,
+    defaults=_out,
     endings=(".toml",),
     names=RECORDINGS,
     pictures=False,
@@ -127,12 +127,11 @@ def identify(
 
     return Files(
         raw=fit,
-        made=body,
         write=write,
         endings=(".toml",),
         title=f"fitted to {fit.hops[0]} hops; {fit.hops[1]} others check the prediction",
         rows=numbers,
-        shown=[rows.set_index("number"), checked],
+        views=[rows.set_index("number"), checked],
         notes=[
             f"Noise of the height {fit.noise[0]:.3g} m, of the load {fit.noise[1]:.3g} N. A "
             "prediction is as good as the noise allows where its error is 1.",

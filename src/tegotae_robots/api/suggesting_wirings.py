@@ -45,7 +45,7 @@ def _said(value: Any) -> str:
 
 
 @in_shell(
-    own=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
+    defaults=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
     names=ENVIRONMENTS,
     endings=(".toml",),
     examples={"": "my_leg.xml"},
@@ -109,7 +109,7 @@ def suggest_wiring(
         save_robot(spec, suggestion.wiring, file, reasons=suggestion.reasons)
         return [file]
 
-    def drawn() -> dict[str, figure.Figure]:
+    def draw() -> dict[str, figure.Figure]:
         from tegotae_robots.models.workspace import workspace_figure
 
         return {} if suggestion.legs is None else {"workspace": workspace_figure(suggestion)}
@@ -118,9 +118,9 @@ def suggest_wiring(
         raw=suggestion,
         write=write,
         endings=(".toml",),
-        drawn=drawn,
+        draw=draw,
         rows=table,
-        shown=[table.set_index("entry")],
+        views=[table.set_index("entry")],
         notes=[
             *suggestion.remarks,
             "Next:",

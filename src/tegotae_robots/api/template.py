@@ -67,7 +67,7 @@ def _said(value: float | np.ndarray | tuple[float, ...]) -> str:
 
 
 @in_shell(
-    own=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
+    defaults=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
     names=ENVIRONMENTS,
     endings=(".toml",),
     pictures=False,
@@ -127,7 +127,7 @@ def fit_template(
         endings=(".toml",),
         title=template.about,
         rows=numbers,
-        shown=[columns.set_index("number"), checked.set_index("step response")],
+        views=[columns.set_index("number"), checked.set_index("step response")],
         notes=[
             *template.remarks,
             "Next:",

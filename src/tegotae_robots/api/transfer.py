@@ -37,7 +37,7 @@ def _out(law: Any = "", **_: Any) -> Values:
 
 
 @in_shell(
-    own=_out,
+    defaults=_out,
     values={"environment": EnvironmentOptions()},
     names="A name is one of a controller with weights: a file, a trained controller such as "
     "zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml. "
@@ -98,7 +98,7 @@ def transfer(
         endings=(".json",),
         title=f"{saved.name or law}, {put.controller.n_weights} weights, on {spec.env}",
         rows=table,
-        shown=[] if table.empty else [table.set_index("number")],
+        views=[] if table.empty else [table.set_index("number")],
         notes=["Next:", f"tegotae simulate {out}", f"tegotae evaluate {out}"],
         data={"name": name, "omega_rad_per_s": put.omega},
     )
