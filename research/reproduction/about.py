@@ -7,21 +7,26 @@ from typing import Any
 
 from research.reproduction.readings.designs import selecting_body
 from tegotae._support.errors import TegotaeError
-from tegotae.parts.bodies import Hopper
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.systems.descriptions import document_path, restore
+from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import all_models
 
-_VALUES = (
-    ("system.body.mass_kg", "a hopper of {:.3g} kg"),
-    ("system.body.rest_length_m", "a leg of {:.3g} m"),
-    ("system.body.stiffness_n_per_m", "{:.3g} N/m"),
-    ("system.body.damping_ns_per_m", "{:.3g} N s/m in stance"),
-    ("system.body.flight_damping_ns_per_m", "{:.3g} in flight"),
-    ("system.body.max_force_n", "at most {:.3g} N"),
-    ("system.release.height_m", "released at {:.3g} m"),
-    ("protocol.drop_m", "a drop of {:.3g} m"),
-    ("protocol.work", "{} work"),
-    ("objective.frequency_weight", "ΔΩ weighs {:.3g}"),
-)
+_VALUES = {
+    document_path(Experiment, path): words
+    for path, words in (
+        ("system.body.mass_kg", "a hopper of {:.3g} kg"),
+        ("system.body.rest_length_m", "a leg of {:.3g} m"),
+        ("system.body.stiffness_n_per_m", "{:.3g} N/m"),
+        ("system.body.damping_ns_per_m", "{:.3g} N s/m in stance"),
+        ("system.body.flight_damping_ns_per_m", "{:.3g} in flight"),
+        ("system.body.max_force_n", "at most {:.3g} N"),
+        ("system.release.height_m", "released at {:.3g} m"),
+        ("protocol.drop_m", "a drop of {:.3g} m"),
+        ("protocol.work", "{} work"),
+        ("objective.frequency_weight", "ΔΩ weighs {:.3g}"),
+    )
+}
 """Entries of a reading's description, in this order, by their paths in the document of an
 experiment."""
 
@@ -53,7 +58,7 @@ def study_summary(document: Mapping[str, Any], models: int) -> str:
 def _reading(experiments: list[Mapping[str, Any]]) -> str:
     """A sentence on the reading: its name, and the values that all experiments share."""
     shared = {}
-    for place, words in _VALUES:
+    for place, words in _VALUES.items():
         values = [_entry(experiment, place) for experiment in experiments]
         if values and values[0] is not None and all(value == values[0] for value in values):
             shared[place] = values[0], words
@@ -71,10 +76,10 @@ def _name(experiment: Mapping[str, Any], shared: Mapping[str, Any]) -> str:
     ):
         return "The study's own reading"
     try:
-        body = Hopper(**{k: v for k, v in experiment["system"]["body"].items() if k != "kind"})
-    except (TypeError, TegotaeError):
+        body = restore(experiment["system"]["body"], Body, "body")
+    except TegotaeError:
         body = None
-    if body is None or not selecting_body(body):
+    if not isinstance(body, Hopper) or not selecting_body(body):
         return "A reading of its own"
     against = " (damped in flight, though III-B of the paper switches that off)"
     return "A calibrated reading" + against * bool(body.flight_damping_ns_per_m)

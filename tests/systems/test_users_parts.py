@@ -20,11 +20,13 @@ from programs import main
 from research.reproduction.folder import Folder
 from research.reproduction.table import tabulate
 from tegotae import TegotaeError, register
-from tegotae._support.documents import later
+from tegotae._support.documents import kept_as, later
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import registry as metrics
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.parts.parameters import Part, not_negative
+from tegotae.parts.bodies import Hopper, Sensors
+from tegotae.parts.fields import with_fields
+from tegotae.parts.parameters import Part, not_negative, positive
 from tegotae.parts.terms import Network, Term
 from tegotae.systems import controller_file, registry
 from tegotae.systems.descriptions import describe, restore
@@ -374,6 +376,41 @@ def test_a_field_that_came_later_may_say_what_it_may_be():
     assert describe(Drag(0.5)) == {"ns2_per_m2": 0.5}
     with pytest.raises(TegotaeError, match="ns2_per_m2 is -1; it must be at least 0"):
         Drag(-1.0)
+
+
+@dataclass(frozen=True)
+class Spring(Part):
+    stiffness_n_per_m: float = kept_as("stiffness", positive(5.0))
+    damping_ns_per_m: float = kept_as("damping", later(0.0), written=False)
+
+
+def test_a_renamed_field_reads_documents_of_both_names_and_writes_the_earlier_one():
+    stiff = Spring(stiffness_n_per_m=7.0)
+    assert describe(stiff) == {"stiffness": 7.0}
+    for name in ("stiffness", "stiffness_n_per_m"):
+        assert restore({name: 7.0}, Spring, "spring") == stiff
+    with pytest.raises(TegotaeError, match="stiffness_n_per_m is -1"):
+        Spring(-1.0)
+
+
+def test_a_renamed_field_may_be_written_by_its_present_name():
+    damped = Spring(damping_ns_per_m=0.1)
+    assert describe(damped) == {"stiffness": 5.0, "damping_ns_per_m": 0.1}
+    assert restore({"damping": 0.1}, Spring, "spring") == damped
+
+
+def test_a_document_with_both_names_of_a_field_is_refused():
+    with pytest.raises(TegotaeError, match="'damping_ns_per_m' is there as 'damping', too"):
+        restore({"damping": 0.1, "damping_ns_per_m": 0.1}, Spring, "spring")
+
+
+def test_a_renamed_number_of_a_body_is_changed_under_its_earlier_name():
+    @dataclass(frozen=True, kw_only=True)
+    class Renamed(Hopper):
+        drag_ns_per_m: float = kept_as("drag", 0.5)
+
+    delayed = Sensors(body=Renamed())
+    assert with_fields(delayed, {"drag": 0.7}).body == Renamed(drag_ns_per_m=0.7)
 
 
 def test_what_is_no_part_cannot_be_registered():

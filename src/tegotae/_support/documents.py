@@ -166,6 +166,9 @@ def texts_in(value: Json) -> Iterator[str]:
 
 
 _LATER = "left out of documents at its default"
+_EARLIER_NAME = "earlier name in documents"
+_NO_DEFAULT: Any = dataclasses.MISSING
+_WRITTEN = "written by its earlier name"
 
 
 def later(default: T) -> T:
@@ -183,17 +186,72 @@ def later(default: T) -> T:
         >>> described_fields(Spring()), described_fields(Spring(hardening=0.1))
         ({'stiffness': 5.0}, {'stiffness': 5.0, 'hardening': 0.1})
     """
-    initial: Any = default
-    namespace: Mapping[Any, Any] = {}
-    if isinstance(initial, dataclasses.Field):
-        initial, namespace = initial.default, initial.metadata
-    return cast(T, dataclasses.field(default=initial, metadata={**namespace, _LATER: True}))
+    return cast(T, _with_metadata(default, {_LATER: True}))
+
+
+def kept_as(name: str, default: T = _NO_DEFAULT, *, written: bool = True) -> T:
+    """The default of a field that documents have under an earlier name.
+
+    Documents from before a field was renamed stay readable. By default new ones have the earlier
+    name, too: no record gets another key, and no kept file is to be made again.
+
+    Args:
+        name: the earlier name.
+        default: the default of the field, if it has one; it may be that of `positive` or `later`.
+        written: False to write documents with the field's present name; both are read.
+
+    Example:
+        >>> @dataclasses.dataclass(frozen=True)
+        ... class Spring:
+        ...     stiffness_n_per_m: float = kept_as("stiffness", 5.0)
+        >>> described_fields(Spring())
+        {'stiffness': 5.0}
+        >>> renamed_entries(Spring, {"stiffness": 3.0})
+        {'stiffness_n_per_m': 3.0}
+    """
+    return cast(T, _with_metadata(default, {_EARLIER_NAME: name, _WRITTEN: written}))
+
+
+def _with_metadata(default: Any, metadata: Mapping[Any, Any]) -> Any:
+    """A field of a dataclass with a default, which may be a field itself."""
+    if not isinstance(default, dataclasses.Field):
+        return dataclasses.field(default=default, metadata=metadata)
+    defaults = {"default": default.default, "default_factory": default.default_factory}
+    initial: Any = {k: x for k, x in defaults.items() if x is not dataclasses.MISSING}
+    return dataclasses.field(**initial, metadata={**default.metadata, **metadata})
 
 
 def described_fields(value: Any) -> dict[str, Any]:
-    """The fields of a dataclass by name, but for those that came `later` and have their default."""
+    """The fields of a dataclass by their names in documents, but for those that came `later` and
+    have their default."""
     fields = {field: getattr(value, field.name) for field in dataclasses.fields(value)}
-    return {f.name: x for f, x in fields.items() if _LATER not in f.metadata or x != f.default}
+    return {
+        document_name(f): x for f, x in fields.items() if _LATER not in f.metadata or x != f.default
+    }
+
+
+def document_name(field: dataclasses.Field[Any]) -> str:
+    """Return the name of a field in documents that are written now."""
+    return field.metadata[_EARLIER_NAME] if field.metadata.get(_WRITTEN) else field.name
+
+
+def earlier_names(kind: Any) -> dict[str, str]:
+    """The present names of a dataclass's renamed fields (`kept_as`), by their earlier names."""
+    fields = [field for field in dataclasses.fields(kind) if _EARLIER_NAME in field.metadata]
+    return {field.metadata[_EARLIER_NAME]: field.name for field in fields}
+
+
+def renamed_entries(kind: Any, entries: Mapping[str, T]) -> dict[str, T]:
+    """The entries of a document of a dataclass by the present names of its fields (`kept_as`).
+
+    Raises:
+        DamagedDocumentError: for a field that is there under both names.
+    """
+    names = earlier_names(kind)
+    for earlier, name in names.items():
+        if earlier in entries and name in entries:
+            raise DamagedDocumentError(f"its entry {name!r} is there as {earlier!r}, too")
+    return {names.get(name, name): entry for name, entry in entries.items()}
 
 
 def as_json(value: object) -> Any:

@@ -12,6 +12,7 @@ import reprlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, TypeVar, cast
 
+from tegotae._support.documents import earlier_names
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.parts.bodies import Body, BodyWrapper
 
@@ -78,11 +79,18 @@ def path_of(body: Body, name: str) -> str:
     if first == INNER and isinstance(body, BodyWrapper):
         return f"{INNER}.{path_of(body.body, tail)}"
     paths = paths_of(body)
+    first = _earlier_names_of(body).get(first, first)
     if first not in paths:
         raise unknown(f"field of a {type(unwrapped(body)).__name__}", first, paths)
     path = paths[first] + dot + tail
     _ = _value_at(body, path)
     return path
+
+
+def _earlier_names_of(body: Body) -> dict[str, str]:
+    """The present names of renamed fields of a body and of those within, by earlier names."""
+    within = _earlier_names_of(body.body) if isinstance(body, BodyWrapper) else {}
+    return within | earlier_names(body)
 
 
 def value_of(body: Body, name: str) -> object:

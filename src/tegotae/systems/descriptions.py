@@ -16,8 +16,15 @@ from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hin
 
 import numpy as np
 
-from tegotae._support.documents import DamagedDocumentError, JsonObject, described_fields, fitted
-from tegotae._support.errors import TegotaeError, is_of
+from tegotae._support.documents import (
+    DamagedDocumentError,
+    JsonObject,
+    described_fields,
+    document_name,
+    fitted,
+    renamed_entries,
+)
+from tegotae._support.errors import TegotaeError, is_of, unknown
 from tegotae.systems import registry
 
 T = TypeVar("T")
@@ -92,6 +99,47 @@ def restore(value: object, hint: Any, name: str) -> Any:
     return _as_tuple(value)
 
 
+def document_path(kind: type, path: str) -> str:
+    """Return the path of a field in documents of a dataclass, by the names of its fields.
+
+    The names differ where a field was renamed (`tegotae._support.documents.kept_as`).
+
+    Args:
+        kind: the dataclass.
+        path: the names of the fields, such as `system.release.height_m`.
+
+    Raises:
+        TegotaeError: for a field that the dataclass, or no part that may be in it, has.
+
+    Example:
+        >>> from tegotae.systems.experiment import Experiment
+        >>> document_path(Experiment, "system.body.mass_kg")
+        'system.body.mass_kg'
+        >>> document_path(Experiment, "system.body.mass")
+        Traceback (most recent call last):
+        ...
+        tegotae.TegotaeError: no field of a Body is called 'mass'; did you mean mass_kg, ...?
+    """
+    return ".".join(_document_names([kind], path))
+
+
+def _document_names(kinds: Sequence[type], path: str) -> list[str]:
+    """Return the names in documents along a path of fields of dataclasses or contracts."""
+    first, _, tail = path.partition(".")
+    parts: list[Any] = [
+        part for kind in kinds for part in registry.kinds().values() if issubclass(part, kind)
+    ]
+    fields = {f.name: (f, part) for part in parts or kinds for f in dataclasses.fields(part)}
+    if first not in fields:
+        raise unknown(f"field of a {kinds[0].__name__}", first, fields)
+    field, owner = fields[first]
+    if not tail:
+        return [document_name(field)]
+    hint = get_type_hints(owner)[first]
+    options = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    return [document_name(field), *_document_names([*filter(_is_description, options)], tail)]
+
+
 def check_kept(value: object) -> None:
     """See, before long work starts, that a description can be written to a file and read again.
 
@@ -128,7 +176,7 @@ def _restored(document: dict[str, Any], options: Sequence[type], name: str) -> o
     """The dataclass of a document, of one of some classes or contracts."""
     kind = _kind(document, options, name)
     reserved = ("kind", registry.CODE)
-    entries = {name: value for name, value in document.items() if name not in reserved}
+    entries = renamed_entries(kind, {k: x for k, x in document.items() if k not in reserved})
     if registry.CODE in document and document[registry.CODE] != registry.code_noted(kind):
         raise UsersPartError(
             f"was made with other code of {registry.name_of(kind)} than there is now; put that "
