@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from importlib import resources
 from importlib.metadata import version
 from importlib.resources.abc import Traversable
+from typing import Any
 
 import jax
 
@@ -29,11 +30,13 @@ class CompiledEngine:
     Args:
         wasm: the WebAssembly, gzipped.
         layout: by name, where in a lane a number begins and how many there are.
+        source: the hash of the C that was compiled.
         made_by: versions of what traced and compiled it; others may write the same otherwise.
     """
 
     wasm: bytes
     layout: dict[str, list[int]]
+    source: str
     made_by: dict[str, str]
 
 
@@ -61,9 +64,9 @@ def cached_engine(controller: Controller, body: Body) -> CompiledEngine:
     """
     if not has(controller, body):
         return compile_engine(controller, body)
-    description = json.loads(_cache_file(controller, body).read_text(encoding="utf-8"))
-    wasm = (_engines() / description["wasm"]).read_bytes()
-    return CompiledEngine(wasm, description["layout"], description["made_by"])
+    entries = _cached(controller, body)
+    wasm = (_engines() / entries["wasm"]).read_bytes()
+    return CompiledEngine(wasm, entries["layout"], entries["source"], entries["made_by"])
 
 
 def has(controller: Controller, body: Body) -> bool:
@@ -78,6 +81,20 @@ def has(controller: Controller, body: Body) -> bool:
     return _cache_file(controller, body).is_file()
 
 
+def is_present(controller: Controller, body: Body) -> bool:
+    """Return whether the engine that comes with the package is of the present code."""
+    source = program_source(Program(controller, body))
+    return _cached(controller, body).get("source") == _hash_of(source)
+
+
+def _cached(controller: Controller, body: Body) -> dict[str, Any]:
+    return json.loads(_cache_file(controller, body).read_text(encoding="utf-8"))
+
+
+def _hash_of(source: str) -> str:
+    return hashlib.sha256(source.encode()).hexdigest()[:16]
+
+
 def _engines() -> Traversable:
     return resources.files("apps.playground") / "engines"
 
@@ -89,8 +106,9 @@ def _cache_file(controller: Controller, body: Body) -> Traversable:
 def compile_engine(controller: Controller, body: Body) -> CompiledEngine:
     """The same, compiled anew."""
     program = Program(controller, body)
-    wasm = gzip.compress(compile_webassembly(program_source(program)), mtime=0)
-    return CompiledEngine(wasm, program.layout.document(), makers())
+    source = program_source(program)
+    wasm = gzip.compress(compile_webassembly(source), mtime=0)
+    return CompiledEngine(wasm, program.layout.document(), _hash_of(source), makers())
 
 
 def makers() -> dict[str, str]:
@@ -100,4 +118,10 @@ def makers() -> dict[str, str]:
 
 def engine_document(engine: CompiledEngine, title: str, wasm: str) -> JsonObject:
     """The document beside an engine's WebAssembly."""
-    return {"about": title, "wasm": wasm, "made_by": engine.made_by, "layout": engine.layout}
+    return {
+        "about": title,
+        "wasm": wasm,
+        "made_by": engine.made_by,
+        "source": engine.source,
+        "layout": engine.layout,
+    }

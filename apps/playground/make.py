@@ -5,12 +5,15 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from apps.playground import engine_cache
 from apps.playground.bodies import STANDARD
 from apps.playground.standard import standard
 from tegotae._support.files import write_atomically
+from tegotae.parts.bodies import Body
+from tegotae.parts.controller import Controller
 
 FOLDER = Path(__file__).parent / "engines"
 
@@ -19,19 +22,22 @@ def main() -> None:
     """Compile an engine for every standard controller on every standard body."""
     for old in FOLDER.glob("*.*"):
         old.unlink()
+    for title, controller, body in engine_bodies():
+        key = engine_cache.engine_name(controller, body)
+        wasm = re.sub(r"\W+", "-", title) + ".wasm.gz"
+        engine = engine_cache.compile_engine(controller, body)
+        write_atomically(FOLDER / wasm, engine.wasm)
+        text = json.dumps(engine_cache.engine_document(engine, title, wasm), separators=(",", ":"))
+        write_atomically(FOLDER / f"{key}.json", text + "\n")
+        print(f"{title}: {len(engine.wasm)} bytes gzipped")
+
+
+def engine_bodies() -> Iterator[tuple[str, Controller, Body]]:
+    """Every standard controller on every standard body: what it is called, and both."""
     for choice in standard():
-        for body_name, body in STANDARD.items():
+        for name, body in STANDARD.items():
             controller = dataclasses.replace(choice.saved.controller, limbs=body.limbs)
-            key = engine_cache.engine_name(controller, body)
-            title = f"{choice.saved.name} on a {body_name}"
-            wasm = re.sub(r"\W+", "-", title) + ".wasm.gz"
-            engine = engine_cache.compile_engine(controller, body)
-            write_atomically(FOLDER / wasm, engine.wasm)
-            text = json.dumps(
-                engine_cache.engine_document(engine, title, wasm), separators=(",", ":")
-            )
-            write_atomically(FOLDER / f"{key}.json", text + "\n")
-            print(f"{title}: {len(engine.wasm)} bytes gzipped")
+            yield f"{choice.saved.name} on a {name}", controller, body
 
 
 if __name__ == "__main__":

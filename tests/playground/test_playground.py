@@ -126,6 +126,12 @@ def test_engines_that_come_with_the_package_are_those_of_its_present_code(name):
     assert is_equal, "run python -m apps.playground.make"
 
 
+@pytest.mark.parametrize("name", ["V-sector-w8", "ART-rF-tphif-w8"])
+def test_engines_that_come_with_the_package_are_of_the_c_that_it_writes_now(name):
+    heavier = Hopper(mass_kg=0.2)
+    assert shelf.is_present(CHOICES[name].controller, heavier), "run python -m apps.playground.make"
+
+
 def test_every_standard_controller_has_an_engine_for_every_standard_body():
     for choice in standard():
         for body in STANDARD.values():
