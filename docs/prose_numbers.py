@@ -49,7 +49,7 @@ def rows(name: str, **values: object) -> pd.DataFrame:
 
 def interval(values: pd.Series) -> tuple[float, float, float]:
     """Mean of runs with its 95 % interval."""
-    from tegotae.measures.hopping import statistics
+    from tegotae.measures import statistics
 
     found = statistics.interval(values.to_numpy())
     return found.mean, found.low, found.high
@@ -258,7 +258,7 @@ def late(name: str, algorithm: str, model: str) -> tuple[float, ...]:
 
 def second_look(algorithm: str, policy: str, over: bool = False) -> tuple[float, float, float]:
     """CoT⁻¹ at the end of the second look's trainings, or PGPE's lead over it."""
-    from tegotae.measures.hopping.statistics import difference, interval
+    from tegotae.measures.statistics import difference, interval
 
     model = f"AR-rF-{policy}-w8"
     theirs = late("second_look", f"{algorithm}, suited", model)

@@ -11,8 +11,8 @@ from research.reproduction.runner import run_study
 from research.reproduction.table import tabulate
 from tegotae import register
 from tegotae.figures.style import new_figure, save_figure, styled
+from tegotae.measures.check import check_metric
 from tegotae.measures.hopping import Episode, GaitMetric
-from tegotae.measures.hopping.check import check_metric
 from tegotae.study import run_locally
 
 

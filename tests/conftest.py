@@ -62,12 +62,12 @@ for _name in ("init", "ask", "tell"):
 @pytest.fixture(autouse=True, scope="module")
 def metrics_as_before():
     """What a file's tests register is forgotten after them: several files share a process."""
-    from tegotae.measures.hopping import registry
+    from tegotae.measures.hopping import HOPPING
 
-    before = dict(registry._registered)
+    before = HOPPING.names()
     yield
-    registry._registered.clear()
-    registry._registered.update(before)
+    for name in set(HOPPING.names()).difference(before):
+        HOPPING.forget(name)
 
 
 @pytest.fixture(scope="session")

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.optimum import curve
+from tegotae.measures.statistics import mean_defined
 
 _FEWEST = 3
 """A slope needs so many settled episodes."""

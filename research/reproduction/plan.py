@@ -15,8 +15,8 @@ from research.reproduction.unit import FORMAT, Unit, metrics_document
 from tegotae._support.documents import Document, differing
 from tegotae._support.errors import TegotaeError, require_count, unknown
 from tegotae.measures.evaluation import Protocol, require_evaluable
-from tegotae.measures.hopping.metric import Metric
-from tegotae.measures.hopping.registry import measured_own
+from tegotae.measures.hopping.metrics import HOPPING, DerivedMetric
+from tegotae.measures.metric import Metric
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe
@@ -40,6 +40,11 @@ MAIN = ("V", "VG-gF", "VT", "AR-rF", "ARG-rF-gF", "ART-rF", "ARGT-rF-gF")
 _PLAIN = ("reflex", "sector", "tphif")
 
 
+def _users_metrics() -> tuple[Metric, ...]:
+    """Return the user's metrics that are measured in an episode, and not derived from others."""
+    return tuple(x for x in HOPPING.registered if not isinstance(x, DerivedMetric))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Plan:
     """A study: experiments that are trained and evaluated in the same way.
@@ -61,7 +66,7 @@ class Plan:
     """After how many episodes of training runs are evaluated, too."""
     algorithm: Algorithm = field(default_factory=partial(tuned, "pgpe"))
     """Learning algorithm."""
-    metrics: tuple[Metric, ...] = field(default_factory=measured_own)
+    metrics: tuple[Metric, ...] = field(default_factory=_users_metrics)
     """A user's metrics, measured beside the package's; all that are registered by default."""
 
     def __post_init__(self) -> None:

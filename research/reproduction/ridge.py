@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tegotae.analysis.maps import GainSweep
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 
 AWAY_RAD_PER_S = 1.0

@@ -12,10 +12,10 @@ import numpy as np
 from research.reproduction.hop_rates import nearer_resonance, rate_slope
 from research.reproduction.record import Record
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.metric import Conditions, DerivedMetric, Metric
-from tegotae.measures.hopping.registry import derived, metric_names, metrics
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.hopping.metrics import HOPPING, Conditions, DerivedMetric, derived
+from tegotae.measures.metric import Metric
 from tegotae.measures.optimum import has_table
+from tegotae.measures.statistics import mean_defined
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import Model, all_models, at_another_omega
 from tegotae.systems.observations import OBSERVATIONS
@@ -66,7 +66,7 @@ class StudyTable:
         """
         return tuple(
             metric
-            for metric in metrics(place)
+            for metric in HOPPING.metrics(place)
             if metric.name in self.columns
             and not (isinstance(metric, DerivedMetric) and np.isnan(self[metric.name]).all())
         )
@@ -226,8 +226,8 @@ def table_of_runs(
     sets = list(sets)
     reported = {name for _, _, values in sets for name in values}
     held = [
-        *(name for name in metric_names() if name in reported),
-        *sorted(reported.difference(metric_names())),
+        *(name for name in HOPPING.names() if name in reported),
+        *sorted(reported.difference(HOPPING.names())),
     ]
     rows: dict[str, list] = {}
     for place, training, measured in sets:

@@ -18,12 +18,12 @@ from tegotae import study
 from tegotae._support.documents import CODE, Document
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.evaluation import evaluate, require_evaluable
-from tegotae.measures.hopping.metric import Metric
-from tegotae.measures.hopping.registry import built_in, metric_code_noted
+from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.measures.metric import Metric
 from tegotae.simulation.world import Scenario
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.registry import parts_in, register
+from tegotae.systems.registry import code_noted, parts_in, register
 from tegotae.training.evolution import SEARCH, Curves, Evolution
 from tegotae.training.run import Run
 from tegotae.training.scoring import best_gain
@@ -102,7 +102,7 @@ def metrics_document(metrics: Iterable[Metric]) -> Document:
     """Return the descriptions of a user's metrics, names and code; empty for none."""
     documents = {}
     for metric in metrics:
-        code = metric_code_noted(metric)
+        code = code_noted(metric)
         documents[metric.name] = {"name": metric.name} | ({} if code is None else {CODE: code})
     return {"metrics": documents} if documents else {}
 
@@ -164,7 +164,7 @@ def work(unit: Unit) -> Record:
         experiment.omega,
         experiment.body,
         protocol,
-        (*built_in(), *unit.metrics),
+        (*HOPPING.built_in, *unit.metrics),
         best_gait.CHANNELS,
         start=_drawn_start(system.scenario(), n_runs)
         if experiment.is_searched

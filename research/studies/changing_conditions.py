@@ -29,7 +29,7 @@ from tegotae.analysis.generalisation.run import (
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.hopping.statistics import interval
+from tegotae.measures.statistics import interval
 from tegotae.simulation.world import Uniform
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.models import find

@@ -19,8 +19,8 @@ import tyro
 
 from tegotae.cli.console import exit_status, print_rows
 from tegotae.measures.evaluation import evaluate
-from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.statistics import mean_defined
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE

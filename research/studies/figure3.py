@@ -36,9 +36,9 @@ from tegotae.cli.console import exit_status
 from tegotae.figures.learning_curves import algorithms_figure
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.hopping.registry import range_of
-from tegotae.measures.hopping.statistics import Interval, difference, interval
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.objectives.fitness import Fitness
+from tegotae.measures.statistics import Interval, difference, interval
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import load
 from tegotae.systems.models import find
@@ -190,7 +190,7 @@ def text(curves: pd.DataFrame) -> str:
                         else _words(difference(ours, [value(r, np.inf) for r in agents[agent]]))
                         for agent in AGENTS
                     ]  # fmt: skip
-                    cost = _words(interval(ours, within=range_of(COT)))
+                    cost = _words(interval(ours, within=HOPPING.range_of(COT)))
                     labels = (policy, arm.upper() if arm in AGENTS else arm, str(len(runs)), label)
                     lines.append(f"| {' | '.join((*labels, cost, *over))} |")
     return "\n".join([*cells, "", *best]) + "\n"

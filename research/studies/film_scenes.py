@@ -23,7 +23,7 @@ from tegotae.analysis.maps import OutcomeSummary
 from tegotae.figures.animation import FRAMES_PER_S, film
 from tegotae.figures.gaits.animation import LegPositions, pose
 from tegotae.figures.style import COLOURS
-from tegotae.measures.hopping.metric import LIMIT_CYCLE
+from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.rollout import Timing, whole_trajectory
 from tegotae.simulation.world import Staircase, with_changes

@@ -24,7 +24,7 @@ from tegotae._support.tables import write_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE
+from tegotae.measures.hopping.metrics import FAILED, LIMIT_CYCLE
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import (
     AdaptiveHopf,

@@ -34,7 +34,7 @@ from research.reproduction.report.markdown import markdown_table as markdown
 from tegotae.cli.console import exit_status
 from tegotae.envs.wiring import Wiring, load_wiring
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.hopping.statistics import wilson
+from tegotae.measures.statistics import share_interval
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.designs import design
@@ -483,11 +483,11 @@ def headings(table: Table, records: pd.DataFrame) -> str:
         rows = from_trot[from_trot.law == name]
         if len(rows):
             off_course, error = astray(rows), rows.heading_rad.abs()
-            low, high = wilson(int(off_course.sum()), len(rows))
+            off = share_interval(int(off_course.sum()), len(rows))
             lines.append(
                 [
                     f"{name} ({rows.run.nunique()})",
-                    f"{off_course.mean():.1%} [{low:.1%}, {high:.1%}]",
+                    f"{off.mean:.1%} [{off.low:.1%}, {off.high:.1%}]",
                     " ".join(map(str, off_course.groupby(rows.run).sum())),
                     f"{error.median():.2f}",
                     f"{error[rows.condition == 'undisturbed'].median():.2f}",
@@ -504,7 +504,7 @@ def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> l
         rows[rows.condition == "random phases"],
     )
     undisturbed = rows[rows.condition == "undisturbed"]
-    fell = wilson(int(from_trot.fell.sum()), len(from_trot))
+    fell = share_interval(int(from_trot.fell.sum()), len(from_trot))
     by_command = undisturbed.groupby(table.column).speed_m_per_s.mean()
     ratio = (undisturbed.speed_m_per_s / undisturbed.wanted_m_per_s).mean()
     followed = "–" if np.isnan(ratio) else f"{ratio:.2f}"
@@ -515,7 +515,7 @@ def line_of(table: Table, law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> l
     return [
         law.senses,
         str(law.numbers),
-        f"{from_trot.fell.mean():.1%} [{fell[0]:.1%}, {fell[1]:.1%}]",
+        f"{fell.mean:.1%} [{fell.low:.1%}, {fell.high:.1%}]",
         f"{free.fell.mean():.0%}",
         " ".join("–" if np.isnan(x) else f"{x:.2f}" for x in by_command),
         followed,

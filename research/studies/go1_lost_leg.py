@@ -34,7 +34,7 @@ from research.reproduction.report.markdown import markdown_table as markdown
 from tegotae._support.files import output_folder
 from tegotae.cli import main
 from tegotae.cli.console import exit_status
-from tegotae.measures.hopping.statistics import wilson
+from tegotae.measures.statistics import share_interval
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.designs import design
 from tegotae.systems.legged import Legged, walking
@@ -207,14 +207,14 @@ class Report:
             if not len(rows):
                 continue
             fore, quick = rows.leg.str.startswith("F"), rows.omega > min(OMEGAS)
-            low, high = wilson(int(rows.fell.sum()), len(rows))
+            fell = share_interval(int(rows.fell.sum()), len(rows))
             went = rows.speed_m_per_s.mean(), rows.turns_rad_per_s.abs().mean()
             means = ["–" if np.isnan(x) else f"{x:.2f}" for x in went]
             falls = [rows[part].fell.mean() for part in (fore, ~fore, quick)]
             lines.append(
                 [
                     f"{name} ({rows.run.nunique()})",
-                    f"{rows.fell.mean():.0%} [{low:.0%}, {high:.0%}]",
+                    f"{fell.mean:.0%} [{fell.low:.0%}, {fell.high:.0%}]",
                     *(f"{share:.0%}" for share in falls),
                     f"{rows.walks_on.mean():.0%}",
                     *means,

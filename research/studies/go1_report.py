@@ -24,7 +24,7 @@ from go1_plan import (
 from kept import write_rows, write_text
 from tegotae._support.tables import read_csv
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.hopping.statistics import interval
+from tegotae.measures.statistics import interval
 
 LEARNED = (*LAWS, *AGENTS)
 WALKS_M_PER_S = 0.05

@@ -13,7 +13,7 @@ from scipy.stats import qmc
 
 from research.reproduction.readings.named import reading_named
 from tegotae.analysis.maps import OutcomeSummary
-from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE
+from tegotae.measures.hopping.metrics import FAILED, LIMIT_CYCLE
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, FreeSector, Sector, ShiftedAction

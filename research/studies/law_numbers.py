@@ -35,7 +35,7 @@ from research.reproduction.report.markdown import markdown_table as markdown
 from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 from tegotae.systems.legged import Legged
 
 LAWS = ("decay-t", "decay")

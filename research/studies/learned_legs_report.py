@@ -12,7 +12,7 @@ from learned_legs_figures import draw_all
 from learned_legs_plan import CELLS, RANGE, TABLES, Cell, advance_m_per_rad, baseline_cost
 from tegotae._support.files import write_atomically
 from tegotae._support.tables import read_csv
-from tegotae.measures.hopping.statistics import UNBOUNDED, Range, interval
+from tegotae.measures.statistics import UNBOUNDED, Range, interval
 
 Rows = dict[str, np.ndarray]
 ADVANCE = advance_m_per_rad(RANGE[0].design)

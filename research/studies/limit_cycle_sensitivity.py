@@ -29,7 +29,7 @@ from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
 from tegotae.measures.hopping import LimitCycle, gait
 from tegotae.measures.hopping.gait import Gait
-from tegotae.measures.hopping.metric import LIMIT_CYCLE
+from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.systems.models import build
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

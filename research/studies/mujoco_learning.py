@@ -30,7 +30,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
-from tegotae.measures.hopping.statistics import interval
+from tegotae.measures.statistics import interval
 from tegotae.parts.controller import Controller
 from tegotae.systems.models import build, find
 from tegotae.training.agents import agent_controller, initial_weights

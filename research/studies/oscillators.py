@@ -37,8 +37,8 @@ from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.hopping.registry import metrics
-from tegotae.measures.hopping.statistics import interval, stratified_difference
+from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.measures.statistics import interval, stratified_difference
 from tegotae.parts.oscillators import OSCILLATORS, PHASE
 from tegotae.study import on_cores
 from tegotae.systems.models import find
@@ -125,7 +125,7 @@ class Matter:
             "oscillator": [oscillator or PHASE for _, _, oscillator in parts],
         }
         fields = ("omega_t", "run", "best_fitness", "episodes_trained", "ended")
-        measured = tuple(m.name for m in metrics() if m.name in table.columns)
+        measured = tuple(m.name for m in HOPPING.metrics() if m.name in table.columns)
         return {**place, **{name: table[name] for name in (*fields, *measured)}}
 
 

@@ -33,8 +33,8 @@ import tyro
 from tegotae._support.files import output_folder
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.hopping.statistics import Interval, difference, interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.statistics import Interval, difference, interval
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.models import find
 from tegotae.training.algorithms import PGPE

@@ -30,7 +30,7 @@ import tyro
 import tegotae as tg
 from kept import write_rows, write_text
 from tegotae.cli.console import exit_status
-from tegotae.measures.hopping.statistics import interval
+from tegotae.measures.statistics import interval
 from tegotae.systems.laws import LAWS
 from tegotae.systems.resolve import resolve
 

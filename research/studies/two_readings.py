@@ -23,7 +23,7 @@ from research.reproduction.table import ARCHITECTURES, StudyTable
 from tegotae import Hopper
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.hopping.statistics import Interval, interval
+from tegotae.measures.statistics import Interval, interval
 from tegotae.systems.models import find
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

@@ -23,7 +23,7 @@ from tegotae.analysis.maps import (
     map_basin,
     sweep_gain,
 )
-from tegotae.measures.hopping.metric import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
+from tegotae.measures.hopping.metrics import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import build

@@ -21,7 +21,7 @@ from tegotae.figures.gaits.style import gait_colour
 from tegotae.measures.gaits.lags import OfPhases, OfTouchdowns, lag_difference
 from tegotae.measures.gaits.names import NO_GAIT, PATTERNS, gait_of
 from tegotae.measures.gaits.summary import CoordinationSummary
-from tegotae.measures.hopping.statistics import wilson
+from tegotae.measures.statistics import share_interval
 from tegotae.parts.bodies import Bar, Hopper, Sensors
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.legged import SYSTEMS, random_phases
@@ -88,11 +88,13 @@ def test_a_body_whose_leg_collapses_has_fallen_and_no_lag():
 
 def test_an_interval_of_a_share_holds_it_and_stays_within_zero_and_one():
     for count in (0, 1, 12, 24):
-        low, high = wilson(count, 24)
-        assert 0.0 <= low <= count / 24 <= high <= 1.0
-    assert wilson(12, 24) == pytest.approx((0.3143, 0.6857), abs=1e-3)
+        share = share_interval(count, 24)
+        assert 0.0 <= share.low <= count / 24 == share.mean <= share.high <= 1.0
+    half = share_interval(12, 24)
+    assert (half.low, half.high) == pytest.approx((0.3143, 0.6857), abs=1e-3)
+    assert np.isnan(share_interval(0, 0).mean)
     with pytest.raises(TegotaeError, match="count is 25; it must be at most 24"):
-        wilson(25, 24)
+        share_interval(25, 24)
 
 
 def test_the_shares_of_what_starts_lead_to_add_up(light):

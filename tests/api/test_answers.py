@@ -13,7 +13,7 @@ from tegotae.api.hopping import HopperController
 from tegotae.api.parameters import filled
 from tegotae.api.results import EXACT, INDEPENDENT, PAIRED, Column, EvaluationTable, Film
 from tegotae.cli import main
-from tegotae.measures.hopping.statistics import interval
+from tegotae.measures.statistics import interval
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.models import build

@@ -19,7 +19,9 @@ import tegotae_robots
 from api import public
 from apps import playground
 from research import reproduction
-from tegotae.measures.hopping import catalogue
+from tegotae.measures import gaits, hopping
+from tegotae.measures.gaits.metrics import WALKING
+from tegotae.measures.hopping import HOPPING
 from tegotae.parts.couplings import Coupling
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.terms import Term
@@ -145,8 +147,9 @@ def test_every_part_names_its_source():
 
 
 def test_every_metric_of_the_package_names_its_source():
-    count = Path(catalogue.__file__).read_text().count("\n# Source: ")
-    assert count == len(catalogue.METRICS)
+    for module, catalogue in ((hopping.metrics, HOPPING), (gaits.metrics, WALKING)):
+        count = Path(module.__file__).read_text().count("\n# Source: ")
+        assert count == len(catalogue.built_in)
 
 
 def test_every_public_function_of_several_arguments_explains_them():

@@ -11,7 +11,7 @@ import pytest
 
 from pages import DOCS
 from places import ROOT, TESTS
-from tegotae.measures.hopping import registry
+from tegotae.measures.hopping import HOPPING
 
 EXAMPLES = ROOT / "examples"
 PATHS = sorted(EXAMPLES.rglob("*.py"))
@@ -41,7 +41,7 @@ def test_an_example_runs_draws_its_picture_and_its_check_holds(name, tmp_path, m
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setattr(sys, "argv", [f"{name}.py"])
-    monkeypatch.setattr(registry, "_registered", dict(registry._registered))
+    monkeypatch.setattr(HOPPING, "_registered", dict(HOPPING._registered))
     with matplotlib.rc_context({"savefig.dpi": 100}):
         runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
     assert (tmp_path / f"{name}.png").stat().st_size > 5000

@@ -62,7 +62,7 @@ def test_a_baseline_leaves_map_table_and_its_best_controller(swept, file):
 
 def test_a_replay_repeats_the_fitness_of_the_training(file, played):
     trained = controller_file.load(file).training["best_fitness"]
-    assert played.fitness == pytest.approx(trained, abs=1e-4)
+    assert played.episode.fitness == pytest.approx(trained, abs=1e-4)
     assert played.numbers()["return"] == pytest.approx(trained, abs=1e-4)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from research.reproduction.record import Record
 from research.reproduction.unit import Unit
 from tegotae._support.engines import selected
-from tegotae.measures.hopping.registry import metric_names, range_of
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.study import CellResult
 
 
@@ -18,7 +18,7 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
     random = np.random.default_rng(int(unit.key[-8:], 16))
 
     def metric(name: str, *shape: int) -> np.ndarray:
-        smallest, largest = range_of(name)
+        smallest, largest = HOPPING.range_of(name)
         return np.clip(random.normal(size=shape), smallest, largest).astype("float32")
 
     n_weights = unit.run.experiment.controller.n_weights
@@ -32,9 +32,9 @@ def made_up(unit: Unit, runs: int = 2) -> Record:
         np.array(["cap"] * runs),
         {"centre_fitness": random.normal(size=(3, runs)).astype("float32")},
         np.array([7.0, 9.0]),
-        {name: metric(name, runs, 2) for name in metric_names()},
-        {name: metric(name, 1, runs, 2) for name in metric_names()},
-        {name: metric(name, runs, 2) for name in metric_names()},
+        {name: metric(name, runs, 2) for name in HOPPING.names()},
+        {name: metric(name, 1, runs, 2) for name in HOPPING.names()},
+        {name: metric(name, runs, 2) for name in HOPPING.names()},
     )
 
 

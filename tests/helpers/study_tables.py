@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from research.reproduction.table import StudyTable, design_place, table_of_runs
-from tegotae.measures.hopping.registry import metric_names
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.models import all_models
 
 MODELS = {
@@ -24,7 +24,7 @@ def table(**changed: np.ndarray) -> StudyTable:
     basis = all_models()
 
     def metrics(name: str, runs: int) -> dict[str, np.ndarray]:
-        result = {metric: np.linspace(0.8, 1.0, runs) for metric in metric_names()}
+        result = {metric: np.linspace(0.8, 1.0, runs) for metric in HOPPING.names()}
         result["cot_inverse"] = MODELS[name] * np.linspace(0.9, 1.1, runs)
         return result | changed
 
@@ -46,7 +46,7 @@ def results(
         place = design_place(model)
         for run in range(3):
             row = {**place, "run": run, "best_fitness": 0.0}
-            for metric in metric_names():
+            for metric in HOPPING.names():
                 value = 1.0 + noise * random.normal()
                 for key in (
                     place["architecture"],

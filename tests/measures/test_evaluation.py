@@ -13,7 +13,7 @@ from tegotae import TegotaeError
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping import LimitCycle
 from tegotae.measures.hopping.hopping import Hops, find_limit_cycle
-from tegotae.measures.hopping.registry import metric_names
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.models import build, find
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)
@@ -49,13 +49,13 @@ def test_transients_agree_with_an_adaptive_solver(reflex):
 
 def test_five_episodes_around_the_training_frequency(reflex):
     assert np.array_equal(reflex.omega, [6.0, 7.0, 8.0, 9.0, 10.0])
-    assert set(reflex.episodes) == set(metric_names())
+    assert set(reflex.episodes) == set(HOPPING.names())
     assert all(values.shape == (3, 5) for values in reflex.episodes.values())
 
 
 def test_a_run_does_not_depend_on_the_runs_it_is_evaluated_with(reflex):
     extra = evaluate(build("V-reflex-w8"), [[2.0], [7.0], [0.5]], 8.0, protocol=SHORT)
-    for name in metric_names():
+    for name in HOPPING.names():
         np.testing.assert_allclose(
             extra.episodes[name][0], reflex.episodes[name][1], rtol=1e-4, atol=1e-5, err_msg=name
         )

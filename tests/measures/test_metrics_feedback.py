@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from synthetic import Hopping, seconds
-from tegotae.measures.hopping import catalogue, gait
+from tegotae.measures.hopping import gait, metrics
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.simulation.rollout import Trajectory
 
-METRICS = (catalogue.feedback_share, catalogue.feedback_while_pushing, catalogue.phase_share)
+METRICS = (metrics.feedback_share, metrics.feedback_while_pushing, metrics.phase_share)
 ALPHA = 4.0
 
 

@@ -15,12 +15,13 @@ from study_tables import table
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.measures import evaluation
+from tegotae.measures.check import check_metric
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric, registry as catalogue
-from tegotae.measures.hopping.check import check_metric
-from tegotae.measures.hopping.registry import metrics, register_metric
+from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric
+from tegotae.measures.hopping.metrics import HOPPING, derived
 from tegotae.parts.bodies import Hopper
 from tegotae.systems.models import build, find
+from tegotae.systems.registry import register
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0, offsets=(0.0,))
 PEAK, IN_WEIGHTS = peak_force.peak_force, peak_force.peak_force_in_weights
@@ -29,9 +30,9 @@ PEAK, IN_WEIGHTS = peak_force.peak_force, peak_force.peak_force_in_weights
 @pytest.fixture
 def registered():
     """The two metrics of the user's file, for one test."""
-    yield register_metric(PEAK), register_metric(IN_WEIGHTS)
+    yield register(PEAK), register(IN_WEIGHTS)
     for metric in (PEAK, IN_WEIGHTS):
-        catalogue.forget(metric.name)
+        HOPPING.forget(metric.name)
 
 
 def rolled_out(monkeypatch) -> list[str]:
@@ -84,8 +85,8 @@ def test_a_users_metric_is_in_tables_and_figures(registered):
 def test_a_table_of_a_metric_that_is_not_registered_here_stays_readable(registered, tmp_path):
     path = tmp_path / "table.csv"
     path.write_text(csv_of(table(peak_force_n=np.linspace(1.0, 2.0, 5))), encoding="utf-8")
-    catalogue.forget(PEAK.name)
-    catalogue.forget(IN_WEIGHTS.name)
+    HOPPING.forget(PEAK.name)
+    HOPPING.forget(IN_WEIGHTS.name)
     again = read_study_csv(path)
     assert again["peak_force_n"][0] == 1.0
     assert csv_of(again) == path.read_text(encoding="utf-8")
@@ -111,7 +112,7 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
         assert document["peak_force_n"] == 2.5
     finally:
         for metric in (PEAK, IN_WEIGHTS):  # all of the file's
-            catalogue.forget(metric.name)
+            HOPPING.forget(metric.name)
 
 
 @pytest.mark.parametrize(
@@ -131,17 +132,17 @@ def test_a_metric_that_is_not_there_is_told_before_anything_is_simulated(
 
 def test_names_of_the_package_and_of_other_files_are_taken(registered):
     with pytest.raises(TegotaeError, match="'cpgu' is taken by the package"):
-        register_metric(dataclasses.replace(PEAK, name="cpgu"))
+        register(dataclasses.replace(PEAK, name="cpgu"))
     with pytest.raises(TegotaeError, match="two metrics named 'peak_force_n'"):
-        register_metric(dataclasses.replace(PEAK, compute=lambda episode: episode.start_s))
+        register(dataclasses.replace(PEAK, compute=lambda episode: episode.start_s))
     again = dataclasses.replace(PEAK, label="peak")  # its own file, run anew
-    assert register_metric(again) in metrics()
-    assert PEAK not in metrics()
+    assert register(again) in HOPPING.metrics()
+    assert PEAK not in HOPPING.metrics()
 
 
 def test_a_metric_derived_from_what_is_not_there_is_refused():
     with pytest.raises(TegotaeError, match="no metric is called 'peak_force_n'"):
-        register_metric(IN_WEIGHTS)
+        register(IN_WEIGHTS)
 
 
 def test_a_metric_that_is_not_registered_is_not_evaluated():
@@ -155,22 +156,22 @@ def test_metrics_follow_from_others_of_the_same_episodes():
         "hop_rate": np.array([4.0, np.nan, np.nan]),
         "limit_cycle_period": np.array([1.0, 1.0, np.nan]),
     }
-    shares = catalogue.derived(values, Conditions(Hopper()))["optimum_share"]
+    shares = derived(values, Conditions(Hopper()))["optimum_share"]
     assert shares[0] == pytest.approx(0.6 / 1.212, abs=1e-3)
     assert np.isnan(shares[1:]).all()
     for body in (Hopper(mass_kg=0.11), None):
-        assert np.isnan(catalogue.derived(values, Conditions(body))["optimum_share"]).all()
-    assert catalogue.derived({"cot_inverse": values["cot_inverse"]}, Conditions(Hopper())) == {}
+        assert np.isnan(derived(values, Conditions(body))["optimum_share"]).all()
+    assert derived({"cot_inverse": values["cot_inverse"]}, Conditions(Hopper())) == {}
 
 
 def test_the_built_in_metrics_say_what_they_are():
-    assert [metric.name for metric in catalogue.built_in()][:2] == ["cot_inverse", "optimum_share"]
-    assert len({metric.label for metric in catalogue.built_in()}) == len(catalogue.built_in())
+    assert [metric.name for metric in HOPPING.built_in][:2] == ["cot_inverse", "optimum_share"]
+    assert len({metric.label for metric in HOPPING.built_in}) == len(HOPPING.built_in)
 
 
 @pytest.mark.parametrize("name", ["limit_cycle_share", "optimum_share", "cpgu", "t0_s"])
 def test_metrics_of_each_kind_pass_the_check(name):
-    check_metric(catalogue.find_metric(name))
+    check_metric(HOPPING.find(name))
 
 
 def test_a_users_metric_passes_the_check(registered):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.measures.hopping.registry import metrics, range_of
-from tegotae.measures.hopping.statistics import (
+from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.measures.statistics import (
     balanced_difference,
     difference,
     interval,
@@ -153,7 +153,7 @@ def test_what_is_cut_off_an_interval_never_held_the_mean():
 def test_intervals_of_metrics_stay_within_what_the_metrics_can_be(n):
     random = np.random.default_rng(n)
     values = {}
-    for metric in metrics():
+    for metric in HOPPING.metrics():
         lowest, highest = metric.range
         # Most at an end of the range, one far from it.
         end, far = (lowest, 1.0) if np.isfinite(lowest) else (highest, -1.0)
@@ -162,8 +162,8 @@ def test_intervals_of_metrics_stay_within_what_the_metrics_can_be(n):
             size=n
         )
     for name in values:
-        result = interval(values[name], within=range_of(name))
-        lowest, highest = range_of(name)
+        result = interval(values[name], within=HOPPING.range_of(name))
+        lowest, highest = HOPPING.range_of(name)
         assert lowest <= result.low <= result.mean <= result.high <= highest
 
 

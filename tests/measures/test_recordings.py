@@ -17,10 +17,10 @@ from tegotae.cli import main
 from tegotae.figures.recording import recording_figure, recording_tables
 from tegotae.measures.hopping import measure
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.registry import register_metric
 from tegotae.measures.recordings import read_columns, recording, resampled
 from tegotae.parts.bodies import Hopper
 from tegotae.systems.models import preset
+from tegotae.systems.registry import register
 
 TIME = seconds(20.0, 0.01)
 HEIGHT = 1.0 + 0.1 * np.sin(6.0 * TIME)
@@ -188,8 +188,8 @@ def test_the_reason_names_what_was_not_given():
 
 
 def test_what_takes_the_body_is_undefined_until_the_body_is_given():
-    register_metric(peak_force.peak_force)
-    register_metric(peak_force.peak_force_in_weights)
+    register(peak_force.peak_force)
+    register(peak_force.peak_force_in_weights)
     bare = measure(TIME, HEIGHT, rest_length_m=1.0, force_n=FORCE)
     assert bare.peak_force_n == pytest.approx(4.0, rel=0.01)
     assert math.isnan(bare.peak_force_in_weights)

@@ -14,7 +14,7 @@ from research.reproduction.claims.effects import (
 )
 from research.reproduction.claims.quotations import hashes_of, stands_in
 from research.reproduction.table import ARCHITECTURES
-from tegotae.measures.hopping.registry import metric_names
+from tegotae.measures.hopping.metrics import HOPPING
 
 KNOWN = set((Path(__file__).parents[1] / "kept" / "paper-words.txt").read_text().split())
 
@@ -53,9 +53,9 @@ def test_what_no_table_has_says_so():
 def test_effects_name_metrics_and_architectures_that_there_are():
     for effect in (claim.effect for claim in ATOMIC_CLAIMS):
         if isinstance(effect, Correlation):
-            assert {effect.a, effect.b} <= set(metric_names())
+            assert {effect.a, effect.b} <= set(HOPPING.names())
         if isinstance(effect, Difference | DoubleDifference):
-            assert effect.metric in metric_names()
+            assert effect.metric in HOPPING.names()
         if isinstance(effect, Difference):
             groups = [group for group in (effect.ours, effect.theirs) if group]
             assert {name for entry in groups for name in entry.architectures} <= set(ARCHITECTURES)

@@ -18,7 +18,7 @@ from research.reproduction.figures.study import (
 )
 from research.reproduction.table import StudyTable, design_place, table_of_runs
 from study_tables import table
-from tegotae.measures.hopping.registry import metric_names
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.models import all_models
 
 HELD = ("V", "ART", "T")
@@ -27,7 +27,7 @@ HELD = ("V", "ART", "T")
 
 def with_own() -> StudyTable:
     """The same, and an experiment of one's own beside them, which senses the velocity."""
-    runs = {metric: np.linspace(0.8, 1.0, 5) for metric in metric_names()}
+    runs = {metric: np.linspace(0.8, 1.0, 5) for metric in HOPPING.names()}
     blank = dict.fromkeys(("learned", "reaction", "gain", "actuation"), "")
     place = {"model": "mine", "architecture": "mine", **blank, "observation": "Fv", "omega_t": 6.0}
     rows = table().columns | {}
@@ -41,7 +41,7 @@ def bars(panel) -> list[tuple[float, float]]:
 
 
 def panel(figure, metric: str, column: int):
-    return figure.axes[2 * metric_names("figure").index(metric) + column]
+    return figure.axes[2 * HOPPING.names("figure").index(metric) + column]
 
 
 def test_a_frequency_does_not_dilute_another():
@@ -119,7 +119,7 @@ def test_an_experiment_beside_the_models_has_its_place_after_them():
     assert [bar for bar in bars(right) if abs(bar[0] - position) < 0.5] == [
         (position, pytest.approx(0.9))
     ]
-    lowest = figure.axes[2 * len(metric_names("figure")) - 1]
+    lowest = figure.axes[2 * len(HOPPING.names("figure")) - 1]
     labels = [label.get_text() for label in lowest.get_xticklabels()]
     assert labels == [*HELD, "mine"]
 
@@ -141,7 +141,7 @@ def test_a_table_of_one_frequency_has_bars_of_one():
 
 def some(*models: str, runs: int = 2) -> StudyTable:
     """A few runs of these models, each metric one."""
-    values = {metric: np.ones(runs) for metric in metric_names()}
+    values = {metric: np.ones(runs) for metric in HOPPING.names()}
     registry = all_models()
     return table_of_runs(
         (design_place(registry[model]), {"best_fitness": np.zeros(runs)}, values)

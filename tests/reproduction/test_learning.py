@@ -37,7 +37,7 @@ from research.reproduction.learning.runs import LAW, read_runs, run_rows
 from research.reproduction.plan import MAIN, OMEGAS, plan
 from research.reproduction.table import record_place
 from tegotae.measures.evaluation import Protocol
-from tegotae.measures.hopping.registry import measured_own
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.study import run_locally
 from tegotae.systems.laws import LAWS
 from tegotae.systems.models import find
@@ -74,7 +74,7 @@ def test_a_run_is_judged_whole_cut_and_frozen():
     assert cut[0] == 0.0  # a reflex without feedback never pushes
     # A gain of zero is no feedback: nothing is left to cut.
     assert complete[1] == cut[1] == frozen[1]
-    assert measured_own() == ()  # the metric of the mean feedback is in no later study
+    assert HOPPING.registered == ()  # the metric of the mean feedback is in no later study
 
 
 def test_one_network_is_judged_whole_alone():

@@ -54,7 +54,7 @@ from research.reproduction.report.multiverse import counts_by_claim, shares_tabl
 from study_tables import results
 from tegotae import study
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
@@ -245,7 +245,7 @@ def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():
 
 def test_every_claim_has_the_models_that_it_is_about():
     table = results({}).where(model=multiverse("full").models)
-    names = {metric.name for metric in metrics()}
+    names = {metric.name for metric in HOPPING.metrics()}
     for omega, claimed in findings_by_reading({0: table}, draws=20)[0].items():
         for finding in claimed:
             reads = getattr(finding.claim.effect, "metric", None)

@@ -44,7 +44,7 @@ from study_tables import table
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.metric import LIMIT_CYCLE
+from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.measures.optimum import curve, has_table, share
 from tegotae.systems import controller_file
 from tegotae.systems.models import build

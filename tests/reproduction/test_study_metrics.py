@@ -19,7 +19,7 @@ from research.reproduction.plan import plan
 from tegotae._support.errors import TegotaeError
 from tegotae.cli import split_parts
 from tegotae.measures.evaluation import evaluate
-from tegotae.measures.hopping import registry as metrics
+from tegotae.measures.hopping import HOPPING
 from tegotae.systems.user_objects import imported
 
 FILE = str(TESTS / "users" / "grf.py")
@@ -31,7 +31,7 @@ def forgotten():
     """Each test begins as a new process does, that knows no metrics but the package's."""
     yield
     for name in OWN:
-        metrics.forget(name)
+        HOPPING.forget(name)
 
 
 @pytest.fixture(scope="module")

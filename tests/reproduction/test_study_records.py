@@ -22,7 +22,7 @@ from research.reproduction.table import tabulate
 from research.reproduction.unit import work
 from tegotae import Timing, study
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.registry import metric_names
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.models import find
 from tegotae.systems.resolve import resolve
@@ -32,7 +32,7 @@ from tegotae.training.evolution import Stopping
 
 def equal_records(a: Record, b: Record) -> bool:
     arrays = [(a.weights, b.weights), (a.best_fitness, b.best_fitness)]
-    arrays += [(a.episodes[name], b.episodes[name]) for name in metric_names()]
+    arrays += [(a.episodes[name], b.episodes[name]) for name in HOPPING.names()]
     return a.configuration == b.configuration and all(
         np.array_equal(x, y, equal_nan=True) for x, y in arrays
     )

@@ -22,7 +22,7 @@ from research.reproduction.table import tabulate
 from tegotae import TegotaeError, register
 from tegotae._support.documents import kept_as, later
 from tegotae.measures.evaluation import evaluate
-from tegotae.measures.hopping import registry as metrics
+from tegotae.measures.hopping import HOPPING
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper, Sensors
 from tegotae.parts.fields import with_fields
@@ -532,12 +532,12 @@ def test_a_metric_of_a_users_file_is_known_by_its_name(tmp_path):
     path = tmp_path / "my_own_metric.py"
     path.write_text(
         "import jax.numpy as jnp\n"
-        "from tegotae.measures.hopping.metric import GaitMetric\n"
+        "from tegotae.measures.hopping import GaitMetric\n"
         "mine = GaitMetric(name='my_apex', label='my apex', unit='m', about='an apex',\n"
         "    more_is_better=True, compute=lambda e: jnp.nanmean(e.hops.height_m, axis=0))\n"
     )
     try:
         module = imported(str(path))
-        assert metrics.find_metric("my_apex") is register(module.mine)
+        assert HOPPING.find("my_apex") is register(module.mine)
     finally:
-        metrics.forget("my_apex")
+        HOPPING.forget("my_apex")

@@ -21,7 +21,7 @@ from research.reproduction.zoo import ZooEntry, core, write_archive
 from tegotae import TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.measures.evaluation import evaluate
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.models import all_models

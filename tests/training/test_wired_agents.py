@@ -56,7 +56,7 @@ def learned(tmp_path_factory):
 def test_the_fitness_of_an_agent_is_that_of_its_controller_played_again(learned):
     saved = load(learned[1])
     (played,) = replay(EnvExperiment.from_controller(saved), [saved.weights])
-    assert played.fitness == pytest.approx(saved.training["best_fitness"], abs=1e-5)
+    assert played.episode.fitness == pytest.approx(saved.training["best_fitness"], abs=1e-5)
 
 
 def test_the_curve_is_of_the_fitness_over_the_time_that_was_learned_from(learned):

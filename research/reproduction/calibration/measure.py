@@ -21,7 +21,7 @@ from research.reproduction.readings.readings import Reading
 from tegotae.analysis.maps import Outcome, OutcomeSummary, as_maps, lanes
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping.gait import GaitSummary
-from tegotae.measures.hopping.metric import FAILED
+from tegotae.measures.hopping.metrics import FAILED
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from research.reproduction.table import StudyTable
-from tegotae.measures.hopping.statistics import Interval, mean_defined
+from tegotae.measures.statistics import Interval, mean_defined
 
 MODELS = 10
 """A correlation needs so many models: among fewer one of 0.6 and more is often mere chance, and of

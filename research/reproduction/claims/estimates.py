@@ -18,7 +18,7 @@ from research.reproduction.claims.effects import (
 )
 from research.reproduction.claims.random_effects import complete, crossed
 from research.reproduction.claims.resampling import Resampled
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 
 LEVEL = (2.5, 97.5)
 """The percentiles of an interval's ends."""

@@ -20,8 +20,8 @@ from research.reproduction.claims.experiments import (
 )
 from research.reproduction.ridge import line
 from tegotae._support import tables
-from tegotae.measures.hopping.statistics import Interval, stratified_difference
 from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.statistics import Interval, stratified_difference
 from tegotae.training.curves import groups, late_mean, read_curves
 
 _MAPS = {"resonance_shift": RESONANCES, "loss": LOSSES}

@@ -8,7 +8,7 @@ import numpy as np
 
 from research.reproduction.claims.counting import BEST, MEAN, SAMPLED, Count, metric_per_run
 from research.reproduction.table import StudyTable
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 
 RESAMPLES = 2000
 """Number of bootstrap samples of the runs of every model."""

@@ -18,8 +18,8 @@ from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
 from tegotae.cli.records import POSITIONAL
-from tegotae.measures.hopping.check import check_metric
-from tegotae.measures.hopping.registry import metric_names
+from tegotae.measures.check import check_metric
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.resolve import resolve
 from tegotae.training.algorithms import Algorithm
@@ -407,7 +407,7 @@ def _records(folder: Folder) -> list[Record]:
         raise TegotaeError(
             f"{folder.path} holds no records yet; first: python -m research.reproduction run"
         )
-    if unknown := sorted(set(folder.document.get("metrics", [])).difference(metric_names())):
+    if unknown := sorted(set(folder.document.get("metrics", [])).difference(HOPPING.names())):
         print(f"{', '.join(unknown)}: no metric known here; to draw it, give --parts FILE.py")
     for name in {name: None for record in records for name in record.software}:
         versions = sorted({record.software.get(name, "none") for record in records})

@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 
 from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.statistics import interval
 from tegotae.training.evolution import CAP, PLATEAU
 
 _ACROSS = 3

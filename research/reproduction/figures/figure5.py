@@ -22,7 +22,7 @@ from tegotae.analysis.orbit import Orbit
 from tegotae.analysis.surface import Surface, actuation_surface
 from tegotae.figures.cycles import broken, draw_path, phase_axis
 from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, new_figure, styled
-from tegotae.measures.hopping.registry import find_metric
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.parts.bodies import Hopper
 
 PANELS = (
@@ -169,7 +169,7 @@ def policies_figure(panels: Sequence[PolicyPanel]) -> Figure:
 def policies_table(panels: Iterable[PolicyPanel]) -> str:
     """A row a panel: its model and run, its metrics as Fig. 5 normalises them, and the shares."""
     names = (*NORMALISED, *SHARES)
-    rows = [["", "Model", *(find_metric(name).label for name in names)]]
+    rows = [["", "Model", *(HOPPING.find(name).label for name in names)]]
     for panel in panels:
         values = [panel.metrics.get(name, np.nan) for name in names]
         name = f"{panel.model}, run {panel.run}"
@@ -195,7 +195,9 @@ def _surface(axes: Axes, panel: PolicyPanel, labelled: bool) -> None:
     axes.set_ylim(0.0, surface.spring_force_n[-1])
     if labelled:
         axes.set_ylabel("$F_k$ [N]")
-    words = [f"{find_metric(name).label} {_number(value)}" for name, value in panel.metrics.items()]
+    words = [
+        f"{HOPPING.find(name).label} {_number(value)}" for name, value in panel.metrics.items()
+    ]
     lines = [f"{panel.number}. {panel.architecture}, T({panel.drive})"]
     lines += [", ".join(words[i : i + 2]) for i in range(0, len(words), 2)]
     axes.set_title("\n".join(lines), fontsize=6)

@@ -17,7 +17,7 @@ from research.reproduction.ridge import Ridge, find_losses, find_resonance
 from tegotae.analysis.maps import GainSweep
 from tegotae.figures.maps import draw_regimes, quantities, regime_legend
 from tegotae.figures.style import COLOURS, COLUMN_IN, long_table, new_figure, styled
-from tegotae.measures.hopping.metric import REGIMES, UNSETTLED
+from tegotae.measures.hopping.metrics import REGIMES, UNSETTLED
 from tegotae.measures.optimum import curve
 from tegotae.parts._shapes import AnyArray
 

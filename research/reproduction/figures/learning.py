@@ -12,7 +12,7 @@ from research.reproduction.claims.effects import LEARNED_FEEDBACK
 from research.reproduction.learning.primary import best_law
 from research.reproduction.learning.runs import LAW, where
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
-from tegotae.measures.hopping.statistics import POSITIVE, interval
+from tegotae.measures.statistics import POSITIVE, interval
 
 _COLOURS: dict[str, str] = {
     "AR": COLOURS[0],

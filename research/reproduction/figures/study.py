@@ -16,10 +16,10 @@ from matplotlib.ticker import FixedLocator, Locator, MaxNLocator
 from research.reproduction.claims.designs import MODELS, correlation_within_omega, designs
 from research.reproduction.table import ARCHITECTURES, StudyTable
 from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, new_figure, styled
-from tegotae.measures.hopping.metric import FIGURE, Metric
-from tegotae.measures.hopping.registry import range_of
-from tegotae.measures.hopping.statistics import SHARE, Interval, balanced_difference, mean_defined
+from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.measures.metric import FIGURE, Metric
 from tegotae.measures.optimum import curve
+from tegotae.measures.statistics import SHARE, Interval, balanced_difference, mean_defined
 
 OBSERVATIONS = {"F": "$s = [F_k]$", "Fv": r"$s = [F_k, \dot y]$"}
 
@@ -88,7 +88,7 @@ def architecture_metrics(
                 cell = rows if omega_t is None else rows.where(omega_t=omega_t)
                 for metric in names:
                     values = [design[metric] for design in designs(cell).values()]
-                    within = range_of(metric)
+                    within = HOPPING.range_of(metric)
                     mean = balanced_difference(values, single_is_exact=True, within=within)
                     undefined = int(np.isnan(cell[metric]).sum())
                     if np.isnan(mean.mean):

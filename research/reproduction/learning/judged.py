@@ -14,14 +14,15 @@ from research.reproduction.record import Record
 from research.reproduction.unit import record_key
 from tegotae._support.documents import Document
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
-from tegotae.measures.hopping.metric import Episode, GaitMetric, Metric
-from tegotae.measures.hopping.registry import forget, register_metric
-from tegotae.measures.hopping.statistics import UNBOUNDED, mean_defined
+from tegotae.measures.hopping.metrics import HOPPING, Episode, GaitMetric
+from tegotae.measures.metric import Metric
+from tegotae.measures.statistics import UNBOUNDED, mean_defined
 from tegotae.parts.controller import Controller
 from tegotae.parts.held import with_held_feedback
 from tegotae.simulation.world import Scenario
 from tegotae.study import Arrays, CellResult
 from tegotae.systems.experiment import Experiment
+from tegotae.systems.registry import register
 
 VARIANTS = ("whole", "cut", "frozen")
 """The feedback as it is, at zero, and at its mean over the limit cycle."""
@@ -74,11 +75,11 @@ def judge_runs(experiment: Experiment, weights: np.ndarray) -> Arrays:
         feedback, and its entries of the other variants are NaN. A run that nowhere settles at a
         frequency is frozen at zero there.
     """
-    register_metric(mean_feedback)
+    register(mean_feedback)
     try:
         return _variants(experiment, weights)
     finally:  # a study that is planned later is not to have it
-        forget(mean_feedback.name)
+        HOPPING.forget(mean_feedback.name)
 
 
 def _variants(experiment: Experiment, weights: np.ndarray) -> Arrays:

@@ -9,7 +9,7 @@ import pandas as pd
 from research.reproduction.learning.primary import BEST_RUN, MEAN_RUN, Contrast, best_law, contrast
 from research.reproduction.learning.runs import LAW
 from research.reproduction.report.markdown import markdown_table
-from tegotae.measures.hopping.statistics import FEW, POSITIVE, SHARE, UNBOUNDED, Range, interval
+from tegotae.measures.statistics import FEW, POSITIVE, SHARE, UNBOUNDED, Range, interval
 
 
 def contrasts(runs: pd.DataFrame) -> list[tuple[str, str, Contrast]]:

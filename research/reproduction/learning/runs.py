@@ -16,7 +16,7 @@ from research.reproduction.record import Record
 from research.reproduction.table import design_place
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 from tegotae.study import Arrays
 from tegotae.systems.laws import short_law
 from tegotae.systems.models import find

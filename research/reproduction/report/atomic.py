@@ -26,7 +26,7 @@ from research.reproduction.claims.findings import (
     Finding,
 )
 from research.reproduction.report.markdown import markdown_table
-from tegotae.measures.hopping.registry import find_metric
+from tegotae.measures.hopping.metrics import HOPPING
 
 GROUPS: Mapping[str, Callable[[Finding], bool]] = {
     "The paper's main claims": lambda f: f.claim.headline,
@@ -207,7 +207,7 @@ def effect_in_words(effect: Effect) -> str:
     if isinstance(effect, Unmeasured):
         return effect.description
     if isinstance(effect, Correlation):
-        return f"correlation of {find_metric(effect.a).label} and {find_metric(effect.b).label}"
+        return f"correlation of {HOPPING.find(effect.a).label} and {HOPPING.find(effect.b).label}"
     if isinstance(effect, DoubleDifference):
         (a, b), (c, d) = effect.ours, effect.theirs
         return f"{_heading(effect.metric)}, ({a.label} − {b.label}) − ({c.label} − {d.label})"
@@ -238,7 +238,7 @@ def effect_unit(effect: Effect) -> str:
 
 
 def _heading(name: str) -> str:
-    return _MEASURES[name] if name in _MEASURES else find_metric(name).heading
+    return _MEASURES[name] if name in _MEASURES else HOPPING.find(name).heading
 
 
 def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:

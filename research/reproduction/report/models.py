@@ -15,7 +15,7 @@ from research.reproduction.table import StudyTable, with_derived
 from tegotae._support.documents import JsonObject
 from tegotae.analysis.orbit import NoLimitCycleError, find_orbit
 from tegotae.analysis.surface import actuation_surface
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.controller_file import SavedController

@@ -52,7 +52,7 @@ from research.reproduction.report.values import embedded_figure, embedded_file, 
 from research.reproduction.table import StudyTable, record_place, tabulate, tabulate_sampled
 from tegotae._support.documents import JsonObject
 from tegotae._support.pages import as_script, filled_page
-from tegotae.measures.hopping.metric import REPORT
+from tegotae.measures.metric import REPORT
 from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
 from tegotae.systems.observations import OBSERVATIONS

@@ -16,7 +16,7 @@ from research.studies.tuning.task import TuningTask
 from research.studies.tuning.tuner import P_PRUNED
 from tegotae._support.engines import selected
 from tegotae._support.errors import TegotaeError, require
-from tegotae.measures.hopping.statistics import Interval, interval, paired_difference
+from tegotae.measures.statistics import Interval, interval, paired_difference
 from tegotae.training.learner import versions_of
 
 if TYPE_CHECKING:

@@ -17,14 +17,14 @@ QUIET = "TEGOTAE_QUIET"
 """Environment variable that leaves out progress and notes; the switch --quiet sets it."""
 
 
-def is_quiet() -> bool:
+def _is_quiet() -> bool:
     """Return whether progress and notes are suppressed."""
     return os.environ.get(QUIET, "") not in ("", "0")
 
 
 def note(line: str) -> None:
     """Print a line on standard error, for people, unless they want none."""
-    if not is_quiet():
+    if not _is_quiet():
         print(line, file=sys.stderr, flush=True)
 
 
@@ -81,8 +81,8 @@ class _RateColumn(progress.ProgressColumn):
 
 @contextmanager
 def reporting(title: str, total: int) -> Iterator[Reporter]:
-    """Report on stderr while the work goes on, unless the user wants no progress (`is_quiet`)."""
-    console = Console(stderr=True, soft_wrap=True, quiet=is_quiet())
+    """Report on stderr while the work goes on, unless the user wants no progress (`_is_quiet`)."""
+    console = Console(stderr=True, soft_wrap=True, quiet=_is_quiet())
     if console.quiet or not console.is_terminal:
         yield Reporter(title, total, console, None)
         return

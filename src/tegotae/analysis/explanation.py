@@ -13,9 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
-from tegotae.measures.hopping.metric import LIMIT_CYCLE, REGIME, GaitMetric
-from tegotae.measures.hopping.registry import select_metrics
-from tegotae.measures.hopping.statistics import (
+from tegotae.measures.hopping.metrics import HOPPING, LIMIT_CYCLE, REGIME, GaitMetric
+from tegotae.measures.statistics import (
     POSITIVE,
     Interval,
     interval,
@@ -195,7 +194,7 @@ class ReleasedHopper(ReleasedController):
     def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         system = self.saved.system
         metrics = [
-            x for x in select_metrics(("cot_inverse", "hop_rate")) if isinstance(x, GaitMetric)
+            x for x in HOPPING.select(("cot_inverse", "hop_rate")) if isinstance(x, GaitMetric)
         ]
         omega = np.tile(self.omega, self.shape[0])
         if controller.oscillator is None:

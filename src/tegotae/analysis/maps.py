@@ -15,7 +15,7 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, require_memory
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import LimitCycle, at_frame, find_limit_cycle, hops
-from tegotae.measures.hopping.metric import FAILED, LIMIT_CYCLE, REGIMES
+from tegotae.measures.hopping.metrics import FAILED, LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
@@ -29,7 +29,7 @@ class Outcome(NamedTuple):
     """Outcome of each rollout: arrays of one shape, NaN where undefined."""
 
     regime: AnyArray
-    """Index into `tegotae.measures.hopping.metric.REGIMES`."""
+    """Index into `tegotae.measures.hopping.REGIMES`."""
     limit_cycle_period: AnyArray
     """Period k of the limit cycle [hops]."""
     cot_inverse: AnyArray

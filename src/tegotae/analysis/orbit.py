@@ -13,7 +13,7 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import Hops, hops
-from tegotae.measures.hopping.metric import LIMIT_CYCLE, REGIMES
+from tegotae.measures.hopping.metrics import LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.maths import TWO_PI

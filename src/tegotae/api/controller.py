@@ -18,9 +18,12 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.api.parameters import Values, filled, in_shell
 from tegotae.api.results import Column, EvaluationTable, Recording, Table
+from tegotae.measures.metric import Catalogue, Metric
 from tegotae.parts.bodies import Body
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.legged import Legged
+from tegotae.systems.registry import register
+from tegotae.systems.user_objects import is_reference, load_object
 
 if TYPE_CHECKING:
     from tegotae.analysis.generalisation.disturbances import Tested
@@ -287,6 +290,29 @@ class LoadedController:
             settings={self.name: vars(options)},
             **fields,
         )
+
+
+def selected_metrics(catalogue: Catalogue, requested: Sequence[str]) -> tuple[Metric, ...]:
+    """Return the metrics of names; all without any.
+
+    Args:
+        catalogue: the metrics of such bodies.
+        requested: names, or a user's own as FILE.py:OBJECT, which is registered.
+
+    Raises:
+        TegotaeError: for one that is not there, or of other bodies.
+    """
+    names: list[str] = []
+    for name in requested:
+        if is_reference(name):
+            metric = load_object(name, Metric, "metric")
+            if metric.CATALOGUE is not catalogue:
+                raise TegotaeError(
+                    f"{name} is a metric of {metric.CATALOGUE.kind}; here is {catalogue.kind}"
+                )
+            name = register(metric).name
+        names.append(name)
+    return catalogue.select(names or None)
 
 
 def _require_alike(

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae.api.controller import LoadedController, Subject
+from tegotae.api.controller import LoadedController, Subject, selected_metrics
 from tegotae.api.parameters import HIDDEN, Values, changes, check_types, filled
-from tegotae.api.results import EvaluationTable, Recording, Table, columns
+from tegotae.api.results import EvaluationTable, Recording, Table, metric_columns
 from tegotae.envs.env_spec import EnvSpec, settings_of
+from tegotae.measures.robots import ROBOTS
 from tegotae.parts.bodies import Body
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
@@ -70,27 +70,6 @@ def adjusted_on_environment(experiment: EnvExperiment, options: Mapping[str, Any
     )
 
 
-_SHARE, _POSITIVE = (0.0, 1.0), (0.0, math.inf)
-OF_EPISODES = columns(
-    ("fitness", "fitness"),
-    ("return", "return, sum of the rewards"),
-    ("lasted", "share of the episode that it lasted", "", _SHARE),
-    ("distance_m", "distance", "m"),
-    ("speed_m_per_s", "speed", "m/s"),
-    ("work_j", "work of the actuators", "J", _POSITIVE),
-    ("cost_of_transport", "cost of transport", "", _POSITIVE),
-    ("stride_hz", "rate of the first oscillator", "Hz"),
-    ("duty", "share of time on the ground", "", _SHARE),
-    ("hops", "hops", "", _POSITIVE),
-    ("apex_m", "height of the late apexes", "m", _POSITIVE),
-    ("cot_inverse", "CoT⁻¹", "m/J", _POSITIVE),
-    ("limit_cycle_period", "period of the limit cycle", "hops", _POSITIVE),
-    ("w_peak", "peak of the spectrum", "rad/s", _POSITIVE),
-    ("t0_s", "transient T0", "s", _POSITIVE),
-)
-"""What is measured of an episode; what an environment does not say is left out."""
-
-
 @dataclass(frozen=True)
 class EnvironmentController(LoadedController):
     """Controllers that were trained in another simulator."""
@@ -129,7 +108,7 @@ class EnvironmentController(LoadedController):
             title=f"an episode on {experiment.spec.env}",
             raw=played,
             numbers=played.numbers(),
-            columns=OF_EPISODES,
+            columns=metric_columns(ROBOTS.metrics()),
             rows=lambda: _series(played),
             settings=vars(options),
             notes=(f"It {reason}.",) if reason else (),
@@ -140,6 +119,7 @@ class EnvironmentController(LoadedController):
         self,
         *others: Subject | LoadedController,
         omega: Sequence[float] | None = None,
+        metric: Sequence[str] = (),
         starts: int = 32,
         settings: Sequence[str] = (),
     ) -> Table:
@@ -148,6 +128,8 @@ class EnvironmentController(LoadedController):
         Args:
             others: further controllers.
             omega: frequencies [rad/s].
+            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
+                all that the simulator shows.
             starts: episodes of each run, where the environment has noise.
             settings: settings of the environment that differ from the training: NAME=VALUE, such as
                 noise=0.02 or mass_factor=1.2.
@@ -162,6 +144,7 @@ class EnvironmentController(LoadedController):
         self,
         *others: Subject | LoadedController,
         omega: Sequence[float] | None = None,
+        metric: Sequence[str] = (),
         starts: int = 32,
         settings: Sequence[str] = (),
     ) -> Table:
@@ -170,6 +153,8 @@ class EnvironmentController(LoadedController):
         Args:
             others: controllers that are compared with this one.
             omega: frequencies [rad/s].
+            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
+                all that the simulator shows.
             starts: episodes of each run, where the environment has noise.
             settings: settings of the environment that differ from the training: NAME=VALUE, such as
                 noise=0.02 or mass_factor=1.2.
@@ -179,13 +164,16 @@ class EnvironmentController(LoadedController):
         """
         return self._evaluated(others, {**locals()}, compares=True)
 
+    def _check(self, options: Any) -> None:
+        _ = selected_metrics(ROBOTS, options.metric)
+
     def _alike(self, options: Any) -> Mapping[str, Any]:
         spec = self.experiment.spec
         return {"environment": spec.env, "its settings": spec.settings}
 
     def _measured(self, options: Any) -> EvaluationTable:
         require_count("starts", options.starts)
-        experiment, rows = self.experiment, []
+        experiment, rows, metrics = self.experiment, [], selected_metrics(ROBOTS, options.metric)
         changed = dict(experiment.spec.settings) | settings_of(options.settings)
         spec = EnvSpec(env=experiment.spec.env, settings=tuple(changed.items()))
         varied = not spec.is_model or spec.model_settings.noise > 0.0
@@ -195,7 +183,7 @@ class EnvironmentController(LoadedController):
             for start in range(options.starts if varied else 1):
                 played = replay(tested, self.runs.weights, seed=experiment.seed + start)
                 rows += [
-                    {"run": run, "omega": omega, "start": start, **episode.numbers()}
+                    {"run": run, "omega": omega, "start": start, **episode.numbers(metrics)}
                     for run, episode in zip(self.runs.labels, played, strict=True)
                 ]
         note = (
@@ -205,7 +193,7 @@ class EnvironmentController(LoadedController):
             note += ": without a limit cycle there is neither CoT⁻¹ nor a transient"
         return self._measurements(
             rows,
-            OF_EPISODES,
+            metric_columns(metrics),
             options,
             groups=("controller", "omega"),
             notes=(f"{note}. * means that some runs are.",),

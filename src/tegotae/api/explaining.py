@@ -53,7 +53,7 @@ from tegotae.api.controller import LoadedController
 from tegotae.api.hopping import HopperController
 from tegotae.api.results import UNDEFINED, Table
 from tegotae.api.walking import WalkerController
-from tegotae.measures.hopping.statistics import Interval, mean_defined
+from tegotae.measures.statistics import Interval, mean_defined
 from tegotae.parts.bodies import Hopper, Walker
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.maths import TWO_PI

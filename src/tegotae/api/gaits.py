@@ -628,7 +628,7 @@ def perturb(
     )
     result = aftermath(legged, lesion, starts=starts, **study.releases)
     frame: Any = result.frame
-    share, low, high = result.share
+    share = result.share
     stood, stays = frame[frame["stood_before"]], frame[frame["stays_up"]]
     (length, time), margin = legged.units, result.margin_m
     notes = [f"the mass is {margin:.3f} {length} inside the feet that are left"]
@@ -649,13 +649,18 @@ def perturb(
         frame,
         lesion_figure,
         title=f"{result.lesion.label} at {result.lesion.at_s:g} {time}: {len(stays)} of "
-        f"{len(stood)} that stood stay up, {share:.3f} ({low:.3f} … {high:.3f})",
+        f"{len(stood)} that stood stay up, {share.mean:.3f} ({share.low:.3f} … {share.high:.3f})",
         views=[pairs.rename_axis("before → after").to_frame("starts")],
         notes=notes,
         data={
             "lesion": result.lesion,
             "reference": legged.names[result.reference],
             "margin_m": margin,
-            "stays_up": {"share": share, "low": low, "high": high, "of": len(stood)},
+            "stays_up": {
+                "share": share.mean,
+                "low": share.low,
+                "high": share.high,
+                "of": len(stood),
+            },
         },
     )

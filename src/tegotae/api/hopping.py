@@ -12,12 +12,11 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
-from tegotae.api.controller import Changes, LoadedController, Subject, Work
+from tegotae.api.controller import Changes, LoadedController, Subject, Work, selected_metrics
 from tegotae.api.parameters import Values, check_types, filled
-from tegotae.api.results import EvaluationTable, Recording, Table, columns
+from tegotae.api.results import EvaluationTable, Recording, Table, columns, metric_columns
 from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
-from tegotae.measures.hopping.metric import TABLE, Metric
-from tegotae.measures.hopping.registry import register_metric, select_metrics
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.hopping.signals import work_total
 from tegotae.parts.bodies import Body
 from tegotae.simulation.integrators import Hold
@@ -26,7 +25,6 @@ from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.simulation import Result, simulate
 from tegotae.systems.system import Release
-from tegotae.systems.user_objects import is_reference, load_object
 
 SERIES = (
     *("time_s", "height_m", "velocity_m_per_s", "phase_rad", "spring_force_n"),
@@ -230,7 +228,7 @@ class HopperController(LoadedController):
         return self._evaluated(others, {**locals()}, compares=True)
 
     def _check(self, options: Any) -> None:
-        _ = _metrics(options.metric)
+        _ = selected_metrics(HOPPING, options.metric)
         require_evaluable(self.runs.controller, options.body, options.protocol)
 
     def _alike(self, options: Any) -> Mapping[str, Any]:
@@ -239,7 +237,8 @@ class HopperController(LoadedController):
         return {name: protocol[name] for name in protocol if name not in ("release_m", "tick_s")}
 
     def _measured(self, options: Any) -> EvaluationTable:
-        runs, metrics = self.runs.replaced(body=options.body), _metrics(options.metric)
+        runs = self.runs.replaced(body=options.body)
+        metrics = selected_metrics(HOPPING, options.metric)
         result = evaluate(
             runs.controller,
             runs.weights,
@@ -250,17 +249,11 @@ class HopperController(LoadedController):
             start=runs.system.scenario()._replace(height_m=options.protocol.release_m),
             integrator=runs.system.integrator,
         )
-        visible = metrics if options.metric else [m for m in metrics if TABLE in m.shown]
         labels, omegas = runs.labels, result.omega
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
         return self._measurements(
             rows | {name: values.ravel() for name, values in result.episodes.items()},
-            columns(
-                *(
-                    (m.name, m.label, m.unit, m.range, m.more_is_better, m in visible)
-                    for m in metrics
-                )
-            ),
+            metric_columns(metrics, requested=bool(options.metric)),
             options,
             notes=[
                 "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
@@ -268,12 +261,3 @@ class HopperController(LoadedController):
                 "cycles. – is undefined, * means that some runs are."
             ],
         )
-
-
-def _metrics(requested: tuple[str, ...]) -> tuple[Metric, ...]:
-    """The metrics of names; a user's own is registered."""
-    objects = {
-        name: load_object(name, Metric, "metric") for name in requested if is_reference(name)
-    }
-    names = [register_metric(objects[name]).name if name in objects else name for name in requested]
-    return select_metrics(names or None)

@@ -12,7 +12,7 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.api.parameters import in_shell
 from tegotae.api.results import UNDEFINED, Table, short
-from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.designs import all_designs
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.laws import LAWS, ShortLaw
@@ -148,7 +148,7 @@ def _trained(pattern: str) -> Table:
     metrics_held = (name for zoo in zoos for name in zoo.metrics)
     held = dict.fromkeys(name for name in metrics_held if any(name in row for row in rows))
     visible = [name for name in _ON_SCREEN if name in held] or [*held][: len(_ON_SCREEN)]
-    heading_by_metric = {metric.name: metric.heading for metric in metrics()}
+    heading_by_metric = {metric.name: metric.heading for metric in HOPPING.metrics()}
     counts = ", ".join(
         f"{zoo.study} by tegotae {zoo.software.get('tegotae')}, {zoo.software.get('engine')} engine"
         for zoo in zoos

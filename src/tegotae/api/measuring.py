@@ -17,8 +17,7 @@ from tegotae.api.parameters import filled, in_shell
 from tegotae.api.results import UNDEFINED, Table
 from tegotae.measures.hopping.gait import Measured, measure as measured_of
 from tegotae.measures.hopping.hopping import LimitCycle
-from tegotae.measures.hopping.metric import REGIMES
-from tegotae.measures.hopping.registry import metrics
+from tegotae.measures.hopping.metrics import HOPPING, REGIMES
 from tegotae.measures.plausibility import check_forces, check_over_ground
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Body, Hopper
@@ -103,7 +102,7 @@ def _result(measured: Measured, rest_length_m: float, weight_n: float | None) ->
     # Why there is no limit cycle is said once, not by each metric that needs one.
     reason_of_cycle = measured.reasons.get("limit_cycle_period", "")
     rows = []
-    for metric in metrics():
+    for metric in HOPPING.metrics():
         if metric.name.endswith("_share") and metric.name != "optimum_share":
             continue  # shares of several runs are none of one recording
         reason = measured.reasons.get(metric.name, metric.about)

@@ -47,7 +47,7 @@ def _(raw: GaitRun, note: str) -> dict[str, Figure]:
 
 def _of_replay(raw: Replay, note: str) -> dict[str, Figure]:
     """The gait as that of a recording where its hops can be measured, else loads and phases."""
-    measured, rest_length_m = raw.measured(), raw.experiment.wiring.rest_length_m
+    measured, rest_length_m = raw.episode.hopping, raw.experiment.wiring.rest_length_m
     title = literal_text(note)
     loads = {"loads": episode_figure(raw, note=title)}
     if measured is None or rest_length_m is None:

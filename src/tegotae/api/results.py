@@ -10,7 +10,7 @@ import json
 import math
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -24,8 +24,9 @@ from tegotae._support import tables
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import check_folder, output_file, write_atomically
-from tegotae.measures.hopping import statistics
-from tegotae.measures.hopping.statistics import UNDEFINED, Interval
+from tegotae.measures import statistics
+from tegotae.measures.metric import TABLE, Metric
+from tegotae.measures.statistics import UNDEFINED, Interval
 
 if TYPE_CHECKING:
     from matplotlib import figure as matplotlib_figure
@@ -60,6 +61,30 @@ class Column:
 def columns(*rows: tuple[Any, ...]) -> tuple[Column, ...]:
     """Return columns, each made of the arguments of `Column`."""
     return tuple(Column(*row) for row in rows)
+
+
+def metric_columns(
+    metrics: Iterable[Metric], *, requested: bool = True, units: Mapping[str, str] | None = None
+) -> tuple[Column, ...]:
+    """Return the columns of metrics.
+
+    Args:
+        metrics: the metrics.
+        requested: True if all are shown, and not the usual ones alone.
+        units: units of the body in place of some SI units.
+    """
+    units = units or {}
+    return tuple(
+        Column(
+            metric.name,
+            metric.label,
+            units.get(metric.unit, metric.unit),
+            metric.range,
+            metric.more_is_better,
+            requested or TABLE in metric.shown,
+        )
+        for metric in metrics
+    )
 
 
 @dataclass(frozen=True, repr=False)

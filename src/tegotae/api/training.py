@@ -21,8 +21,8 @@ from tegotae.api.controllers import load
 from tegotae.api.parameters import HIDDEN, Values, changed, changes, filled, in_shell
 from tegotae.api.results import Files, ResultBase
 from tegotae.api.wiring import EnvironmentOptions, environment_of, stem_of
-from tegotae.measures.hopping.statistics import interval
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
+from tegotae.measures.statistics import interval
 from tegotae.parts.bodies import Body
 from tegotae.systems.controller_file import load as load_file
 from tegotae.systems.env_task import extras_of

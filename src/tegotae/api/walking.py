@@ -12,11 +12,20 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.analysis.gaits.releases import coordination_columns, release_all, simulate_gaits
-from tegotae.api.controller import Changes, LoadedController, Subject
+from tegotae.analysis.gaits.releases import release_all, simulate_gaits
+from tegotae.api.controller import Changes, LoadedController, Subject, selected_metrics
 from tegotae.api.parameters import Values, check_types, filled
-from tegotae.api.results import EvaluationTable, Recording, Table, columns
+from tegotae.api.results import (
+    Column,
+    EvaluationTable,
+    Recording,
+    Table,
+    columns,
+    metric_columns,
+)
+from tegotae.measures.gaits.metrics import GAIT, WALKING
 from tegotae.measures.gaits.names import TOLERANCE
+from tegotae.measures.gaits.summary import coordination_columns
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import unwrapped, with_fields
 from tegotae.systems.legged import Legged, felt, terrain_of
@@ -159,6 +168,7 @@ class WalkerController(LoadedController):
         self,
         *others: Subject | LoadedController,
         omega: Sequence[float] | None = None,
+        metric: Sequence[str] = (),
         starts: int = 32,
         seed: int = 1,
         duration_s: float | None = None,
@@ -173,6 +183,8 @@ class WalkerController(LoadedController):
         Args:
             others: further controllers.
             omega: frequencies [rad/s].
+            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
+                all are computed and the usual ones shown.
             starts: number of releases of each controller.
             seed: seed of the random phases at release.
             duration_s: simulated time [s].
@@ -193,6 +205,7 @@ class WalkerController(LoadedController):
         self,
         *others: Subject | LoadedController,
         omega: Sequence[float] | None = None,
+        metric: Sequence[str] = (),
         starts: int = 32,
         seed: int = 1,
         duration_s: float | None = None,
@@ -207,6 +220,8 @@ class WalkerController(LoadedController):
         Args:
             others: controllers that are compared with this one.
             omega: frequencies [rad/s].
+            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
+                all are computed and the usual ones shown.
             starts: number of releases of each controller.
             seed: seed of the random phases at release.
             duration_s: simulated time [s].
@@ -222,6 +237,9 @@ class WalkerController(LoadedController):
         """
         return self._evaluated(others, {**locals()}, compares=True)
 
+    def _check(self, options: Any) -> None:
+        _ = selected_metrics(WALKING, options.metric)
+
     def _alike(self, options: Any) -> Mapping[str, Any]:
         return {
             "starts": options.starts,
@@ -232,6 +250,7 @@ class WalkerController(LoadedController):
     def _measured(self, options: Any) -> EvaluationTable:
         options.omega = _frequencies(options)
         legged, weights = self.system(options), self.runs.weights
+        metrics = selected_metrics(WALKING, options.metric)
         released = release_all(
             legged,
             weights,
@@ -239,25 +258,15 @@ class WalkerController(LoadedController):
             options.starts,
             seed=options.seed,
             tolerance=options.tolerance,
+            metrics=metrics if options.metric else None,
         )
         rows = dict(released.summary)
         rows["run"] = np.array(self.runs.labels)[rows["run"]]
-        (length, time), share, positive = legged.units, (0.0, 1.0), (0.0, math.inf)
+        length, time = legged.units
+        units = {"s": time, "m": length, "m/s": f"{length}/{time}"}
+        measured = metric_columns(metrics, requested=bool(options.metric), units=units)
         return self._measurements(
-            rows,
-            columns(
-                ("upright", "upright", "", share, True),
-                ("locked", "locked", "", share, True),
-                ("lock_time_s", "locks in", time, positive, False),
-                ("speed_m_per_s", "speed", f"{length}/{time}"),
-                ("cost_of_transport", "CoT", "", positive, False),
-                ("froude", "Froude number", "", positive, None, False),
-                ("slip", "slip", "", positive, False),
-                ("gait", "gait"),
-                ("gait_share", "share of it", "", share, None, False),
-            ),
-            options,
-            groups=("controller", "omega"),
+            rows, (*measured, Column(GAIT, "gait")), options, groups=("controller", "omega")
         )
 
 

@@ -86,7 +86,7 @@ class Apexes(NamedTuple):
         return jnp.where(goes_on, cot_inverse(climb_m, work_j), 0.0)
 
 
-SENSE_BOUND = 1e3
+_SENSE_BOUND = 1e3
 """Observations are clipped to this many times their scale, far beyond what a leg survives."""
 
 TELEMETRY = (
@@ -328,7 +328,7 @@ def observation_space(settings: HopperSettings) -> Box:
     body = settings.body
     at_rest = body.release(jnp.ones(()), jnp.zeros(()))
     scales = {} if settings.dimensionless else body.sense(at_rest, jnp.zeros(())).scales
-    largest = {name: SENSE_BOUND * float(scales.get(name, 1.0)) for name in settings.observed}
+    largest = {name: _SENSE_BOUND * float(scales.get(name, 1.0)) for name in settings.observed}
     largest |= dict.fromkeys(largest.keys() & {"sin_phase", "cos_phase"}, 1.0)
     bounds = np.array([largest[name] for name in settings.observed], np.float32)
     # A little more than what is clipped to, and than the rounded sine of a right angle.
@@ -455,7 +455,7 @@ def _report(
         value, scale = sensed.dimensionless(name), 1.0
         if not program.dimensionless:
             value, scale = sensed[name], sensed.scales.get(name, 1.0)
-        observation.append(jnp.clip(value, -SENSE_BOUND * scale, SENSE_BOUND * scale))
+        observation.append(jnp.clip(value, -_SENSE_BOUND * scale, _SENSE_BOUND * scale))
     time_s = episodes.tick.astype(like.dtype) * numbers.tick_s
     truncated = ~episodes.lane.failed & (episodes.tick >= numbers.n_ticks)
     telemetry = {

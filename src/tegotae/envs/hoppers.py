@@ -14,7 +14,7 @@ from tegotae.envs._types import Info
 from tegotae.envs.core import TELEMETRY, EnvStep, Hoppers, action_space, observation_space
 from tegotae.envs.settings import HopperSettings, TegotaeHopperSettings, hopper_settings_of
 
-SIZE = 256
+_SIZE = 256
 """Width and height of a frame [pixels]."""
 _FRAMES_PER_SECOND = 50
 _SKY, _GROUND, _LEG, _PUSH, _MASS, _RIM = (
@@ -28,9 +28,9 @@ _SKY, _GROUND, _LEG, _PUSH, _MASS, _RIM = (
         (160, 166, 174),
     )
 )
-_COLUMN, _ROW = np.meshgrid(np.arange(SIZE), np.arange(SIZE))
-_LEG_COLUMN, _MASS_RADIUS = SIZE * 0.4, 11.0
-_DIAL_CENTRE, _DIAL_RADIUS = (SIZE - 36.0, 36.0), 24.0
+_COLUMN, _ROW = np.meshgrid(np.arange(_SIZE), np.arange(_SIZE))
+_LEG_COLUMN, _MASS_RADIUS = _SIZE * 0.4, 11.0
+_DIAL_CENTRE, _DIAL_RADIUS = (_SIZE - 36.0, 36.0), 24.0
 
 
 def draw_frame(settings: HopperSettings, step: EnvStep | None, lane: int = 0) -> np.ndarray:
@@ -47,12 +47,12 @@ def draw_frame(settings: HopperSettings, step: EnvStep | None, lane: int = 0) ->
         raise TegotaeError("there is nothing to draw yet; call reset() before render()")
     info, length = step.info(lane), settings.body.rest_length_m
     ground, height = info["ground_m"], info["height_m"]
-    pixels_per_m = SIZE / (3.0 * length)
+    pixels_per_m = _SIZE / (3.0 * length)
 
     def row(height_m: float) -> float:
-        return SIZE - (height_m + 0.5 * length) * pixels_per_m
+        return _SIZE - (height_m + 0.5 * length) * pixels_per_m
 
-    frame = np.empty((SIZE, SIZE, 3), np.uint8)
+    frame = np.empty((_SIZE, _SIZE, 3), np.uint8)
     frame[:] = _SKY
     frame[row(ground) <= _ROW] = _GROUND
     mass = row(height)
@@ -86,7 +86,7 @@ class _Window:
         self._plt = plt
         self._figure, axes = plt.subplots(figsize=(4, 4), num=title, clear=True)
         axes.set_axis_off()
-        self._image = axes.imshow(np.zeros((SIZE, SIZE, 3), np.uint8))
+        self._image = axes.imshow(np.zeros((_SIZE, _SIZE, 3), np.uint8))
         self._interactive = plt.get_backend().lower() not in ("agg", "pdf", "svg", "ps", "template")
 
     def show(self, frame: np.ndarray) -> None:

@@ -4,7 +4,7 @@ and whether what is wired there looks as it should."""
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +48,9 @@ class Wires:
     """Time between two steps [s]."""
     observed: tuple[str, ...]
     """Names of the observation's entries."""
+    force_limits: Mapping[str, tuple[float, float]]
+    """Least and largest force of actuators by the observation's entry [N or N m], as far as the
+    environment says them (`force_limits`)."""
 
     @property
     def limbs(self) -> int:
@@ -148,6 +151,7 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
         high=space.high,
         step_s=float(step_s),
         observed=tuple(observed),
+        force_limits=getattr(env.unwrapped, "force_limits", {}),
     )
     return wires, []
 

@@ -21,7 +21,7 @@ from tegotae.envs.wiring import Wiring
 from tegotae.parts.units import Units
 from tegotae.simulation.sampler import sampler
 
-PHASE_KEY = "phase"
+_PHASE_KEY = "phase"
 """Key of a dictionary observation under which sin φ and cos φ of the limbs are."""
 
 
@@ -232,7 +232,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         phase = self._pilot.phase[:, 0]
         entries = np.concatenate([np.sin(phase), np.cos(phase)])
         if isinstance(self.env.observation_space, Dict):
-            observation = {**observation, PHASE_KEY: entries}
+            observation = {**observation, _PHASE_KEY: entries}
         else:
             observation = np.concatenate([observation, entries.astype(observation.dtype)])
         mine = {
@@ -246,9 +246,9 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
 def _with_phase_space(space: AnySpace, limbs: int) -> AnySpace:
     ones = np.ones(2 * limbs, np.float32)
     if isinstance(space, Dict):
-        if PHASE_KEY in space.spaces:
-            raise TegotaeError(f"the observation has a key {PHASE_KEY!r} already; rename it")
-        return Dict({**space.spaces, PHASE_KEY: Box(-ones, ones)})
+        if _PHASE_KEY in space.spaces:
+            raise TegotaeError(f"the observation has a key {_PHASE_KEY!r} already; rename it")
+        return Dict({**space.spaces, _PHASE_KEY: Box(-ones, ones)})
     assert isinstance(space, Box)
     return Box(
         np.concatenate([space.low, -ones.astype(space.dtype)]),

@@ -20,7 +20,7 @@ from tegotae.figures.style import (
     new_figure,
     styled,
 )
-from tegotae.measures.hopping.statistics import Interval
+from tegotae.measures.statistics import Interval
 from tegotae.parts.maths import TWO_PI
 
 _DOTS = 3000

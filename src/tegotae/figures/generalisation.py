@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tegotae.analysis.generalisation.disturbances import Disturbance
-from tegotae.analysis.generalisation.run import MEASURES, Done, share_interval
+from tegotae.analysis.generalisation.run import MEASURES, Done
 from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
+from tegotae.measures.statistics import Interval, share_interval
 
 MOST_LINES = len(COLOURS)
 """Lines that a panel can distinguish."""
@@ -108,14 +109,16 @@ def _panel(ax: Axes, disturbance: Disturbance, lines: Mapping[str, Line]) -> Non
             continue
         levels = line[disturbance.name]
         shares = {
-            x: (retained / had, *share_interval(retained, had, runs))
+            x: share_interval(int(retained), int(had), int(runs))
             for x, retained, had, runs in levels.itertuples()
         }
-        shares[disturbance.neutral] = (1.0, 1.0, 1.0)  # by definition
+        shares[disturbance.neutral] = Interval(1.0, low=1.0, high=1.0)  # by definition
         level = sorted(shares)
-        share, low, high = zip(*(shares[x] for x in level), strict=True)
-        ax.plot(level, share, marker=_MARKERS[number], markersize=2.5, **look)
+        ax.plot(
+            level, [shares[x].mean for x in level], marker=_MARKERS[number], markersize=2.5, **look
+        )
         if max(levels["runs"].tolist(), default=0) >= FEW:
+            low, high = [shares[x].low for x in level], [shares[x].high for x in level]
             ax.fill_between(level, low, high, color=look["color"], alpha=0.15, linewidth=0)
     ax.axvline(disturbance.neutral, color="0.6", linewidth=0.6, linestyle=":")
     ax.axhline(0.5, color="0.85", linewidth=0.6, zorder=0)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
-from tegotae.measures.hopping.statistics import Interval
+from tegotae.measures.statistics import Interval
 
 _ACROSS = 3
 

@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
 from tegotae.figures.style import COLOURS, PAGE_IN, Table, literal_text, new_figure, styled
-from tegotae.measures.hopping.registry import range_of
-from tegotae.measures.hopping.statistics import UNBOUNDED, Interval, difference, interval
+from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.measures.statistics import UNBOUNDED, Interval, difference, interval
 from tegotae.training.curves import COT, FITNESS, groups, late_mean, measure_of, shared
 
 LABELS = {COT: "CoT⁻¹ [m/J]", FITNESS: "fitness"}
@@ -172,7 +172,7 @@ def _words(mean: Interval) -> str:
 
 
 def _range(curves: pd.DataFrame) -> tuple[float, float]:
-    return range_of(COT) if measure_of(curves) == COT else UNBOUNDED
+    return HOPPING.range_of(COT) if measure_of(curves) == COT else UNBOUNDED
 
 
 def _mean(runs: Sequence[pd.DataFrame]) -> pd.DataFrame:

@@ -25,7 +25,7 @@ from tegotae.figures.style import (
     new_figure,
     styled,
 )
-from tegotae.measures.hopping.metric import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
+from tegotae.measures.hopping.metrics import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.parts._shapes import AnyArray
 from tegotae.training.scoring import VanillaSweep
 

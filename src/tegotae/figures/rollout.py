@@ -43,7 +43,7 @@ def episode_figure(replay: Replay, *, note: str = "") -> Figure:
     for panel, height in zip(panels, heights, strict=True):
         panel.plot(time, height[late])
         panel.set_ylabel("height [m]")
-    for name, load in replay.loads.items():
+    for name, load in replay.episode.loads.items():
         loads.plot(time, load[late], label=literal_text(name))
     loads.set_ylabel("load [N]")
     loads.legend(**_BESIDE)

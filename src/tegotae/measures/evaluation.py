@@ -17,23 +17,20 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
 from tegotae.measures.hopping.gait import gait
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, find_limit_cycle, hops
-from tegotae.measures.hopping.metric import (
+from tegotae.measures.hopping.metrics import (
+    HOPPING,
     ClampedEpisodes,
     ClampedMetric,
     Conditions,
     DerivedMetric,
     GaitMetric,
-    Metric,
-)
-from tegotae.measures.hopping.registry import (
     built_in_gait,
     channels_of,
-    range_of,
-    select_metrics,
     with_needed,
 )
 from tegotae.measures.hopping.signals import check_work, require_measurable
-from tegotae.measures.hopping.statistics import Interval, interval, mean_defined
+from tegotae.measures.metric import Metric
+from tegotae.measures.statistics import Interval, interval, mean_defined
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.controller import Controller
@@ -148,7 +145,8 @@ class Evaluation:
 
     def summary(self) -> dict[str, Interval]:
         """Mean over runs of each metric, with its spread and 95 % interval within its range."""
-        return {name: interval(x, within=range_of(name)) for name, x in self.runs().items()}
+        ranges = {name: HOPPING.range_of(name) for name in self.episodes}
+        return {name: interval(x, within=ranges[name]) for name, x in self.runs().items()}
 
 
 def evaluate(
@@ -199,7 +197,7 @@ def evaluate(
         >>> f"{result.summary()['cot_inverse'].mean:.2f} m/J"
         '0.44 m/J'
     """
-    body, protocol, selected = body or Hopper(), protocol or Protocol(), select_metrics(metrics)
+    body, protocol, selected = body or Hopper(), protocol or Protocol(), HOPPING.select(metrics)
     require_evaluable(controller, body, protocol)
     omegas = np.array(protocol.omegas(controller, omega_t))
     rows = as_lanes(controller, body, weights, Scenario(0.0), "float64").weights.T

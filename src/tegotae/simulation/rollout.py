@@ -42,8 +42,10 @@ class KeptChannels:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Trajectory:
-        """The trajectory."""
-        return trajectory
+        """Return these channels of the trajectory."""
+        if self.needs is None:
+            return trajectory
+        return Trajectory(**{name: trajectory.channels[name] for name in self.needs})
 
 
 whole_trajectory = KeptChannels()

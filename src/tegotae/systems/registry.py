@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+import sys
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import TypeGuard, TypeVar, cast
 
 from tegotae._support.documents import CODE
 from tegotae._support.errors import TegotaeError
-from tegotae._support.part_code import code_of
-from tegotae.measures.hopping import registry as metrics
-from tegotae.measures.hopping.metric import Metric
+from tegotae._support.part_code import code_of, code_of_file
+from tegotae.measures.metric import Metric
 
 P = TypeVar("P")
 
@@ -39,9 +40,9 @@ _MORE_PARTS = (
 )
 
 _registered: dict[str, type] = {}
-_codes: dict[type, str | None] = {}
-"""The code of each registered part as it was then, which is that of its file only until this is
-edited."""
+_codes: dict[type | tuple[type, str], str | None] = {}
+"""The code of each registered part or metric as it was then, which is that of its file only until
+this is edited."""
 
 
 def register(part: P) -> P:
@@ -82,7 +83,8 @@ def register(part: P) -> P:
         imported(part)
         return part
     if isinstance(part, Metric):
-        metrics.register_metric(part)
+        if part.CATALOGUE.add(part):
+            _codes[_key(part)] = _code_of_metric(part)
         return part
     kind = part if isinstance(part, type) else type(part)
     contract = contract_of(kind)
@@ -151,9 +153,23 @@ def kind_of(part: object) -> str | None:
     return name
 
 
-def code_noted(kind: type) -> str | None:
-    """The hash of a user's part's code when it was registered; None of this package's parts."""
-    return _codes.get(kind)
+def code_noted(part: type | Metric) -> str | None:
+    """Return the hash of the code of a user's part or metric when it was registered.
+
+    It is None for this package's, and for a metric of no file.
+    """
+    return _codes.get(_key(part))
+
+
+def _key(part: type | Metric) -> type | tuple[type, str]:
+    return (type(part), part.name) if isinstance(part, Metric) else part
+
+
+def _code_of_metric(metric: Metric) -> str | None:
+    """Return the hash of the file with a metric's function."""
+    module = getattr(getattr(metric, "compute", None), "__module__", None) or ""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return code_of_file(Path(file), module) if file and Path(file).is_file() else None
 
 
 def is_part(kind: object) -> TypeGuard[type]:

@@ -1,7 +1,7 @@
 """A robot as a file, TOML: its model, the settings of the model, and the wiring of its limbs.
 
 `LAW@FILE.toml` is a law on the robot of a file. On a robot whose feet are commanded to places a law
-without a body of its own is that of `WALKER`, so that `AR@go1.toml` is `AR@quadruped-c` there.
+without a body of its own is that of `quadruped-c`, so that `AR@go1.toml` is `AR@quadruped-c` there.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tegotae.systems.user_objects import is_reference
 from tegotae.systems.zoo import is_zoo_name
 
 ROBOT_FORMAT = "tegotae robot"
-WALKER = "quadruped-c"
+_WALKER = "quadruped-c"
 """Walker whose laws fit on legs without more words."""
 _MARK = f'"{ROBOT_FORMAT}"'.encode()
 
@@ -103,5 +103,5 @@ def law_on_robot(name: str) -> tuple[str, str] | None:
         )
     has_body = "@" in law or law in SYSTEMS or is_front_name(law) or os.path.exists(law)
     if on_legs and not has_body and (is_zoo_name(law) or not is_reference(law)):
-        law = f"{law}@{WALKER}"
+        law = f"{law}@{_WALKER}"
     return law, file

@@ -12,9 +12,9 @@ from tegotae.study import CellResult, DamagedRecordError
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
 
-DESCRIPTION = "study.json"
+_DESCRIPTION = "study.json"
 """File in a study's folder that describes the study."""
-RECORDS = "records"
+_RECORDS = "records"
 """The folder in it that has the records."""
 SUFFIX = ".record.npz"
 """Suffix of a record's file."""
@@ -24,7 +24,7 @@ NOT_OF_THE_TRAINING = frozenset({"format", "experiment", "seeds", "budgets", "me
 
 def is_study(folder: Path) -> bool:
     """Return whether a folder is a study's."""
-    return (folder / DESCRIPTION).exists()
+    return (folder / _DESCRIPTION).exists()
 
 
 def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ...]:
@@ -34,11 +34,11 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
         TegotaeError: if it has no whole record, a description that is damaged, or a part that is
             not registered.
     """
-    described = documents.read(folder / DESCRIPTION)
+    described = documents.read(folder / _DESCRIPTION)
     experiments = described.get("experiments") if isinstance(described, dict) else None
     controllers: list[tuple[Path, SavedController]] = []
     damaged: list[str] = []
-    for path in sorted((folder / RECORDS).glob(f"*{SUFFIX}")):
+    for path in sorted((folder / _RECORDS).glob(f"*{SUFFIX}")):
         try:
             result = CellResult.read(path)
         except DamagedRecordError as error:

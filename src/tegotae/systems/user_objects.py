@@ -19,8 +19,7 @@ from typing import Any
 
 from tegotae._support.errors import TegotaeError, formatted, other_code, unknown
 from tegotae._support.files import require_short
-from tegotae.measures.hopping.metric import Metric
-from tegotae.measures.hopping.registry import built_in
+from tegotae.measures.metric import Metric
 from tegotae.systems import registry
 
 _loaded: set[str] = set()
@@ -127,7 +126,7 @@ def _imported(place: str) -> ModuleType:
         raise
     for part in list(vars(module).values()):
         is_own_part = registry.is_part(part) and part.__module__ == module.__name__
-        if is_own_part or (isinstance(part, Metric) and part not in built_in()):
+        if is_own_part or (isinstance(part, Metric) and part not in part.CATALOGUE.built_in):
             registry.register(part)
     return module
 

@@ -17,8 +17,8 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.engines import check_jax
 from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import require_memory
-from tegotae.measures.hopping.statistics import mean_defined
 from tegotae.measures.objectives.objective import Scores
+from tegotae.measures.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import Part, not_negative, positive, whole

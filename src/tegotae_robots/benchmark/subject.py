@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, other_code
 from tegotae.analysis.generalisation.disturbances import Disturbance, disturbances_named
-from tegotae.analysis.generalisation.run import share_interval
-from tegotae.measures.hopping.statistics import POSITIVE, interval
+from tegotae.measures.statistics import POSITIVE, interval, share_interval
 
 Policy: TypeAlias = Callable[[np.ndarray], np.ndarray]
 """Map from an observation [entries] to an action [actions], step after step of one episode."""
@@ -113,8 +112,12 @@ def summary(scores: np.ndarray) -> dict[str, float]:
     """
     mean = interval(np.nan_to_num(scores).mean(axis=0), within=POSITIVE)
     stands = ~np.isnan(scores)
-    low, high = share_interval(int(stands.sum()), stands.size, scores.shape[1])
-    of_stands = {"stands": float(stands.mean()), "stands_low": low, "stands_high": high}
+    standing = share_interval(int(stands.sum()), stands.size, scores.shape[1])
+    of_stands = {
+        "stands": standing.mean,
+        "stands_low": standing.low,
+        "stands_high": standing.high,
+    }
     return {"score": mean.mean, "low": mean.low, "high": mean.high, **of_stands}
 
 

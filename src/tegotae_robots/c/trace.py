@@ -95,7 +95,7 @@ class TracedTick:
             yield self._ahead(oscillator, "phase_after", oscillator.phase, ["reached"], comment)
         yield self._command(controller.actuation)
         if oscillator is not None:
-            comment = f"The oscillator a tick later, its rate held: {first_sentence(oscillator)}"
+            comment = f"The oscillator a tick later, its rate held: {_first_sentence(oscillator)}"
             names = self.state_names
             yield self._ahead(oscillator, "advanced", oscillator.settle, names, comment)
 
@@ -155,7 +155,7 @@ class TracedTick:
             f"{role}_term",
             evaluate,
             results,
-            f"{letter}, the {role}: {first_sentence(term)}",
+            f"{letter}, the {role}: {_first_sentence(term)}",
             weights=_weights(paths),
             values=values,
             scales=self._scales,
@@ -253,7 +253,7 @@ class TracedTick:
             "coupling",
             evaluate,
             [f"unit_{i}" for i in limbs],
-            f"What each oscillator gets from the others [rad/s]: {first_sentence(coupling)}",
+            f"What each oscillator gets from the others [rad/s]: {_first_sentence(coupling)}",
             weights=_weights(coupling.weight_names(len(limbs))),
             values={name: [f"heard[{i}].{name}" for i in limbs] for name in self._signals},
             scales=self._scales,
@@ -297,7 +297,7 @@ def scale_name(signal: str) -> str:
     return f"SCALE_{signal.upper()}"
 
 
-def first_sentence(part: object) -> str:
+def _first_sentence(part: object) -> str:
     """Return the first sentence of a part's docstring, in ASCII."""
     return commented(type(part).__doc__ or type(part).__name__)
 

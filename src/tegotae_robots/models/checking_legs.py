@@ -14,7 +14,7 @@ from tegotae.envs.scaling import foot_of, foot_place, gravity_m_per_s2, started
 
 mujoco = require("mujoco", "mujoco")
 
-ELSEWHERE = "--settings start=KEYFRAME or 'start={\"JOINT\": POSITION}'"
+_ELSEWHERE = "--settings start=KEYFRAME or 'start={\"JOINT\": POSITION}'"
 """Setting that chooses another start."""
 _STANDS = 0.1
 """A hip of a stance is higher over its foot than this share of the leg's length."""
@@ -38,13 +38,13 @@ def require_stance(legs: LegKinematics) -> None:
         if height < _STANDS * legs.length_m:
             raise TegotaeError(
                 f"the model's start is no stance: the first joint of {foot} is {height:.2g} m over "
-                f"the foot, of a leg of {legs.length_m:.2g} m; begin elsewhere: {ELSEWHERE}"
+                f"the foot, of a leg of {legs.length_m:.2g} m; begin elsewhere: {_ELSEWHERE}"
             )
     if (spread_m := float(np.ptp(feet_m))) > _LEVEL * legs.length_m:
         raise TegotaeError(
             f"the model's start is no stance: {legs.feet[int(np.argmax(feet_m))]} is "
             f"{spread_m:.2g} m higher than {legs.feet[int(np.argmin(feet_m))]}; "
-            f"begin elsewhere: {ELSEWHERE}"
+            f"begin elsewhere: {_ELSEWHERE}"
         )
 
 

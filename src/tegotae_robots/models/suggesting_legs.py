@@ -175,7 +175,7 @@ def reach(legs: LegKinematics, leg: int) -> np.ndarray:
     for axis in range(len(AXES)):
         places = np.zeros((len(along), len(legs.feet), len(AXES)))
         places[:, leg, axis] = along
-        gaps = np.flatnonzero(missed_m(legs, places)[:, leg] > _MISSES * legs.height_m)
+        gaps = np.flatnonzero(_missed_m(legs, places)[:, leg] > _MISSES * legs.height_m)
         middle = _GRID
         low = gaps[gaps < middle].max(initial=-1) + 1
         high = gaps[gaps > middle].min(initial=len(along)) - 1
@@ -197,11 +197,11 @@ def workspace(legs: LegKinematics, plane: tuple[int, int]) -> tuple[np.ndarray, 
     along = np.linspace(-legs.length_m, legs.length_m, _GRID)
     places = np.zeros((len(along), len(along), len(legs.feet), len(AXES)))
     places[..., plane[0]], places[..., plane[1]] = along[:, None, None], along[None, :, None]
-    missed = missed_m(legs, places.reshape(-1, len(legs.feet), len(AXES)))
+    missed = _missed_m(legs, places.reshape(-1, len(legs.feet), len(AXES)))
     return along, missed.reshape(places.shape[:3]) <= _MISSES * legs.height_m
 
 
-def missed_m(legs: LegKinematics, places: np.ndarray) -> np.ndarray:
+def _missed_m(legs: LegKinematics, places: np.ndarray) -> np.ndarray:
     """Return distances of feet from commanded places [m], [lanes, legs], of places [m], [lanes,
     legs, 3]."""
     return np.linalg.norm(legs.places_of(legs.joints_at(places)) - places, axis=2)
@@ -241,7 +241,7 @@ def _out_of_reach(legs: LegKinematics, ellipse: object, length_m: float) -> list
     x, z = np.asarray(ellipse.place(np.sin(phase), np.cos(phase))) * length_m
     places = np.zeros((len(phase), len(legs.feet), len(AXES)))
     places[..., 0], places[..., 2] = x[:, None], z[:, None]
-    missed = missed_m(legs, places).max(axis=0)
+    missed = _missed_m(legs, places).max(axis=0)
     return [
         f"{foot} misses the walker's ellipse by up to {gap:.2g} m; begin with more bent legs (a "
         "keyframe), or a smaller ellipse"

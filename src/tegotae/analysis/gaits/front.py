@@ -20,11 +20,12 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.documents import Document, as_json
-from tegotae.analysis.gaits.releases import coordination_frame, over_starts
+from tegotae.analysis.gaits.releases import coordination_frame
 from tegotae.measures.fronts import COLUMNS
+from tegotae.measures.gaits.metrics import Walks, over_starts
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.gaits.summary import length
-from tegotae.measures.hopping.statistics import mean_defined
+from tegotae.measures.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
@@ -311,9 +312,8 @@ def evaluated(
     timing = dataclasses.replace(own_timing, frame_s=2.0 * own_timing.frame_s)
     path, columns = _run(legged, family, numbers, phase, summary, timing)
 
-    measured = over_starts(
-        coordination_frame(columns, legged.names, TOLERANCE), starts, legged.body
-    )
+    frame = coordination_frame(columns, legged.names, TOLERANCE)
+    measured = over_starts(Walks(dict(frame), starts, legged.body))
     speeds = np.asarray(columns.speed_m_per_s).reshape(walkers, starts)
     duty = np.asarray(columns.duty_factor).mean(axis=0).reshape(walkers, starts)
     return pd.DataFrame(

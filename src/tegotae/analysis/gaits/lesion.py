@@ -14,7 +14,6 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.limits import MOST_M, MOST_SEEDS
-from tegotae.analysis.gaits.releases import coordination_columns
 from tegotae.measures.gaits.lags import lag_difference, largest_drift, support_margin_m
 from tegotae.measures.gaits.names import FALLEN, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import (
@@ -22,8 +21,9 @@ from tegotae.measures.gaits.summary import (
     Coordination,
     CoordinationSummary,
     coordination,
+    coordination_columns,
 )
-from tegotae.measures.hopping.statistics import wilson
+from tegotae.measures.statistics import Interval, share_interval
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Walker
 from tegotae.parts.fields import numbers_of, unwrapped
@@ -161,10 +161,9 @@ class Aftermath:
     times count from the lesion."""
 
     @property
-    def share(self) -> tuple[float, float, float]:
-        """Share of those who stood that stay up, and its 95 % interval (Wilson); NaN of none."""
-        total, count = int(self.frame.stood_before.sum()), int(self.frame.stays_up.sum())
-        return (count / total, *wilson(count, total)) if total else (np.nan, np.nan, np.nan)
+    def share(self) -> Interval:
+        """Share of those who stood that stay up, and its 95 % interval; NaN of none."""
+        return share_interval(int(self.frame.stays_up.sum()), int(self.frame.stood_before.sum()))
 
     @property
     def margin_m(self) -> float:
@@ -247,7 +246,7 @@ def aftermath(
     Example:
         >>> from tegotae.systems.resolve import legged_system as system
         >>> found = aftermath(system("bar-light"), GaitLesion(at_s=30.0, drop_m=0.05), starts=4)
-        >>> found.share[0], found.frame.gait_after.tolist()
+        >>> found.share.mean, found.frame.gait_after.tolist()
         (1.0, ['antiphase', 'antiphase', 'antiphase', 'antiphase'])
     """
     require_count("starts", starts, most=MOST_SEEDS)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import jax
@@ -21,43 +20,18 @@ from tegotae.measures.gaits.lags import (
     over_strides,
     stances,
 )
-from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, gait_of
-from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, total_mass_kg
-from tegotae.measures.hopping.statistics import mean_defined, wilson
+from tegotae.measures.gaits.metrics import WALKING, WalkMetric, Walks, over_starts
+from tegotae.measures.gaits.names import TOLERANCE, gait_of
+from tegotae.measures.gaits.summary import Coordination, CoordinationSummary, coordination_columns
+from tegotae.measures.metric import Metric
+from tegotae.measures.statistics import share_interval
 from tegotae.parts._shapes import AnyArray, LaneNumbers
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import unwrapped
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.rollout import Timing, Together, whole_trajectory
+from tegotae.simulation.rollout import KeptChannels, Timing, Together, whole_trajectory
 from tegotae.simulation.world import whole_run, with_changes
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of, random_phases
-
-_OF_LEGS = ("lag", "lag_spread", "touchdown_lag", "step_frequency_hz", "duty_factor")
-_UNITS = {name: f"{name}_cycles" for name in ("lag", "lag_spread", "touchdown_lag", "moved")}
-
-
-def coordination_columns(coordination: Coordination, legs: Sequence[str]) -> dict[str, np.ndarray]:
-    """The coordination of lanes as columns, what belongs to a leg with its name at the end.
-
-    Args:
-        coordination: arrays [limbs, lanes] and [lanes].
-        legs: the legs' names.
-
-    Example:
-        >>> values = {name: np.zeros(3) for name in Coordination._fields}
-        >>> values |= {name: np.zeros((2, 3)) for name in _OF_LEGS}
-        >>> list(coordination_columns(Coordination(**values), ("H", "F")))[:3]
-        ['lag_cycles_H', 'lag_cycles_F', 'lag_spread_cycles_H']
-    """
-    columns = {}
-    for name, values in coordination._asdict().items():
-        title = _UNITS.get(name, name)
-        if name in _OF_LEGS:
-            columns |= {f"{title}_{leg}": values[i] for i, leg in enumerate(legs)}
-        else:
-            columns[title] = values
-    return {name: np.asarray(values) for name, values in columns.items()}
 
 
 def coordination_frame(
@@ -188,18 +162,6 @@ def _course(
     return np.asarray(over_strides(lag, np.array([frames])), float)[..., 0]
 
 
-MEASURES = {
-    "upright": "share of the starts that does not fall",
-    "locked": "share of them whose legs lock into one gait",
-    "lock_time_s": "median time to lock [s]",
-    "speed_m_per_s": "mean speed [m/s]",
-    "cost_of_transport": "mean power / (weight · mean speed)",
-    "froude": "Froude number of the mean speed",
-    "slip": "way that each foot slips, over the way of the body",
-}
-"""The evaluation of a controller at a frequency."""
-
-
 @dataclass(frozen=True)
 class Releases:
     """Gaits of controllers of one structure from the same random phases."""
@@ -213,19 +175,24 @@ class Releases:
     """Number of releases of each run at each frequency."""
     body: Body
     """The body with what was changed for the whole run, such as its mass."""
+    metrics: tuple[Metric, ...] | None = None
+    """Metrics of the summary; all by default, and the common gait."""
+    channels: Mapping[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
+    """Recorded channels that these read, [frames, (limbs,) releases] each."""
 
     @property
     def summary(self) -> pd.DataFrame:
         """A row a run and frequency: `over_starts` of its releases."""
         rows = self.frame[["run", "omega"]].iloc[:: self.starts].reset_index(drop=True)
-        return rows.assign(**over_starts(self.frame, self.starts, self.body))
+        walks = Walks(dict(self.frame), self.starts, self.body, self.channels)
+        return rows.assign(**over_starts(walks, self.metrics))
 
     @property
     def outcomes(self) -> pd.DataFrame:
         """A row a gait that starts end in, or a reason to have none, the most common first; those
         as common in the order of letters.
 
-        The `share` of the starts has a 95 % interval from `low` to `high` (Wilson). `lag` has the
+        The `share` of the starts has a 95 % interval from `low` to `high`. `lag` has the
         circular means of the lags over these starts, and `between` their circular standard
         deviations, a leg [cycles]: near zero if the starts end in one gait and not merely in gaits
         of one name. `lock_time_s` is the median time to lock [s].
@@ -233,14 +200,14 @@ class Releases:
         lags, rows = [f"lag_cycles_{leg}" for leg in self.legged.names], []
         for gait, ending in self.frame.groupby("gait"):
             lag = ending[lags].to_numpy().T
-            low, high = wilson(len(ending), len(self.frame))
+            share = share_interval(len(ending), len(self.frame))
             rows.append(
                 {
                     "gait": gait,
                     "count": len(ending),
-                    "share": len(ending) / len(self.frame),
-                    "low": low,
-                    "high": high,
+                    "share": share.mean,
+                    "low": share.low,
+                    "high": share.high,
                     "lag": np.asarray(circular_mean(lag, axis=1), float).tolist(),
                     "between": np.asarray(circular_spread(lag, axis=1), float).tolist(),
                     "lock_time_s": ending["lock_time_s"].median(),
@@ -248,45 +215,6 @@ class Releases:
             )
         listed = pd.DataFrame(rows).sort_values("count", ascending=False, kind="stable")
         return listed.reset_index(drop=True)
-
-
-def over_starts(frame: pd.DataFrame, starts: int, body: Body) -> dict[str, np.ndarray]:
-    """`MEASURES` of releases, and what most of them end in (`gait`, `gait_share`), [rows].
-
-    Speed, cost and slip are those of starts that stay up.
-
-    Args:
-        frame: the gait and the coordination (`coordination_frame`) of releases, row by row.
-        starts: how many releases a row has.
-        body: what was released, for its weight and size.
-    """
-
-    def values_of(column: str) -> np.ndarray:
-        return frame[column].to_numpy().reshape(-1, starts)
-
-    stands, gait = ~np.isfinite(values_of("fall_time_s")), values_of("gait")
-    locks = stands & ~np.isin(gait.astype(str), NO_GAIT[1:])
-    speed, power = mean_defined(values_of("speed_m_per_s")), mean_defined(values_of("power_w"))
-    base: Any = unwrapped(body)
-    gravity = float(base.gravity_m_per_s2)
-    weight = float(total_mass_kg(base)) * gravity
-    common = [Counter(row.tolist()).most_common(1)[0] for row in gait]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slips = stands & (values_of("distance_m") > 0.0)
-        slip = np.where(slips, values_of("slip_m") / values_of("distance_m") / body.limbs, np.nan)
-        return {
-            "upright": stands.mean(axis=-1),
-            "locked": locks.mean(axis=-1),
-            "lock_time_s": np.ma.median(
-                np.ma.masked_invalid(np.where(locks, values_of("lock_time_s"), np.nan)), axis=-1
-            ).filled(np.nan),
-            "speed_m_per_s": speed,
-            "cost_of_transport": np.where(speed > 0.0, power / (weight * speed), np.nan),
-            "froude": speed**2 / (gravity * float(body.rest_length_m)),  # type: ignore[attr-defined]
-            "slip": mean_defined(slip),
-            "gait": np.array([name for name, _ in common]),
-            "gait_share": np.array([count / starts for _, count in common]),
-        }
 
 
 def release_all(
@@ -298,6 +226,7 @@ def release_all(
     seed: int = 0,
     tolerance: float = TOLERANCE,
     changes: Mapping[str, LaneNumbers] | None = None,
+    metrics: tuple[Metric, ...] | None = None,
 ) -> Releases:
     """Release controllers at random phases, the same ones for all, at every frequency.
 
@@ -310,6 +239,7 @@ def release_all(
         seed: of the phases; more starts of a seed begin with the same ones.
         tolerance: how far lags may be from a named pattern's [cycles].
         changes: what they meet, numbers by the names of the body's fields (`with_changes`).
+        metrics: metrics of the summary; all by default.
 
     Raises:
         TegotaeError: for weights of another number, a frequency of what has none, or one that is
@@ -343,10 +273,12 @@ def release_all(
     scenario = with_changes(legged.scenario(phase), legged.body, changes or {})
     if legged.omega is not None:
         scenario = scenario._replace(omega=omega)
-    rollout = legged.rollout(legged.summary())
-    coordination = lanes_of(rollout.run(weights[run], scenario, legged.body))
+    selected = WALKING.metrics() if metrics is None else metrics
+    read = {x: None for m in selected if isinstance(m, WalkMetric) for x in m.channels}
+    rollout = legged.rollout(Together((legged.summary(), KeptChannels((*read,)))))
+    coordination, recorded = lanes_of(rollout.run(weights[run], scenario, legged.body))
     labels = {"run": run, "omega": omega, "start": np.tile(np.arange(starts), repeats)}
     labels |= {f"release_phase_rad_{leg}": x for leg, x in zip(legged.names, phase, strict=True)}
     frame = coordination_frame(coordination, legged.names, tolerance, **labels)
     body, _ = whole_run(legged.body, dict(scenario.changes))
-    return Releases(legged, frame, starts, body)
+    return Releases(legged, frame, starts, body, metrics, recorded.channels)

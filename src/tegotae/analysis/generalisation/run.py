@@ -18,7 +18,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.part_code import code_of
 from tegotae._support.workplace import GENERALISATION, alone
 from tegotae.analysis.generalisation.disturbances import Disturbance, Tested
-from tegotae.measures.hopping.statistics import wilson
+from tegotae.measures.statistics import share_interval
 from tegotae.study import CellResult, Study, bundles, on_cores, run_locally
 from tegotae.systems.descriptions import describe
 from tegotae.systems.registry import parts_in, register
@@ -298,18 +298,6 @@ def margins(
                 )
 
 
-def share_interval(count: int, total: int, runs: int) -> tuple[float, float]:
-    """95 % interval of the share of lanes of so many runs (Wilson's score); NaN of none.
-
-    Releases of one run are no independent trials: they count as if all of them did the same.
-
-    Example:
-        >>> [round(end, 2) for end in share_interval(60, 80, 20)]
-        [0.53, 0.89]
-    """
-    return wilson(round(count / total * runs), runs) if total else (np.nan, np.nan)
-
-
 def retention_curve(outcome: Retention) -> pd.DataFrame:
     """Shares of the lanes of one set that keep what they had, level by level; the interval is
     over runs."""
@@ -317,7 +305,7 @@ def retention_curve(outcome: Retention) -> pd.DataFrame:
     for name, mine in cast(Any, outcome.table).groupby("condition", sort=False):
         for level, lanes in mine.groupby("level"):
             had, moved = lanes[lanes["had"]], lanes[lanes["moved"]]
-            low, high = share_interval(int(had["keeps"].sum()), len(had), had["run"].nunique())
+            kept = share_interval(int(had["keeps"].sum()), len(had), had["run"].nunique())
             rows.append(
                 {
                     "condition": name,
@@ -326,9 +314,9 @@ def retention_curve(outcome: Retention) -> pd.DataFrame:
                     "had": len(had),
                     "moved": len(moved),
                     "moves": moved["moves"].mean(),
-                    "keeps": had["keeps"].mean(),
-                    "keeps_low": low,
-                    "keeps_high": high,
+                    "keeps": kept.mean,
+                    "keeps_low": kept.low,
+                    "keeps_high": kept.high,
                     "efficiency": _median(lanes["efficiency"]),
                     "speed": _median(lanes["speed"]),
                 }

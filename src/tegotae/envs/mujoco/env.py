@@ -50,7 +50,7 @@ class ModelBatch:
         mujoco, rollout = require("mujoco", "mujoco"), require("mujoco.rollout", "mujoco")
         self._mujoco, self.sensing, self.lanes = mujoco, sensing, lanes
         model = sensing.model
-        self.ticks = ticks_in(control_s, model.opt.timestep)
+        self.ticks = _ticks_in(control_s, model.opt.timestep)
         self.step_s = self.ticks * float(model.opt.timestep)
         self._models = [model] * lanes if models is None else list(models)
         threads = min(available_cores(), lanes) if threads is None else threads
@@ -160,14 +160,14 @@ class ModelBatch:
         self._rollout.close()
 
 
-def ticks_in(control_s: float, tick_s: float) -> int:
+def _ticks_in(control_s: float, tick_s: float) -> int:
     """Return the number of time steps in a control period.
 
     Raises:
         TegotaeError: if not a whole number of them, to a hundredth.
 
     Example:
-        >>> ticks_in(0.01, 0.002)
+        >>> _ticks_in(0.01, 0.002)
         5
     """
     require_finite("control_s", control_s, above=0.0)
@@ -281,10 +281,11 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self.contact_names = self.sensing.contacts
         self.action_names = self.sensing.actions
         self.still_action = self.sensing.still
+        self.force_limits = self.sensing.force_limits
         self.fate = Fate(self.settings, self.sensing, self.dt)
         lower = np.append(self.sensing.lower, 0.0)
         self.observation_space = Box(lower, np.full_like(lower, np.inf), dtype=np.float64)
-        self.action_space = model_action_space(self.sensing)
+        self.action_space = _model_action_space(self.sensing)
         self._seen: np.ndarray | None = None
 
     def reset(
@@ -345,7 +346,7 @@ def model_settings_of(
     return ModelSettings(**{**values, **fields})
 
 
-def model_action_space(sensing: Sensing) -> Box:
+def _model_action_space(sensing: Sensing) -> Box:
     """The actions in their bounds."""
     low, high = sensing.bounds
     return Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)

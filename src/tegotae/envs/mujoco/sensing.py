@@ -127,6 +127,24 @@ class Sensing:
         return ~np.isin(np.arange(len(self.actuators)), self._servos)
 
     @property
+    def force_limits(self) -> dict[str, tuple[float, float]]:
+        """Least and largest force of actuators by the entry that observes it [N or N m].
+
+        They are a model's own limits of force, or those of a motor whose command is limited;
+        actuators without any are left out.
+        """
+        model, limits = self.model, {}
+        for name, i in zip(self.actuators, self.driven, strict=True):
+            if model.actuator_forcelimited[i]:
+                ends = model.actuator_forcerange[i]
+            elif model.actuator_ctrllimited[i] and not model.actuator_biastype[i]:
+                ends = np.sort(model.actuator_gainprm[i, 0] * model.actuator_ctrlrange[i])
+            else:
+                continue
+            limits[f"{name}_force"] = (float(ends[0]), float(ends[1]))
+        return limits
+
+    @property
     def contacts(self) -> tuple[str, ...]:
         """Names of the feet's contact forces; an actuator's force may have the plain one."""
         names = [(f"{foot}_contact_force", f"{foot}_force") for foot in self.feet]

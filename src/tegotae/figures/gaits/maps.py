@@ -333,9 +333,9 @@ def _shares_lesion(axes: Axes, aftermath: Aftermath) -> None:
         again = (stood["after_lock_time_s"].to_numpy() <= times).mean(axis=1)
         axes.plot(times, standing, color=COLOURS[0], label="standing")
         axes.plot(times, again, "--", color=COLOURS[1], label="locked for good")
-        share, low, high = aftermath.share
+        share = aftermath.share
         axes.errorbar(
-            end, share, [[share - low], [high - share]],
+            end, share.mean, [[share.mean - share.low], [share.high - share.mean]],
             color=COLOURS[0], capsize=2, lw=0.8, clip_on=False,
         )  # fmt: skip
     axes.set(xlim=(0.0, end), ylim=(-0.02, 1.04))

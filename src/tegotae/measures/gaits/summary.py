@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.gaits.lags import (
@@ -88,6 +89,34 @@ class Coordination(NamedTuple):
     """Total way that the feet slipped [m]."""
     fall_time_s: AnyArray
     """Time of the lane's fall [s]; NaN if it did not fall."""
+
+
+OF_LEGS = ("lag", "lag_spread", "touchdown_lag", "step_frequency_hz", "duty_factor")
+"""Fields of a `Coordination` that are one a leg."""
+_TITLES = {name: f"{name}_cycles" for name in ("lag", "lag_spread", "touchdown_lag", "moved")}
+
+
+def coordination_columns(coordination: Coordination, legs: Sequence[str]) -> dict[str, np.ndarray]:
+    """Return the coordination of lanes as columns, what belongs to a leg with its name at the end.
+
+    Args:
+        coordination: arrays [limbs, lanes] and [lanes].
+        legs: the legs' names.
+
+    Example:
+        >>> values = {name: np.zeros(3) for name in Coordination._fields}
+        >>> values |= {name: np.zeros((2, 3)) for name in OF_LEGS}
+        >>> list(coordination_columns(Coordination(**values), ("H", "F")))[:3]
+        ['lag_cycles_H', 'lag_cycles_F', 'lag_spread_cycles_H']
+    """
+    columns = {}
+    for name, values in coordination._asdict().items():
+        title = _TITLES.get(name, name)
+        if name in OF_LEGS:
+            columns |= {f"{title}_{leg}": values[i] for i, leg in enumerate(legs)}
+        else:
+            columns[title] = values
+    return {name: np.asarray(values) for name, values in columns.items()}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, hop_height_m
-from tegotae.measures.hopping.metric import (
+from tegotae.measures.hopping.metrics import (
     AT_REST,
     FAILED,
+    HOPPING,
     LIMIT_CYCLE,
     REGIME,
     ClampedMetric,
@@ -25,7 +26,9 @@ from tegotae.measures.hopping.metric import (
     DerivedMetric,
     Episode,
     GaitMetric,
-    Metric,
+    built_in_gait,
+    channels_of,
+    derived,
 )
 from tegotae.measures.hopping.recording import (
     TOTALS,
@@ -35,8 +38,8 @@ from tegotae.measures.hopping.recording import (
     frames_of,
     step_of,
 )
-from tegotae.measures.hopping.registry import built_in_gait, channels_of, derived, metrics
 from tegotae.measures.hopping.signals import FORCE_PERIOD_S, check_work, cot_inverse, work_total
+from tegotae.measures.metric import Metric
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Scenario, Timing, Trajectory
@@ -168,7 +171,7 @@ _CLIMB = 0.1  # of the climb; less is what samples far apart cost
 _BOUNCE = 0.01  # of the rest length a hop, which bounces that are no hops may climb
 
 
-def contradictions(
+def _contradictions(
     frames: Trajectory, table: Hops, span: tuple[int, int], rest_length_m: float
 ) -> tuple[str, ...]:
     """A sentence on every two measurements of the same that disagree, as noise makes them do.
@@ -358,7 +361,7 @@ def measure(
             disturbed_at_s=at_s,
             limit_cycle=limit_cycle,
             work=work,
-            metrics=tuple(m for m in metrics() if isinstance(m, GaitMetric)),
+            metrics=tuple(m for m in HOPPING.metrics() if isinstance(m, GaitMetric)),
         ).lane()
     # How far the ground dropped, if that was the disturbance, no recording says.
     conditions = Conditions(body, work, 0.0 if at_s is None else np.inf)
@@ -379,7 +382,7 @@ def measure(
         values,
         {
             metric.name: _why_undefined(metric, undefined, missing)
-            for metric in metrics()
+            for metric in HOPPING.metrics()
             if isinstance(metric, ClampedMetric) or metric.name in undefined
         },
         None if span is None else _efficiency(frames, table, span, work, settles),
@@ -390,7 +393,7 @@ def measure(
             *([stamps] if stamped else []),
             *_own_totals([name for name in TOTALS if name in samples]),
             *clean.notes,
-            *([] if span is None else contradictions(frames, table, span, rest_length_m)),
+            *([] if span is None else _contradictions(frames, table, span, rest_length_m)),
         ),
     )
 

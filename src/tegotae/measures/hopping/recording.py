@@ -305,7 +305,7 @@ def _touchdowns(clearance: np.ndarray, step: float) -> np.ndarray:
     return (last + clearance[last] / (clearance[last] - clearance[last + 1])) * step
 
 
-FLOOR = 2e-4
+_FLOOR = 2e-4
 """Noise of a smaller share of the rest length, or of the largest force, counts as none."""
 
 SURE = 4.0
@@ -473,7 +473,7 @@ def work_under_noise(
     """
     steps = 0.5 * (force_n[1:] + force_n[:-1]) * np.diff(height_m)
     if definition != "net":
-        smooth = cleaned(force_n, step_s, floor=FLOOR * float(np.abs(force_n).max()))
+        smooth = cleaned(force_n, step_s, floor=_FLOOR * float(np.abs(force_n).max()))
         between = 0.5 * (smooth.samples[1:] + smooth.samples[:-1])
         sign = _last_known_sign(between, SURE * smooth.left) * direction
         steps = sign * steps if definition == "absolute" else np.where(sign > 0.0, steps, 0.0)
@@ -539,7 +539,7 @@ def denoised(
         '0.03 m'
     """
     time, height, step_s = samples["time_s"], samples["height_m"], step_of(samples)
-    of_height = cleaned(height, step_s, floor=FLOOR * rest_length_m, cutoff_hz=lowpass_hz)
+    of_height = cleaned(height, step_s, floor=_FLOOR * rest_length_m, cutoff_hz=lowpass_hz)
     smooth = {**samples, "height_m": of_height.samples}
     notes = [*_on_height(of_height)]
     apex_s = of_height.rate_left / _curvature(of_height.samples, step_s)
@@ -547,7 +547,7 @@ def denoised(
     if "phase_rad" in samples:
         phase = np.unwrap(samples["phase_rad"])
         trend = np.linspace(phase[0], phase[-1], len(phase))
-        of_phase = cleaned(phase - trend, step_s, floor=FLOOR * 2.0 * math.pi)
+        of_phase = cleaned(phase - trend, step_s, floor=_FLOOR * 2.0 * math.pi)
         if of_phase.noise:
             smooth["phase_rad"] = of_phase.samples + trend
             notes.append(f"the phase holds noise of {of_phase.noise:.2g} rad, and is low-passed")
@@ -556,7 +556,7 @@ def denoised(
     if "force_n" in samples and "work_j" not in samples:
         force = samples["force_n"]
         noise_n = noise_std(force)
-        in_force = noise_n > FLOOR * float(np.abs(force).max())
+        in_force = noise_n > _FLOOR * float(np.abs(force).max())
         if in_force:
             notes.append(
                 f"the force holds noise of about {noise_n:.2g} N: it averages out in the work, and "

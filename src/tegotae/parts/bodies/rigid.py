@@ -55,7 +55,7 @@ class Bar(Upright):
             raise TegotaeError(
                 f"hips_m is {self.hips_m}; name two to four places from back to front"
             )
-        require_level("hips_m", self.hips_m, "bar")
+        _require_level("hips_m", self.hips_m, "bar")
         require_present(self.present, self.limbs)
 
     @property
@@ -157,8 +157,8 @@ class Plate(Upright):
             )
         if not 3 <= len(x) <= 8:
             raise TegotaeError(f"hips_x_m is {x}; name three to eight places")
-        require_level("hips_x_m", x, "plate")
-        require_level("hips_z_m", z, "plate")
+        _require_level("hips_x_m", x, "plate")
+        _require_level("hips_z_m", z, "plate")
         xx, zz, xz = (
             sum(p * q for p, q in zip(*pair, strict=True)) for pair in ((x, x), (z, z), (x, z))
         )
@@ -221,11 +221,11 @@ def _typical(arms: tuple[float, ...]) -> float:
     return (sum(arm**2 for arm in arms) / len(arms)) ** 0.5
 
 
-def require_level(name: str, hips: tuple[float, ...], body: str) -> None:
+def _require_level(name: str, hips: tuple[float, ...], body: str) -> None:
     """Raise `TegotaeError` unless the hips' mean is zero, so that the body rests level.
 
     Example:
-        >>> require_level("hips_m", (-0.5, 0.7), "bar")
+        >>> _require_level("hips_m", (-0.5, 0.7), "bar")
         Traceback (most recent call last):
         ...
         tegotae.TegotaeError: hips_m is (-0.5, 0.7), whose mean is 0.1; it must be 0, for \

@@ -17,7 +17,7 @@ from tegotae.parts.channels import Channel, Latest, RecordedFrame, State, Tick
 from tegotae.parts.parameters import Part
 from tegotae.parts.weight_names import WeightName, numbered
 
-MOST_DECAY_PER_TICK = 0.3
+_MOST_DECAY_PER_TICK = 0.3
 """Decay of an oscillator's state over a tick up to which the integrators follow it well."""
 
 
@@ -140,11 +140,11 @@ class Oscillator(Part, ABC):
     def check_tick(self, omega: float, tick_s: float) -> None:
         """Raise `TegotaeError` if the control period is too long for it at frequency ω [rad/s]."""
         decay = self.decay_per_s(omega)
-        if decay * tick_s > MOST_DECAY_PER_TICK:
+        if decay * tick_s > _MOST_DECAY_PER_TICK:
             raise TegotaeError(
                 f"{type(self).__name__} at omega {omega:g} is too stiff for ticks of {tick_s:g} s: "
                 f"its state decays at {decay:.3g} 1/s; use ticks of at most "
-                f"{MOST_DECAY_PER_TICK / decay:.2g} s, or milder parameters"
+                f"{_MOST_DECAY_PER_TICK / decay:.2g} s, or milder parameters"
             )
 
 

@@ -17,9 +17,9 @@ from tegotae.parts.channels import FORCE
 from tegotae.parts.fields import unwrapped
 from tegotae.simulation.native import with_numpy_numbers
 
-MOST_LEFT = 0.01
+_MOST_LEFT = 0.01
 """Share of the energy of a release above standing that a passive drop may have after settling."""
-MOST_GAINED = 1e-3
+_MOST_GAINED = 1e-3
 """Share of it that may be made from nothing: integration error."""
 
 
@@ -96,12 +96,12 @@ def check_passive(body: Body, height_m: float, settle_s: float, tick_s: float) -
     share = energy_of_drop(body, height_m, settle_s, tick_s)
     dropped = f"a {kind.__name__} that is dropped from {height_m:g} m without a push"
     highest = float(np.nanmax(share, initial=0.0))
-    if highest > 1.0 + MOST_GAINED:
+    if highest > 1.0 + _MOST_GAINED:
         raise TegotaeError(
             f"{dropped} climbs without work: its energy rises to {highest:.4g} times that of the "
             "release, so every CoT⁻¹ is impossible; check the signs of its forces and of `energy`"
         )
-    if share[-1] > MOST_LEFT:
+    if share[-1] > _MOST_LEFT:
         warnings.warn(
             f"{dropped} still has {share[-1]:.0%} of its energy for hopping after the {settle_s:g} "
             "s that are left to settle: CoT⁻¹ counts hops that cost no work, and is too high; "

@@ -88,7 +88,7 @@ class TermModule(nn.Module):
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Observations [batch, columns] to the term's value, [batch] or [1]."""
-        return FORWARD[type(self.term)](self, observations[:, self.columns])
+        return _FORWARD[type(self.term)](self, observations[:, self.columns])
 
 
 def _network(module: TermModule, x: torch.Tensor) -> torch.Tensor:
@@ -98,7 +98,7 @@ def _network(module: TermModule, x: torch.Tensor) -> torch.Tensor:
     return torch.tanh(x @ table[:, :n].T + table[:, n]) @ table[:, n + 1]
 
 
-FORWARD: dict[type[Term], Callable[[TermModule, torch.Tensor], torch.Tensor]] = {
+_FORWARD: dict[type[Term], Callable[[TermModule, torch.Tensor], torch.Tensor]] = {
     Network: _network,
     VanillaAction: lambda module, x: -x[:, 0],  # -cos φ
     VanillaReaction: lambda module, x: x[:, 0] * module.scales[0],  # F_k [N]
@@ -183,7 +183,7 @@ class Feedback(nn.Module):
         terms = []
         for role in _ROLES:
             term = controller.terms[role]
-            kind = TermModule if type(term) in FORWARD else JaxTermModule
+            kind = TermModule if type(term) in _FORWARD else JaxTermModule
             terms.append(kind(term, observed, flat[controller.layout[role]]))
         self.terms = nn.ModuleList(terms)
 

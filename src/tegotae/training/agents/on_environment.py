@@ -98,7 +98,7 @@ class LimbVecEnv(LaneVecEnv):
         self._pilot = Pilot(
             dataclasses.replace(wires, controller=bare), spec.wiring, np.zeros((1, lanes))
         )
-        self._reward = step_reward(spec, settings, self._lanes.steps, self._pilot)
+        self._reward = _step_reward(spec, settings, self._lanes.steps, self._pilot)
         self._scales = {name: float(spec.wiring.scales.get(name, 1.0)) for name in observed.names}
         for name in settings.critic_senses:
             if name not in wires.observed:
@@ -338,7 +338,7 @@ class OnceAtTheEnd(StepReward):
         return np.where(record.sound & np.isfinite(fitness), fitness, 0.0)
 
 
-def step_reward(
+def _step_reward(
     experiment: EnvExperiment, settings: AgentSettings, steps: int, pilot: Pilot
 ) -> StepReward:
     """The rewards of an agent's lanes, for an experiment's objective.

@@ -14,46 +14,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, other_code, unknown
+from tegotae._support.errors import TegotaeError, other_code
 from tegotae.envs.wiring import Wiring
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.measures.hopping.signals import check_work
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Scores
+from tegotae.measures.robots import EnvEpisode
 from tegotae.parts.bodies import Body, Interface
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
 from tegotae.systems.user_objects import load_object, source_of
-
-
-@dataclass(frozen=True)
-class EnvEpisode:
-    """One episode of one candidate, for a fitness of your own."""
-
-    time_s: np.ndarray
-    """Time at the end of each step [s], [steps]."""
-    observation: np.ndarray
-    """The observations at these times, [steps, entries]."""
-    names: tuple[str, ...]
-    """Names of its entries."""
-    action: np.ndarray
-    """The action of each step, [steps, entries]."""
-    reward: np.ndarray
-    """The environment's reward, [steps]."""
-    phase_rad: np.ndarray
-    """Phases at the end of each step [rad], [steps, limbs]."""
-    lasted: float
-    """Share of the longest episode that it lasted, 0 ... 1; less than 1 if it ended early."""
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """The observation's entry of that name, [steps].
-
-        Raises:
-            TegotaeError: if nothing that is observed has this name.
-        """
-        if name not in self.names:
-            raise unknown("entry of the observation", name, self.names)
-        return self.observation[:, self.names.index(name)]
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
-"""Saved controllers played again on their environment, and what is measured of their episodes."""
+"""Saved controllers played again on their environment."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,15 +10,11 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
 from tegotae.envs.wrapper import Pilot
-from tegotae.measures.hopping.gait import Measured, measure
+from tegotae.measures.metric import Metric
+from tegotae.measures.robots import EnvEpisode, RobotEpisode, episode_numbers
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.objectives import EnvEpisode, Hopping
+from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import environment_lanes, play
-
-_LONGEST_STEP_S = 0.02
-"""Between samples of a height whose hops can be measured."""
-HOPPING = ("cot_inverse", "limit_cycle_period", "w_peak", "t0_s")
-"""Metrics of hopping that a replay has, where the wiring says what height and rest length are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,28 +23,16 @@ class Replay:
 
     experiment: EnvExperiment
     """Experiment: environment and wiring."""
-    episode: EnvEpisode
+    episode: RobotEpisode
     """All that was observed, done and paid."""
-    fitness: float
-    """Fitness by the objective of the experiment."""
     seed: int
     """Seed of the reset."""
-
-    @property
-    def loads(self) -> dict[str, np.ndarray]:
-        """Observations that represent the load of the limbs, by the entry's name, [steps] each."""
-        names = {limb.senses.get("spring_force", "") for limb in self.experiment.wiring.limbs}
-        loads = {}
-        for name in sorted(filter(None, names)):
-            sign = 1.0 if name in self.episode.names else -1.0
-            loads[name] = np.maximum(sign * self.episode[name.removeprefix("-")], 0.0)
-        return loads
 
     @property
     def flies(self) -> bool:
         """True if no limb bears load at some time of the second half, or if loads are unknown."""
         late = len(self.episode.time_s) // 2
-        loads = list(self.loads.values())
+        loads = list(self.episode.loads.values())
         return not loads or bool((np.max(loads, axis=0)[late:] <= 0.0).any())
 
     def why_on_ground(self) -> str:
@@ -67,66 +50,13 @@ class Replay:
             "hops"
         )
 
-    def measured(self) -> Measured | None:
-        """The gait as that of a recording; None where height, rest length or hops are not known.
+    def numbers(self, metrics: tuple[Metric, ...] | None = None) -> dict[str, float]:
+        """Return metrics of the episode by name, without those that the simulator does not show.
 
-        It is none on a robot's legs, which walk.
+        Args:
+            metrics: metrics of robots; all by default.
         """
-        wiring, episode = self.experiment.wiring, self.episode
-        if wiring.height is None or wiring.rest_length_m is None or wiring.units is not None:
-            return None
-        if self.experiment.wires.step_s > _LONGEST_STEP_S:
-            return None
-        try:
-            return measure(
-                episode.time_s - episode.time_s[0],
-                episode[wiring.height].astype(float),
-                rest_length_m=wiring.rest_length_m,
-                phase_rad=episode.phase_rad[:, 0].astype(float),
-                omega=wiring.omega,
-                work_j=None if wiring.work is None else episode[wiring.work].astype(float),
-            )
-        except TegotaeError:  # an episode that ended at once is no recording
-            return None
-
-    def numbers(self) -> dict[str, float]:
-        """Numbers of the gait, in SI units; what is not known is left out or NaN.
-
-        `duty` is the share of the second half in which a foot bears load, `stride_hz` the rate of
-        the first limb's oscillator there. Distance is along the heading where that is observed, and
-        `cost_of_transport` is work over the wiring's weight and distance.
-        """
-        episode = self.episode
-        numbers = {
-            "fitness": self.fitness,
-            "return": float(episode.reward.sum()),
-            "lasted": episode.lasted,
-        }
-        if "root_speed" in episode.names:
-            numbers["distance_m"] = float(np.trapezoid(episode["root_speed"], episode.time_s))
-        elif "root_forward" in episode.names:
-            went = episode["root_forward"]
-            numbers["distance_m"] = float(went[-1] - went[0])
-        if "distance_m" in numbers:
-            numbers["speed_m_per_s"] = numbers["distance_m"] / float(episode.time_s[-1])
-        wiring = self.experiment.wiring
-        if wiring.work is not None:
-            numbers["work_j"] = float(episode[wiring.work][-1])
-        if numbers.get("distance_m", 0.0) > 0.0 and wiring.work and wiring.units:
-            carried = wiring.units.force_n * numbers["distance_m"]
-            numbers["cost_of_transport"] = numbers["work_j"] / carried
-        late = len(episode.time_s) // 2
-        turned = np.unwrap(episode.phase_rad[late:, 0].astype(float))
-        span = self.experiment.wires.step_s * max(1, len(turned) - 1)
-        numbers["stride_hz"] = float(turned[-1] - turned[0]) / (2.0 * math.pi * span)
-        if self.loads:
-            numbers["duty"] = float(np.mean([(x[late:] > 0.0).mean() for x in self.loads.values()]))
-        if (gait := self.measured()) is not None:
-            numbers |= {name: float(getattr(gait, name)) for name in HOPPING}
-            hops = np.asarray(gait.hops.height_m)
-            numbers["hops"] = float(len(hops))
-            numbers["apex_m"] = float(hops[len(hops) // 2 :].mean()) if len(hops) else math.nan
-        return numbers
+        return episode_numbers(self.episode, metrics)
 
 
 def replay(
@@ -164,9 +94,31 @@ def replay(
         lanes.close()
     fitness = np.asarray(experiment.objective.score(record, wiring).fitness)
     return [
-        Replay(experiment, record.episode(lane), float(fitness[lane]), seed)
-        for lane in range(len(table))
+        Replay(experiment, _measurable(experiment, record.episode(lane), float(value)), seed)
+        for lane, value in enumerate(fitness)
     ]
+
+
+def _measurable(experiment: EnvExperiment, episode: EnvEpisode, fitness: float) -> RobotEpisode:
+    """Return an episode with what the wiring says of the robot."""
+    wiring, wires = experiment.wiring, experiment.wires
+    loads = {}
+    for name in sorted({limb.senses.get("spring_force", "") for limb in wiring.limbs} - {""}):
+        sign = 1.0 if name in episode.names else -1.0
+        loads[name] = np.maximum(sign * episode[name.removeprefix("-")], 0.0)
+    hops = wiring.height is not None and wiring.units is None
+    return RobotEpisode(
+        **{entry.name: getattr(episode, entry.name) for entry in dataclasses.fields(episode)},
+        fitness=fitness,
+        step_s=wires.step_s,
+        loads=loads,
+        force_limits=wires.force_limits,
+        work_j=None if wiring.work is None else episode[wiring.work],
+        weight_n=wiring.units and wiring.units.force_n,
+        height_m=episode[wiring.height] if hops and wiring.height else None,
+        rest_length_m=wiring.rest_length_m,
+        omega=wiring.omega,
+    )
 
 
 def lasting(experiment: EnvExperiment, duration_s: float | None) -> EnvExperiment:

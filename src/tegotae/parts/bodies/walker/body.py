@@ -18,7 +18,7 @@ from tegotae.parts.bodies.walker.numbers import LOWEST_SHARE, WalkerNumbers
 from tegotae.parts.channels import FOOT, Channel
 from tegotae.parts.parameters import traceable
 
-LARGEST_TILT_COS = 0.5
+_LARGEST_TILT_COS = 0.5
 """A torso that is tilted by more than 60° has fallen."""
 
 
@@ -305,7 +305,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         """True of a torso that lies: tilted by more than 60°, or with its mass near the ground."""
         x, y, z = state.position
         low = LOWEST_SHARE * (self.rest_length_m + self.com_z_m)
-        tilts = mechanics.rotation(state.attitude).z[2] < LARGEST_TILT_COS
+        tilts = mechanics.rotation(state.attitude).z[2] < _LARGEST_TILT_COS
         return tilts | (z - self.terrain.height_m(x, y) - ground_m < low)
 
     def height(self, state: WalkerState) -> jax.Array:

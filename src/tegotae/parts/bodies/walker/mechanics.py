@@ -229,7 +229,7 @@ def commanded_feet(numbers: WalkerNumbers, state: WalkerState) -> Vector:
     )
 
 
-def ground_under(
+def _ground_under(
     numbers: WalkerNumbers, x: jax.Array, y: jax.Array, ground_m: jax.Array
 ) -> jax.Array:
     """Height of the ground under the feet [m], [limbs, lanes]."""
@@ -242,12 +242,12 @@ def stance_of(numbers: WalkerNumbers, state: WalkerState, ground_m: jax.Array) -
     feet = commanded_feet(numbers, state)
     centre = for_limbs(state.position)
     x, y, z = (w + p for w, p in zip(turn.to_world(feet), centre, strict=True))
-    clearance = z - ground_under(numbers, x, y, ground_m)
+    clearance = z - _ground_under(numbers, x, y, ground_m)
     present = of_legs(numbers.present, state.position[0]) > 0.5
     stands = state.stands > 0.5
     axes = zip(state.foot, (x, y), strict=True)
     ahead, aside = (jnp.where(stands, anchor, command) for anchor, command in axes)
-    up = ground_under(numbers, ahead, aside, ground_m)
+    up = _ground_under(numbers, ahead, aside, ground_m)
     arm = turn.to_body((ahead - centre[0], aside - centre[1], up - centre[2]))
     contact = (clearance < 0.0) & present
     return LegStances(turn, feet, (x, y, z), clearance, contact, (ahead, aside), arm)
@@ -357,5 +357,5 @@ def _foot(frame: RecordedFrame, axis: int) -> jax.Array:
     stance = stance_of(body, state, frame.ground_m)
     stands = stance.contact & (state.stands > 0.5)
     ahead, aside = stance.anchor
-    position = (ahead, aside, ground_under(body, ahead, aside, frame.ground_m))[axis]
+    position = (ahead, aside, _ground_under(body, ahead, aside, frame.ground_m))[axis]
     return jnp.where(stands, position, stance.place[axis])

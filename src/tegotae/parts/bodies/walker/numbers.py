@@ -13,7 +13,7 @@ from tegotae.parts.bodies.base import require_present
 from tegotae.parts.parameters import Part, a_part, finite, not_negative, numbers, positive
 from tegotae.parts.terrains import A_TERRAIN, Flat, Terrain
 
-LARGEST_STEP = 0.5
+_LARGEST_STEP = 0.5
 """Rate of the stiffest motion times the tick [rad] that is accepted. Up to here lags, speed and
 cost of transport hold within one per cent; where the stiffest motion is a damped one they would
 for longer ticks, too (docs/studies/legs_validation.md)."""
@@ -169,7 +169,7 @@ class WalkerNumbers(Part):
     @property
     def longest_tick_s(self) -> float:
         """The longest control tick that resolves the springs and dampers of stance [s]."""
-        return LARGEST_STEP / self._fastest_rad_per_s
+        return _LARGEST_STEP / self._fastest_rad_per_s
 
     @property
     def _fastest_rad_per_s(self) -> float:

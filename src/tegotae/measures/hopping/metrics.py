@@ -1,32 +1,324 @@
-"""The package's metrics, in the order in which tables show them: that of this file."""
+"""Metrics of hopping: what they are computed from, their kinds, and the package's own.
+
+The package's own stand at the end of the file, in the order in which tables show them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from tegotae.measures.hopping import signals
-from tegotae.measures.hopping.metric import (
-    AT_REST,
-    FAILED,
-    LIMIT_CYCLE,
-    REGIME,
-    REPORT,
-    TABLE,
-    ClampedEpisodes,
-    ClampedMetric,
-    Conditions,
-    DerivedMetric,
-    Episode,
-    GaitMetric,
-    Metric,
+from tegotae.measures.hopping.hopping import (
+    Hops,
+    LimitCycle,
+    Settled,
+    at_frame,
+    dies_out,
+    find_limit_cycle,
+    hops,
 )
-from tegotae.measures.hopping.statistics import POSITIVE, SHARE
+from tegotae.measures.hopping.signals import Spectrum, peak, spectrum, work_total
+from tegotae.measures.metric import REPORT, TABLE, Catalogue, Metric
 from tegotae.measures.optimum import has_table, share
-from tegotae.parts._shapes import AnyArray
+from tegotae.measures.statistics import POSITIVE, SHARE
+from tegotae.parts._shapes import AnyArray, Numeric
+from tegotae.parts.bodies import Body
+from tegotae.simulation.rollout import Trajectory
+
+FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
+REGIMES = ("failed", "at rest", "no limit cycle", "limit cycle")
+"""Regimes of a gait; `Episode.regime` is an index into it."""
+
+HOP_CHANNELS = (
+    *("time_s", "ground_m", "failed", "touchdown_time_s"),
+    *("apex_time_s", "apex_height_m", "apex_phase_rad"),
+)
+"""The channels from which hops and limit cycle follow; every metric may read them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """One episode of every lane, as it was recorded. Arrays end in lanes.
+
+    All but what comes after a disturbance is measured in the undisturbed window, from the release
+    on, and there on the settled part: from the first settled apex to the window's end.
+
+    Args:
+        trajectory: the undisturbed window's frames, [frames, lanes] each.
+        whole: all frames, those after the disturbance among them.
+        omega: prescribed frequency ω [rad/s], one or [lanes]; NaN if it is not known.
+        rest_length_m: rest length of the leg l0 [m].
+        max_force_n: largest actuator force α [N].
+        frame_s: recording period [s].
+        disturbed_at_s: time of the disturbance [s], one or [lanes]; None if there is none, infinite
+            in lanes without.
+        limit_cycle: what counts as settled.
+        work: definition of work, one of "absolute", "positive", "net".
+        has_oscillator: False where no frequency is prescribed at all; ΔΩ is then zero.
+    """
+
+    trajectory: Trajectory
+    whole: Trajectory
+    omega: Numeric
+    rest_length_m: Numeric
+    max_force_n: Numeric
+    frame_s: float
+    disturbed_at_s: Numeric | None = None
+    limit_cycle: LimitCycle = field(default_factory=LimitCycle)
+    work: str = "absolute"
+    has_oscillator: bool = True
+
+    @cached_property
+    def hops(self) -> Hops:
+        """The table of all hops."""
+        return hops(self.whole, self.rest_length_m)
+
+    @cached_property
+    def cycle(self) -> Settled:
+        """The limit cycle of the undisturbed window."""
+        return find_limit_cycle(self.hops, self.limit_cycle, -jnp.inf, self.trajectory.time_s[-1])
+
+    @cached_property
+    def regime(self) -> jax.Array:
+        """Index into `REGIMES`, [lanes]."""
+        failed = self.trajectory.failed[-1]
+        time_s, end_s = self.hops.time_s, self.trajectory.time_s[-1]
+        last_hop_s = jnp.max(jnp.where(time_s <= end_s[None], time_s, -jnp.inf), axis=0)
+        rests = dies_out(last_hop_s, end_s)
+        return jnp.where(
+            failed,
+            FAILED,
+            jnp.where(self.on_cycle, LIMIT_CYCLE, jnp.where(rests, AT_REST, UNSETTLED)),
+        )
+
+    @cached_property
+    def on_cycle(self) -> jax.Array:
+        """True in lanes with a limit cycle, [lanes]."""
+        return self.cycle.found & ~self.trajectory.failed[-1]
+
+    @cached_property
+    def start_s(self) -> jax.Array:
+        """Beginning of the settled part [s], [lanes]; 0 without a limit cycle."""
+        return jnp.where(self.on_cycle, self.cycle.time_s, 0.0)
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """The height's, over the settled part."""
+        first = jnp.floor(self.start_s / self.frame_s).astype(jnp.int32)
+        return spectrum(self.trajectory.height_m, self.frame_s, first)
+
+    @cached_property
+    def peak(self) -> tuple[jax.Array, jax.Array]:
+        """Frequency [rad/s] and A_peak of that spectrum's highest peak, [lanes] each."""
+        return peak(self.spectrum)
+
+    @cached_property
+    def work_j(self) -> jax.Array:
+        """The actuator's work over the last whole cycles [J], [lanes]."""
+        return self.over_cycles(work_total(self.whole, self.work))
+
+    def where_settled(self, value: Numeric) -> jax.Array:
+        """The value [lanes], NaN in lanes without a limit cycle."""
+        return jnp.where(self.on_cycle, value, jnp.nan)
+
+    @cached_property
+    def is_settled(self) -> jax.Array:
+        """Mask of the frames of the window that belong to the settled part, [frames, lanes]."""
+        return jnp.asarray(self.trajectory.time_s) >= self.start_s[None]
+
+    def mean_where(self, values: AnyArray, holds: AnyArray | bool) -> jax.Array:
+        """Mean of values [frames, lanes] over the settled frames in which something holds, [lanes].
+
+        NaN where it holds in none.
+        """
+        counts = self.is_settled & holds
+        total = jnp.sum(jnp.where(counts, values, 0.0), axis=0)
+        number = jnp.sum(counts, axis=0).astype(total.dtype)
+        return jnp.where(number > 0.0, total / jnp.maximum(number, 1.0), jnp.nan)
+
+    def over_cycles(self, total: AnyArray) -> jax.Array:
+        """Return the growth of a running total [frames, lanes] over the last whole cycles,
+        [lanes]."""
+        return self.hops.between(self.cycle.from_hop, self.cycle.to_hop, total)
+
+    def apex_s(self, hop: AnyArray) -> jax.Array:
+        """Time of the apex of each lane's hop of that number [s], [lanes]."""
+        return at_frame(self.hops.time_s, hop)
+
+    def settles_again(self, after_s: Numeric) -> Settled:
+        """Find each lane's limit cycle between a time [s], [lanes], and the end of all frames."""
+        return find_limit_cycle(self.hops, self.limit_cycle, after_s, self.whole.time_s[-1])
+
+
+class ClampedEpisodes(NamedTuple):
+    """Undisturbed episodes with the oscillator clamped to each of some phases: NumPy arrays.
+
+    A lane is a run at a frequency, as in the episodes whose oscillator moves.
+    """
+
+    phases_rad: np.ndarray
+    """The phases [rad], [phases]."""
+    cycle: Settled
+    """The limit cycle at each phase: arrays of shape [lanes, phases]."""
+    failed: np.ndarray
+    """True for episodes that had failed by the end, [lanes, phases]."""
+
+    @property
+    def on_cycle(self) -> np.ndarray:
+        """Mask of the episodes that hop on a limit cycle, [lanes, phases]."""
+        return np.isfinite(self.cycle.period) & ~self.failed
+
+
+REGIME = "regime"
+"""A label of every episode beside its metrics: an index into `REGIMES`."""
+HOPPING = Catalogue("hopping", REGIME)
+"""The metrics of hopping."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Under what some episodes were measured.
+
+    Args:
+        body: the body; None where it is not known, as in a recording.
+        work: definition of work, one of "absolute", "positive", "net".
+        drop_m: how far the ground dropped [m]; 0 if it did not.
+    """
+
+    body: Body | None
+    work: str = "absolute"
+    drop_m: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class GaitMetric(Metric):
+    """A metric of a rollout's recording.
+
+    Args:
+        compute: function of an `Episode` to an array [lanes], NaN where undefined; it is compiled,
+            so jnp functions only.
+        channels: what it reads of the recording beside `HOP_CHANNELS`, such
+            as "impulse_ns".
+        parameters: what it needs beside the recording, of "omega" and "max_force_n".
+        disturbed: whether it is about what comes after the ground drops.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> apex = GaitMetric(
+        ...     name="mean_apex_m",
+        ...     label="mean apex",
+        ...     unit="m",
+        ...     about="mean height of the apexes of the hops",
+        ...     more_is_better=True,
+        ...     compute=lambda episode: jnp.nanmean(episode.hops.height_m, axis=0),
+        ... )
+        >>> apex.heading
+        'mean apex [m]'
+    """
+
+    compute: Callable[[Episode], jax.Array]
+    channels: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
+    disturbed: bool = False
+
+    CATALOGUE: ClassVar[Catalogue] = HOPPING
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClampedMetric(Metric):
+    """A metric of rollouts in which the oscillator stands still, at one phase after the other.
+
+    It is undefined for a controller without oscillator.
+
+    Args:
+        compute: function of `ClampedEpisodes` to an array [lanes], NaN where undefined.
+    """
+
+    compute: Callable[[ClampedEpisodes], np.ndarray]
+
+    CATALOGUE: ClassVar[Catalogue] = HOPPING
+
+
+@dataclass(frozen=True, kw_only=True)
+class DerivedMetric(Metric):
+    """A metric that follows from others of the same episode.
+
+    Args:
+        of: names of these, or `REGIME`.
+        compute: function of their values, NumPy arrays of one shape by name, NaN where undefined,
+            and of the `Conditions`; to an array of that shape.
+        needs_body: whether it takes the body; undefined where that is not known.
+    """
+
+    of: tuple[str, ...]
+    compute: Callable[[Mapping[str, np.ndarray], Conditions], np.ndarray]
+    needs_body: bool = False
+
+    CATALOGUE: ClassVar[Catalogue] = HOPPING
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        return tuple(name for name in self.of if name != REGIME)
+
+    def values(self, metrics: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
+        """Its values, of those of other metrics, arrays of one shape."""
+        inputs = {name: metrics[name] for name in self.of}
+        if self.needs_body and conditions.body is None:
+            return np.full(np.shape(next(iter(inputs.values()))), np.nan)
+        return np.asarray(self.compute(inputs, conditions), float)
+
+
+def built_in_gait() -> tuple[GaitMetric, ...]:
+    """Return the package's own metrics of a gait's recording. They are compiled together."""
+    return tuple(metric for metric in HOPPING.built_in if isinstance(metric, GaitMetric))
+
+
+def channels_of(selected: Iterable[Metric]) -> tuple[str, ...]:
+    """The channels of a recording that some metrics are computed from."""
+    further = (channel for m in selected if isinstance(m, GaitMetric) for channel in m.channels)
+    return tuple(dict.fromkeys((*HOP_CHANNELS, *further)))
+
+
+def with_needed(requested: Iterable[Metric]) -> tuple[Metric, ...]:
+    """Return metrics behind those that they follow from."""
+    needed: dict[str, Metric] = {}
+    for metric in requested:
+        for source in with_needed(HOPPING.find(name) for name in metric.sources):
+            needed.setdefault(source.name, source)
+        needed.setdefault(metric.name, metric)
+    return tuple(needed.values())
+
+
+def derived(values: Mapping[str, np.ndarray], conditions: Conditions) -> dict[str, np.ndarray]:
+    """Compute the metrics of some episodes that are not among their values but follow from them.
+
+    Args:
+        values: of metrics, by name, arrays of one shape: a value an episode, not means of several.
+        conditions: under which they were measured.
+
+    Example:
+        >>> from tegotae import Hopper
+        >>> gait = {"cot_inverse": 0.6, "hop_rate": 4.0, "limit_cycle_period": 1}
+        >>> gait = {name: np.array([value]) for name, value in gait.items()}
+        >>> found = derived(gait, Conditions(Hopper()))
+        >>> sorted(found), f"{found['optimum_share'][0]:.2f}"
+        (['optimum_share'], '0.50')
+    """
+    results = dict(values)
+    for metric in with_needed(m for m in HOPPING.metrics() if isinstance(m, DerivedMetric)):
+        if not isinstance(metric, DerivedMetric) or metric.name in results:
+            continue
+        if results.keys() >= {*metric.of}:
+            results[metric.name] = metric.values(results, conditions)
+    return {name: results[name] for name in results if name not in values}
+
 
 Values = Mapping[str, np.ndarray]
 """Values of other metrics by name, of one shape."""
@@ -35,7 +327,7 @@ WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
 """The channels of the actuator's work, by every definition."""
 
 
-def over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
+def _over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
     """CoT⁻¹ of a running total of climbed heights [m], [frames, lanes], over whole cycles [m/J].
 
     Zero for a body at rest or one that does no work, and undefined without a limit cycle.
@@ -57,7 +349,7 @@ def over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
 )
 def cot_inverse(episode: Episode) -> jax.Array:
     """height climbed in flight per work, over the settled part (equation 12)"""
-    return over_cycles(episode, episode.whole.climb_flight_m)
+    return _over_cycles(episode, episode.whole.climb_flight_m)
 
 
 # Source: of this library (`tegotae.measures.optimum`).
@@ -87,7 +379,7 @@ def optimum_share(values: Values, conditions: Conditions) -> np.ndarray:
 )
 def cot_inverse_total(episode: Episode) -> jax.Array:
     """height climbed in flight and in stance per work, over the settled part"""
-    return over_cycles(episode, episode.whole.climb_m)
+    return _over_cycles(episode, episode.whole.climb_m)
 
 
 # Source: paper IV-A, T0.
@@ -354,5 +646,4 @@ def feedback_while_pushing(episode: Episode) -> jax.Array:
     return episode.where_settled(episode.mean_where(feedback, pushes))
 
 
-METRICS = tuple(metric for metric in tuple(globals().values()) if isinstance(metric, Metric))
-"""All of the above, in this order."""
+HOPPING.built_in = tuple(x for x in tuple(globals().values()) if isinstance(x, Metric))

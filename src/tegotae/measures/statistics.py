@@ -37,6 +37,7 @@ _ROUNDING = 1e-4
 """Tolerance of a single-precision value beyond the end of its range."""
 
 BOOTSTRAP, STUDENT, WELCH = "bootstrap", "Student's t", "Welch's t"
+WILSON = "Wilson's score"
 """Methods of intervals."""
 
 
@@ -46,7 +47,7 @@ UNDEFINED = "–"
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean with its spread and its 95 % interval, in the unit of the values.
+    """A mean or a share with its spread and its 95 % interval, in the unit of the values.
 
     Undefined values (NaN) do not enter, and are counted. Everything is NaN where nothing is left;
     spread and interval are NaN for a single value, which says nothing about them.
@@ -93,7 +94,7 @@ def interval(values: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
     Args:
         values: shape [n]; NaN where undefined.
         within: least and largest possible value, such as 0 and 1 of a share
-            (`tegotae.measures.hopping.Metric`).
+            (`tegotae.measures.metric.Metric`).
 
     Raises:
         TegotaeError: for anything but a row of numbers, or a value out of its range.
@@ -323,27 +324,34 @@ _Z = 1.959963984540054
 """The normal quantile of 97.5 %."""
 
 
-def wilson(count: int, total: int) -> tuple[float, float]:
-    """95 % interval of a share, `count / of`, by Wilson's score.
+def share_interval(count: int, total: int, runs: int | None = None) -> Interval:
+    """Compute a share, `count / total`, and its 95 % interval by Wilson's score; NaN of none.
 
     Args:
-        count: how many starts have it.
-        total: of how many.
+        count: number of trials that have it.
+        total: number of trials.
+        runs: number of independent runs that the trials belong to, if these are fewer: trials of
+            one run count as if all of them did the same.
 
     Raises:
-        TegotaeError: unless 0 <= count <= of, and of > 0.
+        TegotaeError: unless 0 <= count <= total.
 
     Source:
         Wilson, J. American Statistical Association 22 (1927).
 
     Example:
-        >>> [round(end, 3) for end in wilson(24, 24)]
-        [0.862, 1.0]
+        >>> print(share_interval(24, 24), share_interval(60, 80, 20))
+        1 [0.862, 1] 0.75 [0.531, 0.888]
     """
-    require_count("of", total)
+    require_count("total", total, least=0)
     require_count("count", count, least=0, most=total)
-    share, z2 = count / total, _Z**2 / total
+    if total == 0:
+        return Interval(math.nan, method=WILSON)
+    trials = total if runs is None else runs
+    having = count if runs is None else round(count / total * runs)
+    share, z2 = having / trials, _Z**2 / trials
     middle = (share + z2 / 2) / (1 + z2)
-    half = _Z * math.sqrt(share * (1 - share) / total + z2 / (4 * total)) / (1 + z2)
+    half = _Z * math.sqrt(share * (1 - share) / trials + z2 / (4 * trials)) / (1 + z2)
     # Of none, and of all, the ends are 0 and 1, which rounding would miss.
-    return (middle - half if count else 0.0), (middle + half if count < total else 1.0)
+    low, high = middle - half if having else 0.0, middle + half if having < trials else 1.0
+    return Interval(count / total, low=low, high=high, count=total, method=WILSON)
