@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from apps import playground
 from command_reference import command_reference
 from prose_numbers import stale
+from research_pages import page_text, source_of
 
 project = "tegotae"
 (author,) = SOFTWARE.authors
@@ -63,6 +64,13 @@ def read_docstring(app, what, name, obj, options, lines):
         lines[i] = "".join(p if p.startswith("`") else p.replace("|", r"\|") for p in parts)
 
 
+def read_research(app, docname, source):
+    """Take the text of a page that stands in `research` from there."""
+    page = Path(app.env.doc2path(docname))
+    app.env.note_dependency(str(source_of(page)))
+    source[0] = page_text(page)
+
+
 def add_commands(app, docname, source):
     """Put the command-line reference into its page."""
     if docname == "commands":
@@ -97,6 +105,7 @@ def write_playground(app, error):
 
 def setup(app):
     """Connect the hooks."""
+    app.connect("source-read", read_research)
     app.connect("source-read", add_commands)
     app.connect("source-read", check_numbers)
     app.connect("autodoc-process-docstring", read_docstring)

@@ -33,10 +33,16 @@ LISTED = re.compile(rf"(?<![\w.])({_ONE})(\s*%)?")
 NUMBER = re.compile(rf"({_ONE})(?:\s*%)?(?: \[({_ONE})(?: %)?, ({_ONE})(?:\s*%)?\])?(\s*%)?\Z")
 
 
+def kept_file(name: str) -> Path:
+    """A kept file, by its path in research or else in docs/_static."""
+    place = ROOT / "research" / name
+    return place if place.exists() else KEPT / name
+
+
 @cache
 def table(name: str) -> pd.DataFrame:
-    """A kept table, by its path in docs/_static without `.csv`."""
-    return pd.read_csv(KEPT / f"{name}.csv", comment="#")
+    """A kept table, by its path in research or docs/_static without `.csv`."""
+    return pd.read_csv(kept_file(f"{name}.csv"), comment="#")
 
 
 def rows(name: str, **values: object) -> pd.DataFrame:
@@ -62,7 +68,7 @@ def cells(page: str, column: str, *row: str, part: int = 0) -> list[float]:
     a cell. A column is named by the start of its head.
     """
     found, index, head = [], 0, ""
-    for line in (KEPT / f"{page}.md").read_text(encoding="utf-8").splitlines():
+    for line in kept_file(f"{page}.md").read_text(encoding="utf-8").splitlines():
         entries = [entry.strip(" `*") for entry in line.strip("| ").split("|")]
         if not line.startswith("|"):
             head = ""
@@ -656,8 +662,12 @@ def _as(number: str, value: float) -> str:
 
 
 def pages() -> list[Path]:
-    """The pages that have prose: README and docs."""
-    return [*sorted(ROOT.glob("README*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+    """The pages that have prose: README, docs, and those of research."""
+    folders = (ROOT / "docs", ROOT / "research")
+    return [
+        *sorted(ROOT.glob("README*.md")),
+        *(x for at in folders for x in sorted(at.rglob("*.md"))),
+    ]
 
 
 if __name__ == "__main__":

@@ -64,7 +64,7 @@ def entries() -> None:
     ):
         exported = tg.robots.export_c(name, tick_s=tick_s, prefix=prefix)
         _write_c(exported, place, prefix)
-    level = _without_heading(load(ROOT / "docs" / "_static" / "go1_feet" / "clock-tuned-0.json"))
+    level = _without_heading(load(ROOT / ENTRIES / "go1" / "balanced-trot.json"))
     _write_c(tg.robots.export_c(level, tick_s=0.02, prefix="level"), "go1", "level")
     _write_network("zoo:T-Fv/9", ENTRIES / "hopper.onnx")
 

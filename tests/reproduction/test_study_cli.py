@@ -695,4 +695,9 @@ def test_the_report_of_ones_own_numbers_asks_for_no_experiments_that_were_not_ma
     words = ["make", "--dry-run", "reproduce", "READING=reading.toml"]
     planned = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     (report,) = (line for line in planned.splitlines() if "reproduction report" in line)
-    assert report.split()[2:] == ["reproduction", "report", "--dir", "results/paper-reading"]
+    assert report.split()[2:] == [
+        "research.reproduction",
+        "report",
+        "--dir",
+        "results/paper-reading",
+    ]

@@ -4,7 +4,7 @@ from tegotae.cli import entry
 from tegotae.cli.program import Command
 
 TUNE = Command(
-    "studies.tuning.command:search",
+    "research.studies.tuning.command:search",
     "python -m research.studies.tuning ART --storage tuning.log --trials 20",
     "python -m research.studies.tuning ART --storage tuning.log --confirm 8 --keep best.json",
 )
