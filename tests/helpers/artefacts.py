@@ -4,7 +4,8 @@
     python tests/helpers/artefacts.py --since v0.1     # of those since another revision
     python tests/helpers/artefacts.py docs/_static/figures/optimum.png    # how this file is made
 
-`tests/kept/artefacts.toml` has a row for every kept table, picture, document and engine. A row is
+`tests/kept/artefacts.toml`, and for a topic of research `research/TOPIC/artefacts.toml`, have a row
+for every kept table, picture, document and engine. A row is
 
 - *stale* if the present code cannot read or does not make its files (engines, controllers, the
   zoo), or if a document or a pin that it rests on changed and its files did not;
@@ -32,7 +33,7 @@ from pathlib import Path
 
 from places import ROOT, TESTS
 
-ROWS = TESTS / "kept" / "artefacts.toml"
+ROWS = [TESTS / "kept" / "artefacts.toml", *sorted((ROOT / "research").glob("*/artefacts.toml"))]
 PINS = "tests/kept/pins.json"
 _PINNED = re.compile(r"src/(lanewise|tegotae)/(?!figures/|cli/|api/)")
 """Code of which pins show that it computes the same."""
@@ -85,11 +86,11 @@ class Artefact:
 
 
 def artefacts() -> list[Artefact]:
-    """The rows of `artefacts.toml`."""
-    rows = tomllib.loads(ROWS.read_text(encoding="utf-8"))["artefact"]
+    """The rows of all files `artefacts.toml`."""
     return [
         Artefact(**{k: tuple(x) if isinstance(x, list) else x for k, x in row.items()})
-        for row in rows
+        for file in ROWS
+        for row in tomllib.loads(file.read_text(encoding="utf-8"))["artefact"]
     ]
 
 
