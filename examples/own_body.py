@@ -4,14 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae import Hopper, Rollout, Scenario, Timing, check_body
+from tegotae import Hopper, Rollout, Scenario, Timing, check
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.models import build
 from tegotae.systems.user_objects import imported
 
 FILE = Path(__file__).parents[1] / "docs" / "extending" / "examples" / "rubber_hopper.py"
 RubberHopper = imported(str(FILE)).RubberHopper
-check_body(RubberHopper())
+check(RubberHopper())
 
 # The same controller on both bodies.
 rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=10.0))

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae import Controller, Rollout, Scenario, Timing, check_term
+from tegotae import Controller, Rollout, Scenario, Timing, check
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.parts.controller import Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
@@ -33,7 +33,7 @@ class HalfSine(Actuation):
         return weights[0] * jnp.maximum(-signals["sin_phase"], 0.0)
 
 
-check_term(HalfSine())
+check(HalfSine())
 feedback = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
 controller = Controller(HalfSine(), PhaseOscillator(), feedback)
 

@@ -21,12 +21,7 @@ _HOMES = {
     "tegotae.api.measuring": ("measure",),
     "tegotae.api.training": ("train",),
     "tegotae.api.walking": ("WalkerController",),
-    "tegotae.simulation.checks": (
-        "check_body",
-        "check_controller",
-        "check_oscillator",
-        "check_term",
-    ),
+    "tegotae.simulation.checks": ("check",),
     "tegotae.simulation.rollout": ("Rollout", "Timing"),
     "tegotae.simulation.world": ("Scenario",),
     "tegotae.systems.controller_file": ("SavedController", "save"),

@@ -18,12 +18,7 @@ from tegotae.parts.bodies import (
     Walker as Walker,
 )
 from tegotae.parts.controller import Controller as Controller
-from tegotae.simulation.checks import (
-    check_body as check_body,
-    check_controller as check_controller,
-    check_oscillator as check_oscillator,
-    check_term as check_term,
-)
+from tegotae.simulation.checks import check as check
 from tegotae.simulation.rollout import (
     Rollout as Rollout,
     Timing as Timing,

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check_term
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.measures.objectives.fitness import Fitness, HoppingLegs, climb_in_flight
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.objectives.walking import TRACKING, Walking
@@ -207,7 +207,7 @@ def test_the_cosine_law_without_an_offset_is_the_vanilla_action():
     np.testing.assert_allclose(
         OffsetAction()([zero[0] + 0.5], heard), -heard["cos_phase"] - 0.5, rtol=1e-6
     )
-    check_term(OffsetAction())
+    check(OffsetAction())
 
 
 def test_a_corrected_foot_begins_on_its_ellipse_whatever_the_random_weights():

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Experiment, Hopper, Rollout, Scenario, System, TegotaeError, Timing, check_body
+from tegotae import Experiment, Hopper, Rollout, Scenario, System, TegotaeError, Timing, check
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.bodies import (
     Actuators,
@@ -43,7 +43,7 @@ def disturbed(sigma=2.0, **levels):
 
 @pytest.mark.parametrize("body", [Actuators(body=Hopper()), Blows(body=Hopper())])
 def test_they_keep_the_contract_of_a_body(body):
-    check_body(body)
+    check(body)
 
 
 def test_nothing_wrong_changes_nothing_to_the_bit():

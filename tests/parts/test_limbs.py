@@ -12,7 +12,7 @@ from hypothesis import given, strategies as st
 from separate_hoppers import SeparateHoppers
 
 import upright_oracle
-from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing, check_body
+from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.parts.bodies import Bar
 from tegotae.parts.couplings import LearnedCoupling, Neighbours
 from tegotae.parts.terms import Signals
@@ -172,7 +172,7 @@ def test_a_strong_coupling_brings_oscillators_to_its_lag():
 
 
 def test_the_bar_keeps_the_contract_of_a_body():
-    check_body(Bar(hips_m=(-0.6, -0.1, 0.2, 0.5), inertia_ratio=1.5))
+    check(Bar(hips_m=(-0.6, -0.1, 0.2, 0.5), inertia_ratio=1.5))
 
 
 def test_two_legs_do_not_feel_each_other_at_an_inertia_ratio_of_one():

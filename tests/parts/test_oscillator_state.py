@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oscillators import LearnedAmplitude, Relaxation
-from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing, check_oscillator
+from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
@@ -34,8 +34,8 @@ def run(controller: Controller, weights, **options) -> Trajectory:
 
 @pytest.mark.parametrize("oscillator", [LearnedAmplitude(), Relaxation()], ids=str)
 def test_a_users_oscillator_keeps_the_contract(oscillator):
-    check_oscillator(oscillator)
-    check_oscillator(Clamped(oscillator))
+    check(oscillator)
+    check(Clamped(oscillator))
 
 
 def test_an_oscillators_weights_come_after_those_of_the_terms():

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check_oscillator
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.parts.oscillators import (
     OSCILLATORS,
     PLANAR,
@@ -79,7 +79,7 @@ def frequency(phase):
 
 @pytest.mark.parametrize("name", [name for name in OSCILLATORS if name.startswith("learned")])
 def test_every_oscillator_keeps_the_contract(name):
-    check_oscillator(OSCILLATORS[name])
+    check(OSCILLATORS[name])
 
 
 @pytest.mark.parametrize("name", [name for name in OSCILLATORS if not name.startswith("learned")])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import upright_oracle
-from tegotae import Controller, Rollout, Scenario, TegotaeError, Timing, check_body
+from tegotae import Controller, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.parts.bodies import (
     Bar,
     Body,
@@ -66,7 +66,7 @@ def run(body: Body, phases=PHASES, *, unit: Controller = ONE, gain: float = 1.0,
 
 
 def test_the_plate_keeps_the_contract_of_a_body():
-    check_body(dataclasses.replace(LIMP, twist_stiffness_nm_per_rad=0.5))
+    check(dataclasses.replace(LIMP, twist_stiffness_nm_per_rad=0.5))
 
 
 # Where the legs do not feel each other

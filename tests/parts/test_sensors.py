@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check_body
+from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.parts.bodies import Bar, Sensors
 from tegotae.systems.models import build
 
@@ -22,7 +22,7 @@ def run(body=LEG, rollout=ROLLOUT, **scenario):
 
 @pytest.mark.thorough
 def test_they_keep_the_contract_of_a_body():
-    check_body(LEG)
+    check(LEG)
 
 
 def test_no_delay_and_no_noise_change_nothing_to_the_bit():

@@ -16,7 +16,7 @@ from tegotae import (
     Scenario,
     TegotaeError,
     Timing,
-    check_body,
+    check,
 )
 from tegotae.parts.bodies import Walker
 from tegotae.parts.bodies.walker.mechanics import angles, from_angles, rotation
@@ -62,7 +62,7 @@ def run(rollout=WALKS, body=C, sigma=SIGMA, dtype="float64", **scenario):
 
 
 def test_it_keeps_the_contract_of_a_body():
-    check_body(C)
+    check(C)
 
 
 def test_at_rest_it_stands_as_high_as_its_springs_bear_it():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tegotae
-from tegotae import TegotaeError, check_body, check_controller, check_oscillator, check_term
+from tegotae import TegotaeError, check
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import (
@@ -60,7 +60,7 @@ from tegotae.parts.terms import (
     ids=lambda term: type(term).__name__,
 )
 def test_every_term_of_the_package_passes(term):
-    check_term(term)
+    check(term)
 
 
 @pytest.mark.parametrize(
@@ -74,16 +74,16 @@ def test_every_term_of_the_package_passes(term):
     ids=repr,
 )
 def test_every_oscillator_of_the_package_passes(oscillator):
-    check_oscillator(oscillator)
+    check(oscillator)
 
 
 def test_a_hopper_of_other_numbers_passes():
-    check_body(Hopper(mass_kg=2, stiffness_n_per_m=400, flight_damping_ns_per_m=0.1))
+    check(Hopper(mass_kg=2, stiffness_n_per_m=400, flight_damping_ns_per_m=0.1))
 
 
 def test_a_learned_controller_and_the_single_network_pass_on_the_hopper():
-    check_controller(tegotae.recipe("ART").controller(budget=20), Hopper())
-    check_controller(tegotae.recipe("T-Fv").controller(budget=12), Hopper())
+    check(tegotae.recipe("ART").controller(budget=20), Hopper())
+    check(tegotae.recipe("T-Fv").controller(budget=12), Hopper())
 
 
 def broken(name, sound, **members):
@@ -101,7 +101,7 @@ def breaches(sound, rows):
     ]
 
 
-def assert_refused(check, part, message):
+def assert_refused(part, message):
     with pytest.raises(TegotaeError, match=message) as error:
         check(part)
     assert "\n" not in str(error.value)
@@ -241,12 +241,12 @@ FEET = {
         (NoDataclass(3), r"NoDataclass is no frozen dataclass; put @dataclass\(frozen=True\)"),
         (Sound, r"Sound is a class; check an instance"),
         (Term, r"Term is a class.*define __call__ first"),
-        (lambda weights, signals: 1.0, r"function is no Term; make it a subclass of"),
+        (lambda weights, signals: 1.0, r"function is no Term or Oscillator or Body; make it a"),
     ],
     ids=lambda x: getattr(x, "__name__", type(x).__name__),
 )
 def test_a_breach_of_the_term_contract_is_named_in_one_line(term, message):
-    assert_refused(check_term, term, message)
+    assert_refused(term, message)
 
 
 # Oscillators
@@ -324,12 +324,12 @@ OSCILLATORS = {
         *breaches(PhaseOscillator, OSCILLATORS),
         (broken("Swapped", PhaseOscillator, sin_cos=swapped), r"the sine of Swapped\.sin_cos is"),
         (Oscillator, r"Oscillator is a class.*define rate, start first"),
-        (5.0, r"float is no Oscillator"),
+        (5.0, r"float is no Term or Oscillator or Body"),
     ],
     ids=lambda x: getattr(x, "__name__", type(x).__name__),
 )
 def test_a_breach_of_the_oscillator_contract_is_named_in_one_line(oscillator, message):
-    assert_refused(check_oscillator, oscillator, message)
+    assert_refused(oscillator, message)
 
 
 # Bodies
@@ -424,7 +424,7 @@ BODIES = {
     ids=lambda x: getattr(x, "__name__", type(x).__name__),
 )
 def test_a_breach_of_the_body_contract_is_named_in_one_line(body, message):
-    assert_refused(check_body, body, message)
+    assert_refused(body, message)
 
 
 # Controllers
@@ -434,7 +434,6 @@ def test_a_controller_is_refused_for_its_worst_part():
     vanilla = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
     averages = broken("Averages", Sound, **TERMS["Averages"][0])
     for controller, message in [
-        (VanillaAction(), "VanillaAction is no Controller"),
         (Controller(VanillaAction(), PhaseOscillator(), vanilla), "cannot be the actuation"),
         (Controller(Reflex(), None, vanilla), "no oscillator"),
         (
@@ -445,7 +444,13 @@ def test_a_controller_is_refused_for_its_worst_part():
         ),
     ]:
         with pytest.raises(TegotaeError, match=message):
-            check_controller(controller, Hopper())
+            check(controller, Hopper())
+
+
+def test_a_controller_is_checked_on_the_hopper_by_default_and_no_other_part_takes_a_body():
+    check(tegotae.recipe("V-reflex-w4").controller())
+    with pytest.raises(TegotaeError, match="body belongs to the check of a controller"):
+        check(VanillaAction(), Hopper())
 
 
 def _reaction_and_gain(terms):
@@ -455,4 +460,4 @@ def _reaction_and_gain(terms):
 def test_a_controller_that_reads_what_the_body_does_not_sense_is_refused():
     controller = Controller(LearnedActuation(("tilt",), hidden=1))
     with pytest.raises(TegotaeError, match="the actuation term reads 'tilt'"):
-        check_controller(controller, Hopper())
+        check(controller, Hopper())

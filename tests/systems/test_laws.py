@@ -8,7 +8,7 @@ import pytest
 
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.terms import Signals
-from tegotae.simulation.checks import check_controller, check_term
+from tegotae.simulation.checks import check
 from tegotae.systems.designs import design
 from tegotae.systems.laws import LAWS, LAWS_OF_LEGS, ShortLaw, short_law
 from tegotae.systems.resolve import resolve
@@ -55,8 +55,8 @@ def test_the_feedback_is_that_of_the_formula(law):
 def test_they_keep_the_contracts_of_terms_and_controllers(law):
     controller = ShortLaw(law).controller()
     for term in controller.terms.values():
-        check_term(term)
-    check_controller(controller, Hopper())
+        check(term)
+    check(controller, Hopper())
 
 
 def test_a_clock_pushes_in_its_sector_whatever_it_feels():

@@ -58,7 +58,7 @@ class Term(Part, ABC):
 
     A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with
     `weight_names` if its weights are to have names in files and in C; nothing else needs to know of
-    it. `tegotae.check_term` names what is missing.
+    it. `tegotae.check` names what is missing.
 
     Source: paper equation 4, `f = G A′ R`, and Fig. 1 for T.
     """

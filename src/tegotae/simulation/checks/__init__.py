@@ -1,8 +1,4 @@
-"""Checks of the contracts that a new term, oscillator, body or metric must keep.
-
-Each check tries the part on a few lanes and raises `TegotaeError` with one line that names what is
-wrong and how to put it right. A part that passes can go into a `Controller` or a `Rollout`.
-"""
+"""Check of the contracts that a new term, oscillator, body or controller must keep."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts._shapes import PerCommand, PerLane, PerLimb, StateTree, Weights
-from tegotae.parts.bodies import Body
+from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.channels import FORCE
 from tegotae.parts.controller import Controller
 from tegotae.parts.maths import TWO_PI
@@ -29,27 +25,59 @@ from tegotae.simulation.loop import check_senses
 from tegotae.simulation.rollout import Rollout, Timing
 from tegotae.simulation.world import Scenario
 
-__all__ = ["check_body", "check_controller", "check_oscillator", "check_term"]
+__all__ = ["check"]
 
 _TICK_S = 0.002
 _LARGEST_STEP_RAD = 1.0
 
 
-def check_term(term: Term) -> None:
-    """Try the contract of `tegotae.parts.terms.Term` on a few lanes.
+def check(part: Term | Oscillator | Body | Controller, body: Body | None = None) -> None:
+    """Try the contract of a part on a few lanes.
 
-    Checked are: a frozen, hashable dataclass; `reads`, `n_weights` and `initial`; a value of the
-    shape and type of the lanes, in float32 and float64, that depends on no other lane and on no
-    signal that is missing from `reads`; of a place of the foot, of each of its commands. Of an
-    actuation also `paced` and `full_force`.
+    A part that passes can go into a `Controller` or a `Rollout`. Each method must give values of
+    the shape and type of the lanes, in float32 and float64, that depend on no other lane. Further
+    checks are:
+
+    - of a term: a frozen, hashable dataclass; `reads`, `n_weights` and `initial`; that it depends
+      on no signal that is missing from `reads`; of a place of the foot, each of its commands; of an
+      actuation also `paced` and `full_force`.
+    - of an oscillator: a frozen, hashable dataclass; states of one form; a rate for every entry of
+      the state; signals that are what `SIGNALS` names; weights of the number that it says. With a
+      phase: `start`, `phase` and `sin_cos` that agree; and, over two turns, a phase that is in
+      [0, 2π) after `settle` and does not jump within a tick.
+    - of a body: a frozen dataclass of numbers that is a pytree; its properties; that `predict`
+      agrees with `advance` and the velocity with the height's change, as the tick shrinks; and that
+      over 2 s the energy rises by no more than the actuator's work.
+    - of a controller: each term, the oscillator and the body; that the body senses all that the
+      terms read; and that 0.1 s with random weights stays finite in one lane while another lane's
+      weights are NaN.
+
+    Args:
+        part: a term, an oscillator, a body or a controller.
+        body: body that a controller drives; the paper's hopper by default.
 
     Raises:
-        TegotaeError: for the first breach, with what would be right.
+        TegotaeError: for the first breach, in one line with what would be right.
 
     Example:
-        >>> from tegotae.parts.terms import Network
-        >>> check_term(Network(("phase",), hidden=4))
+        >>> import tegotae
+        >>> check(tegotae.Hopper(mass_kg=0.3))
+        >>> check(tegotae.recipe("V-reflex-w4").controller(), tegotae.Hopper())
     """
+    if isinstance(part, Controller):
+        _check_controller(part, Hopper() if body is None else body)
+    elif body is not None:
+        raise TegotaeError("body belongs to the check of a controller; leave it out")
+    elif isinstance(part, Oscillator):
+        _check_oscillator(part)
+    elif isinstance(part, Body):
+        check_body(part)
+    else:
+        PartTrial.from_part(part, Term, Oscillator, Body)  # refuses an object of no contract
+        _check_term(part)
+
+
+def _check_term(term: Term) -> None:
     trial = PartTrial.from_part(term, Term)
     trial.hashable(term)
     trial.names(".reads", term.reads)
@@ -153,22 +181,7 @@ def _check_full_force(trial: PartTrial, term: Actuation) -> None:
         trial.require(((value >= 0.0) & (value <= 1.0)).all(), outside)
 
 
-def check_oscillator(oscillator: Oscillator) -> None:
-    """Try the contract of `tegotae.parts.oscillators.Oscillator` on a few lanes.
-
-    Checked are: a frozen, hashable dataclass; states of one form, shape and type, in float32 and
-    float64, in which no lane depends on another; a rate for every entry of the state; signals that
-    are what `SIGNALS` names; weights of the number that it says. With a phase: `start`, `phase` and
-    `sin_cos` that agree; and, over two turns, a phase that is in [0, 2π) after `settle` and does
-    not jump within a tick.
-
-    Raises:
-        TegotaeError: for the first breach, with what would be right.
-
-    Example:
-        >>> from tegotae.parts.oscillators import PhaseOscillator
-        >>> check_oscillator(PhaseOscillator())
-    """
+def _check_oscillator(oscillator: Oscillator) -> None:
     trial = PartTrial.from_part(oscillator, Oscillator)
     trial.hashable(oscillator)
     trial.names(".SIGNALS", oscillator.SIGNALS)
@@ -271,34 +284,14 @@ def _check_turns(trial: PartTrial, oscillator: Oscillator, initial: jax.Array) -
     )
 
 
-def check_controller(controller: Controller, body: Body) -> None:
-    """Check every part of a controller, its body, and a short rollout of both together.
-
-    Checked are: `check_term` for each term, `check_oscillator`; that the body senses all that the
-    terms read; `check_body`; and that 0.1 s with random weights stays finite in one lane while
-    another lane's weights are NaN.
-
-    Args:
-        controller: what drives the body.
-        body: the body.
-
-    Raises:
-        TegotaeError: for the first breach, with what would be right.
-
-    Example:
-        >>> import tegotae
-        >>> check_controller(tegotae.recipe("V-reflex-w4").controller(), tegotae.Hopper())
-    """
-    trial = PartTrial(type(controller).__name__)
-    right = "make one of terms: Controller(actuation, oscillator, Tegotae(action, reaction, gain))"
-    trial.require(is_of(controller, Controller), f" is no Controller; {right}")
+def _check_controller(controller: Controller, body: Body) -> None:
     for term in controller.terms.values():
-        check_term(term)
+        _check_term(term)
     actuation, right = controller.actuation, "make it a subclass of tegotae.parts.terms.Actuation"
     trial = PartTrial(type(actuation).__name__)
     trial.require(is_of(actuation, Actuation), f" cannot be the actuation; {right}")
     if controller.oscillator is not None:
-        check_oscillator(controller.oscillator)
+        _check_oscillator(controller.oscillator)
     elif controller.tegotae is not None:
         raise TegotaeError("the controller has Tegotae terms but no oscillator for them to drive")
     check_senses(controller, body)

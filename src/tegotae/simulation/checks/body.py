@@ -33,19 +33,10 @@ _Worked = tuple[StateTree, PerLane]
 
 
 def check_body(body: Body) -> None:
-    """Try the contract of `tegotae.parts.bodies.Body` on a few lanes.
-
-    Checked are: a frozen dataclass of numbers that is a pytree; its properties; every method's
-    shapes, types and finiteness, in float32 and float64, no lane depending on another; that
-    `predict` agrees with `advance` and the velocity with the height's change, as the tick shrinks;
-    and that over 2 s the energy rises by no more than the actuator's work.
+    """Try the contract of `tegotae.parts.bodies.Body` on a few lanes (`tegotae.check`).
 
     Raises:
         TegotaeError: for the first breach, with what would be right.
-
-    Example:
-        >>> from tegotae.parts.bodies import Hopper
-        >>> check_body(Hopper(mass_kg=0.3))
     """
     trial = PartTrial.from_part(body, Body)
     leaves = jax.tree.leaves(body)

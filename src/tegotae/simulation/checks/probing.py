@@ -44,15 +44,17 @@ class PartTrial:
     dtype: str = "float32"
 
     @classmethod
-    def from_part(cls, part: object, contract: type) -> PartTrial:
-        """Make a trial of an instance of a contract that is a frozen dataclass, and no class."""
+    def from_part(cls, part: object, *contracts: type) -> PartTrial:
+        """Make a trial of an instance of one of the contracts that is a frozen dataclass, and no
+        class."""
         if isinstance(part, type):
             lacking = sorted(getattr(part, "__abstractmethods__", ()))
             lacks = f"; define {', '.join(lacking)} first" if lacking else ""
             raise TegotaeError(f"{part.__name__} is a class; check an instance of it{lacks}")
-        trial, kind = PartTrial(type(part).__name__), contract.__name__
-        right = f"make it a subclass of {contract.__module__}.{kind}"
-        trial.require(isinstance(part, contract), f" is no {kind}; {right}")
+        trial = PartTrial(type(part).__name__)
+        kinds = " or ".join(contract.__name__ for contract in contracts)
+        right = " or ".join(f"{contract.__module__}.{contract.__name__}" for contract in contracts)
+        trial.require(isinstance(part, contracts), f" is no {kinds}; make it a subclass of {right}")
         # A subclass without a decorator of its own inherits its parent's dataclass parameters.
         parameters = vars(type(part)).get("__dataclass_params__")
         right = "put @dataclass(frozen=True) above the class"
