@@ -125,6 +125,12 @@ def test_every_function_of_a_command_has_typed_keywords_that_its_docstring_expla
         assert name == "self" or f"    {name}: " in said, name
 
 
+def test_a_wrong_keyword_is_refused_beside_options_that_functions_share():
+    with pytest.raises(TypeError, match="unexpected keyword argument 'strats'"):
+        tg.gaits.basin("bar-light", strats=8)
+    assert inspect.signature(tg.gaits.basin).parameters["seed"].default == 0
+
+
 def test_commands_namespaces_and_the_page_of_names_have_the_same_functions():
     methods = [x.__name__ for x in FUNCTIONS if x.__qualname__ != x.__name__]
     assert {*methods} == {"simulate", "evaluate", "compare", "explain", "robustness"}

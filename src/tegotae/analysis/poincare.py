@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS
@@ -59,6 +60,27 @@ class Poincare:
         """Time in which a disturbance shrinks to 1/e, T / -ln |λ| [s]; infinite if it grows."""
         modulus = abs(self.multipliers[0])
         return float(-self.period_s / np.log(modulus)) if modulus < 1.0 else np.inf
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """The multipliers and their moduli, as texts."""
+        texts = [f"{x.real:.4f}" if x.imag == 0.0 else f"{x:.4f}" for x in self.multipliers]
+        table = {"Floquet multiplier": texts, "|λ|": np.abs(self.multipliers).round(4)}
+        return pd.DataFrame(table).set_index("Floquet multiplier")
+
+    @property
+    def notes(self) -> list[str]:
+        """The decay of a disturbance, in sentences."""
+        notes = []
+        if not self.refined:
+            notes.append(
+                "the fixed point was not refined; the apex at which the gait settled replaces it"
+            )
+        if np.isfinite(self.observed):
+            notes.append(f"observed decay: {self.observed:.4f} per turn")
+        if np.isfinite(self.decay_s):
+            notes.append(f"a disturbance shrinks to 1/e in {self.decay_s:.3f} s")
+        return notes
 
 
 def poincare_section(

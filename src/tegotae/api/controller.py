@@ -41,7 +41,7 @@ Changes = Mapping[str, Any]
 class LoadedController:
     """Controllers with their body: one, or all runs of a training."""
 
-    what: ClassVar[str]
+    description: ClassVar[str]
     """Predicate of a sentence about them, after their name."""
     runs: ControllerSet
     source: str = dataclasses.field(default="", kw_only=True)
@@ -149,7 +149,7 @@ class LoadedController:
     def _check(self, options: Any) -> None:
         """Raise `TegotaeError` before long work for options that cannot be evaluated."""
 
-    def _alike(self, options: Any) -> Mapping[str, Any]:
+    def _shared(self, options: Any) -> Mapping[str, Any]:
         """Return the options that two evaluations must share to be compared."""
         return {}
 
@@ -230,40 +230,48 @@ class LoadedController:
             TegotaeError: if it is another.
         """
         if not isinstance(self, kind):
-            raise TegotaeError(f"{self.name} {self.what}, and {reason}")
+            raise TegotaeError(f"{self.name} {self.description}, and {reason}")
         return self
 
-    def _evaluated(
-        self, others: Sequence[Any], options: Mapping[str, Any], *, compares: bool = False
-    ) -> EvaluationTable:
-        """The controllers, each evaluated with its own values of the options."""
+    def _evaluated(self, others: Sequence[Any], options: Mapping[str, Any]) -> EvaluationTable:
+        """Evaluate the controllers, each with its own values of the options."""
+        return _evaluate(self._prepared(others, options))
+
+    def _compared(self, others: Sequence[Any], options: Mapping[str, Any]) -> EvaluationTable:
+        """Evaluate the controllers, and return the differences to the first."""
+        prepared = self._prepared(others, options)
+        if len(prepared) == 1:
+            raise TegotaeError("a comparison needs at least two sets of controllers; 1 found")
+        (first, values), *further = prepared
+        shared = first._shared(values)
+        for controller, other_values in further:
+            for option, value in controller._shared(other_values).items():
+                if value != shared[option]:
+                    raise TegotaeError(
+                        f"{first.name} and {controller.name} are evaluated with another {option}, "
+                        f"{shared[option]} and {value}; an option sets one for all"
+                    )
+        return _evaluate(prepared).compared_with(first.name)
+
+    def _prepared(
+        self, others: Sequence[Any], options: Mapping[str, Any]
+    ) -> list[tuple[LoadedController, Any]]:
+        """Return the controllers with their values of the options, which can be evaluated."""
         from tegotae.api.controllers import load_all
 
-        options = {name: x for name, x in options.items() if name not in ("others", "__class__")}
         controllers: list[LoadedController] = [*load_all(self, *others)]
-        first, *further = controllers
-        if compares and not further:
-            raise TegotaeError("a comparison needs at least two sets of controllers; 1 found")
-        options_by_controller = [filled(options, x.defaults()) for x in controllers]
-        for controller, values in zip(controllers, options_by_controller, strict=True):
+        first = controllers[0]
+        prepared = [
+            (controller, filled(options, controller.defaults())) for controller in controllers
+        ]
+        for controller, values in prepared:
             if type(controller) is not type(first):
                 raise TegotaeError(
-                    f"{first.name} {first.what}, and {controller.name} {controller.what}: they "
-                    "have no measure in common"
+                    f"{first.name} {first.description}, and {controller.name} "
+                    f"{controller.description}: they have no measure in common"
                 )
             controller._check(values)
-        if compares:
-            _require_alike(
-                controllers,
-                [x._alike(y) for x, y in zip(controllers, options_by_controller, strict=True)],
-            )
-        tables: list[EvaluationTable] = []
-        with reporting("evaluate", len(controllers)) as reporter:
-            for controller, values in zip(controllers, options_by_controller, strict=True):
-                tables.append(controller._measured(values))
-                reporter.update(len(tables), controller.name)
-        joined = EvaluationTable.joined(tables)
-        return joined.compared_with(first.name) if compares else joined
+        return prepared
 
     def _measurements(
         self, rows: Any, columns: tuple[Column, ...], options: Any, **fields: Any
@@ -315,12 +323,11 @@ def selected_metrics(catalogue: Catalogue, requested: Sequence[str]) -> tuple[Me
     return catalogue.select(names or None)
 
 
-def _require_alike(
-    controllers: Sequence[LoadedController], shared: Sequence[Mapping[str, Any]]
-) -> None:
-    for controller, values in zip(controllers, shared, strict=True):
-        for option in [option for option in values if values[option] != shared[0][option]]:
-            raise TegotaeError(
-                f"{controllers[0].name} and {controller.name} are evaluated with another {option}, "
-                f"{shared[0][option]} and {values[option]}; an option sets one for all"
-            )
+def _evaluate(prepared: Sequence[tuple[LoadedController, Any]]) -> EvaluationTable:
+    """Evaluate controllers with their values of the options."""
+    tables: list[EvaluationTable] = []
+    with reporting("evaluate", len(prepared)) as reporter:
+        for controller, values in prepared:
+            tables.append(controller._measured(values))
+            reporter.update(len(tables), controller.name)
+    return EvaluationTable.joined(tables)

@@ -106,7 +106,7 @@ def load(name: Subject, kind: Any = LoadedController, *, body: str | Body | None
             trainings, or another class.
 
     Example:
-        >>> load("paper").name, load("quadruped-c").what
+        >>> load("paper").name, load("quadruped-c").description
         ('paper', 'walks on several legs')
     """
     first, *further = load_all(name, body=body)
@@ -173,11 +173,16 @@ def _loaded(names: Sequence[Any]) -> list[LoadedController]:
             require_all(extras_of(environment))
         sets += [(subject.name, runs) for runs in sets_of(subject)]
         legs[subject.name] = subject.legged
-    return [_controller(runs, legs[place], place) for place, runs in _apart(named_sets(sets))]
+    return [
+        _controller(runs, legs[place], place)
+        for place, runs in _with_distinct_names(named_sets(sets))
+    ]
 
 
-def _apart(sets: Sequence[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:
-    """The sets under distinct names: of those called alike, each with its place or a number."""
+def _with_distinct_names(
+    sets: Sequence[tuple[str, ControllerSet]],
+) -> list[tuple[str, ControllerSet]]:
+    """Return the sets under distinct names: those of one name with their places or numbers."""
     names = [runs.name for _, runs in sets]
     for by_place in (True, False):
         counts, occurrences = Counter(names), Counter[str]()

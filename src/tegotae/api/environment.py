@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.api.controller import LoadedController, Subject, selected_metrics
@@ -70,11 +70,30 @@ def adjusted_on_environment(experiment: EnvExperiment, options: Mapping[str, Any
     )
 
 
+class EpisodeEvaluation(TypedDict, total=False):
+    """Options of an evaluation in another simulator."""
+
+    omega: Annotated[Sequence[float] | None, "frequencies [rad/s]"]
+    metric: Annotated[
+        Sequence[str],
+        "names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default all that "
+        "the simulator shows",
+        (),
+    ]
+    starts: Annotated[int, "episodes of each run, where the environment has noise", 32]
+    settings: Annotated[
+        Sequence[str],
+        "settings of the environment that differ from the training: NAME=VALUE, such as noise=0.02 "
+        "or mass_factor=1.2",
+        (),
+    ]
+
+
 @dataclass(frozen=True)
 class EnvironmentController(LoadedController):
     """Controllers that were trained in another simulator."""
 
-    what = "runs in another simulator"
+    description = "runs in another simulator"
 
     @cached_property
     def experiment(self) -> EnvExperiment:
@@ -116,58 +135,36 @@ class EnvironmentController(LoadedController):
 
     @check_types
     def evaluate(
-        self,
-        *others: Subject | LoadedController,
-        omega: Sequence[float] | None = None,
-        metric: Sequence[str] = (),
-        starts: int = 32,
-        settings: Sequence[str] = (),
+        self, *others: Subject | LoadedController, **options: Unpack[EpisodeEvaluation]
     ) -> Table:
         """Play episodes where controllers were trained, in another simulator.
 
         Args:
             others: further controllers.
-            omega: frequencies [rad/s].
-            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
-                all that the simulator shows.
-            starts: episodes of each run, where the environment has noise.
-            settings: settings of the environment that differ from the training: NAME=VALUE, such as
-                noise=0.02 or mass_factor=1.2.
 
         Raises:
             TegotaeError: for values that cannot be, or controllers without a measure in common.
         """
-        return self._evaluated(others, {**locals()})
+        return self._evaluated(others, options)
 
     @check_types
     def compare(
-        self,
-        *others: Subject | LoadedController,
-        omega: Sequence[float] | None = None,
-        metric: Sequence[str] = (),
-        starts: int = 32,
-        settings: Sequence[str] = (),
+        self, *others: Subject | LoadedController, **options: Unpack[EpisodeEvaluation]
     ) -> Table:
         """Compare episodes where controllers were trained, in another simulator.
 
         Args:
             others: controllers that are compared with this one.
-            omega: frequencies [rad/s].
-            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
-                all that the simulator shows.
-            starts: episodes of each run, where the environment has noise.
-            settings: settings of the environment that differ from the training: NAME=VALUE, such as
-                noise=0.02 or mass_factor=1.2.
 
         Raises:
             TegotaeError: for values that cannot be, or controllers without a measure in common.
         """
-        return self._evaluated(others, {**locals()}, compares=True)
+        return self._compared(others, options)
 
     def _check(self, options: Any) -> None:
         _ = selected_metrics(ROBOTS, options.metric)
 
-    def _alike(self, options: Any) -> Mapping[str, Any]:
+    def _shared(self, options: Any) -> Mapping[str, Any]:
         spec = self.experiment.spec
         return {"environment": spec.env, "its settings": spec.settings}
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
-from typing import Any
+from typing import Annotated, Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -39,10 +38,37 @@ OF_HOPS = columns(
 )
 
 
+class HopperOptions(TypedDict, total=False):
+    """Options of a controller of a body with one leg."""
+
+    omega: Annotated[float | None, "frequency ω [rad/s]"]
+    sigma: Annotated[float | None, "gain σ of the vanilla feedback [rad/(s N)]"]
+    release: Annotated[
+        Release | Changes | None, "start of the episode, or changes of the controller's own"
+    ]
+    body: Annotated[Body | Changes | None, "another body, or changes of the controller's own"]
+
+
+class HopperEvaluation(TypedDict, total=False):
+    """Options of an evaluation as in the paper."""
+
+    omega: Annotated[float | None, "frequency around which it is evaluated [rad/s]"]
+    metric: Annotated[
+        Sequence[str],
+        "names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default all are "
+        "computed and the usual ones shown",
+        (),
+    ]
+    protocol: Annotated[
+        Protocol | Changes | None, "protocol of the evaluation, or changes of the controller's own"
+    ]
+    body: Annotated[Body | Changes | None, "another body, or changes of the controller's own"]
+
+
 class HopperController(LoadedController):
     """Controllers of a body with one leg."""
 
-    what = "hops on one leg"
+    description = "hops on one leg"
 
     def defaults(self) -> Values:
         system, trained = self.runs.system, self.runs.experiment
@@ -58,39 +84,26 @@ class HopperController(LoadedController):
             "duration_s": self.runs.protocol.undisturbed_s,
         }
 
-    def changed(
-        self,
-        *,
-        omega: float | None = None,
-        sigma: float | None = None,
-        release: Release | Changes | None = None,
-        body: Body | Changes | None = None,
-    ) -> SavedController:
+    @check_types
+    def changed(self, **options: Unpack[HopperOptions]) -> SavedController:
         """Return the one controller with other values.
-
-        Args:
-            omega: frequency ω [rad/s].
-            sigma: gain σ of the vanilla feedback [rad/(s N)].
-            release: start of an episode.
-            body: another body.
 
         Raises:
             TegotaeError: for several controllers, or values that do not fit together.
         """
-        defaults = {**self.defaults(), "sigma": None}
-        options = filled({"omega": omega, "release": release, "body": body}, defaults)
-        if sigma is not None:
-            require_within("sigma", sigma, MOST_GAIN)
-        system = self.runs.system.replaced(vars(options))
-        return SavedController(system, self.weights_at(sigma), self.name)
+        values = filled(options, self.defaults())
+        if values.sigma is not None:
+            require_within("sigma", values.sigma, MOST_GAIN)
+        parts = {"omega": values.omega, "release": values.release, "body": values.body}
+        return SavedController(
+            self.runs.system.replaced(parts), self.weights_at(values.sigma), self.name
+        )
 
     @check_types
     def simulate(
         self,
         *,
         duration_s: float = 20.0,
-        omega: float | None = None,
-        sigma: float | None = None,
         drop_m: float = 0.0,
         drop_time_s: float = 10.0,
         work: Work | None = None,
@@ -98,15 +111,12 @@ class HopperController(LoadedController):
         tick_s: float | None = None,
         hold: bool | None = None,
         float64: bool = False,
-        release: Release | Changes | None = None,
-        body: Body | Changes | None = None,
+        **options: Unpack[HopperOptions],
     ) -> Recording:
         """Simulate a body with one leg: apexes and efficiency.
 
         Args:
             duration_s: simulated time [s].
-            omega: frequency ω [rad/s].
-            sigma: gain σ of the vanilla feedback [rad/(s N)].
             drop_m: height by which the ground drops [m]; a negative one raises it.
             drop_time_s: time of the drop [s].
             work: definition of the actuator's work.
@@ -115,8 +125,6 @@ class HopperController(LoadedController):
             tick_s: control period [s].
             hold: hold the controller over each tick, as a robot does.
             float64: compute in double precision.
-            release: start of the episode, or changes of the controller's own.
-            body: another body, or changes of the controller's own.
 
         Raises:
             TegotaeError: for values that cannot be, before anything is computed.
@@ -126,8 +134,8 @@ class HopperController(LoadedController):
             >>> load("paper").simulate(duration_s=4.0, drop_m=0.1, drop_time_s=2.0).table.columns[1]
             'height_m'
         """
-        options = filled(locals(), self.defaults())
-        result = self._rolled_out(options)
+        values = filled(locals(), self.defaults())
+        result = self._rolled_out(values)
         summary, trajectory = result.summary(), result.trajectory
         heights = ", ".join(f"{height:.4f}" for height in result.apexes[1][-4:])
         notes = [f"no CoT⁻¹: {summary['reason']}"] if summary["reason"] else []
@@ -148,90 +156,70 @@ class HopperController(LoadedController):
             columns=OF_HOPS if summary["hops"] else (),
             rows=lambda: {
                 **{name: getattr(trajectory, name) for name in SERIES},
-                "work_j": work_total(trajectory, options.work),
+                "work_j": work_total(trajectory, values.work),
             },
-            settings=vars(options),
+            settings=vars(values),
             notes=notes,
         )
 
-    def _rolled_out(self, options: SimpleNamespace) -> Result:
-        tick_s, drops = options.tick_s, options.drop_m != 0.0
+    def _rolled_out(self, values: Any) -> Result:
+        tick_s, drops = values.tick_s, values.drop_m != 0.0
         require_finite("tick_s", tick_s, above=0.0)
-        require_finite("drop_time_s", options.drop_time_s, least=0.0)
-        if drops and options.drop_time_s >= options.duration_s:
+        require_finite("drop_time_s", values.drop_time_s, least=0.0)
+        if drops and values.drop_time_s >= values.duration_s:
             raise TegotaeError(
-                f"the ground is to drop at {options.drop_time_s:g} s, but the rollout ends at "
-                f"{options.duration_s:g} s; set drop_time_s or duration_s"
+                f"the ground is to drop at {values.drop_time_s:g} s, but the rollout ends at "
+                f"{values.duration_s:g} s; set drop_time_s or duration_s"
             )
         saved = self.changed(
-            omega=options.omega, sigma=options.sigma, release=options.release, body=options.body
+            omega=values.omega, sigma=values.sigma, release=values.release, body=values.body
         )
-        held = {"integrator": Hold()} if options.hold else {}
+        held = {"integrator": Hold()} if values.hold else {}
         frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
         return simulate(
             saved.system.replaced(held),
             saved.weights,
-            Timing(duration_s=options.duration_s, tick_s=tick_s, frame_s=frame_s),
-            drop_m=options.drop_m,
-            drop_time_s=options.drop_time_s if drops else math.inf,
-            work=options.work,
-            measure_from_s=options.measure_from_s,
-            dtype="float64" if options.float64 else "float32",
+            Timing(duration_s=values.duration_s, tick_s=tick_s, frame_s=frame_s),
+            drop_m=values.drop_m,
+            drop_time_s=values.drop_time_s if drops else math.inf,
+            work=values.work,
+            measure_from_s=values.measure_from_s,
+            dtype="float64" if values.float64 else "float32",
         )
 
     @check_types
     def evaluate(
-        self,
-        *others: Subject | LoadedController,
-        omega: float | None = None,
-        metric: Sequence[str] = (),
-        protocol: Protocol | Changes | None = None,
-        body: Body | Changes | None = None,
+        self, *others: Subject | LoadedController, **options: Unpack[HopperEvaluation]
     ) -> Table:
         """Evaluate hopping as in the paper: at several frequencies, with a drop of the ground.
 
         Args:
             others: further controllers.
-            omega: frequency around which it is evaluated [rad/s].
-            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
-                all are computed and the usual ones shown.
-            protocol: protocol of the evaluation, or changes of the controller's own.
-            body: another body, or changes of the controller's own.
 
         Raises:
             TegotaeError: for values that cannot be, or controllers without a measure in common.
         """
-        return self._evaluated(others, {**locals()})
+        return self._evaluated(others, options)
 
     @check_types
     def compare(
-        self,
-        *others: Subject | LoadedController,
-        omega: float | None = None,
-        metric: Sequence[str] = (),
-        protocol: Protocol | Changes | None = None,
-        body: Body | Changes | None = None,
+        self, *others: Subject | LoadedController, **options: Unpack[HopperEvaluation]
     ) -> Table:
         """Compare hopping, evaluated as in the paper, and how it differs from the first controller.
 
         Args:
             others: controllers that are compared with this one.
-            omega: frequency around which it is evaluated [rad/s].
-            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
-                all are computed and the usual ones shown.
-            protocol: protocol of the evaluation, or changes of the controller's own.
-            body: another body, or changes of the controller's own.
 
         Raises:
             TegotaeError: for values that cannot be, or protocols that differ.
         """
-        return self._evaluated(others, {**locals()}, compares=True)
+        return self._compared(others, options)
 
     def _check(self, options: Any) -> None:
         _ = selected_metrics(HOPPING, options.metric)
         require_evaluable(self.runs.controller, options.body, options.protocol)
 
-    def _alike(self, options: Any) -> Mapping[str, Any]:
+    def _shared(self, options: Any) -> Mapping[str, Any]:
         """Return the protocol without the options of the system: release and control period."""
         protocol = dataclasses.asdict(options.protocol)
         return {name: protocol[name] for name in protocol if name not in ("release_m", "tick_s")}

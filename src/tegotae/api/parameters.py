@@ -1,11 +1,17 @@
-"""Options: the parameters of a function, and the fields of the dataclasses among them."""
+"""Options: the parameters of a function, and the fields of the dataclasses among them.
+
+Options that several functions share are keys of a `TypedDict`, each annotated with its meaning,
+and with its default where that is not None.
+"""
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import dataclasses
 import inspect
 import reprlib
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, wraps
@@ -98,6 +104,9 @@ def in_shell(**facts: Any) -> Callable[[F], F]:
 def check_types(function: F) -> F:
     """Return a function that refuses options of another type than its signature says.
 
+    Shared options, `**options: Unpack[...]`, stand in its signature and its docstring as those of
+    its own, and are passed on with their defaults.
+
     Args:
         function: a function or a method with typed keyword parameters.
 
@@ -105,6 +114,7 @@ def check_types(function: F) -> F:
         TegotaeError: at a call, for an option of another type.
     """
     hints: dict[str, Any] = {}
+    shared, names = shared_options(function), inspect.signature(function).parameters.keys()
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> Any:
@@ -114,9 +124,78 @@ def check_types(function: F) -> F:
             if getattr(options[name], "ndim", None) == 0:  # a number of NumPy or JAX
                 options[name] = options[name].item()
             require_kind_of(name, hints[name], options[name])
+        if shared:
+            for name in options.keys() - names - shared.keys():
+                raise TypeError(
+                    f"{function.__qualname__}() got an unexpected keyword argument {name!r}"
+                )
+            options = {name: x.parameter.default for name, x in shared.items()} | options
         return function(*args, **options)
 
+    if shared:
+        own = [x for x in inspect.signature(function).parameters.values() if x.name != "options"]
+        call.__signature__ = inspect.signature(function).replace(  # type: ignore[attr-defined]
+            parameters=[*own, *(x.parameter for x in shared.values())]
+        )
+        call.__doc__ = _with_arguments(function.__doc__, shared)
     return cast(F, call)
+
+
+@dataclass(frozen=True)
+class SharedOption:
+    """An option that several functions have."""
+
+    parameter: inspect.Parameter
+    """Its place in a signature."""
+    kind: Any
+    """Type."""
+    about: str
+    """Meaning."""
+
+
+def shared_options(function: Callable[..., Any]) -> dict[str, SharedOption]:
+    """Return the options that a function takes as `**options: Unpack[...]` of a `TypedDict`.
+
+    Args:
+        function: a function or a method.
+    """
+    text = function.__annotations__.get("options", "")
+    if not text.startswith("Unpack["):
+        return {}
+    (group,) = get_args(eval(text, function.__globals__))  # type: ignore[attr-defined]
+    return _keys(group)
+
+
+@cache
+def _keys(group: type) -> dict[str, SharedOption]:
+    options: dict[str, SharedOption] = {}
+    for name, hint in get_type_hints(group, include_extras=True).items():
+        kind, about, *default = get_args(hint)
+        expression: Any = ast.parse(group.__annotations__[name].__forward_arg__, mode="eval")
+        parameter = inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=default[0] if default else None,
+            annotation=ast.unparse(expression.body.slice.elts[0]),
+        )
+        options[name] = SharedOption(parameter, kind, about)
+    return options
+
+
+def _with_arguments(docstring: str | None, shared: Mapping[str, SharedOption]) -> str:
+    """Return a docstring with further entries at the end of its list of arguments."""
+    entries = [
+        textwrap.fill(f"{name}: {x.about}.", 96, initial_indent="    ", subsequent_indent=" " * 8)
+        for name, x in shared.items()
+    ]
+    blocks = inspect.cleandoc(docstring or "").split("\n\n")
+    sections = [x.partition(":\n")[0] for x in blocks]
+    if "Args" in sections:
+        blocks[sections.index("Args")] += "\n" + "\n".join(entries)
+    else:
+        place = sections.index("Raises") if "Raises" in sections else len(blocks)
+        blocks.insert(place, "\n".join(["Args:", *entries]))
+    return "\n\n".join(blocks)
 
 
 def facts_of(function: Callable[..., Any]) -> InShell:
@@ -168,7 +247,7 @@ def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
         hints[name] = None
         with contextlib.suppress(NameError):
             hints[name] = eval(text, function.__globals__)  # type: ignore[attr-defined]
-    return hints
+    return hints | {name: option.kind for name, option in shared_options(function).items()}
 
 
 def leaves(value: Any, prefix: str = "") -> Iterator[Option]:
@@ -234,17 +313,18 @@ def filled(options: Mapping[str, Any], defaults: Values) -> SimpleNamespace:
     """Return options with the subject's own values in place of None.
 
     Args:
-        options: parameters by name; `self` and private ones are left out. Changes of a nested
-            dataclass, a mapping by field, are made to the subject's own.
+        options: parameters by name, those that are shared in `options`; `self` and private ones
+            are left out. Changes of a nested dataclass, a mapping by field, are made to the
+            subject's own.
         defaults: own values.
 
     Raises:
         TegotaeError: for a change of a field that there is not.
     """
     check_jax()
-    values: dict[str, Any] = {}
+    options, values = {**options, **options.get("options", {})}, dict[str, Any]()
     for name, value in options.items():
-        if name == "self" or name.startswith("_"):
+        if name in ("self", "options") or name.startswith("_"):
             continue
         default = defaults.get(name)
         if default is HIDDEN and not (value is None or value is False or value == ()):

@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 import numpy as np
-import pandas as pd
 
 from tegotae._support import limits
 from tegotae._support.errors import TegotaeError, require_all, require_count, require_finite
@@ -24,7 +23,7 @@ from tegotae.analysis.orbit import (
 )
 from tegotae.api.controller import Changes, Subject
 from tegotae.api.controllers import one
-from tegotae.api.hopping import HopperController
+from tegotae.api.hopping import HopperController, HopperOptions
 from tegotae.api.parameters import HIDDEN, Values, filled, in_shell
 from tegotae.api.results import Figure
 from tegotae.parts.bodies import Body
@@ -56,12 +55,6 @@ def __dir__() -> list[str]:
     return __all__
 
 
-def _hopper(controller: Hopping) -> HopperController:
-    """The controller, which must be one of a body with one leg."""
-    reason = "this figure is of one leg; for others there are simulate, evaluate, gait"
-    return one(controller, HopperController, reason)
-
-
 def _figure(
     raw: Any,
     draw: Callable[[], matplotlib_figure.Figure],
@@ -78,16 +71,25 @@ def _figure(
     )
 
 
-def _options(options: Mapping[str, Any]) -> Any:
-    """The options, with the controller's own values in place of None."""
-    if options.get("policy") is not None:
-        return filled(options, {})
-    hopping = _hopper(options["controller"])
-    return filled({**options, "controller": hopping}, hopping.defaults())
+def _options(arguments: Mapping[str, Any], others: str = "are simulate, evaluate, gait") -> Any:
+    """Return the arguments, with the controller's own values in place of None.
+
+    Args:
+        arguments: arguments of the figure's function, the shared ones in `options`.
+        others: end of the sentence that names the commands for other bodies.
+
+    Raises:
+        TegotaeError: for a controller of another body than one with one leg.
+    """
+    if arguments.get("policy") is not None:
+        return filled(arguments, {})
+    reason = f"this figure is of one leg; for others there {others}"
+    hopping = one(arguments["controller"], HopperController, reason)
+    return filled({**arguments, "controller": hopping}, hopping.defaults())
 
 
 def _changed(options: Any) -> SavedController:
-    """The controller with the options."""
+    """Return the controller with the options."""
     return options.controller.changed(
         omega=options.omega, sigma=options.sigma, release=options.release, body=options.body
     )
@@ -163,12 +165,9 @@ def surface(
     spring_force_n: float | None = None,
     resolution: int = 200,
     settle_s: float = 60.0,
-    omega: float | None = None,
-    sigma: float | None = None,
-    release: Release | Changes | None = None,
-    body: Body | Changes | None = None,
     policy: str | Callable[..., Any] | None = None,
     meaning: Meaning | Changes | None = None,
+    **options: Unpack[HopperOptions],
 ) -> Figure:
     """Draw the actuator force over phase and spring force, with the limit cycle on it (Fig. 5).
 
@@ -178,10 +177,6 @@ def surface(
         spring_force_n: largest spring force [N]; a tenth above the limit cycle's by default.
         resolution: points along either axis.
         settle_s: simulated time before the limit cycle is measured [s].
-        omega: frequency ω [rad/s].
-        sigma: gain σ of the vanilla feedback [rad/(s N)].
-        release: start of the episode, or changes of the controller's own.
-        body: another body, or changes of the controller's own.
         policy: a policy in place of a controller: a .zip of Stable-Baselines3, an .onnx file, or
             FILE.py:FUNCTION, a function of some of phase_rad, spring_force_n, velocity_m_per_s and
             height_m. FILE.py runs as code, and other files are read by large libraries: take them
@@ -195,64 +190,64 @@ def surface(
         >>> surface("V-reflex-w8", resolution=5).table.columns[0]
         'spring_force_n'
     """
-    options = _options(locals())
+    values = _options(locals())
     from tegotae.analysis.surface import actuation_surface, sees_velocity
     from tegotae.figures.cycles import surface_figure, surface_tables
 
-    require_count("resolution", options.resolution, least=2, most=limits.MOST_POINTS)
-    limits.require_within("velocity_m_per_s", options.velocity_m_per_s, limits.MOST_M)
-    driver = _driver(options)
+    require_count("resolution", values.resolution, least=2, most=limits.MOST_POINTS)
+    limits.require_within("velocity_m_per_s", values.velocity_m_per_s, limits.MOST_M)
+    driver = _driver(values)
     body, note = require_hopper(driver.body, "an actuation surface"), _titled(driver)
     shortest_n = body.most_spring_n
-    if options.spring_force_n is not None:
-        require_finite("spring_force_n", options.spring_force_n, above=0.0, most=shortest_n)
+    if values.spring_force_n is not None:
+        require_finite("spring_force_n", values.spring_force_n, above=0.0, most=shortest_n)
     notes: tuple[str, ...] = ()
     try:
-        orbit = _orbit(driver, options)
+        orbit = _orbit(driver, values)
     except NoLimitCycleError as none:
         orbit, notes = None, (f"{none}; the surface is drawn without it",)
-    most_n = options.spring_force_n
+    most_n = values.spring_force_n
     if most_n is None:
         typical_n = 3.0 * body.weight_n if orbit is None else 1.1 * orbit.spring_force_n.max()
         most_n = min(typical_n, shortest_n)
     fastest = 4.0 if orbit is None else 1.1 * float(np.abs(orbit.velocity_m_per_s).max())
     surface = actuation_surface(
         driver,
-        np.linspace(0.0, most_n, options.resolution),
-        columns=options.resolution,
-        velocity_m_per_s=options.velocity_m_per_s,
+        np.linspace(0.0, most_n, values.resolution),
+        columns=values.resolution,
+        velocity_m_per_s=values.velocity_m_per_s,
         velocity_range_m_per_s=(-fastest, fastest),
     )
     if surface.phase_rad is not None and sees_velocity(driver):
-        note += f", slice at ẏ = {options.velocity_m_per_s:g} m/s"
+        note += f", slice at ẏ = {values.velocity_m_per_s:g} m/s"
     most_force_n = float(body.max_force_n)
     return _figure(
         surface,
         lambda: surface_figure(surface, orbit, max_force_n=most_force_n, note=note),
         surface_tables(surface, orbit),
-        options,
+        values,
         notes=notes,
     )
 
 
-def _orbit(driver: SavedController | Policy, options: Any) -> Orbit:
+def _orbit(driver: SavedController | Policy, values: Any) -> Orbit:
     if isinstance(driver, SavedController):
-        return find_orbit(driver, settle_s=options.settle_s)
+        return find_orbit(driver, settle_s=values.settle_s)
     from tegotae.analysis.policy import measured_policy, policy_orbit
 
-    height = np.array([options.release.height_m])
-    paths = _paths(driver, options, height, options.settle_s)
+    height = np.array([values.release.height_m])
+    paths = _paths(driver, values, height, values.settle_s)
     return policy_orbit(paths, measured_policy(driver, paths))
 
 
 def _paths(
-    driver: SavedController | Policy, options: Any, heights: np.ndarray, duration_s: float
+    driver: SavedController | Policy, values: Any, heights: np.ndarray, duration_s: float
 ) -> Trajectory:
     if isinstance(driver, SavedController):
         return release_paths(driver, heights, duration_s=duration_s)
     from tegotae.analysis.policy import policy_paths
 
-    phase_rad = options.release.phase_rad
+    phase_rad = values.release.phase_rad
     return policy_paths(driver, heights, phase_rad=phase_rad, duration_s=duration_s)
 
 
@@ -262,12 +257,9 @@ def portrait(
     *,
     heights: Sequence[float] = (1.05, 1.2, 1.6),
     duration_s: float = 30.0,
-    omega: float | None = None,
-    sigma: float | None = None,
-    release: Release | Changes | None = None,
-    body: Body | Changes | None = None,
     policy: str | Callable[..., Any] | None = None,
     meaning: Meaning | Changes | None = None,
+    **options: Unpack[HopperOptions],
 ) -> Figure:
     """Draw phase portraits of a controller or a policy: (y, ẏ), and spring force over phase.
 
@@ -275,10 +267,6 @@ def portrait(
         controller: controller of a body with one leg.
         heights: release heights, at rest [m].
         duration_s: simulated time [s].
-        omega: frequency ω [rad/s].
-        sigma: gain σ of the vanilla feedback [rad/(s N)].
-        release: start of the episode, or changes of the controller's own.
-        body: another body, or changes of the controller's own.
         policy: a policy in place of a controller: a .zip of Stable-Baselines3, an .onnx file, or
             FILE.py:FUNCTION, a function of some of phase_rad, spring_force_n, velocity_m_per_s and
             height_m. FILE.py runs as code, and other files are read by large libraries: take them
@@ -288,17 +276,17 @@ def portrait(
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    options = _options(locals())
+    values = _options(locals())
     from tegotae.figures.cycles import portrait_figure, portrait_table
 
-    driver = _driver(options)
+    driver = _driver(values)
     rest_length_m = float(require_hopper(driver.body, "a phase portrait").rest_length_m)
-    paths = _paths(driver, options, np.array(options.heights), options.duration_s)
+    paths = _paths(driver, values, np.array(values.heights), values.duration_s)
     return _figure(
         paths,
         lambda: portrait_figure(paths, rest_length_m=rest_length_m, note=_titled(driver)),
         {"": portrait_table(paths)},
-        options,
+        values,
     )
 
 
@@ -310,10 +298,7 @@ def poincare(
     step: float = 1e-4,
     nudge: float = 0.01,
     turns: int = 40,
-    omega: float | None = None,
-    sigma: float | None = None,
-    release: Release | Changes | None = None,
-    body: Body | Changes | None = None,
+    **options: Unpack[HopperOptions],
 ) -> Figure:
     """Draw apexes from the release on, Floquet multipliers, and the decay of a small deviation.
 
@@ -323,10 +308,6 @@ def poincare(
         step: step of the finite differences [m, rad].
         nudge: initial deviation from the limit cycle for the observed decay [m].
         turns: number of cycles over which the decay is observed.
-        omega: frequency ω [rad/s].
-        sigma: gain σ of the vanilla feedback [rad/(s N)].
-        release: start of the episode, or changes of the controller's own.
-        body: another body, or changes of the controller's own.
 
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
@@ -335,37 +316,28 @@ def poincare(
         >>> poincare("V-reflex-w8", turns=5).raw.hops
         1
     """
-    options = _options(locals())
+    values = _options(locals())
     from tegotae.analysis.poincare import check_disturbances, poincare_section, transient
     from tegotae.figures.cycles import poincare_figure, poincare_tables
 
     check_disturbances(step, nudge, turns)
-    saved = _changed(options)
+    saved = _changed(values)
     orbit = find_orbit(saved, settle_s=settle_s)
     section = poincare_section(saved, orbit, step=step, nudge=nudge, turns=turns)
     apexes = transient(saved, duration_s=settle_s)
-    modulus = np.abs(section.multipliers)
-    multipliers = [f"{x.real:.4f}" if x.imag == 0.0 else f"{x:.4f}" for x in section.multipliers]
-    notes = []
-    if not section.refined:
-        notes.append(
-            "the fixed point was not refined; the apex at which the gait settled replaces it"
-        )
-    if np.isfinite(section.observed):
-        notes.append(f"observed decay: {section.observed:.4f} per turn")
-    if np.isfinite(section.decay_s):
-        notes.append(f"a disturbance shrinks to 1/e in {section.decay_s:.3f} s")
     hops = "1 hop" if section.hops == 1 else f"{section.hops} hops"
-    table = pd.DataFrame({"Floquet multiplier": multipliers, "|λ|": modulus.round(4)})
     return _figure(
         section,
         lambda: poincare_figure(section, apexes, _titled(saved)),
         poincare_tables(section, apexes),
-        options,
+        values,
         title=f"limit cycle of {hops}, {section.period_s:.4f} s",
-        notes=notes,
-        views=[table.set_index("Floquet multiplier")],
-        data={"multiplier_modulus": modulus, "observed_factor": section.observed},
+        notes=section.notes,
+        views=[section.summary],
+        data={
+            "multiplier_modulus": np.abs(section.multipliers),
+            "observed_factor": section.observed,
+        },
     )
 
 
@@ -377,10 +349,7 @@ def phase_response(
     points: int = 60,
     cycles: int = 40,
     settle_s: float = 60.0,
-    omega: float | None = None,
-    sigma: float | None = None,
-    release: Release | Changes | None = None,
-    body: Body | Changes | None = None,
+    **options: Unpack[HopperOptions],
 ) -> Figure:
     """Draw the shift of the rhythm by a short push, over the phase of the push in the limit cycle.
 
@@ -390,42 +359,24 @@ def phase_response(
         points: number of points of the limit cycle.
         cycles: number of cycles to wait.
         settle_s: simulated time before the limit cycle is measured [s].
-        omega: frequency ω [rad/s].
-        sigma: gain σ of the vanilla feedback [rad/(s N)].
-        release: start of the episode, or changes of the controller's own.
-        body: another body, or changes of the controller's own.
 
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    options = _options(locals())
+    values = _options(locals())
     from tegotae.analysis.phase_response import check_pushes, measure_phase_response
-    from tegotae.figures import cycles as drawings
+    from tegotae.figures.cycles import phase_response_figure, phase_response_notes
 
-    saved, pushes = _changed(options), np.array(push)
+    saved, pushes = _changed(values), np.array(push)
     check_pushes(pushes, require_hopper(saved.body, "a push"), points, cycles)
     orbit = find_orbit(saved, settle_s=settle_s)
     response = measure_phase_response(saved, orbit, pushes, points=points, cycles=cycles)
-    notes = []
-    for impulse, rows in response.groupby("push_ns", sort=False):
-        shift = rows["shift_rad"].to_numpy()
-        pushed, share_undefined = f"push of {impulse:g} N s: ", float(np.mean(np.isnan(shift)))
-        if share_undefined == 1.0:
-            notes.append(f"{pushed}no return to the limit cycle")
-            continue
-        index = int(np.nanargmax(np.abs(shift)))
-        where = rows["cycle_phase_rad"].iloc[index] / (2.0 * np.pi)
-        tiny = ", which is negligible" if abs(shift[index]) < drawings.NEGLIGIBLE_RAD else ""
-        gone = f"; no return from {share_undefined:.0%} of the points" if share_undefined else ""
-        notes.append(
-            f"{pushed}largest shift {shift[index]:+.3g} rad at t/T = {where:.2f}{tiny}{gone}"
-        )
     return _figure(
         response,
-        lambda: drawings.phase_response_figure(response, _titled(saved)),
+        lambda: phase_response_figure(response, _titled(saved)),
         {"": response},
-        options,
-        notes=notes,
+        values,
+        notes=phase_response_notes(response),
     )
 
 
@@ -454,19 +405,18 @@ def phase_locking(
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    hopping = _hopper(controller)
-    options = filled(locals(), hopping.defaults())
-    del options.hopping
+    values = _options(locals())
     from tegotae.analysis.maps import axis, sweep_gain
     from tegotae.figures.maps import phase_locking_figure, phase_locking_table
     from tegotae.figures.style import literal_text
 
     limits.require_within("cut", cut, limits.MOST_GAIN)
+    hopping = values.controller
     sweep = sweep_gain(
         hopping.runs.controller,
         axis("sigma", *sigma, resolution),
         axis("omega", *omega, resolution, upper=limits.MOST_RAD_PER_S),
-        options.body,
+        values.body,
         timing=Timing(duration_s=duration_s),
         height_m=hopping.runs.system.release.height_m,
     )
@@ -475,7 +425,7 @@ def phase_locking(
         sweep,
         lambda: phase_locking_figure(sweep, cut, note),
         {"": phase_locking_table(sweep)},
-        options,
+        values,
     )
 
 
@@ -487,10 +437,7 @@ def basin(
     velocity_m_per_s: tuple[float, float] = (-4.0, 4.0),
     resolution: int = 60,
     duration_s: float = 40.0,
-    omega: float | None = None,
-    sigma: float | None = None,
-    release: Release | Changes | None = None,
-    body: Body | Changes | None = None,
+    **options: Unpack[HopperOptions],
 ) -> Figure:
     """Draw the limit cycle that each release of one leg ends in, over height and phase.
 
@@ -503,19 +450,15 @@ def basin(
             oscillator.
         resolution: points along either axis.
         duration_s: simulated time [s]; an unsettled gait counts as one without limit cycle.
-        omega: frequency ω [rad/s].
-        sigma: gain σ of the vanilla feedback [rad/(s N)].
-        release: start of the episode, or changes of the controller's own.
-        body: another body, or changes of the controller's own.
 
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    options = _options(locals())
+    values = _options(locals(), "is tegotae gait basin")
     from tegotae.analysis.maps import axis, map_basin
     from tegotae.figures.maps import basin_figure, describe_map
 
-    saved = _changed(options)
+    saved = _changed(values)
     heights = axis("height_m", *height_m, resolution, above=0.0, upper=limits.MOST_M)
     across = (
         axis("velocity_m_per_s", *velocity_m_per_s, resolution, upper=limits.MOST_M)
@@ -534,7 +477,7 @@ def basin(
             "": basin.frame,
             "cycles": basin.cycles.rename_axis("limit_cycle").reset_index(),
         },
-        options,
+        values,
         notes=(*cycles, f"no limit cycle: {without:.1%} of the releases"),
         data={"limit_cycles": basin.cycles.to_dict("records")},
     )
@@ -557,7 +500,7 @@ def learning_curves(
     Raises:
         TegotaeError: for folders without a training.
     """
-    options = filled({"of": of}, {})
+    values = filled({"of": of}, {})
     from tegotae.figures import learning_curves as drawings
     from tegotae.training.curves import read_curves
 
@@ -566,7 +509,7 @@ def learning_curves(
         curves,
         lambda: drawings.algorithms_figure(curves),
         drawings.algorithms_tables(curves),
-        options,
+        values,
         notes=(
             "Mean over runs of the mean over the last tenth of training [95 % interval]; equal "
             "time: that of the shortest run of the model.",

@@ -42,14 +42,14 @@ def list_conditions(*conditions: str) -> Table:
         >>> list_conditions("delay=0.01/0.02").table["levels"].tolist()
         ['0.01/0.02']
     """
-    selection = _chosen(conditions)
+    selection = _disturbances(conditions)
     rows = [(x.name, x.label, x.unit, f"{x.neutral:g}", _listed(x.levels)) for x in selection]
     table = pd.DataFrame(rows, columns=["condition", "what", "unit", "none", "levels"])
     indexed, data = table.set_index("condition"), {"conditions": table.to_dict("records")}
     return Table(rows=table, views=[indexed], data=data)
 
 
-def _chosen(conditions: Iterable[str]) -> tuple[Disturbance, ...]:
+def _disturbances(conditions: Iterable[str]) -> tuple[Disturbance, ...]:
     """The conditions of names; all by default."""
     return disturbances_named([name for x in conditions for name in x.split(",")])
 
@@ -138,7 +138,7 @@ def robustness(
         out: folder for the records.
         restart: start again.
     """
-    disturbances = _chosen(conditions)
+    disturbances = _disturbances(conditions)
     require_count("starts", starts, most=64)
     require_free_for(out, GENERALISATION)
     names = sorted({controller.name for controller in controllers})

@@ -6,10 +6,9 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, TypedDict, Unpack
 
 import numpy as np
-import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.gaits.releases import release_all, simulate_gaits
@@ -25,17 +24,63 @@ from tegotae.api.results import (
 )
 from tegotae.measures.gaits.metrics import GAIT, WALKING
 from tegotae.measures.gaits.names import TOLERANCE
-from tegotae.measures.gaits.summary import coordination_columns
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import unwrapped, with_fields
 from tegotae.systems.legged import Legged, felt, terrain_of
+
+
+class GroundOptions(TypedDict, total=False):
+    """Options of a body with several legs and of its ground."""
+
+    terrain: Annotated[
+        Sequence[str],
+        "ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT, followed by its "
+        "parameters, such as rough rms_m=0.05",
+        (),
+    ]
+    delay_s: Annotated[float | None, "delay of the senses of the legs [s]"]
+    noise: Annotated[float | None, "noise of the senses of the legs, relative to their scales"]
+    tolerance: Annotated[float, "tolerance around the lags of a named gait [cycles]", TOLERANCE]
+    body: Annotated[Body | Changes | None, "another body, or changes of the system's own"]
+
+
+class RhythmOptions(TypedDict, total=False):
+    """Options of one release of a body with several legs."""
+
+    duration_s: Annotated[float | None, "simulated time [s]"]
+    omega: Annotated[float | None, "frequency ω [rad/s]"]
+    sigma: Annotated[float | None, "gain σ of the vanilla feedback [rad/(s N)]"]
+    seed: Annotated[int, "seed of the random phases at release", 0]
+
+
+class WalkerOptions(RhythmOptions, GroundOptions, total=False):
+    """Options of a controller of a body with several legs."""
+
+
+class ReleaseOptions(TypedDict, total=False):
+    """Options of many releases of several controllers."""
+
+    omega: Annotated[Sequence[float] | None, "frequencies [rad/s]"]
+    metric: Annotated[
+        Sequence[str],
+        "names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default all are "
+        "computed and the usual ones shown",
+        (),
+    ]
+    starts: Annotated[int, "number of releases of each controller", 32]
+    seed: Annotated[int, "seed of the random phases at release", 1]
+    duration_s: Annotated[float | None, "simulated time [s]"]
+
+
+class WalkerEvaluation(ReleaseOptions, GroundOptions, total=False):
+    """Options of an evaluation of bodies with several legs."""
 
 
 @dataclass(frozen=True)
 class WalkerController(LoadedController):
     """Controllers of a body with several legs."""
 
-    what = "walks on several legs"
+    description = "walks on several legs"
 
     legged: Legged
     """Their system, timed so that it settles."""
@@ -93,63 +138,29 @@ class WalkerController(LoadedController):
 
     @check_types
     def simulate(
-        self,
-        *,
-        duration_s: float | None = None,
-        omega: float | None = None,
-        sigma: float | None = None,
-        phases: Sequence[float] = (),
-        seed: int = 0,
-        terrain: Sequence[str] = (),
-        delay_s: float | None = None,
-        noise: float | None = None,
-        tolerance: float = TOLERANCE,
-        body: Body | Changes | None = None,
+        self, *, phases: Sequence[float] = (), **options: Unpack[WalkerOptions]
     ) -> Recording:
         """Simulate a body with several legs: footfalls, lags and the name of its gait.
 
         Args:
-            duration_s: simulated time [s].
-            omega: frequency ω [rad/s].
-            sigma: gain σ of the vanilla feedback [rad/(s N)].
             phases: phases of the legs at release [cycles], in the body's order; random ones by
                 default.
-            seed: seed of the random phases at release.
-            terrain: ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT,
-                followed by its parameters, such as rough rms_m=0.05.
-            delay_s: delay of the senses of the legs [s].
-            noise: noise of the senses of the legs, relative to their scales.
-            tolerance: tolerance around the lags of a named gait [cycles].
-            body: another body, or changes of the system's own.
 
         Raises:
             TegotaeError: for values that cannot be, before anything is computed.
         """
-        options = filled(locals(), self.defaults())
-        legged = self.driven(options)
-        if options.phases and options.seed:
+        values = filled(locals(), self.defaults())
+        legged = self.driven(values)
+        if values.phases and values.seed:
             raise TegotaeError("seed is of random phases, and phases gives them; leave one out")
-        release = [2.0 * math.pi * phase for phase in options.phases] or None
-        run = simulate_gaits(legged, release, seed=options.seed, tolerance=options.tolerance)
-        (length, time), last = legged.units, run.found
-        numbers = {k: x[0].item() for k, x in coordination_columns(last, legged.names).items()}
-        stances = {
-            name: [list(stance) for stance in leg]
-            for name, leg in zip(legged.names, run.stances, strict=True)
-        }
-        further = {"gait": run.gait, "release_phase_rad": run.phase_rad, "stances": stances}
-        of_legs = {
-            "leg": legged.names,
-            "lag [cycles]": last.lag[:, 0] % 1.0,
-            "footfall lag": last.touchdown_lag[:, 0] % 1.0,
-            "duty factor": last.duty_factor[:, 0],
-            f"steps [1/{time}]": last.step_frequency_hz[:, 0],
-        }
+        release = [2.0 * math.pi * phase for phase in values.phases] or None
+        run = simulate_gaits(legged, release, seed=values.seed, tolerance=values.tolerance)
+        length, time = legged.units
         return Recording(
             name=self.name,
             title=run.gait,
             raw=run,
-            numbers={**numbers, **further},
+            numbers=run.numbers,
             columns=columns(
                 ("lock_time_s", "locked after", time),
                 ("order_parameter", "order parameter"),
@@ -159,101 +170,50 @@ class WalkerController(LoadedController):
                 ("fall_time_s", "fell at", time),
             ),
             rows=lambda: run.series,
-            settings=vars(options),
-            limbs=pd.DataFrame(of_legs),
+            settings=vars(values),
+            limbs=run.limbs,
         )
 
     @check_types
     def evaluate(
-        self,
-        *others: Subject | LoadedController,
-        omega: Sequence[float] | None = None,
-        metric: Sequence[str] = (),
-        starts: int = 32,
-        seed: int = 1,
-        duration_s: float | None = None,
-        terrain: Sequence[str] = (),
-        delay_s: float | None = None,
-        noise: float | None = None,
-        tolerance: float = TOLERANCE,
-        body: Body | Changes | None = None,
+        self, *others: Subject | LoadedController, **options: Unpack[WalkerEvaluation]
     ) -> Table:
         """Evaluate how several legs walk from random phases: falls, speed, cost, gait.
 
         Args:
             others: further controllers.
-            omega: frequencies [rad/s].
-            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
-                all are computed and the usual ones shown.
-            starts: number of releases of each controller.
-            seed: seed of the random phases at release.
-            duration_s: simulated time [s].
-            terrain: ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT,
-                followed by its parameters, such as rough rms_m=0.05.
-            delay_s: delay of the senses of the legs [s].
-            noise: noise of the senses of the legs, relative to their scales.
-            tolerance: tolerance around the lags of a named gait [cycles].
-            body: another body, or changes of the system's own.
 
         Raises:
             TegotaeError: for values that cannot be, or controllers without a measure in common.
         """
-        return self._evaluated(others, {**locals()})
+        return self._evaluated(others, options)
 
     @check_types
     def compare(
-        self,
-        *others: Subject | LoadedController,
-        omega: Sequence[float] | None = None,
-        metric: Sequence[str] = (),
-        starts: int = 32,
-        seed: int = 1,
-        duration_s: float | None = None,
-        terrain: Sequence[str] = (),
-        delay_s: float | None = None,
-        noise: float | None = None,
-        tolerance: float = TOLERANCE,
-        body: Body | Changes | None = None,
+        self, *others: Subject | LoadedController, **options: Unpack[WalkerEvaluation]
     ) -> Table:
         """Compare how several legs walk from random phases, and how it differs from the first.
 
         Args:
             others: controllers that are compared with this one.
-            omega: frequencies [rad/s].
-            metric: names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default
-                all are computed and the usual ones shown.
-            starts: number of releases of each controller.
-            seed: seed of the random phases at release.
-            duration_s: simulated time [s].
-            terrain: ground of a walking torso: flat, slope, steps, rough or FILE.py:OBJECT,
-                followed by its parameters, such as rough rms_m=0.05.
-            delay_s: delay of the senses of the legs [s].
-            noise: noise of the senses of the legs, relative to their scales.
-            tolerance: tolerance around the lags of a named gait [cycles].
-            body: another body, or changes of the system's own.
 
         Raises:
             TegotaeError: for values that cannot be, or controllers without a measure in common.
         """
-        return self._evaluated(others, {**locals()}, compares=True)
+        return self._compared(others, options)
 
     def _check(self, options: Any) -> None:
         _ = selected_metrics(WALKING, options.metric)
 
-    def _alike(self, options: Any) -> Mapping[str, Any]:
-        return {
-            "starts": options.starts,
-            "seed": options.seed,
-            "omega": _frequencies(options),
-        }
+    def _shared(self, options: Any) -> Mapping[str, Any]:
+        return {"starts": options.starts, "seed": options.seed, "omega": _frequencies(options)}
 
     def _measured(self, options: Any) -> EvaluationTable:
         options.omega = _frequencies(options)
-        legged, weights = self.system(options), self.runs.weights
         metrics = selected_metrics(WALKING, options.metric)
         released = release_all(
-            legged,
-            weights,
+            self.system(options),
+            self.runs.weights,
             options.omega,
             options.starts,
             seed=options.seed,
@@ -262,7 +222,7 @@ class WalkerController(LoadedController):
         )
         rows = dict(released.summary)
         rows["run"] = np.array(self.runs.labels)[rows["run"]]
-        length, time = legged.units
+        length, time = self.legged.units
         units = {"s": time, "m": length, "m/s": f"{length}/{time}"}
         measured = metric_columns(metrics, requested=bool(options.metric), units=units)
         return self._measurements(
@@ -271,6 +231,6 @@ class WalkerController(LoadedController):
 
 
 def _frequencies(options: Any) -> tuple[float, ...]:
-    """Frequencies of an evaluation [rad/s]; the system's own by default."""
+    """Return the frequencies of an evaluation [rad/s]; the system's own by default."""
     omega = options.omega
     return tuple(omega) if isinstance(omega, Sequence) else () if omega is None else (omega,)

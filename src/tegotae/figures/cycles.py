@@ -340,7 +340,7 @@ def poincare_tables(section: Poincare, transient: np.ndarray) -> dict[str, Table
 
 # The phase response.
 
-NEGLIGIBLE_RAD = 0.01
+_NEGLIGIBLE_RAD = 0.01
 """A shift below this, 1/600 of a period, is negligible, and drawn as the flat line that it is."""
 
 
@@ -348,7 +348,7 @@ NEGLIGIBLE_RAD = 0.01
 def phase_response_figure(response: pd.DataFrame, note: str = "") -> Figure:
     """Shift of the rhythm over the phase of the cycle at which the push comes.
 
-    The axis reaches at least to twice `NEGLIGIBLE_RAD`, so that a gait that does not respond does
+    The axis reaches at least to twice `_NEGLIGIBLE_RAD`, so that a gait that does not respond does
     not look like one that does; the picture then says so.
     """
     figure = new_figure(COLUMN_IN, 2.6)
@@ -364,16 +364,39 @@ def phase_response_figure(response: pd.DataFrame, note: str = "") -> Figure:
         shift = broken(curve["shift_rad"].to_numpy())
         axes.plot(x, shift, label=f"push of {1e3 * push:+.3g} mN s", **look)
     low, high = axes.get_ylim()
-    axes.set_ylim(min(low, -2.0 * NEGLIGIBLE_RAD), max(high, 2.0 * NEGLIGIBLE_RAD))
+    axes.set_ylim(min(low, -2.0 * _NEGLIGIBLE_RAD), max(high, 2.0 * _NEGLIGIBLE_RAD))
     shifts = np.abs(response["shift_rad"].dropna().to_numpy())
     words = "the gait never returns to its limit cycle"
     if shifts.size:
         largest, share = shifts.max(), shifts.max() / (2.0 * np.pi)
         words = f"negligible response: at most {largest:.1g} rad,\n{share:.1g} of a period"
-    if not shifts.size or shifts.max() < NEGLIGIBLE_RAD:
+    if not shifts.size or shifts.max() < _NEGLIGIBLE_RAD:
         axes.text(0.5, 0.95, words, transform=axes.transAxes, ha="center", va="top")
     axes.set(xlabel="when the push comes, t / T since the apex", xlim=(0.0, 1.0), title=note)
     axes.set_ylabel("shift of the rhythm Δθ [rad]")
     handles = [*axes.get_legend_handles_labels()[0], Patch(color="0.88", label="stance")]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
+
+
+def phase_response_notes(response: pd.DataFrame) -> list[str]:
+    """Return the largest shift of each push, in a sentence each.
+
+    Args:
+        response: the table of `measure_phase_response`.
+    """
+    notes = []
+    for impulse, rows in response.groupby("push_ns", sort=False):
+        shift = rows["shift_rad"].to_numpy()
+        pushed, share_undefined = f"push of {impulse:g} N s: ", float(np.mean(np.isnan(shift)))
+        if share_undefined == 1.0:
+            notes.append(f"{pushed}no return to the limit cycle")
+            continue
+        index = int(np.nanargmax(np.abs(shift)))
+        where = rows["cycle_phase_rad"].iloc[index] / (2.0 * np.pi)
+        tiny = ", which is negligible" if abs(shift[index]) < _NEGLIGIBLE_RAD else ""
+        gone = f"; no return from {share_undefined:.0%} of the points" if share_undefined else ""
+        notes.append(
+            f"{pushed}largest shift {shift[index]:+.3g} rad at t/T = {where:.2f}{tiny}{gone}"
+        )
+    return notes

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +15,7 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.limits import MOST_M, MOST_SEEDS
+from tegotae.analysis.gaits.releases import gait_counts
 from tegotae.measures.gaits.lags import lag_difference, largest_drift, support_margin_m
 from tegotae.measures.gaits.names import FALLEN, TOLERANCE, gait_of
 from tegotae.measures.gaits.summary import (
@@ -161,9 +163,53 @@ class Aftermath:
     times count from the lesion."""
 
     @property
+    def stood(self) -> int:
+        """Number of starts that stood before the lesion."""
+        return int(self.frame.stood_before.sum())
+
+    @property
     def share(self) -> Interval:
         """Share of those who stood that stay up, and its 95 % interval; NaN of none."""
-        return share_interval(int(self.frame.stays_up.sum()), int(self.frame.stood_before.sum()))
+        return share_interval(int(self.frame.stays_up.sum()), self.stood)
+
+    @property
+    def title(self) -> str:
+        """The lesion, and the share that stays up, in a few words."""
+        (_, time), share = self.legged.units, self.share
+        return (
+            f"{self.lesion.label} at {self.lesion.at_s:g} {time}: {self.frame.stays_up.sum()} of "
+            f"{self.stood} that stood stay up, {share.mean:.3f} "
+            f"({share.low:.3f} … {share.high:.3f})"
+        )
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """Numbers of starts by their gaits before and after."""
+        stood: Any = self.frame[self.frame["stood_before"]]
+        pairs = gait_counts(stood["gait_before"] + " → " + stood["gait_after"])
+        return pairs.rename_axis("before → after").to_frame("starts")
+
+    @property
+    def notes(self) -> list[str]:
+        """The support that is left, the moved lags, and the times to fall and to lock again."""
+        (length, time), margin, names = self.legged.units, self.margin_m, self.legged.names
+        notes = [f"the mass is {margin:.3f} {length} inside the feet that are left"]
+        notes = [] if math.isnan(margin) else notes
+        stood: Any = self.frame[self.frame["stood_before"]]
+        stays: Any = self.frame[self.frame["stays_up"]]
+        for leg in self.left:
+            change = stays[f"lag_change_cycles_{names[leg]}"].median()
+            if leg != self.reference and not math.isnan(change):
+                notes.append(f"lag of {names[leg]} moves by {change:+.3f} cycles (median)")
+        for quantity, values in (
+            ("falls after", stood["after_fall_time_s"]),
+            ("locks again after", stays["after_lock_time_s"]),
+        ):
+            if values.count():
+                notes.append(
+                    f"{quantity} {values.median():.3g} {time} (median of {values.count()})"
+                )
+        return notes
 
     @property
     def margin_m(self) -> float:

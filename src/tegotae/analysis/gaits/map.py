@@ -19,10 +19,11 @@ from tegotae._support.errors import (
     unknown,
 )
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S, MOST_SEEDS
-from tegotae.analysis.gaits.releases import coordination_frame
+from tegotae.analysis.gaits.releases import coordination_frame, gait_counts
 from tegotae.analysis.maps import axis
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.gaits.summary import Coordination
+from tegotae.measures.statistics import UNDEFINED
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import FieldNumber, numbers_of, with_fields
@@ -229,6 +230,25 @@ class GaitMap:
             fallen_share=fell.mean(axis=1),
             **{f"lag_cycles_{leg}": mean_lag(leg) for leg in names},
             **{name: median(name) for name in _MEDIANS},
+        )
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """A row a gait, the most frequent first: numbers of cells and costs, as texts."""
+        cells: Any = self.cells
+        number, of_gaits = gait_counts(cells["gait"]), cells.groupby("gait")
+        cost = of_gaits["cost_of_transport"].agg(["min", "max"]).loc[number.index]
+        return pd.DataFrame(
+            {
+                "cells": number,
+                "share": (number / len(cells)).map("{:.3f}".format),
+                "all starts agree": of_gaits["share"].agg(lambda x: f"{(x == 1.0).mean():.3f}"),
+                "cost of transport": [
+                    UNDEFINED if math.isnan(low) else f"{low:.3g} … {high:.3g}"
+                    for low, high in cost.to_numpy()
+                ],
+            },
+            index=number.index.rename("gait of most starts"),
         )
 
 

@@ -49,6 +49,19 @@ def coordination_frame(
     return pd.DataFrame({**labels, "gait": gait, **coordination_columns(coordination, legs)})
 
 
+def gait_counts(names: pd.Series) -> pd.Series:
+    """Return the numbers of occurrences, the highest first, equal ones in the order of letters.
+
+    Args:
+        names: such as gaits.
+
+    Example:
+        >>> gait_counts(pd.Series(["walk", "trot", "pace", "walk"])).to_dict()
+        {'walk': 2, 'pace': 1, 'trot': 1}
+    """
+    return names.value_counts().sort_index().sort_values(ascending=False, kind="stable")
+
+
 def system_document(legged: Legged) -> JsonObject:
     """A system as JSON values.
 
@@ -90,6 +103,32 @@ class GaitRun:
         """Final duration of a stride [s]; NaN if there is none."""
         hz = float(self.found.cycle_frequency_hz[0])
         return 1.0 / hz if hz > 0.0 else float("nan")
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The final coordination, the gait, the phases at release and the stances, by name."""
+        columns = coordination_columns(self.found, self.legged.names)
+        legs = zip(self.legged.names, self.stances, strict=True)
+        return {
+            **{name: x[0].item() for name, x in columns.items()},
+            "gait": self.gait,
+            "release_phase_rad": self.phase_rad,
+            "stances": {name: [list(stance) for stance in leg] for name, leg in legs},
+        }
+
+    @property
+    def limbs(self) -> pd.DataFrame:
+        """The final coordination for people, a row a leg."""
+        _, time = self.legged.units
+        return pd.DataFrame(
+            {
+                "leg": self.legged.names,
+                "lag [cycles]": self.found.lag[:, 0] % 1.0,
+                "footfall lag": self.found.touchdown_lag[:, 0] % 1.0,
+                "duty factor": self.found.duty_factor[:, 0],
+                f"steps [1/{time}]": self.found.step_frequency_hz[:, 0],
+            }
+        )
 
     @property
     def series(self) -> dict[str, AnyArray]:

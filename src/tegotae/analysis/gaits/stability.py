@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -28,6 +29,7 @@ from tegotae.analysis.gaits.map import (
 )
 from tegotae.measures.gaits.lags import Sections
 from tegotae.measures.gaits.names import TOLERANCE, distance, patterns_for
+from tegotae.measures.statistics import UNDEFINED
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Step
 from tegotae.systems.legged import Legged
@@ -120,6 +122,37 @@ class GaitStability:
             for crossing in crossings(group[self.over.name].tolist(), group.largest)
         ]
         return pd.DataFrame(rows, columns=["gait", "at", "loses"])
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """Largest multiplier and unexplained share, a row a value and a column a gait, as texts."""
+        frame = self.frame
+        texts = [
+            UNDEFINED if math.isnan(a) else f"{a:.3f}, {b:.3f}"
+            for a, b in zip(frame["largest"], frame["unexplained"], strict=True)
+        ]
+        table = frame.assign(text=texts).pivot(index=self.over.name, columns="gait", values="text")
+        table = table[[*self.jacobians]].add_suffix(": largest, unexplained")
+        return table.set_index(table.index.map("{:.4g}".format))
+
+    @property
+    def notes(self) -> list[str]:
+        """The changes of stability along the parameter, in sentences."""
+        changes = [
+            f"{gait} {'loses' if loses else 'gains'} its stability at {self.over.name} {at:.3g}"
+            for gait, at, loses in self.crossings.itertuples(index=False)
+        ]
+        ends = []
+        for gait, rows in self.frame[self.frame["refused"] == ""].groupby("gait", sort=False):
+            values, stays = rows[self.over.name].to_numpy(), rows["stays"].to_numpy()
+            for i in np.flatnonzero(np.diff(stays.astype(int))):
+                side = "below" if stays[i] else "above"
+                between = f"{values[i]:.3g} … {values[i + 1]:.3g}"
+                ends.append(f"{gait}, simulated to the end: stays {side} {between}")
+        return [*changes, *ends, *([] if changes else [_NO_CROSSING])]
+
+
+_NO_CROSSING = "no multiplier crosses one between neighbouring values"
 
 
 def crossings(values: Sequence[float], largest: ArrayLike) -> list[tuple[float, bool]]:

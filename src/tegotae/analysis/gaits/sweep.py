@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae._support.limits import MOST_POINTS, MOST_RAD_PER_S
-from tegotae.analysis.gaits.releases import coordination_frame
+from tegotae.analysis.gaits.releases import coordination_frame, gait_counts
 from tegotae.measures.gaits.lags import circular_mean, drift, moved_until, rounding
 from tegotae.measures.gaits.names import NO_GAIT, TOLERANCE, distance
 from tegotae.measures.gaits.summary import (
@@ -74,6 +74,39 @@ class GaitSweep:
         directions = lag.reshape(2, len(self.omega), -1, lag.shape[1])
         up, down = (np.asarray(circular_mean(direction, axis=1)).T for direction in directions)
         return self.omega[distance(up, down) > self.tolerance]
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """Gaits at every level on both ways, with their numbers of starts, as texts."""
+        gaits = self.frame.groupby([_LEVEL, "direction"])["gait"]
+        texts: Any = gaits.agg(
+            lambda x: ", ".join(f"{name} {n}" for name, n in gait_counts(x).items())
+        )
+        table = texts.unstack()[[UP, DOWN]].add_prefix("gaits on the way ").rename_axis(index="ω")
+        return table.set_index(table.index.map("{:.4g}".format))
+
+    @property
+    def notes(self) -> list[str]:
+        """The changes of gait, and the levels at which the ways differ, in sentences."""
+        changes = self.hysteresis.round(9).to_dict("records")
+        levels = ", ".join(f"{level:.4g}" for level in self.bistable)
+        return [
+            *(_CHANGE.format(**change) for change in changes),
+            *([] if changes else [_NO_CHANGE]),
+            f"lags differ between the two ways at {levels or 'no level'}",
+        ]
+
+
+def _listed(gaits: pd.Series) -> str:
+    return ", ".join(f"{name} {count}" for name, count in gait_counts(gaits).items())
+
+
+_CHANGE = (
+    "{slow} to {fast}: up between {up_low:.3g} and {up_high:.3g} ({up_starts} starts), down "
+    "between {down_low:.3g} and {down_high:.3g} ({down_starts}); hysteresis between "
+    "{width_low:.3g} and {width_high:.3g}"
+)
+_NO_CHANGE = "no named gait changes on the way up and returns on the way down"
 
 
 @dataclass(frozen=True, kw_only=True)
