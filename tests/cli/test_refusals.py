@@ -35,7 +35,7 @@ MISTYPED = {
     "evaluate paper --omega 4 5": "'5' after --omega is unexpected",
     "compare": "names come first: tegotae compare NAME [OPTIONS]",
     "figure --foo": "tegotae figure has no option '--foo'; tegotae figure takes one of",
-    "figure basin bar-light --resolution 9 --out b.png": "several legs, and this figure is of one",
+    "figure basin bar-light --resolution 9 --out b.png": "for others there is tegotae gait basin",
     "figure basin paper --starts 9 --out b.png": "no option of paper is called 'starts'",
     "completion fish": "--shell is 'fish'; write --shell {bash,zsh}",
     "benchmarks --lanes 1e3": "--lanes is '1e3'; write --lanes INT",

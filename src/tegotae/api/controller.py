@@ -134,17 +134,11 @@ class LoadedController:
         Raises:
             TegotaeError: for a condition that there is not, or a folder of something else.
         """
+        options = filled(locals(), {})
         from tegotae.api.controllers import load_all
         from tegotae.api.robustness import robustness
 
-        return robustness(
-            load_all(self, *others),
-            conditions=conditions,
-            only=only,
-            starts=starts,
-            out=Path(out),
-            restart=restart,
-        )
+        return robustness(load_all(self, *others), options)
 
     def _check(self, options: Any) -> None:
         """Raise `TegotaeError` before long work for options that cannot be evaluated."""

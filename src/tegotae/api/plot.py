@@ -14,6 +14,7 @@ import numpy as np
 
 from tegotae._support import limits
 from tegotae._support.errors import TegotaeError, require_all, require_count, require_finite
+from tegotae.analysis.maps import axis, map_basin, sweep_gain
 from tegotae.analysis.orbit import (
     NoLimitCycleError,
     Orbit,
@@ -21,6 +22,9 @@ from tegotae.analysis.orbit import (
     release_paths,
     require_hopper,
 )
+from tegotae.analysis.phase_response import check_pushes, measure_phase_response
+from tegotae.analysis.poincare import check_disturbances, poincare_section, transient
+from tegotae.analysis.surface import actuation_surface, sees_velocity
 from tegotae.api.controller import Changes, Subject
 from tegotae.api.controllers import one
 from tegotae.api.hopping import HopperController, HopperOptions
@@ -71,7 +75,7 @@ def _figure(
     )
 
 
-def _options(arguments: Mapping[str, Any], others: str = "are simulate, evaluate, gait") -> Any:
+def _values(arguments: Mapping[str, Any], others: str = "are simulate, evaluate, gait") -> Any:
     """Return the arguments, with the controller's own values in place of None.
 
     Args:
@@ -108,7 +112,7 @@ def _titled(driver: SavedController | Policy) -> str:
 _POLICY_HIDDEN: Values = {"omega": HIDDEN, "sigma": HIDDEN, "body": HIDDEN}
 
 
-def _driver_values(controller: Any = None, policy: Any = None, **_: Any) -> Values:
+def _driver_defaults(controller: Any = None, policy: Any = None, **_: Any) -> Values:
     """Own values of a controller, or the usual meaning of a policy."""
     if policy is None:
         return {"meaning": HIDDEN}
@@ -130,7 +134,7 @@ def _require_policy(controller: Any, policy: Any) -> None:
 
 
 _DRIVEN: dict[str, Any] = {
-    "defaults": _driver_values,
+    "defaults": _driver_defaults,
     "loads": ("policy",),
     "examples": {
         "One leg, such as paper": "paper",
@@ -148,7 +152,7 @@ def _driver(options: Any) -> SavedController | Policy:
         return _changed(options)
     from tegotae.envs.policies import load_policy
 
-    defaults = _driver_values(options.controller, options.policy)
+    defaults = _driver_defaults(options.controller, options.policy)
     for name in _POLICY_HIDDEN:
         if getattr(options, name) is not None:
             raise TegotaeError(f"{name} belongs to a controller; a policy has it in its meaning")
@@ -190,8 +194,7 @@ def surface(
         >>> surface("V-reflex-w8", resolution=5).table.columns[0]
         'spring_force_n'
     """
-    values = _options(locals())
-    from tegotae.analysis.surface import actuation_surface, sees_velocity
+    values = _values(locals())
     from tegotae.figures.cycles import surface_figure, surface_tables
 
     require_count("resolution", values.resolution, least=2, most=limits.MOST_POINTS)
@@ -276,7 +279,7 @@ def portrait(
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    values = _options(locals())
+    values = _values(locals())
     from tegotae.figures.cycles import portrait_figure, portrait_table
 
     driver = _driver(values)
@@ -316,8 +319,7 @@ def poincare(
         >>> poincare("V-reflex-w8", turns=5).raw.hops
         1
     """
-    values = _options(locals())
-    from tegotae.analysis.poincare import check_disturbances, poincare_section, transient
+    values = _values(locals())
     from tegotae.figures.cycles import poincare_figure, poincare_tables
 
     check_disturbances(step, nudge, turns)
@@ -363,8 +365,7 @@ def phase_response(
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    values = _options(locals())
-    from tegotae.analysis.phase_response import check_pushes, measure_phase_response
+    values = _values(locals())
     from tegotae.figures.cycles import phase_response_figure, phase_response_notes
 
     saved, pushes = _changed(values), np.array(push)
@@ -405,8 +406,7 @@ def phase_locking(
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    values = _options(locals())
-    from tegotae.analysis.maps import axis, sweep_gain
+    values = _values(locals())
     from tegotae.figures.maps import phase_locking_figure, phase_locking_table
     from tegotae.figures.style import literal_text
 
@@ -454,8 +454,7 @@ def basin(
     Raises:
         TegotaeError: for values that cannot be, before anything is computed.
     """
-    values = _options(locals(), "is tegotae gait basin")
-    from tegotae.analysis.maps import axis, map_basin
+    values = _values(locals(), "is tegotae gait basin")
     from tegotae.figures.maps import basin_figure, describe_map
 
     saved = _changed(values)

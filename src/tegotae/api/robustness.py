@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -119,34 +119,22 @@ class Robustness(Table):
         return [*paths, save_figure(self.figures()["curves"], folder / "curves.png")]
 
 
-def robustness(
-    controllers: Sequence[LoadedController],
-    *,
-    conditions: Sequence[str],
-    only: str,
-    starts: int,
-    out: Path,
-    restart: bool,
-) -> Robustness:
-    """Test controllers in conditions outside of their training (`LoadedController.robustness`).
+def robustness(controllers: Sequence[LoadedController], options: Any) -> Robustness:
+    """Test controllers in conditions outside of their training.
 
     Args:
         controllers: the controllers.
-        conditions: names of the conditions, perhaps with levels.
-        only: pattern of the names of the controllers to test.
-        starts: number of releases.
-        out: folder for the records.
-        restart: start again.
+        options: those of `LoadedController.robustness`.
     """
-    disturbances = _disturbances(conditions)
-    require_count("starts", starts, most=64)
+    disturbances, out = _disturbances(options.conditions), Path(options.out)
+    require_count("starts", options.starts, most=64)
     require_free_for(out, GENERALISATION)
-    names = sorted({controller.name for controller in controllers})
-    matching = [controller for controller in controllers if _matches(controller.name, only)]
+    matching = [x for x in controllers if _matches(x.name, options.only)]
     if not matching:
-        raise TegotaeError(f"no model matches {only}; there are {', '.join(names[:3])}")
-    tested = [controller.tested(starts) for controller in matching]
-    results = run.generalise(tested, disturbances, out, restart=restart)
+        names = sorted({controller.name for controller in controllers})
+        raise TegotaeError(f"no model matches {options.only}; there are {', '.join(names[:3])}")
+    tested = [controller.tested(options.starts) for controller in matching]
+    results = run.generalise(tested, disturbances, out, restart=options.restart)
     left_out = [(x.name, y.left_out) for x, y in results if y.left_out]
     notes = [
         *(f"{name} was left out of {json.dumps(reasons)[1:-1]}" for name, reasons in left_out),
