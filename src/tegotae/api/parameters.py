@@ -114,7 +114,11 @@ def check_types(function: F) -> F:
         TegotaeError: at a call, for an option of another type.
     """
     hints: dict[str, Any] = {}
-    shared, names = shared_options(function), inspect.signature(function).parameters.keys()
+    signature, shared = inspect.signature(function), shared_options(function)
+    if shared:
+        parameters = [x for x in signature.parameters.values() if x.kind is not x.VAR_KEYWORD]
+        parameters += [option.parameter for option in shared.values()]
+        signature = signature.replace(parameters=parameters)
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> Any:
@@ -125,18 +129,12 @@ def check_types(function: F) -> F:
                 options[name] = options[name].item()
             require_kind_of(name, hints[name], options[name])
         if shared:
-            for name in options.keys() - names - shared.keys():
-                raise TypeError(
-                    f"{function.__qualname__}() got an unexpected keyword argument {name!r}"
-                )
+            signature.bind(*args, **options)  # refuses an unknown keyword
             options = {name: x.parameter.default for name, x in shared.items()} | options
         return function(*args, **options)
 
     if shared:
-        own = [x for x in inspect.signature(function).parameters.values() if x.name != "options"]
-        call.__signature__ = inspect.signature(function).replace(  # type: ignore[attr-defined]
-            parameters=[*own, *(x.parameter for x in shared.values())]
-        )
+        call.__signature__ = signature  # type: ignore[attr-defined]
         call.__doc__ = _with_arguments(function.__doc__, shared)
     return cast(F, call)
 
@@ -171,6 +169,7 @@ def _keys(group: type) -> dict[str, SharedOption]:
     options: dict[str, SharedOption] = {}
     for name, hint in get_type_hints(group, include_extras=True).items():
         kind, about, *default = get_args(hint)
+        # The type as it is written, such as Changes, reads better than the type in full.
         expression: Any = ast.parse(group.__annotations__[name].__forward_arg__, mode="eval")
         parameter = inspect.Parameter(
             name,
