@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from generalisation import STUDIED
 from kept import write_rows, write_text
-from tegotae.analysis.generalisation.disturbances import CATALOGUE
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import (
     MEASURES,
@@ -64,7 +64,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("study", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args(words)
-    disturbances = tuple(CATALOGUE.values())
+    disturbances = STUDIED
     steady = {runs.name: runs for runs in read_runs(arguments.study)}
     pairs, controllers = [], []
     for name in MODELS:
@@ -135,7 +135,7 @@ def tables(results: Sequence[Done], pairs) -> None:
         groups = {f"{name}, always the same episode": [outcomes[name]]}
         groups[f"{name}, changing conditions"] = [outcomes[f"{name}+varied"]]
         file = f"varied_{name.partition('-')[0]}.png"
-        save_figure(groups_figure(groups, tuple(CATALOGUE.values())), KEPT / file)
+        save_figure(groups_figure(groups, STUDIED), KEPT / file)
 
 
 def write_overall(results: Sequence[Done], pairs) -> None:
@@ -171,7 +171,7 @@ def _over_levels(outcome: Retention, in_training: bool, measure: str) -> str:
 def _margins(model: str, training: str, result: Done):
     _, outcome = result
     table = outcome.table
-    for disturbance in CATALOGUE.values():
+    for disturbance in STUDIED:
         if disturbance.name in outcome.left_out:
             continue
         for below in (True, False):
@@ -216,7 +216,7 @@ def varied_text(rows: Sequence[dict]) -> str:
     models = list(dict.fromkeys(row["model"] for row in rows))
     cells = {(r["condition"], r["side"], r["model"], r["trained"]): r for r in rows}
     lines = [f"| condition | {' | '.join(models)} |", "|---" * (len(models) + 1) + "|"]
-    for disturbance in CATALOGUE.values():
+    for disturbance in STUDIED:
         for side in ("below", "above"):
             pairs = [
                 [cells.get((disturbance.name, side, model, training)) for training in TRAINED]

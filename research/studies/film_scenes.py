@@ -26,7 +26,8 @@ from tegotae.figures.style import COLOURS
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.parts.bodies import Hopper
 from tegotae.simulation.rollout import Timing, whole_trajectory
-from tegotae.simulation.world import Staircase, with_changes
+from tegotae.simulation.schedules import Staircase
+from tegotae.simulation.world import with_changes
 from tegotae.systems.laws import short_law
 from tegotae.systems.legged import settling
 from tegotae.systems.resolve import resolve

@@ -39,7 +39,8 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.fields import with_fields
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import Staircase, with_changes
+from tegotae.simulation.schedules import Staircase
+from tegotae.simulation.world import with_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases, system
 from tegotae.systems.tuned import family
 

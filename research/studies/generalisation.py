@@ -23,7 +23,7 @@ from matplotlib.patches import Patch
 from kept import write_rows, write_text
 from research.reproduction.plan import plan
 from tegotae._support.tables import read_csv
-from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance, Tested
+from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance, Tested, Wind
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import (
     MEASURES,
@@ -52,6 +52,8 @@ GROUPS = ("V", "VG", "AR", "ART", "ARG", "ARGT", "T")
 
 LOOKED_AT = ("VG-gF-sector-w8", "AR-rF-reflex-w8", "ART-rF-tphif-w8", "T-Fv")
 """Models of which is shown how far they press the leg."""
+STUDIED = tuple(x for x in CATALOGUE.values() if not isinstance(x, Wind))
+"""Disturbances of the kept tables, which are older than wind."""
 DEPLOYED = "AR-rF-reflex-w8"
 """The model of docs/deploy/index.md."""
 
@@ -69,7 +71,7 @@ def main(words: Sequence[str] | None = None) -> None:
         return
     if arguments.study is None or arguments.out is None:
         parser.error("needs a study's folder and --out, or --show")
-    disturbances = tuple(CATALOGUE.values())
+    disturbances = STUDIED
     controllers = ordered(
         [ControllersUnderTest.from_runs(runs) for runs in read_runs(arguments.study)]
     )[: arguments.only]
@@ -102,7 +104,7 @@ def _place(name: str) -> tuple[int, str]:
 
 def tables(results: Sequence[Done]) -> None:
     """Write margins of models, margins of architectures, and the curves."""
-    disturbances = tuple(CATALOGUE.values())
+    disturbances = STUDIED
     rows = [
         {"model": tested.name, **m._asdict()}
         for tested, outcome in results
@@ -162,7 +164,7 @@ def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
     """
     disturbances = [
         disturbance
-        for disturbance in CATALOGUE.values()
+        for disturbance in STUDIED
         if disturbance.name in {row["condition"] for row in moves}
     ]
     columns = 3
@@ -303,7 +305,7 @@ def pivoted(rows: Sequence[dict], text_of: Callable[[dict], str]) -> str:
     names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
     cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
     lines = [f"| condition | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]
-    for disturbance in CATALOGUE.values():
+    for disturbance in STUDIED:
         for side, below in (("below", True), ("above", False)):
             mine = [cells.get((disturbance.name, side, name)) for name in names]
             if not any(mine):

@@ -32,7 +32,8 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import CorrectedFoot, EllipticFoot
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import OneOf, Step, Uniform, with_changes
+from tegotae.simulation.schedules import Step
+from tegotae.simulation.world import OneOf, Uniform, with_changes
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.legged import SYSTEMS, Legged, random_phases, settling, walking
 from tegotae.training.algorithms import CMAES

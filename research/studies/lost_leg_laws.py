@@ -18,7 +18,8 @@ import numpy as np
 from tegotae.parts.terms import CorrectedFoot, EllipticFoot
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import Step, with_changes
+from tegotae.simulation.schedules import Step
+from tegotae.simulation.world import with_changes
 from tegotae.systems.legged import Legged, random_phases
 
 SHIFT_M, LIFT_M = 0.5, 0.2

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -34,7 +36,7 @@ def test_nothing_before_the_lesion_knows_of_it_to_the_bit():
     phase = random_phases(2, 2)
     late = GaitLesion(at_s=2.0, fields=(("inertia_ratio", 1.6),)).scenario(BAR, phase)
     (name,) = late.changes
-    never = late._replace(changes={name: late.changes[name]._replace(from_s=99.0)})
+    never = late._replace(changes={name: replace(late.changes[name], from_s=99.0)})
     with_it = BAR.run(whole_trajectory, late, timing)
     without = BAR.run(whole_trajectory, never, timing)
     cut = round(2.0 / timing.frame_s)

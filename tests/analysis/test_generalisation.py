@@ -36,7 +36,7 @@ from tegotae.systems.resolve import legged_system as system
 
 REFLEX = build("V-reflex-w8")
 CHOSEN = disturbances_named(
-    ["mass=0.9/3.5", "release=0.1", "delay=0.004", "lost-leg", "omega=1.01"]
+    ["mass=0.9/3.5", "release=0.1", "delay=0.004", "lost-leg", "omega=1.01", "wind-up=0.02/1.5"]
 )
 TIMING = Timing(duration_s=24.0, tick_s=0.002)
 
@@ -68,7 +68,7 @@ def row_of(outcome, condition, level, run=0):
 
 
 def test_every_run_meets_every_level_once(outcome):
-    assert (outcome.table.groupby(["condition", "level"])["run"].apply(list) == [[0, 1]] * 5).all()
+    assert (outcome.table.groupby(["condition", "level"])["run"].apply(list) == [[0, 1]] * 7).all()
 
 
 def test_a_gait_is_kept_under_little_and_lost_where_the_actuator_cannot_lift_the_weight(outcome):
@@ -85,6 +85,11 @@ def test_where_it_is_released_from_does_not_change_what_a_limit_cycle_costs(outc
     lower = row_of(outcome, "release", 0.1)
     assert lower["keeps"]
     assert lower["efficiency"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_breath_of_wind_changes_no_gait_and_a_storm_carries_the_hopper_away(outcome):
+    assert row_of(outcome, "wind-up", 0.02)["keeps"]
+    assert not row_of(outcome, "wind-up", 1.5)["moves"]
 
 
 def test_the_same_is_found_again_whatever_else_is_tried(outcome):

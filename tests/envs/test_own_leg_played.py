@@ -15,11 +15,12 @@ pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError
 from tegotae.analysis.generalisation.disturbances import disturbances_named
-from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _models
+from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _models, _push
 from tegotae.api.pictures import animate
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.figures import animation as filming
+from tegotae.simulation.schedules import SecondClock
 from tegotae.systems import controller_file
 from tegotae.training.collection import read_runs
 from tegotae.training.environments.experiment import EnvExperiment
@@ -124,12 +125,20 @@ def test_compare_refuses_sets_of_different_worlds(swept, one_line_error):
 @pytest.mark.thorough
 def test_generalise_tries_what_was_learned_on_a_model_under_disturbances(swept, tmp_path, capsys):
     words = ["robustness", str(swept), "--out", str(tmp_path)]
-    tried = ["mass=1.2/3", "push-ahead=0.3", "delay=0.008", "noise=0.1", "friction=0.5", "step"]
+    tried = [
+        "wind-ahead=0.1",
+        "mass=1.2/3",
+        "push-ahead=0.3",
+        "delay=0.008",
+        "noise=0.1",
+        "friction=0.5",
+        "step",
+    ]
     assert main([*words, "--conditions", *tried]) == 0
     assert 'left out of "step": "drop_m cannot be changed on a MuJoCo' in capsys.readouterr().out
     with (tmp_path / "curves.csv").open() as stream:
         rows = {row["condition"]: row for row in csv.DictReader(stream)}
-    assert rows.keys() == {"mass", "push-ahead", "delay", "noise", "friction"}
+    assert rows.keys() == {"wind-ahead", "mass", "push-ahead", "delay", "noise", "friction"}
     assert main([*words, "--conditions", *tried]) == 0  # from its records
     assert "1/1  done before" in capsys.readouterr().err
 
@@ -148,6 +157,22 @@ def test_a_model_is_changed_by_what_a_disturbance_says(file):
     assert impulse == pytest.approx(0.5 * tested.speed_scale * tested.body.mass_kg)
     with pytest.raises(TegotaeError, match="mass_kg would be 0"):
         tested.check([dataclasses.replace(heavy, levels=(0.0,))])
+
+
+def test_a_wind_that_rises_acts_on_a_model_and_blows_strike_it_once(file):
+    tested: Any = ModelUnderTest.from_runs(read_runs(file)[0])
+    winds = disturbances_named(["wind-up=-0.5"])
+    (wind,) = (x.changes(tested, np.array([-0.5]), np.array([1.0])) for x in winds)
+    usual = {"push_x_n": 0.0, "push_y_n": 0.0, "at_s": np.array([0.5]), "impulse_ns": 0.2}
+    changes = {**usual, **wind}
+    end_s = wind["push_z_n"].until_s
+    weight_n = tested.body.mass_kg * tested.body.gravity_m_per_s2
+    for time_s, force_n in ((0.505, 20.0), (0.6, None), (0.5 * (1.0 + end_s), -0.25 * weight_n)):
+        push = _push(changes, SecondClock(time_s), 0.01)
+        assert (push is None) if force_n is None else push[0, 2] == pytest.approx(force_n)
+    played = tested.played(winds, lambda omega: lambda seen: np.zeros((2, 2)))
+    assert played["lasted"].all()
+    assert played["bounce_m"][1] != played["bounce_m"][0]
 
 
 def test_a_heavier_leg_presses_harder():

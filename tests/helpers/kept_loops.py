@@ -25,7 +25,7 @@ from tegotae import Timing
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.simulation.rollout import whole_trajectory
-from tegotae.simulation.world import Step
+from tegotae.simulation.schedules import Step
 from tegotae.systems import controller_file
 from tegotae.systems.models import find
 from tegotae.systems.resolve import legged_system as system

@@ -22,7 +22,7 @@ from tegotae import Rollout, Scenario, Timing
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.simulation.recorder import needing
-from tegotae.simulation.world import Step
+from tegotae.simulation.schedules import Step
 
 WEB = Path(str(resources.files(playground) / "web"))
 NODE = shutil.which("node")

@@ -13,10 +13,11 @@ from tegotae.parts.bodies import (
     Actuators,
     Bar,
     Blows,
+    Pushes,
     Sensors,
     Walker,
 )
-from tegotae.simulation.world import Staircase, Step
+from tegotae.simulation.schedules import Ramp, Staircase, Step
 from tegotae.systems.models import build
 
 REFLEX = build("V-reflex-w8")
@@ -41,7 +42,9 @@ def disturbed(sigma=2.0, **levels):
     return run(sigma=sigma, changes=changes)
 
 
-@pytest.mark.parametrize("body", [Actuators(body=Hopper()), Blows(body=Hopper())])
+@pytest.mark.parametrize(
+    "body", [Actuators(body=Hopper()), Blows(body=Hopper()), Pushes(body=Hopper())]
+)
 def test_they_keep_the_contract_of_a_body(body):
     check(body)
 
@@ -100,6 +103,20 @@ def test_a_blow_in_flight_changes_the_apex_by_what_energy_says():
     )
     apex = np.nanmax(path.apex_height_m[:10, 1])
     assert apex == pytest.approx(1.2 + 0.5 * speed**2 / body.gravity_m_per_s2, abs=1e-4)
+
+
+def test_a_wind_that_rises_carries_a_hopper_in_flight_as_its_force_says():
+    body = Pushes(body=Hopper())
+    wind = Ramp([0.0, body.weight_n], from_s=0.0, until_s=1.0)
+    path = run(body, height_m=9.0, changes={"push_z_n": wind})
+    flies = path.time_s[:, 0] <= 1.2
+    still, carried = path.velocity_m_per_s[flies].T
+    time = path.time_s[flies, 0]
+    gravity = body.body.gravity_m_per_s2
+    gained = gravity * np.where(time < 1.0, 0.5 * time**2, time - 0.5)
+    np.testing.assert_allclose(still, -gravity * time, atol=1e-3)
+    np.testing.assert_allclose(carried - still, gained, atol=0.02)
+    np.testing.assert_array_equal(path.height_m[:, 0], run(Hopper(), height_m=9.0).height_m[:, 0])
 
 
 def test_a_ground_that_drops_is_a_step_of_it_and_stairs_are_drops_one_after_the_other():

@@ -30,7 +30,7 @@ from tegotae.parts.terms import (
     VanillaReaction,
 )
 from tegotae.parts.terrains import Rough, Slope, Steps
-from tegotae.simulation.world import Step
+from tegotae.simulation.schedules import Ramp, Step
 
 C = Walker()
 FOOT = EllipticFoot(stride_m=0.2, lift_m=0.12, press_m=0.03, shift_rad=0.4)
@@ -283,6 +283,14 @@ def test_a_push_in_flight_gives_its_impulse():
     speed = np.diff(path.y_m[:, 0]) / 0.1
     assert speed[5] == pytest.approx(0.0, abs=1e-12)
     assert speed[40] == pytest.approx(0.4, abs=1e-3)
+
+
+def test_a_wind_that_rises_drives_a_walker_in_flight_as_its_force_says():
+    path = run(height_m=30.0, changes={"push_x_n": Ramp(0.2, from_s=1.0, until_s=3.0)})
+    speed = np.diff(path.x_m[:, 0]) / 0.1
+    assert speed[5] == pytest.approx(0.0, abs=1e-12)
+    assert speed[40] - speed[30] == pytest.approx(0.2 * 1.0, abs=1e-3)
+    assert speed[30] == pytest.approx(0.2 * (1.0 + 0.15), abs=2e-3)
 
 
 def test_a_ground_that_drops_lets_it_down_by_as_much():

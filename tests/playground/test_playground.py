@@ -43,7 +43,7 @@ from tegotae.parts.bodies import Hopper, Plate, Walker
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import Clamped, PhaseOscillator
 from tegotae.parts.terms import ConstantGain, Reflex, VanillaReaction
-from tegotae.simulation.world import Step
+from tegotae.simulation.schedules import Step
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.models import build
 from tegotae.training.algorithms import PGPE

@@ -13,12 +13,8 @@ from tegotae import Hopper, TegotaeError
 from tegotae.api.experiments import adjusted, conditions_named
 from tegotae.parts.bodies import Bar
 from tegotae.simulation.draws import Randomization, applied, draw
-from tegotae.simulation.world import (
-    OneOf,
-    Scenario,
-    Step,
-    Uniform,
-)
+from tegotae.simulation.schedules import Step
+from tegotae.simulation.world import OneOf, Scenario, Uniform
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import Experiment
 from tegotae.training.evaluator import Generation

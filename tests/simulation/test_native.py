@@ -42,7 +42,7 @@ from tegotae.parts.terms import (
 from tegotae.parts.terrains import Rough, Slope, Steps, Sum
 from tegotae.simulation import native
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
-from tegotae.simulation.world import Staircase, Step
+from tegotae.simulation.schedules import Staircase, Step
 from tegotae.systems.legged import SYSTEMS
 from tegotae.systems.models import build
 from tegotae.training.run import train

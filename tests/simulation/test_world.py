@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
+from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Bar, Plate, Sensors, Walker
+from tegotae.parts.parameters import traceable
 from tegotae.simulation.draws import check_scenario
-from tegotae.simulation.world import Staircase, Step, with_changes
+from tegotae.simulation.schedules import (
+    Constant,
+    Ramp,
+    Schedule,
+    SecondClock,
+    Staircase,
+    Step,
+    TickClock,
+)
+from tegotae.simulation.world import with_changes
 from tegotae.systems.models import build
 
 ROLLOUT = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
@@ -63,6 +76,62 @@ def test_a_staircase_leads_the_frequency_up():
         np.testing.assert_allclose(middle, rate, rtol=1e-6)
 
 
+def test_a_ramp_leads_the_frequency_to_its_value_and_stays():
+    changes = {"omega": Ramp([5.0, 9.0, 9.0], from_s=[1.0, 1.0, np.inf], until_s=3.0)}
+    path = ROLLOUT.run([0.0], Scenario(omega=5.0, changes=changes), dtype="float64")
+    turns = np.diff(np.unwrap(path.phase_rad, axis=0), axis=0) / 0.02
+    middle_s = path.time_s[1:, 0] - 0.01
+    steady, rising, never = turns.T
+    np.testing.assert_allclose(steady, 5.0, rtol=1e-6)
+    np.testing.assert_array_equal(never, steady)
+    np.testing.assert_allclose(rising, np.interp(middle_s, [1.0, 3.0], [5.0, 9.0]), atol=0.02)
+
+
+@pytest.mark.parametrize(
+    "schedule",
+    [
+        Constant(2.0),
+        Step(2.0, from_s=0.5, until_s=1.2),
+        Ramp(2.0, from_s=0.5, until_s=1.5),
+        Staircase(0.5, dwell_s=0.4, levels=4),
+    ],
+)
+def test_a_schedule_means_the_same_in_a_rollout_and_in_another_simulator(schedule):
+    for tick in range(0, 20):
+        of_tick = schedule.at(TickClock(jnp.asarray(tick), 0.1), 1.0)
+        assert float(of_tick) == pytest.approx(schedule.at(SecondClock(tick * 0.1 + 1e-9), 1.0))
+    assert schedule.neutral(1.0).at(SecondClock(1.1), 1.0) == 1.0
+
+
+@traceable
+@dataclasses.dataclass(frozen=True)
+class Gust(Schedule):
+    """A user's schedule: a gust that comes and goes smoothly."""
+
+    value: LaneNumbers
+    from_s: LaneNumbers
+    lasts_s: LaneNumbers
+
+    def at(self, clock, nominal):
+        share = clock.xp.clip(clock.since_s(self.from_s) / self.lasts_s, 0.0, 1.0)
+        return nominal + 0.5 * (1.0 - clock.xp.cos(2.0 * np.pi * share)) * (self.value - nominal)
+
+    def corners(self, duration_s):
+        return (self.from_s + 0.5 * self.lasts_s,)
+
+    def neutral(self, nominal):
+        return dataclasses.replace(self, value=nominal)
+
+
+def test_a_schedule_of_a_user_holds_in_a_rollout_and_is_checked_at_its_corners():
+    path = run(changes={"mass_kg": Gust([0.1, 0.12], from_s=1.0, lasts_s=1.0)})
+    early = path.time_s[:, 0] <= 1.0
+    np.testing.assert_allclose(path.height_m[early, 1], path.height_m[early, 0], rtol=1e-12)
+    assert abs(path.height_m[-1, 1] - path.height_m[-1, 0]) > 1e-6
+    with pytest.raises(TegotaeError, match="mass_kg is -1; it must be greater than 0"):
+        run(changes={"mass_kg": Gust(-1.0, from_s=1.0, lasts_s=1.0)})
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -73,6 +142,8 @@ def test_a_staircase_leads_the_frequency_up():
         ({"stiffness_n_per_m": [5.0, 5e4]}, "the control tick of 0.001 s is too long"),
         ({"mass_kg": Staircase(-0.06, 1.0)}, "mass_kg is -0.14; it must be greater"),
         ({"mass_kg": Staircase(0.1, 0.0)}, "the change of mass_kg, dwell_s, is 0; it must be at"),
+        ({"mass_kg": Ramp(-0.1, 1.0, 2.0)}, "mass_kg is -0.1; it must be greater than 0"),
+        ({"mass_kg": Ramp(0.1, 2.0, 1.0)}, "the change of mass_kg ends at 1.0 s and begins at 2.0"),
         ({"mass_kg": Step(0.1, 2.0, 1.0)}, "the change of mass_kg ends at 1.0 s and begins at 2.0"),
         ({"mass_kg": [[0.1], [0.2]]}, "the change of mass_kg has value of shape"),
         ({"omega": Step(np.nan)}, "the change of omega is nan"),
@@ -122,7 +193,7 @@ def test_late_times_are_whole_ticks_in_single_precision_too():
     for time in np.arange(300.0, 600.0, 0.37).round(2):
         tick = round(time / 0.01)
         heights = [
-            float(Step(1.0, np.float32(time)).value_at(jnp.asarray(t), 0.0, jnp.float32(0.01)))
+            float(Step(1.0, np.float32(time)).at(TickClock(jnp.asarray(t), jnp.float32(0.01)), 0.0))
             for t in (tick - 1, tick)
         ]
         assert heights == [0.0, 1.0], time
@@ -157,7 +228,7 @@ def test_a_change_by_name_goes_where_its_name_belongs():
         ({"weight": 1.0}, "no field of a Bar is called 'weight'"),
         ({"height_m": Step(1.1)}, "height_m is of the release; it cannot change on the way"),
         ({"pitch_rad": Staircase(0.1, 1.0)}, "pitch_rad is of the release"),
-        ({"drop_m": Step(0.1, 1.0, 2.0)}, "drop_m is for good; .* is a Step of ground_m"),
+        ({"drop_m": Step(0.1, 1.0, 2.0)}, "drop_m is for good; .* is a schedule of ground_m"),
         ({"ground_m": 0.1}, "for a drop name drop_m"),
     ],
 )

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import reprlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.errors import TegotaeError, unknown
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import (
@@ -21,6 +21,7 @@ from tegotae.parts.fields import (
     with_fields,
 )
 from tegotae.parts.oscillators import Oscillator
+from tegotae.simulation.schedules import Schedule, SecondClock, Step, is_scheduled, schedule_of
 from tegotae.simulation.timing import Timing
 from tegotae.simulation.world import (
     DROP,
@@ -29,9 +30,6 @@ from tegotae.simulation.world import (
     OMEGA,
     Condition,
     Scenario,
-    Staircase,
-    Step,
-    map_change,
     with_changes,
 )
 
@@ -87,22 +85,15 @@ def check_scenario(
 def _check_changes(body: Body, scenario: Scenario, timing: Timing) -> None:
     changes = dict(scenario.changes)
     for name, change in changes.items():
-        if name in _NO_FIELDS and not isinstance(change, (Step, Staircase)):
+        if name in _NO_FIELDS and not is_scheduled(change):
             raise TegotaeError(
                 f"the change of {name} is {reprlib.repr(change)}; {_NO_FIELDS[name]}, and a change "
-                "of it is a Step or a Staircase"
+                "of it is a schedule, such as a Step"
             )
         nominal = None if name in _NO_FIELDS else number_of(body, name)
-        for entry, value in _entries(change).items():
-            _check_numbers(name, entry, value, timing.tick_s)
-            _check_shape(name, entry, value, nominal)
-        if isinstance(change, Step) and not np.all(
-            np.less(change.from_s, change.until_s) | np.isinf(change.from_s)  # inf: never
-        ):
-            raise TegotaeError(
-                f"the change of {name} ends at {change.until_s} s and begins at {change.from_s} s; "
-                "let it begin first"
-            )
+        schedule = schedule_of(change)
+        schedule.check(name, timing.tick_s)
+        _check_shapes(name, schedule, nominal)
     fields = {name: change for name, change in changes.items() if name not in _NO_FIELDS}
     if fields:
         _check_bodies(body, fields, timing)
@@ -111,47 +102,44 @@ def _check_changes(body: Body, scenario: Scenario, timing: Timing) -> None:
 def _fastest(scenario: Scenario, duration_s: float) -> float:
     """The largest frequency that a lane meets, either way [rad/s]."""
     omega = np.asarray(scenario.omega, float)
-    change = dict(scenario.changes).get(OMEGA)
-    if isinstance(change, Step):
-        met = (omega, np.asarray(change.value, float))
-    else:
-        met = (omega, _values_at(change, omega, duration_s) if change else omega)
+    changes = dict(scenario.changes)
+    met = [omega]
+    if OMEGA in changes:
+        schedule = schedule_of(changes[OMEGA]).mapped(_row)
+        times = _corners([schedule], duration_s)
+        met += [schedule.at(SecondClock(time), omega) for time in times]
     return max(float(np.max(np.abs(x), initial=0.0)) for x in met)
 
 
-def _entries(change: LaneNumbers) -> dict[str, LaneNumbers]:
-    return change._asdict() if isinstance(change, (Step, Staircase)) else {"value": change}
+def _corners(schedules: Iterable[Schedule], duration_s: float) -> list[np.ndarray]:
+    """Return the release and the corners of schedules [s]; those beyond the run as the release."""
+    times = [np.zeros(1)]
+    for schedule in schedules:
+        times += map(np.asarray, schedule.corners(duration_s))
+    return [np.where((time >= 0.0) & (time <= duration_s), time, 0.0) for time in times]
 
 
 def _check_bodies(body: Body, fields: Mapping[str, LaneNumbers], timing: Timing) -> None:
     """Make every body that is met: for every lane, whenever something changes."""
-    rows = {name: map_change(_row, change) for name, change in fields.items()}
-    shapes = [x.shape for change in rows.values() for x in _entries(change).values()]
+    rows = {name: schedule_of(change).mapped(_row) for name, change in fields.items()}
+    shapes = [x.shape for schedule in rows.values() for x in schedule.entries.values()]
     lanes = max(shape[-1] for shape in shapes)
     if any(shape[-1] not in (1, lanes) for shape in shapes):
         raise TegotaeError(
             f"changes have shapes {', '.join(map(str, shapes))}; each must be a number or have one "
             "entry per lane"
         )
-    times = [np.zeros(1)]
-    for change in rows.values():
-        if isinstance(change, Step):
-            times += [change.from_s, change.until_s]
-        if isinstance(change, Staircase):
-            last = np.minimum(np.floor(timing.duration_s / change.dwell_s), change.levels - 1.0)
-            times.append(change.dwell_s * last)
     numbers = {name: number_of(body, name) for name in rows}
     nominal = {
         name: _row(x)[:, None] if isinstance(x, tuple) else _row(x) for name, x in numbers.items()
     }
     bodies: set[tuple[FieldNumber, ...]] = set()
-    for time in times:
-        time = np.where((time >= 0.0) & (time <= timing.duration_s), time, 0.0)
+    for time in _corners(rows.values(), timing.duration_s):
         met = {
             name: np.broadcast_to(
-                _values_at(change, nominal[name], time), (*nominal[name].shape[:-1], lanes)
+                schedule.at(SecondClock(time), nominal[name]), (*nominal[name].shape[:-1], lanes)
             )
-            for name, change in rows.items()
+            for name, schedule in rows.items()
         }
         for lane in range(lanes):
             of_lane = {name: _field(x[..., lane]) for name, x in met.items()}
@@ -169,38 +157,19 @@ def _field(value: np.ndarray) -> FieldNumber:
     return tuple(value.tolist()) if value.ndim else float(value)
 
 
-def _values_at(change: LaneNumbers, nominal: np.ndarray, time_s: LaneNumbers) -> np.ndarray:
-    """Return the values of a changing number at a time, from its nominal value."""
-    if isinstance(change, Step):
-        meanwhile = np.less_equal(change.from_s, time_s) & np.less(time_s, change.until_s)
-        return np.where(meanwhile, change.value, nominal)
-    if isinstance(change, Staircase):
-        step, dwell_s, levels = (np.asarray(x, float) for x in change)
-        return nominal + np.minimum(np.floor(time_s / dwell_s + 1e-6), levels - 1.0) * step
-    return change
-
-
-def _check_numbers(name: str, entry: str, value: LaneNumbers, tick_s: float) -> None:
-    label = f"the change of {name}" + ("" if entry == "value" else f", {entry},")
-    for number in np.ravel(np.asarray(value, object)):
-        if entry in ("until_s", "levels", "from_s") and number == float("inf"):
-            continue
-        lower = {"dwell_s": tick_s, "levels": 1.0}.get(entry)
-        require_finite(label, number, least=lower)
-
-
-def _check_shape(name: str, entry: str, value: LaneNumbers, nominal: FieldNumber | None) -> None:
-    shape = np.shape(np.asarray(value, float))
-    if isinstance(nominal, tuple) and entry in ("value", "step"):
-        if shape and (len(shape) != 2 or shape[0] != len(nominal)):
+def _check_shapes(name: str, schedule: Schedule, nominal: FieldNumber | None) -> None:
+    for entry, value in schedule.entries.items():
+        shape, is_value = np.shape(np.asarray(value, float)), entry in schedule.VALUES
+        if isinstance(nominal, tuple) and is_value:
+            if shape and (len(shape) != 2 or shape[0] != len(nominal)):
+                raise TegotaeError(
+                    f"the change of {name} has shape {shape}; it belongs to the legs: write a row "
+                    f"for each of them, [{len(nominal)}, lanes], such as {[[x] for x in nominal]}"
+                )
+        elif len(shape) > 1 and not (name == OMEGA and is_value):
             raise TegotaeError(
-                f"the change of {name} has shape {shape}; it belongs to the legs: write a row for "
-                f"each of them, [{len(nominal)}, lanes], such as {[[x] for x in nominal]}"
+                f"the change of {name} has {entry} of shape {shape}; it must be a number or [lanes]"
             )
-    elif len(shape) > 1 and not (name == OMEGA and entry in ("value", "step")):
-        raise TegotaeError(
-            f"the change of {name} has {entry} of shape {shape}; it must be a number or [lanes]"
-        )
 
 
 MOST_CORNERS = 4096
@@ -290,7 +259,7 @@ def check_conditions(
     for condition in conditions:
         _check_name(condition, names, body, oscillator)
     if conditions:
-        check_scenario(_corners(conditions, scenario, body), body, oscillator, timing)
+        check_scenario(_extremes(conditions, scenario, body), body, oscillator, timing)
 
 
 def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> None:
@@ -362,7 +331,7 @@ def _combinations(conditions: Sequence[Condition]) -> list[dict[str, LaneNumbers
     return [dict(zip(names, values, strict=True)) for values in itertools.product(*extremes)]
 
 
-def _corners(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> Scenario:
+def _extremes(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> Scenario:
     """A scenario with a lane for every combination of the extremes."""
     rows = _combinations(conditions)
     values: dict[str, np.ndarray] = {}

@@ -25,8 +25,9 @@ from tegotae.simulation.episode import EpisodeProgram, LaneInputs
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop, check_senses
 from tegotae.simulation.recorder import Recorder, Trajectory
+from tegotae.simulation.schedules import mapped_change
 from tegotae.simulation.timing import Timing
-from tegotae.simulation.world import GROUND, OMEGA, Scenario, map_change
+from tegotae.simulation.world import GROUND, OMEGA, Scenario
 
 
 @dataclass(frozen=True)
@@ -239,7 +240,7 @@ def as_lanes(
     initial_pose = {name: entry(name, x) for name, x in dict(scenario.initial_pose).items()}
     oscillator_state = {name: entry(name, x) for name, x in dict(scenario.oscillator_state).items()}
     changes = {
-        _path(body, name): map_change(partial(entry, name), change)
+        _path(body, name): mapped_change(partial(entry, name), change)
         for name, change in dict(scenario.changes).items()
     }
     combined = Scenario(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar, cast
 
@@ -17,6 +17,7 @@ from tegotae.parts._shapes import LaneNumbers, Number, PerLimb
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import FieldNumber, path_of
 from tegotae.parts.parameters import changed
+from tegotae.simulation.schedules import TickClock, is_scheduled, schedule_of
 
 GROUND = "ground_m"
 """The name of a change of the ground's height, which is no field of the body."""
@@ -77,7 +78,7 @@ def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Arra
     drop_tick = jnp.ceil(scenario.drop_time_s / tick_s - 1e-3)
     ground = jnp.where(tick.astype(drop_tick.dtype) >= drop_tick, -scenario.drop_m, 0.0)
     change = dict(scenario.changes).get(GROUND)
-    return ground if change is None else change.value_at(tick, ground, tick_s)
+    return ground if change is None else change.at(TickClock(tick, tick_s), ground)
 
 
 @dataclass(frozen=True)
@@ -218,65 +219,6 @@ ENTRIES = (OMEGA, "height_m", "velocity_m_per_s", "phase_rad", DROP, "drop_time_
 """Entries of a scenario that can be otherwise; other names are the body's."""
 
 
-class Step(NamedTuple):
-    """Another value for a time: a lost leg, a push, a load; a square pulse.
-
-    Each entry a number, or an array of shape [lanes]; `value` may be [limbs, lanes], if it belongs
-    to the limbs. A time counts from the first control tick that does not begin earlier.
-
-    Example:
-        >>> import jax.numpy as jnp
-        >>> heavier = Step(0.13, from_s=10.0)
-        >>> [float(heavier.value_at(jnp.asarray(t), 0.1, 1.0)) for t in (9, 10)]  # at ticks of 1 s
-        [0.10000000149011612, 0.12999999523162842]
-    """
-
-    value: LaneNumbers
-    """Value during the step."""
-    from_s: LaneNumbers = 0.0
-    """Begin [s]."""
-    until_s: LaneNumbers = math.inf
-    """Until when [s]."""
-
-    def value_at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
-        """The value during a control tick, given the usual one."""
-        begun = _reached(self.from_s, tick, tick_s) & ~_reached(self.until_s, tick, tick_s)
-        return jnp.where(begun, self.value, nominal)
-
-
-class Staircase(NamedTuple):
-    """A value that rises by a step, or falls, again and again.
-
-    After n dwells the value is the usual one plus n steps, and after `levels` of them in all it
-    stays. Each entry a number, or an array of shape [lanes].
-
-    Example:
-        >>> import jax.numpy as jnp
-        >>> stairs = Staircase(step=0.5, dwell_s=10.0, levels=3)
-        >>> [float(stairs.value_at(jnp.asarray(t), 2.0, 1.0)) for t in (9, 10, 25, 99)]
-        [2.0, 2.5, 3.0, 3.0]
-    """
-
-    step: LaneNumbers
-    """Rise from level to level."""
-    dwell_s: LaneNumbers
-    """Duration of a level [s]."""
-    levels: LaneNumbers = math.inf
-    """Number of levels, the first included."""
-
-    def value_at(self, tick: jax.Array, nominal: LaneNumbers, tick_s: LaneNumbers) -> jax.Array:
-        """The value during a control tick, given the usual one."""
-        dwell = jnp.round(self.dwell_s / tick_s)
-        level = jnp.minimum(jnp.floor(tick.astype(dwell.dtype) / dwell), self.levels - 1.0)
-        rise = level * self.step
-        shape = np.broadcast_shapes(jnp.shape(nominal), jnp.shape(rise))
-        return jnp.broadcast_to(nominal, shape) + jnp.broadcast_to(rise, shape)
-
-
-Change = Step | Staircase
-"""A change of a value during a run."""
-
-
 def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbers]) -> Scenario:
     """The scenario in which what is named is otherwise.
 
@@ -285,15 +227,16 @@ def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbe
         body: whose numbers and initial pose are meant.
         changes: by the name of an entry of the scenario ("omega", "height_m"), of a number of the
             release's initial pose ("pitch_rad"), of a field of the body ("mass_kg",
-            "terrain.rise_m"), or "ground_m": a value, or a schedule (`Step`, `Staircase`). Values
-            are numbers, or arrays [lanes] or [limbs, lanes]. A `Step` of "drop_m" has the time of
-            the drop.
+            "terrain.rise_m"), or "ground_m": a value, or a `Schedule`, such as a `Step`. Values are
+            numbers, or arrays [lanes] or [limbs, lanes]. A `Step` of "drop_m" has the time of the
+            drop.
 
     Raises:
         TegotaeError: for a name that nothing has, or a schedule of what is of the release.
 
     Example:
         >>> from tegotae.parts.bodies import Bar, Sensors
+        >>> from tegotae.simulation.schedules import Step
         >>> drop = {"drop_m": Step(0.05, from_s=30.0), "inertia_ratio": 0.6}
         >>> found = with_changes(Scenario(omega=8.0), Sensors(body=Bar()), drop)
         >>> found.drop_m, found.drop_time_s, found.changes
@@ -302,13 +245,13 @@ def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbe
     entries: dict[str, LaneNumbers] = {}
     initial_pose, of_body = dict(scenario.initial_pose), dict(scenario.changes)
     for name, change in changes.items():
-        scheduled = isinstance(change, (Step, Staircase))
-        if name == DROP and isinstance(change, Step):
-            if not np.all(np.isinf(change.until_s)):
+        scheduled = is_scheduled(change)
+        if name == DROP and scheduled:
+            if (once := schedule_of(change).once) is None:
                 raise TegotaeError(
-                    f"{DROP} is for good; ground that rises again is a Step of {GROUND}"
+                    f"{DROP} is for good; ground that changes otherwise is a schedule of {GROUND}"
                 )
-            entries |= {DROP: change.value, "drop_time_s": change.from_s}
+            entries |= dict(zip((DROP, "drop_time_s"), once, strict=True))
         elif name in (OMEGA, GROUND) and scheduled:
             of_body[name] = change
         elif name in ENTRIES or name in body.pose_names:
@@ -317,7 +260,7 @@ def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbe
             (entries if name in ENTRIES else initial_pose)[name] = change
         elif name == GROUND:
             raise TegotaeError(
-                f"{GROUND} changes by a schedule, a Step or a Staircase; for a drop name {DROP}"
+                f"{GROUND} changes by a schedule, such as a Step; for a drop name {DROP}"
             )
         else:
             of_body[path_of(body, name)] = change
@@ -326,13 +269,6 @@ def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbe
         initial_pose=initial_pose or scenario.initial_pose,
         changes=of_body or scenario.changes,
     )
-
-
-def _reached(time_s: LaneNumbers, tick: jax.Array, tick_s: LaneNumbers) -> jax.Array:
-    # Late times are whole ticks only to within the digits of float32.
-    exact = time_s / tick_s
-    first = jnp.ceil(exact - 1e-3 - 3e-7 * jnp.where(jnp.isfinite(exact), exact, 0.0))
-    return tick.astype(first.dtype) >= first
 
 
 def apply_changes(
@@ -351,13 +287,12 @@ def apply_changes(
         tick: the tick's number.
         tick_s: the control period [s].
     """
+    clock = TickClock(tick, tick_s)
     for name, change in changes.items():
         if name == OMEGA:
-            omega = change.value_at(tick, omega, tick_s)
+            omega = change.at(clock, omega)
         elif name != GROUND:
-            body = changed(
-                body, name, lambda nominal, c=change: c.value_at(tick, _stacked(nominal), tick_s)
-            )
+            body = changed(body, name, lambda nominal, c=change: c.at(clock, _stacked(nominal)))
     return body, omega
 
 
@@ -370,23 +305,11 @@ def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str,
     """
     entries: dict[str, LaneNumbers] = {}
     for name, change in changes.items():
-        if isinstance(change, (Step, Staircase)):
+        if is_scheduled(change):
             entries[name] = change
         else:
             body = changed(body, name, lambda _, value=change: value)
     return body, entries
-
-
-def map_change(function: Callable[[LaneNumbers], LaneNumbers], change: LaneNumbers) -> LaneNumbers:
-    """A change with a function applied to its entries; to the value, where it is no more.
-
-    Args:
-        function: of one entry.
-        change: a `Step`, a `Staircase`, or a value.
-    """
-    if isinstance(change, (Step, Staircase)):
-        return type(change)(*map(function, change))
-    return function(change)
 
 
 def _stacked(nominal: LaneNumbers) -> Number:

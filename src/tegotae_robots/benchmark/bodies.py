@@ -135,8 +135,9 @@ class SimulatedSubject(Subject):
         tested, timing, objective = self.tested, self.TIMING, self.OBJECTIVE
         lanes = LanesUnderTest(tested, self.disturbances)
         event_s = np.full(self.starts, EVENT_SHARE * timing.duration_s)
-        meets = [*lanes.undisturbed, *lanes.disturbed(event_s)]
-        scenario = self._release(lanes.scenario(meets))
+        met = self.disturbances
+        encounters = [tested.undisturbed(met), *tested.disturbed(met, event_s)]
+        scenario = self._release(lanes.scenario(encounters))
         count = np.shape(scenario.height_m)[-1]
         shared = Shared(self.simulated, np.float32(timing.tick_s))
         program = EpisodeProgram(ClosedLoop(tested.controller, Hold()), objective.needs)
@@ -161,7 +162,7 @@ class SimulatedSubject(Subject):
                 frames.append(jax.tree.map(np.asarray, frame))
         path = jax.tree.map(lambda *x: np.stack(x), *frames)
         outcome = objective.outcome(path, scenario, self.simulated, timing)
-        worth = self.worth(outcome, np.ravel(lanes.weight_ratio(meets)))
+        worth = self.worth(outcome, np.ravel(lanes.weight_ratio(encounters)))
         return np.where(alive, np.nan_to_num(worth), np.nan).reshape(-1, self.starts)
 
     def _weights(self, actions: np.ndarray) -> np.ndarray:

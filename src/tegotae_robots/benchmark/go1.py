@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -11,7 +11,7 @@ from typing import ClassVar
 import msgspec
 import numpy as np
 
-from tegotae.analysis.generalisation.on_environment import ModelUnderTest
+from tegotae.analysis.generalisation.on_environment import LanePolicy, ModelUnderTest
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import Sensing, sensing
 from tegotae.systems.resolve import resolve
@@ -80,8 +80,8 @@ class Go1Subject(Subject):
         tested = self.tested
         columns = [tested.experiment.wires.observed.index(name) for name in self.senses[track]]
 
-        def driven(changes: dict[str, np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-            drive = Driver(self, entry, len(changes["omega"]))
+        def driven(omega: np.ndarray) -> LanePolicy:
+            drive = Driver(self, entry, len(omega))
             return lambda observation: drive(observation[:, columns])
 
         played = tested.played(self.disturbances, driven)

@@ -32,7 +32,8 @@ from tegotae.parts.fields import numbers_of, unwrapped
 from tegotae.parts.parameters import Part, finite
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
-from tegotae.simulation.world import Step, apply_changes, with_changes
+from tegotae.simulation.schedules import Step
+from tegotae.simulation.world import apply_changes, with_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 

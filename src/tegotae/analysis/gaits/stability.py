@@ -31,7 +31,7 @@ from tegotae.measures.gaits.lags import Sections
 from tegotae.measures.gaits.names import TOLERANCE, distance, patterns_for
 from tegotae.measures.statistics import UNDEFINED
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import Step
+from tegotae.simulation.schedules import Step
 from tegotae.systems.legged import Legged
 
 KICK = 0.005

@@ -29,7 +29,7 @@ from tegotae.measures.gaits.summary import (
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
-from tegotae.simulation.world import Staircase
+from tegotae.simulation.schedules import Staircase
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 
 UP, DOWN = "up", "down"

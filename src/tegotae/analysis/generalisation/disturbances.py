@@ -6,8 +6,9 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
+import jax
 import numpy as np
 
 from tegotae._support.documents import JsonObject
@@ -17,7 +18,8 @@ from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import paths_of, value_of
-from tegotae.simulation.world import Staircase, Step
+from tegotae.simulation.schedules import Ramp, Staircase, Step, is_scheduled
+from tegotae.simulation.world import GROUND, OMEGA
 from tegotae.systems.controller_file import ControllerSet
 
 MOST_LEVEL = 1e6
@@ -112,6 +114,8 @@ class Tested(ABC):
 
     CHANGED: ClassVar[frozenset[str] | None] = None
     """Names of what can be changed; None for all that the body has."""
+    SCHEDULED: ClassVar[frozenset[str] | None] = None
+    """Names of what can change during a run; None for all that can be changed."""
 
     controllers: ControllerSet
     starts: int = 1
@@ -236,8 +240,45 @@ class Tested(ABC):
             changes = disturbance.changes(self, np.array([disturbance.neutral]), np.zeros(1))
         except LackingError as lacking:
             return str(lacking)
-        beyond = sorted(changes.keys() - self.CHANGED) if self.CHANGED is not None else []
-        return f"{', '.join(beyond)} cannot be changed on a {self.kind}" if beyond else ""
+        scheduled = {name for name, change in changes.items() if is_scheduled(change)}
+        for names, possible, how in (
+            (set(changes), self.CHANGED, "be changed"),
+            (scheduled, self.SCHEDULED, "change during a run"),
+        ):
+            if possible is not None and (beyond := sorted(names - possible)):
+                return f"{', '.join(beyond)} cannot {how} on a {self.kind}"
+        return ""
+
+    def usual(self, name: str) -> LaneNumbers:
+        """Return the number that a change replaces, of shape [limbs, 1] where limbs have it."""
+        if name == GROUND:
+            return 0.0
+        if name == OMEGA:
+            return self.omega or 0.0
+        nominal = self.nominal(name)
+        return np.asarray(nominal, float)[:, None] if isinstance(nominal, tuple) else nominal
+
+    def undisturbed(self, disturbances: Sequence[Disturbance]) -> Encounter:
+        """Return the lanes of one level at which nothing is changed."""
+        first = disturbances[0]
+        neutral = np.full(self.size, first.neutral), np.full(self.size, np.inf)
+        return Encounter(first.changes(self, *neutral), self.size)
+
+    def disturbed(self, disturbances: Sequence[Disturbance], at_s: np.ndarray) -> list[Encounter]:
+        """Return the lanes of every disturbance, level by level.
+
+        Args:
+            disturbances: what they meet.
+            at_s: when what happens at a time happens [s], [lanes of a level].
+        """
+        encounters = []
+        for disturbance in disturbances:
+            levels = np.array(disturbance.outwards)
+            of_lanes = np.repeat(levels, self.size), np.tile(at_s, len(levels))
+            encounters.append(
+                Encounter(disturbance.changes(self, *of_lanes), len(levels) * self.size)
+            )
+        return encounters
 
     @abstractmethod
     def check(self, disturbances: Sequence[Disturbance]) -> None:
@@ -251,6 +292,67 @@ class Tested(ABC):
 
         Levels are those of one disturbance after the other (`Disturbance.outwards`).
         """
+
+
+class Encounter(NamedTuple):
+    """Lanes that meet one disturbance."""
+
+    changes: Mapping[str, LaneNumbers]
+    """Their changes by name (`Disturbance.changes`)."""
+    lanes: int
+    """Number of lanes."""
+
+
+def joined(
+    tested: Tested,
+    disturbances: Sequence[Disturbance],
+    encounters: Sequence[Encounter],
+    dtype: str = "float64",
+) -> dict[str, LaneNumbers]:
+    """Join the changes of lanes one after the other, by name.
+
+    A name that one disturbance changes is as usual in the lanes of the others.
+
+    Args:
+        tested: the controllers.
+        disturbances: all that may be met.
+        encounters: the lanes.
+        dtype: of the numbers.
+    """
+    neutral: dict[str, LaneNumbers] = {}
+    for disturbance in disturbances:
+        level = np.array([disturbance.neutral])
+        for name, change in disturbance.changes(tested, level, np.full(1, np.inf)).items():
+            usual = tested.usual(name)
+            neutral[name] = change.neutral(usual) if is_scheduled(change) else usual
+    together: dict[str, LaneNumbers] = {}
+    for name, unchanged in neutral.items():
+        parts = [of_lanes(x.changes.get(name, unchanged), x.lanes, dtype) for x in encounters]
+        together[name] = jax.tree.map(_concatenated, *parts)
+    return together
+
+
+def of_lanes(numbers: Any, lanes: int, dtype: str = "float32") -> Any:
+    """Repeat the numbers of a pytree so that there is one for each lane.
+
+    Args:
+        numbers: numbers, or arrays whose last axis is of lanes.
+        lanes: how many.
+        dtype: of the arrays.
+    """
+
+    def per_lane(value: Any) -> np.ndarray:
+        value = np.atleast_1d(np.asarray(value, dtype))
+        if value.shape[-1] not in (1, lanes):  # releases, which repeat level by level
+            value = np.tile(value, lanes // value.shape[-1])
+        return np.broadcast_to(value, (*value.shape[:-1], lanes))
+
+    return jax.tree.map(per_lane, numbers)
+
+
+def _concatenated(*parts: np.ndarray) -> np.ndarray:
+    rows = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+    return np.concatenate([np.broadcast_to(x, (*rows, x.shape[-1])) for x in parts], axis=-1)
 
 
 def release_of(tested: Tested, level: np.ndarray) -> np.ndarray:
@@ -289,6 +391,21 @@ class ForcePulse(Disturbance):
         lasts = self.lasts_s * tested.time_scale
         force = level * tested.speed_scale * tested.mass_kg / lasts
         return {self.field: Step(force, at_s, at_s + lasts)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wind(Disturbance):
+    """A force on the centre of mass that rises to the level, a share of the weight, and stays."""
+
+    field: str
+    """The body's field of the force [N]."""
+    rises_s: float = 5.0
+    """Duration of the rise [s], for a leg of a metre on Earth."""
+
+    def changes(self, tested, level, at_s):
+        _ = tested.nominal(self.field)
+        force = level * tested.mass_kg * tested.nominal("gravity_m_per_s2")
+        return {self.field: Ramp(force, at_s, at_s + self.rises_s * tested.time_scale)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -486,6 +603,7 @@ _STIFFNESS = ("stiffness_n_per_m", "stiffness_z_n_per_m")
 _DAMPING = ("damping_ns_per_m", "damping_z_ns_per_m")
 _SPEEDS = (0.3, 0.6, 1.0, 1.5)
 _BLOWS = (-0.5, -1.0, -2.0, -3.0, 0.5, 1.0, 2.0, 3.0)
+_WINDS = (-0.05, -0.1, -0.2, -0.4, 0.05, 0.1, 0.2, 0.4)
 _STEPS = (-0.1, -0.25, -0.5, -1.0, 0.1, 0.2, 0.3)
 
 CATALOGUE: dict[str, Disturbance] = {
@@ -506,6 +624,8 @@ CATALOGUE: dict[str, Disturbance] = {
             "push-ahead", "push ahead", (*(-x for x in _SPEEDS), *_SPEEDS), "m/s", field="push_x_n"
         ),
         ForcePulse("push-aside", "push aside", _SPEEDS, "m/s", field="push_y_n"),
+        Wind("wind-ahead", "wind from behind / weight", _WINDS, field="push_x_n"),
+        Wind("wind-up", "upward wind / weight", _WINDS, field="push_z_n"),
         Incline("slope", "slope of the ground", (-0.2, -0.1, -0.05, 0.05, 0.1, 0.2)),
         Roughness("rough", "roughness of the ground", (0.01, 0.02, 0.05, 0.1), "l0"),
         LostLeg("lost-leg", "lost legs", (1.0, 2.0), "legs"),

@@ -14,7 +14,13 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.generalisation.disturbances import Disturbance, Tested
+from tegotae.analysis.generalisation.disturbances import (
+    Disturbance,
+    Encounter,
+    Tested,
+    joined,
+    of_lanes,
+)
 from tegotae.analysis.generalisation.retention import (
     EVENT_SHARE,
     GaitRetention,
@@ -24,16 +30,16 @@ from tegotae.analysis.generalisation.retention import (
 from tegotae.measures.gaits.names import HEADING, leg_names, reference_leg
 from tegotae.measures.gaits.summary import has_mass
 from tegotae.parts._shapes import LaneNumbers
-from tegotae.parts.bodies import Actuators, Blows, Body, BodyWrapper, Sensors
+from tegotae.parts.bodies import Actuators, Blows, Body, BodyWrapper, Pushes, Sensors
 from tegotae.parts.channels import FORCE
-from tegotae.parts.fields import path_of, unwrapped, with_fields
+from tegotae.parts.fields import path_of, paths_of, unwrapped, with_fields
 from tegotae.parts.terrains import Rough, Slope, Sum
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import LaneInputs
 from tegotae.simulation.recorder import declared
 from tegotae.simulation.rollout import Scenario, Timing, check_senses
 from tegotae.simulation.timing import padded_lanes
-from tegotae.simulation.world import ENTRIES, GROUND, Staircase, Step, with_changes
+from tegotae.simulation.world import ENTRIES, with_changes
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import settling_s
 from tegotae.systems.system import System
@@ -177,17 +183,23 @@ class ControllersUnderTest(Tested):
 
     @cached_property
     def prepared(self) -> Body:  # type: ignore[override]
-        """The body with senses, actuators and blows around it, and a slope and rough ground under
-        it if it knows of terrain, which all change nothing as they are."""
+        """The body with senses, actuators, blows and pushes around it, and a slope and rough ground
+        under it if it knows of terrain, which all change nothing as they are."""
         body = self.body
         ticks = math.ceil(self.longest_delay_s * self.time_scale / self.timing.tick_s - 1e-6)
-        for kind, settings in ((Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": ticks})):
+        wrappers = [(Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": ticks})]
+        if "push_z_n" not in paths_of(body):
+            wrappers.insert(1, (Pushes, {}))
+        for kind, settings in wrappers:
             if not _around(kind, body):
                 body = kind(body=body, **settings)
         if (terrain := getattr(self.unwrapped, "terrain", None)) is not None:
             ground = Sum(first=terrain, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
             body = with_fields(body, {"terrain": ground})
         return body
+
+    def usual(self, name: str) -> LaneNumbers:
+        return getattr(self.system.scenario(), name) if name in ENTRIES else super().usual(name)
 
     def meeting(self, disturbances: Sequence[Disturbance]) -> ControllersUnderTest:
         """The same, whose senses can be as late as disturbances make them."""
@@ -219,10 +231,11 @@ class ControllersUnderTest(Tested):
         check_senses(self.controller, self.body)
         tested = self.meeting(disturbances)
         lanes = LanesUnderTest(tested, disturbances)
-        baseline = lanes.measured(lanes.undisturbed)
-        meets = lanes.disturbed(np.ravel(lanes.criterion.at_s(baseline)))
-        disturbed = lanes.measured(meets)
-        return lanes.criterion.shares_kept(baseline, disturbed, lanes.weight_ratio(meets))
+        baseline = lanes.measured([tested.undisturbed(disturbances)])
+        at_s = np.ravel(lanes.criterion.at_s(baseline))
+        encounters = tested.disturbed(disturbances, at_s)
+        disturbed = lanes.measured(encounters)
+        return lanes.criterion.shares_kept(baseline, disturbed, lanes.weight_ratio(encounters))
 
 
 def _around(kind: type, body: Body) -> bool:
@@ -232,10 +245,6 @@ def _around(kind: type, body: Body) -> bool:
             return True
         body = body.body
     return False
-
-
-Meets = Sequence[tuple[dict[str, LaneNumbers], int]]
-"""The changes that each disturbance makes to its lanes, level by level, and how many levels."""
 
 
 class LanesUnderTest:
@@ -252,31 +261,11 @@ class LanesUnderTest:
         self.size = tested.size
         self.rollout = tested.system.rollout(self.criterion.summary, tested.timing)
 
-    @property
-    def undisturbed(self) -> list[tuple[dict[str, LaneNumbers], int]]:
-        """A level at which nothing is changed."""
-        first, size = self.disturbances[0], self.size
-        neutral = np.full(size, first.neutral), np.full(size, np.inf)
-        return [(first.changes(self.tested, *neutral), 1)]
-
-    def disturbed(self, at_s: np.ndarray) -> list[tuple[dict[str, LaneNumbers], int]]:
-        """Return the changes at the levels of each disturbance.
-
-        Args:
-            at_s: when what happens at a time happens [s], [lanes of the set].
-        """
-        meets = []
-        for disturbance in self.disturbances:
-            levels = np.array(disturbance.outwards)
-            each_lane = np.repeat(levels, self.size), np.tile(at_s, len(levels))
-            meets.append((disturbance.changes(self.tested, *each_lane), len(levels)))
-        return meets
-
-    def measured(self, meets: Meets) -> Any:
+    def measured(self, encounters: Sequence[Encounter]) -> Any:
         """Measure the criterion at every level, arrays [..., levels, lanes of the set]."""
-        levels = sum(number for _, number in meets)
-        count = levels * self.size
-        scenario = self.scenario(meets)
+        count = sum(encounter.lanes for encounter in encounters)
+        levels = count // self.size
+        scenario = self.scenario(encounters)
         weights = np.repeat(self.tested.weights, self.tested.starts, axis=0).T
         weights = np.tile(np.asarray(weights, "float32"), levels)
         parts = []
@@ -291,71 +280,22 @@ class LanesUnderTest:
         joined = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1)[..., :count], *parts)
         return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
 
-    def scenario(self, meets: Meets) -> Scenario:
+    def scenario(self, encounters: Sequence[Encounter]) -> Scenario:
         """Return the scenario of the lanes, level by level, with all that some disturbance
         changes."""
-        tested, count = self.tested, self.size * sum(number for _, number in meets)
+        tested, count = self.tested, sum(encounter.lanes for encounter in encounters)
         phases = np.tile(tested.phase_rad, len(tested.weights))
-        release = tested.system.scenario(phase_rad=phases)
-        changes = {}
-        for name, neutral in self._neutral(release).items():
-            parts = [
-                _lanes(level_changes.get(name, neutral), n * self.size)
-                for level_changes, n in meets
-            ]
-            changes[name] = jax.tree.map(_concatenated, *parts)
-        every = jax.tree.map(lambda x: _lanes(x, count), release)
-        return with_changes(every, tested.prepared, changes)
+        release = of_lanes(tested.system.scenario(phase_rad=phases), count)
+        changes = joined(tested, self.disturbances, encounters, "float32")
+        return with_changes(release, tested.prepared, changes)
 
-    def _neutral(self, release: Scenario) -> dict[str, Any]:
-        """Return, for every name that some disturbance changes, a change without effect."""
-        neutral = {}
-        for disturbance in self.disturbances:
-            level = np.array([disturbance.neutral])
-            for name, change in disturbance.changes(self.tested, level, np.full(1, np.inf)).items():
-                if name in ENTRIES:
-                    nominal = getattr(release, name)
-                else:
-                    nominal = None if name == GROUND else self.tested.nominal(name)
-                neutral[name] = _without(change, nominal)
-        return neutral
-
-    def weight_ratio(self, meets: Meets) -> np.ndarray:
+    def weight_ratio(self, encounters: Sequence[Encounter]) -> np.ndarray:
         """Weight of the body over the usual one, [levels, lanes of the set]."""
         parts = []
-        for changes, levels in meets:
-            ratio = np.ones(levels * self.size)
+        for changes, lanes in encounters:
+            ratio = np.ones(lanes)
             for name in ("mass_kg", "gravity_m_per_s2"):
                 if name in changes:
                     ratio = ratio * changes[name] / self.tested.nominal(name)
             parts.append(ratio)
         return np.concatenate(parts).reshape(-1, self.size)
-
-
-def _without(change: Any, nominal: Any) -> Any:
-    """The same kind of change that changes nothing."""
-    if isinstance(change, Staircase):
-        return change._replace(step=0.0)
-    return change._replace(value=_column(nominal)) if isinstance(change, Step) else _column(nominal)
-
-
-def _column(nominal: Any) -> Any:
-    return np.asarray(nominal, float)[:, None] if isinstance(nominal, tuple) else nominal
-
-
-def _lanes(x: Any, count: int) -> Any:
-    """An entry of a scenario with a value for each of so many lanes."""
-
-    def per_lane(value: Any) -> np.ndarray:
-        value = np.asarray(value, "float32")
-        value = value[None] if value.ndim == 0 else value
-        if value.shape[-1] not in (1, count):  # releases, which repeat level by level
-            value = np.tile(value, count // value.shape[-1])
-        return np.broadcast_to(value, (*value.shape[:-1], count))
-
-    return jax.tree.map(per_lane, x)
-
-
-def _concatenated(*parts: np.ndarray) -> np.ndarray:
-    rows = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
-    return np.concatenate([np.broadcast_to(x, (*rows, x.shape[-1])) for x in parts], axis=-1)

@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
-from tegotae.analysis.generalisation.disturbances import Disturbance, Tested
+from tegotae.analysis.generalisation.disturbances import Disturbance, Tested, joined, of_lanes
 from tegotae.analysis.generalisation.retention import (
     EVENT_SHARE,
     MEASURED_SHARE,
@@ -23,10 +23,14 @@ from tegotae.analysis.generalisation.retention import (
 )
 from tegotae.envs.mujoco.sensing import scale_model, sensing
 from tegotae.envs.wrapper import Pilot
-from tegotae.simulation.world import Step
+from tegotae.parts._shapes import LaneNumbers
+from tegotae.simulation.schedules import SecondClock, schedule_of
+from tegotae.simulation.world import OMEGA
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import ModelLanes
 
+_PUSHES = ("push_x_n", "push_y_n", "push_z_n")
+"""Forces on the first body, which may change during an episode."""
 _UNSEEN = 1000
 """Starts under test are as far from those of the training, by the seed of their noise."""
 _WALKS = 0.05
@@ -49,9 +53,12 @@ class MujocoModel:
     friction: float = 1.0
     push_x_n: float = 0.0
     push_y_n: float = 0.0
+    push_z_n: float = 0.0
     impulse_ns: float = 0.0
+    at_s: float = math.inf
     delay_s: float = 0.0
     noise: float = 0.0
+    seed: float = 0.0
 
     @property
     def touching_height_m(self) -> float:
@@ -74,10 +81,11 @@ class ModelUnderTest(Tested):
 
     CHANGED = frozenset(
         (
-            *("mass_kg", "gravity_m_per_s2", "friction", "push_x_n", "push_y_n", "impulse_ns"),
+            *("mass_kg", "gravity_m_per_s2", "friction", *_PUSHES, "impulse_ns"),
             *("at_s", "delay_s", "noise", "seed", "omega"),
         )
     )
+    SCHEDULED = frozenset(_PUSHES)
     kind = "MuJoCo model"  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -149,13 +157,12 @@ class ModelUnderTest(Tested):
         size = self.size
         weights = np.repeat(self.weights, self.starts, axis=0).astype(np.float32)
 
-        def piloted(changes: dict[str, np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-            count = len(changes["omega"])
-            experiment = self.experiment
+        def piloted(omega: np.ndarray) -> LanePolicy:
+            count, experiment = len(omega), self.experiment
             pilot = Pilot(
                 experiment.wires, experiment.wiring, np.tile(weights, (count // size, 1)).T
             )
-            pilot.restart(np.ones(count, bool), changes["omega"])
+            pilot.restart(np.ones(count, bool), omega)
             return pilot.act
 
         played = self.played(disturbances, piloted)
@@ -181,43 +188,31 @@ class ModelUnderTest(Tested):
 
         Args:
             disturbances: what is met.
-            pilot: makes of the changes of all lanes what drives them: a function from observations
-                [lanes, entries] to actions [lanes, actions].
+            pilot: makes of the frequencies of all lanes [rad/s] what drives them: a function from
+                observations [lanes, entries] to actions [lanes, actions].
 
         Returns:
             `lasted`, `ahead_m_per_s`, `bounce_m`, `power_w`, and `weight` as a share of the usual.
         """
-        size, at_s = self.size, EVENT_SHARE * self.experiment.duration_s
-        plan = [
-            (disturbance, level) for disturbance in disturbances for level in disturbance.outwards
-        ]
-        count = (len(plan) + 1) * size
-        nominal = {**vars(self.body), "omega": self.omega or 0.0, "at_s": at_s}
-        changes = {name: np.full(count, value, float) for name, value in nominal.items()}
-        changes |= {"seed": np.zeros(count), "lasts_s": np.zeros(count)}
-        for number, (disturbance, level) in enumerate(plan, 1):
-            block = slice(number * size, (number + 1) * size)
-            overrides = disturbance.changes(self, np.full(size, level), np.full(size, at_s))
-            for name, change in overrides.items():
-                if isinstance(change, Step):  # a push
-                    changes["lasts_s"][block] = change.until_s - at_s
-                    change = change.value
-                changes[name][block] = change
-        return _played(self, changes, at_s, pilot(changes))
+        at_s = np.full(self.size, EVENT_SHARE * self.experiment.duration_s)
+        encounters = [self.undisturbed(disturbances), *self.disturbed(disturbances, at_s)]
+        count = sum(encounter.lanes for encounter in encounters)
+        usual = of_lanes({**vars(self.body), OMEGA: self.omega or 0.0}, count, "float64")
+        changes = usual | joined(self, disturbances, encounters)
+        return _played(self, changes, pilot(changes[OMEGA]))
 
 
-PilotMaker = Callable[[dict[str, np.ndarray]], Callable[[np.ndarray], np.ndarray]]
-"""Factory of a policy runner from the changes of all lanes."""
+LanePolicy = Callable[[np.ndarray], np.ndarray]
+"""Function from observations [lanes, entries] to actions [lanes, actions]."""
+PilotMaker = Callable[[np.ndarray], LanePolicy]
+"""Factory of a policy from the frequencies of all lanes [rad/s]."""
 
 
 def _played(
-    tested: ModelUnderTest,
-    changes: dict[str, np.ndarray],
-    at_s: float,
-    act: Callable[[np.ndarray], np.ndarray],
+    tested: ModelUnderTest, changes: dict[str, LaneNumbers], act: LanePolicy
 ) -> dict[str, np.ndarray]:
     """An episode of every lane under its changes, [lanes] each."""
-    experiment, body, count = tested.experiment, tested.body, len(changes["seed"])
+    experiment, body, count = tested.experiment, tested.body, len(changes[OMEGA])
     wires, every = experiment.wires, np.ones(count, bool)
     mass = changes["mass_kg"] / body.mass_kg
     gravity = changes["gravity_m_per_s2"] / body.gravity_m_per_s2
@@ -234,7 +229,7 @@ def _played(
     track = np.zeros((lanes.steps, 3, count))
     try:
         for step in range(lanes.steps):
-            push = _push(changes, step * step_s - at_s, step_s)
+            push = _push(changes, SecondClock((step + 0.5) * step_s), step_s)
             observation, _, over = lanes.step(act(senses(observation)), alive, push_n=push)
             observation = np.nan_to_num(observation, posinf=0.0, neginf=0.0)
             track[step] = observation[:, forward], observation[:, height], observation[:, -1]
@@ -267,13 +262,13 @@ def _models(
     return models
 
 
-def _push(changes: dict[str, np.ndarray], since_s: float, step_s: float) -> np.ndarray | None:
-    """External forces on the first body in a step that begins so long after the event [N]."""
-    if since_s <= -0.5 * step_s:
-        return None
-    lasts = since_s < changes["lasts_s"] - 0.5 * step_s
-    blow = changes["impulse_ns"] / step_s * (since_s < 0.5 * step_s)
-    push = np.stack([changes["push_x_n"] * lasts, changes["push_y_n"] * lasts, blow], axis=1)
+def _push(changes: dict[str, LaneNumbers], clock: SecondClock, step_s: float) -> np.ndarray | None:
+    """External forces on the first body during a step with this middle [N]; None without any."""
+    force = [schedule_of(changes[name]).at(clock, 0.0) for name in _PUSHES]
+    since_s = clock.since_s(changes["at_s"])
+    strikes = (since_s >= 0.0) & (since_s < step_s)
+    force[2] = force[2] + changes["impulse_ns"] / step_s * strikes
+    push = np.stack(force, axis=1)
     return push if push.any() else None
 
 

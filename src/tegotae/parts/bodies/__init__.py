@@ -16,5 +16,6 @@ from tegotae.parts.bodies.wrappers import (
     Actuators as Actuators,
     Blows as Blows,
     BodyWrapper as BodyWrapper,
+    Pushes as Pushes,
     Sensors as Sensors,
 )

@@ -1,4 +1,4 @@
-"""Bodies around another one: lagged actuators, late or noisy sensors, blows."""
+"""Bodies around another one: lagged actuators, late or noisy sensors, blows and pushes."""
 
 from __future__ import annotations
 
@@ -419,3 +419,54 @@ class Blows(BodyWrapper):
         strikes = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
         impulse = jnp.where(strikes, self.impulse_ns, 0.0)
         return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)
+
+
+class PushesState(NamedTuple):
+    """The body's state."""
+
+    body: StateTree
+    """The state of the body."""
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
+class Pushes(BodyWrapper):
+    """A body whose centre of mass is pushed vertically by an outer force, such as a wind.
+
+    Half of a tick's impulse acts at its beginning and half at its end, so that the error is of
+    second order in the tick. A force of zero changes nothing, to the bit.
+
+    Args:
+        body: the body that is pushed. Its fields are those of `body.` in a scenario's `changes`.
+        push_z_n: the force, upwards [N].
+
+    Raises:
+        TegotaeError: for what is no body, or a force that is no number.
+
+    Example:
+        >>> from tegotae.parts.bodies import Hopper
+        >>> Pushes(body=Hopper(), push_z_n=0.1).limbs
+        1
+    """
+
+    push_z_n: float = finite(0.0)
+
+    def released(self, state: StateTree, zero: PerLane) -> PushesState:
+        """The body's state alone."""
+        return PushesState(state)
+
+    def before(self, state: PushesState, tick_s: Scalar) -> PushesState:
+        """The body with half of the impulse."""
+        return PushesState(self._pushed(state.body, tick_s))
+
+    def after(
+        self, state: PushesState, body: StateTree, ground_m: PerLane, tick_s: Scalar
+    ) -> PushesState:
+        """The body with the other half."""
+        return PushesState(self._pushed(body, tick_s))
+
+    def _pushed(self, body: StateTree, tick_s: Scalar) -> StateTree:
+        impulse = jnp.broadcast_to(
+            jnp.asarray(0.5 * self.push_z_n * tick_s), jnp.shape(self.body.velocity(body))
+        )
+        return self.body.apply_impulse(body, impulse)
