@@ -33,13 +33,14 @@ from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, s
 from tegotae.measures.statistics import interval
 from tegotae.parts.controller import Controller
 from tegotae.systems.models import build, find
-from tegotae.training.agents import agent_controller, initial_weights
+from tegotae.training.agents import agent_controller
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.rollouts import ModelLanes, play
 from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution, Stopping
+from tegotae.training.learner import initial_weights
 from tegotae.training.run import Run
 from tegotae.training.scoring import evaluator_of
 from tegotae.training.settings import tuned

@@ -19,7 +19,7 @@ from places import ROOT, TESTS
 from programs import main
 from research.reproduction.folder import Folder
 from research.reproduction.table import tabulate
-from tegotae import TegotaeError, register
+from tegotae import TegotaeError, Timing, register
 from tegotae._support.documents import kept_as, later
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import HOPPING
@@ -37,7 +37,8 @@ from tegotae.systems.user_objects import imported, load_object
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.collection import read_runs
 from tegotae.training.evolution import Evolution
-from tegotae.training.run import Run, train
+from tegotae.training.learner import Learner
+from tegotae.training.run import Run, curves_of, train
 from users_training import run_of
 
 FILE = TESTS / "users" / "my_parts.py"
@@ -261,6 +262,53 @@ def test_the_files_of_the_pages_train_together(tmp_path):
     saved = controller_file.load(tmp_path / "fourier-seed0.json")
     assert type(saved.body).__name__ == "RubberHopper"
     assert type(saved.experiment.objective).__name__ == "Jump"
+
+
+# A learner of a user's own.
+
+LEARNER = f"{PAGES / 'pattern_search.py'}:PatternSearch"
+SHORT = ["AR", "--budget", "12", "--seeds", "2", *QUICK[:4], "--settle-s", "0.5"]
+
+
+def test_a_learner_of_a_user_trains_resumes_and_ends_in_the_same_numbers(tmp_path, capsys):
+    words = ["train", *SHORT, "--algorithm", LEARNER, "--rounds", "3"]
+    assert main([*words, "--out", str(tmp_path / "whole")]) == 0
+    assert "best round" in capsys.readouterr().out
+    whole = [controller_file.load(path) for path in sorted((tmp_path / "whole").glob("*-seed*"))]
+    saved = whole[1]
+    assert saved.training["algorithm"]["name"] == "pattern-search"
+    assert saved.training["algorithm"]["rounds"] == 3
+    curves = curves_of(tmp_path / "whole" / "curves.csv")
+    assert (np.diff(curves["fitness"].to_numpy().reshape(2, 3)) >= 0.0).all()
+    kind = type(load_object(LEARNER, Learner, "algorithm"))
+    run = Run(
+        experiment=find("AR").experiment(
+            budget=12, timing=Timing(duration_s=2.0, tick_s=0.002), objective=Fitness(settle_s=0.5)
+        ),
+        learner=kind(rounds=3),
+        seeds=(0, 1),
+    )
+
+    def stop(state):
+        if state.done == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(run, tmp_path / "again", on_step=stop)
+    for path, other in zip(train(run, tmp_path / "again"), whole, strict=True):
+        np.testing.assert_array_equal(controller_file.load(path).weights, other.weights)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--generations", "3"], "generations"),
+        (["--rounds", "0"], "rounds is 0; it must be a whole number of at least 1"),
+    ],
+)
+def test_a_learner_of_a_user_refuses_what_it_does_not_have(words, says, one_line_error, tmp_path):
+    out = ["--out", str(tmp_path / "new")]
+    assert says in one_line_error("train", *SHORT, "--algorithm", LEARNER, *words, *out)
 
 
 # Misuse: one line each.

@@ -36,9 +36,10 @@ from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.curves import FITNESS, longest_s, read_curves
 from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH, Evolution, Stopping
-from tegotae.training.learner import Trainable, TrainingState
+from tegotae.training.learner import Learner, TrainingState
 from tegotae.training.run import COLUMNS, Run, curves_of, train as train_run
 from tegotae.training.settings import settings_named
+from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
     from matplotlib import figure
@@ -63,15 +64,10 @@ class Trainee:
     """Experiment, and the settings of its learning algorithm."""
 
     experiment: Trainable
-    settings: Algorithm | AgentSettings
+    settings: Algorithm | AgentSettings | Learner
     environment: EnvironmentOptions
     place: str = ""
     """Part of the folder's name for another simulator."""
-
-    @property
-    def is_agent(self) -> bool:
-        """True if the algorithm is an agent's."""
-        return isinstance(self.settings, AgentSettings)
 
     @property
     def folder(self) -> Path:
@@ -82,7 +78,8 @@ class Trainee:
 
     def defaults(self) -> Values:
         """Return the own values of the options of `train`."""
-        hidden = _OF_POPULATIONS if self.is_agent else _OF_AGENTS
+        hidden = () if isinstance(self.settings, Algorithm) else _OF_POPULATIONS
+        hidden += () if isinstance(self.settings, AgentSettings) else _OF_AGENTS
         values: dict[str, Any] = {"out": self.folder, "algorithm": self.settings}
         values |= {
             "generations": _USUAL.generations,
@@ -113,14 +110,16 @@ class Trainee:
 
         return environment.adjusted_on_environment(self.experiment, values)  # type: ignore[arg-type]
 
-    def learner(self, options: Any, experiment: Trainable) -> Evolution | AgentLearner:
+    def learner(self, options: Any, experiment: Trainable) -> Learner:
         """Return the learner.
 
         Args:
             options: options of `train`, with the algorithm's settings.
             experiment: the experiment, with other values.
         """
-        if self.is_agent:
+        if isinstance(self.settings, Learner):
+            return options.algorithm
+        if isinstance(self.settings, AgentSettings):
             return _agent(options, experiment)
         return _population(options, experiment, self.environment.workers)
 
@@ -139,7 +138,7 @@ def _trainee(
     *,
     env: str | None = None,
     environment: EnvironmentOptions | Changes | None = None,
-    algorithm: str | Algorithm | AgentSettings | Changes = "pgpe",
+    algorithm: str | Algorithm | AgentSettings | Learner | Changes = "pgpe",
     tensorboard: bool = False,
     budget: int | None = None,
     oscillator: str | None = None,
@@ -180,13 +179,15 @@ def _trainee(
     return Trainee(wired, settings, options_of_environment, place=stem_of(env))
 
 
-def _settings(algorithm: str | Algorithm | AgentSettings | Changes) -> Algorithm | AgentSettings:
+def _settings(
+    algorithm: str | Algorithm | AgentSettings | Learner | Changes,
+) -> Algorithm | AgentSettings | Learner:
     """The settings of an algorithm, by name or changed."""
     if isinstance(algorithm, Mapping):
         return changed(_settings(algorithm.get("name", "pgpe")), algorithm)
     if isinstance(algorithm, str):
         name = algorithm if is_reference(algorithm) else algorithm.lower()
-        return settings_named(name, (Algorithm, AgentSettings))
+        return settings_named(name, (Algorithm, AgentSettings, Learner))
     return algorithm
 
 
@@ -391,7 +392,7 @@ def train(
     oscillator: str | None = None,
     body: str | Body | Changes | None = None,
     fitness: str | Objective | Changes | None = None,
-    algorithm: str | Algorithm | AgentSettings | Changes = "pgpe",
+    algorithm: str | Algorithm | AgentSettings | Learner | Changes = "pgpe",
     env: str | None = None,
     environment: EnvironmentOptions | Changes | None = None,
     tensorboard: bool = False,
@@ -476,7 +477,8 @@ def train(
     trained = TrainedControllers.from_files(experiment.name, folder, files, learner.UNIT)
     if isinstance(experiment, Experiment):
         return replace(trained, notes=[*trained.notes, *without_hops(trained, experiment)])
-    tolerance = _USUAL.tolerance if trainee.is_agent else values.plateau_tolerance
+    evolves = isinstance(trainee.settings, Algorithm)
+    tolerance = values.plateau_tolerance if evolves else _USUAL.tolerance
     return replace(trained, notes=[*trained.notes, *advice(trained, tolerance=tolerance)])
 
 

@@ -92,6 +92,15 @@ class Evaluator(AbstractContextManager["Evaluator"]):
 
         return Scores(*map(of_candidates, self.scored(rows, repeats, generation)))
 
+    def alike(self, weights: np.ndarray) -> Scores:
+        """Score candidates that all meet the same episodes, [candidates] each.
+
+        Args:
+            weights: [candidates, n_weights].
+        """
+        candidates = np.asarray(weights, "float32")[None]
+        return Scores(*(x[0] for x in self.evaluate(candidates, Generation.alike())))
+
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Means over the last axis."""
         return values.mean(axis=-1)

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -29,15 +29,14 @@ from tegotae.training.learner import (
     Arrays,
     CurvePoint,
     LearnedController,
+    Learner,
     Points,
-    Trainable,
     TrainingState,
+    TrainingTask,
     versions_of,
 )
 from tegotae.training.scoring import best_gain, evaluator_of
-
-if TYPE_CHECKING:
-    from tegotae.training.run import Run
+from tegotae.training.trainable import Trainable
 
 _NEVER = 2**31
 
@@ -160,7 +159,7 @@ class Curves(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Evolution:
+class Evolution(Learner):
     """Learning by an evolution strategy, all seeds side by side; resumable by generation.
 
     A pure V model has no network: its σ is found by search, which is one run whatever the seeds.
@@ -189,12 +188,7 @@ class Evolution:
         """Versions of the programs that decide the numbers."""
         return versions_of("evosax")
 
-    def engine(self, experiment: Trainable) -> str:
-        """The evaluator's."""
-        with evaluator_of(experiment) as evaluator:
-            return evaluator.engine
-
-    def check(self, run: Run[Any]) -> None:
+    def check(self, run: TrainingTask) -> None:
         """Raise `TegotaeError` if a generation's weights and noise would not fit into memory."""
         episodes, seeds = self.algorithm.population * run.experiment.episodes, len(run.seeds)
         n_weights = run.experiment.controller.n_weights
@@ -203,7 +197,7 @@ class Evolution:
             f"{episodes} episodes a generation, of {seeds} seeds and {n_weights} weights,",
         )
 
-    def configuration(self, run: Run[Any]) -> JsonObject:
+    def configuration(self, run: TrainingTask) -> JsonObject:
         """Return the settings that decide the result, except the cap on generations, as JSON
         values."""
         begins = {"weights": list(self.weights)} if self.weights else {}
@@ -275,11 +269,13 @@ class Evolution:
                 curve.append(curves.centre_fitness)
                 yield progress, curves
 
-    def length(self, run: Run[Any]) -> int:
+    def length(self, run: TrainingTask) -> int:
         """The cap on generations."""
         return self.stopping.generations
 
-    def learn(self, run: Run[Any], state: TrainingState | None = None) -> Iterator[TrainingState]:
+    def learn(
+        self, run: TrainingTask, state: TrainingState | None = None
+    ) -> Iterator[TrainingState]:
         """A generation each, or the search of a gain at once.
 
         Args:
@@ -306,7 +302,7 @@ class Evolution:
             points = (*points, *new)
             yield self._state(run, points, progress, new)
 
-    def resumed(self, run: Run[Any], points: Points, arrays: Arrays) -> TrainingState:
+    def resumed(self, run: TrainingTask, points: Points, arrays: Arrays) -> TrainingState:
         """Behind the last generation, of which points and arrays are kept.
 
         Raises:
@@ -324,7 +320,7 @@ class Evolution:
             )
         return self._state(run, points, progress)
 
-    def _progress(self, run: Run[Any], arrays: Arrays) -> Progress:
+    def _progress(self, run: TrainingTask, arrays: Arrays) -> Progress:
         """The progress of a state's arrays."""
         leaves, structure = jax.tree.flatten(self.start(run.experiment, run.seeds))
         stored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
@@ -334,7 +330,7 @@ class Evolution:
         return jax.tree.unflatten(structure, stored)
 
     def _state(
-        self, run: Run[Any], points: Points, progress: Progress, new: Points = ()
+        self, run: TrainingTask, points: Points, progress: Progress, new: Points = ()
     ) -> TrainingState:
         """After a generation: of each seed the mean of the best distribution."""
         experiment, seeds = run.experiment, run.seeds
@@ -369,7 +365,7 @@ class Evolution:
             {f"leaf{i}": leaf for i, leaf in enumerate(jax.tree.leaves(progress))},
         )
 
-    def _searched(self, run: Run[Any]) -> TrainingState:
+    def _searched(self, run: TrainingTask) -> TrainingState:
         """The gain σ of a pure V model."""
         gain, fitness = best_gain(run.experiment, self.workers)
         outcome = {"seed": run.seeds[0], "best_fitness": fitness, "ended": SEARCH}

@@ -44,9 +44,9 @@ from tegotae.training.learner import (
     CurvePoint,
     LearnedController,
     Learner,
-    Trainable,
     TrainingState,
 )
+from tegotae.training.trainable import Trainable
 
 LearnerT = TypeVar("LearnerT", bound=Learner)
 
@@ -65,8 +65,8 @@ class Run(Generic[LearnerT]):
 
     Args:
         experiment: what is trained, on what, by what measure: on the engine, or on an environment.
-        learner: how is learned and for how long: a population (`Evolution`) or an agent
-            (`tegotae.training.agents.learner.AgentLearner`).
+        learner: learning algorithm and its budget: a population (`Evolution`), an agent
+            (`tegotae.training.agents.learner.AgentLearner`), or a `Learner` of your own.
         seeds: one training from random weights each.
 
     Raises:

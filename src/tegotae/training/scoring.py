@@ -15,8 +15,8 @@ from tegotae._support.progress import reporting
 from tegotae.measures.objectives.objective import Scores
 from tegotae.simulation.draws import Randomization
 from tegotae.systems.experiment import Experiment
-from tegotae.training.evaluator import EngineEvaluator, Evaluator, Generation
-from tegotae.training.learner import Trainable
+from tegotae.training.evaluator import EngineEvaluator, Evaluator
+from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
     from tegotae.training.environments.experiment import EnvExperiment
@@ -69,8 +69,7 @@ def gains_tried(experiment: Trainable, gains: np.ndarray, workers: int | None = 
         workers: worker processes, where episodes are not the engine's.
     """
     with evaluator_of(experiment, workers) as evaluator:
-        weights = gains[None, :, None].astype("float32")
-        return Scores(*(x[0] for x in evaluator.evaluate(weights, Generation.alike())))
+        return evaluator.alike(gains[:, None])
 
 
 @dataclass(frozen=True, eq=False)

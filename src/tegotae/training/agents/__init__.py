@@ -8,14 +8,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
-import jax
-import numpy as np
-
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import Part, finite, not_negative, positive, whole
 from tegotae.systems.registry import name_of
-from tegotae.training.learner import Trainable
+from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -221,16 +218,3 @@ def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controll
     limit = settings.max_feedback_rad_per_s
     tegotae = dataclasses.replace(controller.tegotae, limit_rad_per_s=limit)
     return dataclasses.replace(controller, tegotae=tegotae)
-
-
-def initial_weights(controller: Controller, seed: int) -> np.ndarray:
-    """The weights that the training of this seed starts from, by whatever algorithm, [n_weights].
-
-    They are those of `tegotae.training.evolution.Evolution.start`, to rounding.
-
-    Args:
-        controller: whose weights.
-        seed: of the training.
-    """
-    key_weights, _ = jax.random.split(jax.random.key(seed))
-    return np.asarray(controller.initial(key_weights), np.float32)

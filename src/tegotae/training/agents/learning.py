@@ -22,8 +22,9 @@ from tegotae.envs.settings import HopReward, TegotaeHopperSettings
 from tegotae.measures.hopping.signals import WORK
 from tegotae.simulation.rollout import Rollout, Scenario
 from tegotae.systems.experiment import Experiment
-from tegotae.training.agents import AgentSettings, agent_controller, initial_weights
-from tegotae.training.learner import CurvePoint, Trainable
+from tegotae.training.agents import AgentSettings, agent_controller
+from tegotae.training.learner import CurvePoint, initial_weights
+from tegotae.training.trainable import Trainable
 
 
 def agent_task(experiment: Trainable, settings: AgentSettings) -> AgentTask:
