@@ -19,6 +19,7 @@ from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _mode
 from tegotae.api.pictures import animate
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
+from tegotae.envs.wrapper import Pilot
 from tegotae.figures import animation as filming
 from tegotae.simulation.schedules import SecondClock
 from tegotae.systems import controller_file
@@ -147,7 +148,7 @@ def test_a_model_is_changed_by_what_a_disturbance_says(file):
     runs = read_runs(file)[0]
     tested: Any = ModelUnderTest.from_runs(runs)
     heavy, pushed = disturbances_named(["mass=2", "push-ahead=0.5"])
-    changed = _models(tested, np.array([1.0, 2.0]), np.ones(2), np.ones(2))
+    changed = _models(tested.settings, np.array([1.0, 2.0]), np.ones(2), np.ones(2))
     assert changed[1].body_mass.sum() == pytest.approx(2.0 * tested.body.mass_kg)
     assert heavy.changes(tested, np.array([2.0]), np.zeros(1))["mass_kg"] == pytest.approx(
         changed[1].body_mass.sum()
@@ -163,14 +164,17 @@ def test_a_wind_that_rises_acts_on_a_model_and_blows_strike_it_once(file):
     tested: Any = ModelUnderTest.from_runs(read_runs(file)[0])
     winds = disturbances_named(["wind-up=-0.5"])
     (wind,) = (x.changes(tested, np.array([-0.5]), np.array([1.0])) for x in winds)
-    usual = {"push_x_n": 0.0, "push_y_n": 0.0, "at_s": np.array([0.5]), "impulse_ns": 0.2}
+    none = np.zeros(1)
+    usual = {"push_x_n": none, "push_y_n": none, "at_s": none + 0.5, "impulse_ns": none + 0.2}
     changes = {**usual, **wind}
     end_s = wind["push_z_n"].until_s
     weight_n = tested.body.mass_kg * tested.body.gravity_m_per_s2
     for time_s, force_n in ((0.505, 20.0), (0.6, None), (0.5 * (1.0 + end_s), -0.25 * weight_n)):
         push = _push(changes, SecondClock(time_s), 0.01)
         assert (push is None) if force_n is None else push[0, 2] == pytest.approx(force_n)
-    played = tested.played(winds, lambda omega: lambda seen: np.zeros((2, 2)))
+    wiring = tested.experiment.wiring
+    still = Pilot(tested.experiment.wires, wiring, np.zeros((1, 2)))
+    played = tested.played(winds, lambda omega: still)
     assert played["lasted"].all()
     assert played["bounce_m"][1] != played["bounce_m"][0]
 

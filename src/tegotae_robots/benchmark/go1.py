@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
 import msgspec
 import numpy as np
 
-from tegotae.analysis.generalisation.on_environment import LanePolicy, ModelUnderTest
+from tegotae.analysis.generalisation.on_environment import ModelUnderTest
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import Sensing, sensing
 from tegotae.systems.resolve import resolve
@@ -80,13 +80,28 @@ class Go1Subject(Subject):
         tested = self.tested
         columns = [tested.experiment.wires.observed.index(name) for name in self.senses[track]]
 
-        def driven(omega: np.ndarray) -> LanePolicy:
-            drive = Driver(self, entry, len(omega))
-            return lambda observation: drive(observation[:, columns])
-
-        played = tested.played(self.disturbances, driven)
+        played = tested.played(
+            self.disturbances, lambda omega: _EntryPilot(Driver(self, entry, len(omega)), columns)
+        )
         weight_n = tested.body.mass_kg * tested.body.gravity_m_per_s2 * played["weight"]
         ahead, power = played["ahead_m_per_s"], played["power_w"]
         cot_inverse = weight_n * ahead / np.where(power > 0.0, power, np.inf)
         worth = of_walk(cot_inverse, ahead, self.SPEED)
         return np.where(played["lasted"], worth, np.nan).reshape(-1, self.starts)
+
+
+@dataclass(frozen=True)
+class _EntryPilot:
+    """An entry that drives the robot in many episodes."""
+
+    drive: Driver
+    columns: Sequence[int]
+    """Columns of the observation that the track has."""
+    phase: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def reset(self) -> None:
+        """Begin an episode; a driver begins once."""
+
+    def act(self, observed: np.ndarray) -> np.ndarray:
+        """Return the actions of all lanes."""
+        return self.drive(observed[:, self.columns])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -22,12 +22,13 @@ from tegotae.analysis.generalisation.retention import (
     retained,
 )
 from tegotae.envs.mujoco.sensing import scale_model, sensing
+from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wrapper import Pilot
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.simulation.schedules import SecondClock, schedule_of
 from tegotae.simulation.world import OMEGA
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.rollouts import ModelLanes
+from tegotae.training.environments.rollouts import LanePilot, ModelLanes, Seeds, play
 
 _PUSHES = ("push_x_n", "push_y_n", "push_z_n")
 """Forces on the first body, which may change during an episode."""
@@ -109,7 +110,7 @@ class ModelUnderTest(Tested):
         """The MuJoCo model, for the disturbances."""
         sensed = sensing(self.experiment.spec.model_settings)
         gravity = float(np.linalg.norm(sensed.model.opt.gravity)) or 9.81
-        lanes = self._lanes(1)
+        lanes = ModelLanes(self.settings, 1)
         height = lanes.reset(self.experiment.seed, np.ones(1, bool))
         lanes.close()
         length = float(height[0, sensed.names.index("root_height")])
@@ -145,25 +146,24 @@ class ModelUnderTest(Tested):
                             f"{value:g}"
                         )
 
-    def _lanes(self, count: int, models: Sequence[Any] | None = None) -> ModelLanes:
+    @property
+    def settings(self) -> ModelSettings:
+        """Settings of the model, in episodes of the experiment's duration."""
         experiment = self.experiment
-        settings = dataclasses.replace(
-            experiment.spec.model_settings, duration_s=experiment.duration_s
-        )
-        return ModelLanes(settings, count, models=models)
+        return dataclasses.replace(experiment.spec.model_settings, duration_s=experiment.duration_s)
 
     def shares_kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
         """See `Tested.kept`; every run, level and start is played at once."""
-        size = self.size
+        size, experiment = self.size, self.experiment
         weights = np.repeat(self.weights, self.starts, axis=0).astype(np.float32)
 
-        def piloted(omega: np.ndarray) -> LanePolicy:
-            count, experiment = len(omega), self.experiment
+        def piloted(omega: np.ndarray) -> Pilot:
+            count = len(omega)
             pilot = Pilot(
                 experiment.wires, experiment.wiring, np.tile(weights, (count // size, 1)).T
             )
             pilot.restart(np.ones(count, bool), omega)
-            return pilot.act
+            return pilot
 
         played = self.played(disturbances, piloted)
         baseline = {name: x[:size] for name, x in played.items()}
@@ -182,14 +182,13 @@ class ModelUnderTest(Tested):
         return retained(moved, moved, moves, moves & (share >= _KEEPS), *of_walks)
 
     def played(
-        self, disturbances: Sequence[Disturbance], pilot: PilotMaker
+        self, disturbances: Sequence[Disturbance], pilot: Callable[[np.ndarray], LanePilot]
     ) -> dict[str, np.ndarray]:
         """An episode of every lane: undisturbed, then level by level, [(1 + levels) size] each.
 
         Args:
             disturbances: what is met.
-            pilot: makes of the frequencies of all lanes [rad/s] what drives them: a function from
-                observations [lanes, entries] to actions [lanes, actions].
+            pilot: makes of the frequencies of all lanes [rad/s] what drives them.
 
         Returns:
             `lasted`, `ahead_m_per_s`, `bounce_m`, `power_w`, and `weight` as a share of the usual.
@@ -199,58 +198,67 @@ class ModelUnderTest(Tested):
         count = sum(encounter.lanes for encounter in encounters)
         usual = of_lanes({**vars(self.body), OMEGA: self.omega or 0.0}, count, "float64")
         changes = usual | joined(self, disturbances, encounters)
-        return _played(self, changes, pilot(changes[OMEGA]))
+        wires = self.experiment.wires
+        driven = _LatePilot(pilot(changes[OMEGA]), self.experiment, changes)
+        start = np.arange(count) % self.starts
+        unseen = _UNSEEN if self.starts_differ else 0
+        lanes = _PerturbedLanes(self.settings, self.body, changes)
+        entries = ("root_forward", "root_height", "work")
+        try:
+            seeds = self.experiment.seed + unseen + start
+            record = play(lanes, driven, wires, seed=seeds, entries=entries)
+            lasted = (record.ended == lanes.steps) & lanes.truncated
+        finally:
+            lanes.close()
+        late = round((1.0 - MEASURED_SHARE) * lanes.steps)
+        span_s = (lanes.steps - 1 - late) * wires.step_s
+        ahead, height, work = (record.entry(name).astype(float) for name in entries)
+        return {
+            "lasted": lasted,
+            "ahead_m_per_s": (ahead[-1] - ahead[late]) / span_s,
+            "bounce_m": height[late:].std(axis=0),
+            "power_w": (work[-1] - work[late]) / span_s,
+            "weight": lanes.mass * lanes.gravity,
+        }
 
 
-LanePolicy = Callable[[np.ndarray], np.ndarray]
-"""Function from observations [lanes, entries] to actions [lanes, actions]."""
-PilotMaker = Callable[[np.ndarray], LanePolicy]
-"""Factory of a policy from the frequencies of all lanes [rad/s]."""
+class _PerturbedLanes(ModelLanes):
+    """Lanes of a model with masses, frictions and gravities of their own, which are pushed.
 
+    Args:
+        settings: of the model.
+        body: the usual model.
+        changes: of all lanes, by name.
+    """
 
-def _played(
-    tested: ModelUnderTest, changes: dict[str, LaneNumbers], act: LanePolicy
-) -> dict[str, np.ndarray]:
-    """An episode of every lane under its changes, [lanes] each."""
-    experiment, body, count = tested.experiment, tested.body, len(changes[OMEGA])
-    wires, every = experiment.wires, np.ones(count, bool)
-    mass = changes["mass_kg"] / body.mass_kg
-    gravity = changes["gravity_m_per_s2"] / body.gravity_m_per_s2
-    models = _models(tested, mass, changes["friction"], gravity)
-    lanes = tested._lanes(count, models)
-    start = np.arange(count) % tested.starts
-    unseen = _UNSEEN if experiment.spec.model_settings.noise else 0
-    observation = lanes.reset(experiment.seed + unseen + start, every)
-    senses = _Senses(tested, changes["delay_s"], changes["noise"], changes["seed"])
-    names, step_s = wires.observed, wires.step_s
-    forward, height = names.index("root_forward"), names.index("root_height")
-    late = round((1.0 - MEASURED_SHARE) * lanes.steps)
-    alive = every.copy()
-    track = np.zeros((lanes.steps, 3, count))
-    try:
-        for step in range(lanes.steps):
-            push = _push(changes, SecondClock((step + 0.5) * step_s), step_s)
-            observation, _, over = lanes.step(act(senses(observation)), alive, push_n=push)
-            observation = np.nan_to_num(observation, posinf=0.0, neginf=0.0)
-            track[step] = observation[:, forward], observation[:, height], observation[:, -1]
-            alive &= ~(over & ~lanes.truncated)
-    finally:
-        lanes.close()
-    span = (lanes.steps - 1 - late) * step_s
-    return {
-        "lasted": alive,
-        "ahead_m_per_s": (track[-1, 0] - track[late, 0]) / span,
-        "bounce_m": track[late:, 1].std(axis=0),
-        "power_w": (track[-1, 2] - track[late, 2]) / span,
-        "weight": mass * gravity,
-    }
+    def __init__(
+        self, settings: ModelSettings, body: MujocoModel, changes: Mapping[str, LaneNumbers]
+    ) -> None:
+        self.mass = changes["mass_kg"] / body.mass_kg
+        self.gravity = changes["gravity_m_per_s2"] / body.gravity_m_per_s2
+        models = _models(settings, self.mass, changes["friction"], self.gravity)
+        super().__init__(settings, len(models), models=models)
+        self._changes, self._done = changes, 0
+
+    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
+        """Begin an episode of some lanes."""
+        self._done = 0
+        return super().reset(seed, where)
+
+    def step(
+        self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Step every lane that is alive, under its outer forces."""
+        step_s = self.batch.step_s
+        middle, self._done = SecondClock((self._done + 0.5) * step_s), self._done + 1
+        return super().step(actions, alive, _push(self._changes, middle, step_s))
 
 
 def _models(
-    tested: ModelUnderTest, mass: np.ndarray, friction: np.ndarray, gravity: np.ndarray
+    settings: ModelSettings, mass: np.ndarray, friction: np.ndarray, gravity: np.ndarray
 ) -> list[Any]:
-    """A model a lane; lanes that are alike share one."""
-    nominal = sensing(tested.experiment.spec.model_settings).model
+    """Return a model for each lane; lanes that are alike share one."""
+    nominal = sensing(settings).model
     variants: dict[tuple[float, float, float], Any] = {(1.0, 1.0, 1.0): nominal}
     models = []
     for key in zip(mass.tolist(), friction.tolist(), gravity.tolist(), strict=True):
@@ -262,7 +270,9 @@ def _models(
     return models
 
 
-def _push(changes: dict[str, LaneNumbers], clock: SecondClock, step_s: float) -> np.ndarray | None:
+def _push(
+    changes: Mapping[str, LaneNumbers], clock: SecondClock, step_s: float
+) -> np.ndarray | None:
     """External forces on the first body during a step with this middle [N]; None without any."""
     force = [schedule_of(changes[name]).at(clock, 0.0) for name in _PUSHES]
     since_s = clock.since_s(changes["at_s"])
@@ -272,39 +282,58 @@ def _push(changes: dict[str, LaneNumbers], clock: SecondClock, step_s: float) ->
     return push if push.any() else None
 
 
-class _Senses:
-    """Delayed and noisy senses of the limbs.
+class _LatePilot:
+    """A pilot whose limbs feel late and with noise.
 
     Args:
-        tested: the controllers.
-        delay_s: of each lane [s], interpolated between control periods.
-        noise: standard deviation over the scale of the sense, of each lane.
-        seed: of the noise of each lane.
+        pilot: what drives the lanes.
+        experiment: whose wiring says what the limbs feel.
+        changes: of all lanes: `delay_s` [s], interpolated between control periods; `noise`, its
+            standard deviation over the scale of the sense; and the `seed` of the noise.
     """
 
     def __init__(
-        self, tested: ModelUnderTest, delay_s: np.ndarray, noise: np.ndarray, seed: np.ndarray
+        self, pilot: LanePilot, experiment: EnvExperiment, changes: Mapping[str, LaneNumbers]
     ) -> None:
-        wires, scales = tested.experiment.wires, tested.experiment.wiring.scales
-        self._at = {int(i): float(scales.get(name, 1.0))
-                    for name, (places, _) in wires.sensed.items() for i in places}  # fmt: skip
-        self._steps, self._noise = delay_s / wires.step_s, noise
-        self._random = [np.random.default_rng(int(lane_seed)) for lane_seed in seed]
+        wires, scales = experiment.wires, experiment.wiring.scales
+        self._pilot = pilot
+        self._scale_of = {
+            int(i): float(scales.get(name, 1.0))
+            for name, (places, _) in wires.sensed.items()
+            for i in places
+        }
+        self._steps, self._noise = changes["delay_s"] / wires.step_s, changes["noise"]
+        self._seed = changes["seed"]
+        self.reset()
+
+    @property
+    def phase(self) -> np.ndarray:
+        """Phases [rad], [limbs, lanes]."""
+        return self._pilot.phase
+
+    def reset(self) -> None:
+        """Begin an episode, with nothing felt yet."""
+        self._pilot.reset()
+        self._random = [np.random.default_rng(int(lane_seed)) for lane_seed in self._seed]
         self._past: list[np.ndarray] = []
 
-    def __call__(self, observation: np.ndarray) -> np.ndarray:
-        """Return the delayed and noisy senses for an observation [lanes, entries]."""
+    def act(self, observed: np.ndarray) -> np.ndarray:
+        """Return the actions for observations [lanes, entries], as they are felt."""
+        return self._pilot.act(self._felt(observed))
+
+    def _felt(self, observed: np.ndarray) -> np.ndarray:
+        """Return the delayed and noisy senses for observations [lanes, entries]."""
         if not self._steps.any() and not self._noise.any():
-            return observation
+            return observed
         longest = math.ceil(self._steps.max()) + 1
-        self._past = [observation.copy(), *self._past[:longest]]
-        felt = observation.copy()
+        self._past = [observed.copy(), *self._past[:longest]]
+        felt = observed.copy()
         last = len(self._past) - 1
         near = np.minimum(np.floor(self._steps).astype(int), last)
         part = self._steps - np.floor(self._steps)
-        past, lane = np.stack(self._past), np.arange(len(observation))
+        past, lane = np.stack(self._past), np.arange(len(observed))
         far = np.minimum(near + 1, last)
-        for entry, scale in self._at.items():
+        for entry, scale in self._scale_of.items():
             delayed = (1.0 - part) * past[near, lane, entry] + part * past[far, lane, entry]
             drawn = [generator.standard_normal() for generator in self._random]
             felt[:, entry] = delayed + self._noise * scale * np.array(drawn)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -221,6 +221,23 @@ Whether the last step ended an episode by its time alone is in `truncated`, [lan
 """
 
 
+class LanePilot(Protocol):
+    """What drives lanes that are stepped together, such as a `Pilot`."""
+
+    @property
+    def phase(self) -> np.ndarray:
+        """Phases of oscillators [rad], [limbs, lanes]."""
+        ...
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        ...
+
+    def act(self, observed: np.ndarray) -> np.ndarray:
+        """Return the actions for observations [lanes, entries], [lanes, actions]."""
+        ...
+
+
 class Trials(NamedTuple):
     """Results of candidates, [candidates] each."""
 
@@ -321,7 +338,7 @@ def environment_lanes(
 
 def play(
     lanes: Lanes,
-    pilot: Pilot,
+    pilot: LanePilot,
     wires: Wires,
     *,
     seed: Seeds,
