@@ -96,7 +96,7 @@ def test_every_point_of_a_space_is_a_valid_setting_of_its_algorithm(algorithm):
         assert isinstance(settings, learner(algorithm))
 
 
-@pytest.mark.parametrize("algorithm", ["cma-es", "openai-es"])
+@pytest.mark.parametrize("algorithm", ["cma-es", "openai-es", "snes"])
 def test_a_search_begins_with_the_settings_that_the_algorithm_has_by_default(algorithm):
     first = tried_first(SPACES[algorithm])
     assert dataclasses.asdict(first) == pytest.approx(dataclasses.asdict(learner(algorithm)()))

@@ -441,8 +441,8 @@ def train(
         fitness: another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping
             (CoT⁻¹ + ΔΩ), return (the sum of its rewards), or a function of an episode,
             FILE.py:FUNCTION or MODULE:FUNCTION. Or changes of the experiment's own.
-        algorithm: learning algorithm: pgpe, cma-es or openai-es (populations), sac or ppo (agents),
-            or your own, FILE.py:OBJECT or MODULE:OBJECT; or its name with other settings,
+        algorithm: learning algorithm: pgpe, cma-es, openai-es or snes (populations), sac or ppo
+            (agents), or your own, FILE.py:OBJECT or MODULE:OBJECT; or its name with other settings,
             {"name": "cma-es", "std": 0.08}.
         env: environment in place of this package's engine: a Gymnasium id such as Hopper-v5;
             FILE.py:FUNCTION or MODULE:FUNCTION that makes one; a MuJoCo model, FILE.xml or, in an

@@ -16,12 +16,11 @@ from matplotlib.ticker import NullFormatter
 from tegotae.figures.style import COLOURS, PAGE_IN, Table, literal_text, new_figure, styled
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.statistics import UNBOUNDED, Interval, difference, interval
+from tegotae.systems.registry import kinds
 from tegotae.training.curves import COT, FITNESS, groups, late_mean, measure_of, shared
 
 LABELS = {COT: "CoT⁻¹ [m/J]", FITNESS: "fitness"}
 """Labels of the vertical axis, by the quantity of the curves."""
-_TITLES = {"pgpe": "PGPE", "cma-es": "CMA-ES", "openai-es": "OpenAI-ES", "ppo": "PPO", "sac": "SAC"}
-"""Algorithms as they are written."""
 _OTHERS = "0.72"
 _BESIDE = 3  # panels side by side
 
@@ -85,7 +84,7 @@ def algorithm_title(name: str) -> str:
         ('PGPE, usual settings', 'mine')
     """
     first, comma, settings = name.partition(",")
-    return _TITLES.get(first, first) + comma + settings
+    return getattr(kinds().get(first), "TITLE", first) + comma + settings
 
 
 def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:

@@ -1,4 +1,4 @@
-"""Optimisers of controller weights: the contract of a black-box optimiser, and evosax's three."""
+"""Optimisers of controller weights: the contract of a black-box optimiser, and evosax's four."""
 
 from __future__ import annotations
 
@@ -42,6 +42,8 @@ class Algorithm(Part, ABC):
 
     NAME: ClassVar[str]
     """Name in commands and documents; the name of the class by default."""
+    TITLE: ClassVar[str]
+    """Name in figures; `NAME` by default."""
 
     population: int
     """Episodes per generation and seed."""
@@ -135,6 +137,7 @@ class PGPE(Algorithm):
     """
 
     NAME = "pgpe"
+    TITLE = "PGPE"
 
     population: int = whole(32, least=2)
     """Episodes per generation: an even number."""
@@ -204,6 +207,7 @@ class CMAES(Algorithm):
     """
 
     NAME = "cma-es"
+    TITLE = "CMA-ES"
 
     population: int = whole(64, least=4)
     """Episodes per generation."""
@@ -251,6 +255,7 @@ class OpenES(Algorithm):
     """
 
     NAME = "openai-es"
+    TITLE = "OpenAI-ES"
 
     population: int = whole(64, least=2)
     """Episodes per generation: an even number."""
@@ -288,6 +293,48 @@ class OpenES(Algorithm):
         state = super().start(key, weights)
         state = _with_settings(state, {"learning_rate": self.learning_rate})
         return state.replace(std=jnp.asarray(self.std, "float32"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SNES(Algorithm):
+    """Separable natural evolution strategy, with its standard settings (through evosax).
+
+    With samples `θ = μ + σ z`, z ~ N(0, 1), and utilities u of the ranks of their fitness, which
+    sum to 0:
+
+        μ ← μ + σ Σ u z,    σ ← σ exp(η/2 Σ u (z² - 1)),    η = (3 + ln n) / (5 √n).
+
+    Every weight has a deviation of its own, and no learning rate is to be tuned.
+
+    Raises:
+        TegotaeError: for a setting out of its range.
+
+    Reference: T. Schaul, T. Glasmachers, J. Schmidhuber, High dimensions and heavy tails for
+    natural evolution strategies, GECCO 2011.
+    """
+
+    NAME = "snes"
+    TITLE = "SNES"
+
+    population: int = whole(32, least=2)
+    """Episodes per generation."""
+    std: float = positive(0.3)
+    """Initial standard deviation of every weight."""
+
+    @property
+    def program(self) -> SNES:
+        """The population alone."""
+        return SNES(population=self.population)
+
+    def make(self, n_weights: int) -> Strategy:
+        """evosax's SNES."""
+        from evosax.algorithms import SNES as EvosaxSNES  # noqa: N811
+
+        return EvosaxSNES(self.population, jnp.zeros(n_weights))
+
+    def parameters(self, n_weights: int):
+        """evosax's parameters."""
+        return self.strategy(n_weights).default_params.replace(std_init=jnp.asarray(self.std))
 
 
 def _use_one_blas_thread() -> None:

@@ -6,6 +6,7 @@ from research.studies.tuning.spaces import (
     pgpe,
     ppo,
     sac,
+    snes,
 )
 from research.studies.tuning.spaces.agent import learned
 from research.studies.tuning.spaces.base import Space
@@ -18,6 +19,7 @@ SPACES: dict[str, Space] = {
     "pgpe": pgpe.SPACE,
     "cma-es": cma_es.SPACE,
     "openai-es": open_es.SPACE,
+    "snes": snes.SPACE,
     "sac": sac.SPACE,
     "ppo": ppo.SPACE,
 }

@@ -34,6 +34,8 @@ class AgentSettings(Part):
 
     NAME: ClassVar[str]
     """Name of the algorithm in `tegotae train --algorithm`."""
+    TITLE: ClassVar[str]
+    """Name in figures; `NAME` by default."""
 
     tick_s: float = positive(0.001)
     """Control period of the hopper [s]; an environment has its own."""
@@ -100,6 +102,7 @@ class SACSettings(AgentSettings):
     """
 
     NAME = "sac"
+    TITLE = "SAC"
 
     buffer_size: int = whole(300_000)
     """Transitions that the replay buffer holds."""
@@ -141,6 +144,7 @@ class PPOSettings(AgentSettings):
     """
 
     NAME = "ppo"
+    TITLE = "PPO"
 
     batch_size: int = whole(240, least=2)
     """Transitions per gradient step."""
