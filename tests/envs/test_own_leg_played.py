@@ -14,8 +14,8 @@ pytest.importorskip("mujoco")
 pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError
-from tegotae.analysis.generalisation.disturbances import disturbances_named
-from tegotae.analysis.generalisation.on_environment import ModelUnderTest, _models, _push
+from tegotae.analysis.generalisation.disturbances import disturbances_named, joined, of_lanes
+from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest, _push
 from tegotae.api.pictures import animate
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
@@ -146,10 +146,16 @@ def test_generalise_tries_what_was_learned_on_a_model_under_disturbances(swept, 
 
 def test_a_model_is_changed_by_what_a_disturbance_says(file):
     runs = read_runs(file)[0]
-    tested: Any = ModelUnderTest.from_runs(runs)
+    tested: Any = EnvironmentUnderTest.from_runs(runs)
     heavy, pushed = disturbances_named(["mass=2", "push-ahead=0.5"])
-    changed = _models(tested.settings, np.array([1.0, 2.0]), np.ones(2), np.ones(2))
+    met = [heavy, *disturbances_named(["slope=0.2"])]
+    lanes = [tested.undisturbed(met), *tested.disturbed(met, np.zeros(1))]
+    changes = of_lanes(vars(tested.body), 3, "float64") | joined(tested, met, lanes)
+    changed = tested._models(tested.experiment.spec.model_settings, changes)
     assert changed[1].body_mass.sum() == pytest.approx(2.0 * tested.body.mass_kg)
+    ahead, _, up = changed[2].opt.gravity  # ground that rises ahead pulls back along itself
+    assert ahead / up == pytest.approx(0.2)
+    assert ahead < 0.0
     assert heavy.changes(tested, np.array([2.0]), np.zeros(1))["mass_kg"] == pytest.approx(
         changed[1].body_mass.sum()
     )
@@ -161,7 +167,7 @@ def test_a_model_is_changed_by_what_a_disturbance_says(file):
 
 
 def test_a_wind_that_rises_acts_on_a_model_and_blows_strike_it_once(file):
-    tested: Any = ModelUnderTest.from_runs(read_runs(file)[0])
+    tested: Any = EnvironmentUnderTest.from_runs(read_runs(file)[0])
     winds = disturbances_named(["wind-up=-0.5"])
     (wind,) = (x.changes(tested, np.array([-0.5]), np.array([1.0])) for x in winds)
     none = np.zeros(1)

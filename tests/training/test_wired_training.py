@@ -15,14 +15,17 @@ import pytest
 
 pytest.importorskip("gymnasium")
 
-from tegotae import TegotaeError
+from tegotae import TegotaeError, register
+from tegotae.analysis.generalisation.disturbances import disturbances_named
+from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest
+from tegotae.analysis.generalisation.run import tried
 from tegotae.api.training import TrainedControllers, advice
 from tegotae.cli import main
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, load_wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
-from tegotae.systems.controller_file import SavedController
+from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.models import build
 from tegotae.training.algorithms import PGPE, OpenES
 from tegotae.training.curves import read_curves
@@ -244,6 +247,7 @@ def hops(**power_w) -> EpisodeBatch:
         ended=np.array([400]),
         steps=400,
         sound=np.ones(1, bool),
+        completed=np.ones(1, bool),
     )
 
 
@@ -495,3 +499,28 @@ def test_options_of_environments_are_refused_on_the_engine(one_line_error, words
 
 def test_a_model_with_a_slip_is_refused_on_an_environment(one_line_error):
     assert "did you mean ART" in one_line_error("train", "ARTT", "--env", "hopper")
+
+
+# What it bears outside of its training.
+
+
+def on_scales(**wired) -> EnvironmentUnderTest:
+    """A feedback that pushes the scales of a Gymnasium environment, of which this is observed."""
+    task = experiment("V-sector-w8", wiring=dataclasses.replace(WIRING, omega=8.0, **wired))
+    register(ENV.rpartition(":")[0])
+    runs = ControllerSet("V", task.system, np.array([[0.5]]), ("0",), task=task.task)
+    return EnvironmentUnderTest(runs)
+
+
+def test_a_gymnasium_environment_is_met_with_late_and_noisy_senses_and_other_frequencies():
+    tested = on_scales(height="height", work="work", rest_length_m=1.0)
+    got = tried(tested, disturbances_named(["delay=0.02", "noise=0.1", "omega=1.1", "mass=1.2"]))
+    assert got.left_out == {"mass": "a Gymnasium environment has no mass_kg"}
+    assert got.table["had"].all()
+    assert set(got.table["condition"]) == {"delay", "noise", "omega"}
+    assert got.table["moves"].all()
+
+
+def test_an_environment_that_says_neither_distance_nor_height_is_refused():
+    with pytest.raises(TegotaeError, match="name the observation of its height in the wiring"):
+        on_scales()

@@ -197,9 +197,9 @@ class EnvironmentController(LoadedController):
         )
 
     def tested(self, starts: int) -> Tested:
-        from tegotae.analysis.generalisation.on_environment import ModelUnderTest
+        from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest
 
-        return ModelUnderTest.from_runs(self.runs, starts)
+        return EnvironmentUnderTest.from_runs(self.runs, starts)
 
 
 def _series(played: Replay) -> dict[str, Any]:

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 def list_conditions(*conditions: str) -> Table:
     """List the conditions outside of training and their levels.
 
-    MuJoCo models have conditions of their own: mass, gravity, friction, frequency, pushes, blows,
-    and delay and noise of the senses.
+    MuJoCo models have conditions of their own: mass, gravity, friction, slope, frequency, pushes,
+    wind, blows, and delay and noise of the senses; other environments have the frequency, and
+    delay and noise of the senses.
 
     Args:
         conditions: names, such as delay, or with your own levels, delay=0.01/0.02; all by default.

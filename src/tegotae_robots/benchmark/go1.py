@@ -11,7 +11,7 @@ from typing import ClassVar
 import msgspec
 import numpy as np
 
-from tegotae.analysis.generalisation.on_environment import ModelUnderTest
+from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import Sensing, sensing
 from tegotae.systems.resolve import resolve
@@ -34,7 +34,7 @@ class Go1Subject(Subject):
     SPEED: ClassVar[float] = 0.5
 
     @cached_property
-    def tested(self) -> ModelUnderTest:
+    def tested(self) -> EnvironmentUnderTest:
         """The robot, as `generalise` would test it.
 
         Raises:
@@ -44,7 +44,7 @@ class Go1Subject(Subject):
         assert runs.task is not None
         task = msgspec.structs.replace(runs.task, duration_s=8.0)
         single = dataclasses.replace(runs, weights=runs.weights[:1], labels=("entry",), task=task)
-        return ModelUnderTest(single, starts=self.starts)
+        return EnvironmentUnderTest(single, starts=self.starts)
 
     @cached_property
     def sensing(self) -> Sensing:
@@ -83,7 +83,7 @@ class Go1Subject(Subject):
         played = tested.played(
             self.disturbances, lambda omega: _EntryPilot(Driver(self, entry, len(omega)), columns)
         )
-        weight_n = tested.body.mass_kg * tested.body.gravity_m_per_s2 * played["weight"]
+        weight_n = tested.mass_kg * tested.body.gravity_m_per_s2 * played["weight"]
         ahead, power = played["ahead_m_per_s"], played["power_w"]
         cot_inverse = weight_n * ahead / np.where(power > 0.0, power, np.inf)
         worth = of_walk(cot_inverse, ahead, self.SPEED)

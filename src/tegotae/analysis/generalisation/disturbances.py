@@ -105,7 +105,7 @@ class Disturbance(ABC):
 @dataclass(frozen=True)
 class Tested(ABC):
     """A set of controllers, unchanged, and how it is tried: on bodies of this package
-    (`ControllersUnderTest`), or in another simulator (`ModelUnderTest`).
+    (`ControllersUnderTest`), or in another simulator (`EnvironmentUnderTest`).
 
     Args:
         controllers: the runs of one training, and the system that they share.
@@ -116,6 +116,8 @@ class Tested(ABC):
     """Names of what can be changed; None for all that the body has."""
     SCHEDULED: ClassVar[frozenset[str] | None] = None
     """Names of what can change during a run; None for all that can be changed."""
+    SLOPE: ClassVar[str] = "terrain.second.first.along"
+    """Name of the slope of the ground."""
 
     controllers: ControllerSet
     starts: int = 1
@@ -526,8 +528,8 @@ class Incline(Disturbance):
     """Ground that rises forward by the level per length, or falls, from the release on."""
 
     def changes(self, tested, level, at_s):
-        _require_terrain(tested)
-        return {"terrain.second.first.along": level}
+        _require_ground(tested, tested.SLOPE)
+        return {tested.SLOPE: level}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -538,15 +540,15 @@ class Roughness(Disturbance):
     """
 
     def changes(self, tested, level, at_s):
-        _require_terrain(tested)
+        _require_ground(tested, "terrain")
         length = float(tested.body.rest_length_m)
         fields = {"rms_m": level * length, "wavelength_m": np.full(len(level), length)}
         fields["place"] = 1.0 + release_of(tested, level)
         return {f"terrain.second.second.{field}": value for field, value in fields.items()}
 
 
-def _require_terrain(tested: Tested) -> None:
-    if not tested.has_field("terrain"):
+def _require_ground(tested: Tested, field: str) -> None:
+    if not tested.has_field(field.partition(".")[0]):
         raise LackingError(f"a {tested.kind} stays in its place, on level ground")
 
 

@@ -1,4 +1,4 @@
-"""Controllers that were trained on a MuJoCo model, under the disturbances that this can have."""
+"""Controllers in another simulator, under the disturbances that this can have."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from tegotae.analysis.generalisation.retention import (
     STANDING_SHARE,
     retained,
 )
+from tegotae.envs._types import MjModel
 from tegotae.envs.mujoco.sensing import scale_model, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wrapper import Pilot
@@ -28,7 +28,14 @@ from tegotae.parts._shapes import LaneNumbers
 from tegotae.simulation.schedules import SecondClock, schedule_of
 from tegotae.simulation.world import OMEGA
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.rollouts import LanePilot, ModelLanes, Seeds, play
+from tegotae.training.environments.rollouts import (
+    LanePilot,
+    Lanes,
+    ModelLanes,
+    Seeds,
+    environment_lanes,
+    play,
+)
 
 _PUSHES = ("push_x_n", "push_y_n", "push_z_n")
 """Forces on the first body, which may change during an episode."""
@@ -44,19 +51,12 @@ _KEEPS = 0.5
 
 
 @dataclass(frozen=True)
-class MujocoModel:
-    """A MuJoCo model as disturbances see it: numbers that it has or could have."""
+class EnvBody:
+    """A body in another simulator as disturbances see it: numbers that it has or could have."""
 
-    mass_kg: float
-    gravity_m_per_s2: float
-    rest_length_m: float
     limbs: int
-    friction: float = 1.0
-    push_x_n: float = 0.0
-    push_y_n: float = 0.0
-    push_z_n: float = 0.0
-    impulse_ns: float = 0.0
-    at_s: float = math.inf
+    rest_length_m: float = 1.0
+    gravity_m_per_s2: float = 9.81
     delay_s: float = 0.0
     noise: float = 0.0
     seed: float = 0.0
@@ -68,37 +68,69 @@ class MujocoModel:
 
 
 @dataclass(frozen=True)
-class ModelUnderTest(Tested):
-    """A set of controllers on the MuJoCo model of its training, and how it is tried.
+class MujocoModel(EnvBody):
+    """A MuJoCo model as disturbances see it."""
+
+    mass_kg: float = 1.0
+    friction: float = 1.0
+    slope: float = 0.0
+    push_x_n: float = 0.0
+    push_y_n: float = 0.0
+    push_z_n: float = 0.0
+    impulse_ns: float = 0.0
+    at_s: float = math.inf
+
+
+_OF_SENSES = frozenset(("delay_s", "noise", "seed", OMEGA))
+"""Names of what can be changed in any environment."""
+_OF_MODELS = frozenset(
+    ("mass_kg", "gravity_m_per_s2", "friction", "slope", *_PUSHES, "impulse_ns", "at_s")
+)
+"""Names of what can be changed of a MuJoCo model, too."""
+
+
+@dataclass(frozen=True)
+class EnvironmentUnderTest(Tested):
+    """A set of controllers in the environment of its training, and how it is tried.
 
     Args:
         controllers: the runs of one training.
-        starts: from how many starts each is tried, where the environment has noise; none of them
-            is one of the training.
+        starts: from how many starts each is tried, where they differ; none of them is one of the
+            training.
 
     Raises:
-        TegotaeError: for runs that were trained on another kind of environment, or elsewhere.
+        TegotaeError: for runs that were trained elsewhere, or where neither distance nor height is
+            observed.
     """
 
-    CHANGED = frozenset(
-        (
-            *("mass_kg", "gravity_m_per_s2", "friction", *_PUSHES, "impulse_ns"),
-            *("at_s", "delay_s", "noise", "seed", "omega"),
-        )
-    )
     SCHEDULED = frozenset(_PUSHES)
-    kind = "MuJoCo model"  # type: ignore[assignment]
+    SLOPE = "slope"
 
     def __post_init__(self) -> None:
-        if not self.experiment.spec.is_model:
+        forward, height, _ = self.observed
+        if forward is None and height is None:
             raise TegotaeError(
-                f"{self.experiment.spec.env} is no MuJoCo model, whose mass or friction could be "
-                "changed; make it with other settings: tegotae evaluate --settings"
+                f"{self.experiment.spec.env} does not say how far or high the body is; name the "
+                "observation of its height in the wiring: height"
             )
 
     @property
+    def CHANGED(self) -> frozenset[str]:  # type: ignore[override]  # noqa: N802
+        """Names of what can be changed."""
+        return _OF_SENSES | _OF_MODELS if self.is_model else _OF_SENSES
+
+    @property
+    def kind(self) -> str:
+        return "MuJoCo model" if self.is_model else "Gymnasium environment"
+
+    @property
+    def is_model(self) -> bool:
+        """True for a MuJoCo model, whose masses and forces can be changed."""
+        return self.experiment.spec.is_model
+
+    @property
     def starts_differ(self) -> bool:
-        return self.experiment.spec.model_settings.noise > 0.0
+        return not self.is_model or self.experiment.spec.model_settings.noise > 0.0
 
     @cached_property
     def experiment(self) -> EnvExperiment:
@@ -106,20 +138,33 @@ class ModelUnderTest(Tested):
         return EnvExperiment.from_controller(self.controllers)
 
     @cached_property
-    def body(self) -> MujocoModel:  # type: ignore[override]
-        """The MuJoCo model, for the disturbances."""
+    def observed(self) -> tuple[str | None, str | None, str | None]:
+        """Names of the observed distance ahead [m], height [m] and work [J]; None without one."""
+        wiring, names = self.experiment.wiring, self.experiment.wires.observed
+
+        def first(*candidates: str | None) -> str | None:
+            return next((name for name in candidates if name in names), None)
+
+        height = first("root_height", wiring.height)
+        return first("root_forward"), height, first("work", wiring.work)
+
+    @cached_property
+    def body(self) -> EnvBody:  # type: ignore[override]
+        """The body, for the disturbances."""
+        wiring, limbs = self.experiment.wiring, self.controller.limbs
+        length = None if wiring.rest_length_m is None else float(wiring.rest_length_m)
+        if not self.is_model:
+            return EnvBody(limbs, 1.0 if length is None else length)
         sensed = sensing(self.experiment.spec.model_settings)
-        gravity = float(np.linalg.norm(sensed.model.opt.gravity)) or 9.81
-        lanes = ModelLanes(self.settings, 1)
+        lanes = environment_lanes(self.experiment, 1)
         height = lanes.reset(self.experiment.seed, np.ones(1, bool))
         lanes.close()
-        length = float(height[0, sensed.names.index("root_height")])
-        wiring = self.experiment.wiring
+        start = float(height[0, sensed.names.index("root_height")])
         return MujocoModel(
+            limbs=limbs,
+            rest_length_m=start if length is None else length,
+            gravity_m_per_s2=float(np.linalg.norm(sensed.model.opt.gravity)) or 9.81,
             mass_kg=float(sensed.model.body_mass.sum()),
-            gravity_m_per_s2=gravity,
-            rest_length_m=length if wiring.rest_length_m is None else float(wiring.rest_length_m),
-            limbs=self.controller.limbs,
         )
 
     @property
@@ -145,12 +190,6 @@ class ModelUnderTest(Tested):
                             f"{disturbance.name}={level:g} on {self.name}: {name} would be "
                             f"{value:g}"
                         )
-
-    @property
-    def settings(self) -> ModelSettings:
-        """Settings of the model, in episodes of the experiment's duration."""
-        experiment = self.experiment
-        return dataclasses.replace(experiment.spec.model_settings, duration_s=experiment.duration_s)
 
     def shares_kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
         """See `Tested.kept`; every run, level and start is played at once."""
@@ -198,45 +237,100 @@ class ModelUnderTest(Tested):
         count = sum(encounter.lanes for encounter in encounters)
         usual = of_lanes({**vars(self.body), OMEGA: self.omega or 0.0}, count, "float64")
         changes = usual | joined(self, disturbances, encounters)
-        wires = self.experiment.wires
+        wires, steps = self.experiment.wires, 0
         driven = _LatePilot(pilot(changes[OMEGA]), self.experiment, changes)
-        start = np.arange(count) % self.starts
         unseen = _UNSEEN if self.starts_differ else 0
-        lanes = _PerturbedLanes(self.settings, self.body, changes)
-        entries = ("root_forward", "root_height", "work")
+        seeds = self.experiment.seed + unseen + np.arange(count) % self.starts
+        lanes = self._lanes(changes)
         try:
-            seeds = self.experiment.seed + unseen + start
+            entries = tuple(dict.fromkeys(filter(None, self.observed)))
             record = play(lanes, driven, wires, seed=seeds, entries=entries)
-            lasted = (record.ended == lanes.steps) & lanes.truncated
+            steps = lanes.steps
         finally:
             lanes.close()
-        late = round((1.0 - MEASURED_SHARE) * lanes.steps)
-        span_s = (lanes.steps - 1 - late) * wires.step_s
-        ahead, height, work = (record.entry(name).astype(float) for name in entries)
+        late = round((1.0 - MEASURED_SHARE) * steps)
+        span_s = (steps - 1 - late) * wires.step_s
+        ahead, height, work = (
+            np.full((steps, count), np.nan) if name is None else record.entry(name).astype(float)
+            for name in self.observed
+        )
         return {
-            "lasted": lasted,
+            "lasted": record.completed,
             "ahead_m_per_s": (ahead[-1] - ahead[late]) / span_s,
             "bounce_m": height[late:].std(axis=0),
             "power_w": (work[-1] - work[late]) / span_s,
-            "weight": lanes.mass * lanes.gravity,
+            "weight": self._weight(changes),
         }
+
+    def _lanes(self, changes: Mapping[str, LaneNumbers]) -> Lanes:
+        """Return the lanes of the environment under their changes."""
+        experiment, count = self.experiment, len(changes[OMEGA])
+        if not self.is_model:
+            return environment_lanes(experiment, count)
+        settings = dataclasses.replace(
+            experiment.spec.model_settings, duration_s=experiment.duration_s
+        )
+        return _PerturbedLanes(settings, self._models(settings, changes), changes)
+
+    def _models(self, settings: ModelSettings, changes: Mapping[str, LaneNumbers]) -> list[MjModel]:
+        """Return a model for each lane; lanes that are alike share one."""
+        nominal, body = sensing(settings).model, self.body
+        assert isinstance(body, MujocoModel)
+        ratios = (
+            changes["mass_kg"] / body.mass_kg,
+            changes["friction"],
+            changes["gravity_m_per_s2"] / body.gravity_m_per_s2,
+            changes["slope"],
+        )
+        variants: dict[tuple[float, ...], MjModel] = {(1.0, 1.0, 1.0, 0.0): nominal}
+        models = []
+        for key in zip(*(ratio.tolist() for ratio in ratios), strict=True):
+            if key not in variants:
+                mass, friction, gravity, slope = key
+                variants[key] = copy.copy(nominal)
+                scale_model(variants[key], mass, friction)
+                variants[key].opt.gravity[:] = gravity * _on_slope(nominal.opt.gravity, slope)
+            models.append(variants[key])
+        return models
+
+    def _weight(self, changes: Mapping[str, LaneNumbers]) -> np.ndarray:
+        """Return the weight of each lane over the usual one."""
+        weight = np.ones(len(changes[OMEGA]))
+        for name in ("mass_kg", "gravity_m_per_s2"):
+            if name in changes and self.has_field(name):
+                weight = weight * changes[name] / self.nominal(name)
+        return weight
+
+
+def _on_slope(gravity: np.ndarray, slope: float) -> np.ndarray:
+    """Return gravity in the axes of ground that rises ahead by the slope per length.
+
+    A level floor under this gravity is that ground: heights are measured across it.
+    """
+    if slope == 0.0:
+        return gravity
+    angle = math.atan(slope)
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    turned = gravity.copy()
+    turned[[0, 2]] = turn @ gravity[[0, 2]]
+    return turned
 
 
 class _PerturbedLanes(ModelLanes):
-    """Lanes of a model with masses, frictions and gravities of their own, which are pushed.
+    """Lanes of a model that are pushed.
 
     Args:
         settings: of the model.
-        body: the usual model.
+        models: model of each lane.
         changes: of all lanes, by name.
     """
 
     def __init__(
-        self, settings: ModelSettings, body: MujocoModel, changes: Mapping[str, LaneNumbers]
+        self,
+        settings: ModelSettings,
+        models: Sequence[MjModel],
+        changes: Mapping[str, LaneNumbers],
     ) -> None:
-        self.mass = changes["mass_kg"] / body.mass_kg
-        self.gravity = changes["gravity_m_per_s2"] / body.gravity_m_per_s2
-        models = _models(settings, self.mass, changes["friction"], self.gravity)
         super().__init__(settings, len(models), models=models)
         self._changes, self._done = changes, 0
 
@@ -252,22 +346,6 @@ class _PerturbedLanes(ModelLanes):
         step_s = self.batch.step_s
         middle, self._done = SecondClock((self._done + 0.5) * step_s), self._done + 1
         return super().step(actions, alive, _push(self._changes, middle, step_s))
-
-
-def _models(
-    settings: ModelSettings, mass: np.ndarray, friction: np.ndarray, gravity: np.ndarray
-) -> list[Any]:
-    """Return a model for each lane; lanes that are alike share one."""
-    nominal = sensing(settings).model
-    variants: dict[tuple[float, float, float], Any] = {(1.0, 1.0, 1.0): nominal}
-    models = []
-    for key in zip(mass.tolist(), friction.tolist(), gravity.tolist(), strict=True):
-        if key not in variants:
-            variants[key] = copy.copy(nominal)
-            variants[key].opt.gravity[:] *= key[2]
-            scale_model(variants[key], key[0], key[1])
-        models.append(variants[key])
-    return models
 
 
 def _push(

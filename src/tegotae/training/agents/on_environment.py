@@ -311,6 +311,7 @@ class OnceAtTheEnd(StepReward):
             ended=np.zeros(lanes, int),
             steps=steps,
             sound=np.zeros(lanes, bool),
+            completed=np.zeros(lanes, bool),
         )
 
     def begin(self, observation: np.ndarray, where: np.ndarray) -> None:

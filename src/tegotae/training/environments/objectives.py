@@ -49,6 +49,8 @@ class EpisodeBatch:
     """Steps of the longest episode."""
     sound: np.ndarray
     """The lanes that ran to their end without a fault, [lanes]; others have no episode."""
+    completed: np.ndarray
+    """True where the time alone ended the episode, [lanes]."""
 
     @property
     def lasted(self) -> np.ndarray:

@@ -367,7 +367,7 @@ def play(
     state = lanes.reset(seed, alive)
     alive &= np.array([not trouble for trouble in lanes.troubles])
     pilot.reset()
-    ended = np.zeros(n, int)
+    ended, cut = np.zeros(n, int), np.zeros(n, bool)
     for step in range(steps):
         if not alive.any():
             # What ended stands still.
@@ -381,8 +381,9 @@ def play(
         if frames:
             action[step], phase[step] = acted, pilot.phase
         ended += alive
+        cut |= alive & over & lanes.truncated
         alive &= ~over
     sound = (ended > 0) & np.array([not trouble for trouble in lanes.troubles])
     return EpisodeBatch(
-        wires.step_s, names, observation, action, reward, phase, ended, steps, sound
+        wires.step_s, names, observation, action, reward, phase, ended, steps, sound, cut | alive
     )
