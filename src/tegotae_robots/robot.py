@@ -26,15 +26,12 @@ from tegotae.parts.scaled import in_si
 from tegotae.parts.terms import Signals
 from tegotae.parts.units import Units
 from tegotae.simulation.integrators import (
-    decide,
     held,
     largest_force,
-    phase_of,
-    push,
+    respond,
     settled,
     to_limbs,
     to_units,
-    with_oscillator,
 )
 from tegotae.systems.controller_file import SavedController
 from tegotae_robots.live.controller import NativeController
@@ -191,19 +188,15 @@ class RobotController:
         controller, scales = self.controller, scales or self.signal_scales
         rows = controller.spread(tuple(self.weights[:, None]))
         felt = {name: to_units(controller, x) for name, x in sensed.items()}
-        signals = with_oscillator(controller, Signals(felt, scales), oscillator)
         limit = 1.0 if self.alpha_n is None else self.alpha_n  # which places of feet do without
         limit = largest_force(self.body) if isinstance(self.body, Body) else limit
-        drive = decide(
-            controller, rows, omega, signals, oscillator, limit, rate_scale=scales.get("feedback")
+        response = respond(
+            *(controller, rows, omega, Signals(felt, scales), oscillator, limit),
+            rate_scale=scales.get("feedback"),
+            ahead_s=ahead_s,
         )
-        phase = phase_of(controller, oscillator, drive.feedback)
-        ends = phase
-        if ahead_s is not None:
-            ends = phase_of(controller, held(oscillator, drive.rate, ahead_s), drive.feedback)
-        driving = controller.actuation, controller.of_part("actuation", rows)
-        pushed = push(*driving, limit, drive.command, phase, ends, omega)
-        command = to_limbs(controller, pushed).mean_n
+        drive, phase = response.drive, response.phase_rad
+        command = to_limbs(controller, response.push).mean_n
         shape = jnp.shape(omega)
         return Decision(
             jnp.reshape(command, (len(self.commands), self.limbs, -1)),

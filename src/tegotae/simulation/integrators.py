@@ -226,6 +226,60 @@ def decide(
     return Drive(feedback, command, controller.rate(weights, oscillator, omega, feedback, signals))
 
 
+class Response(NamedTuple):
+    """Response of a controller to what its units sense, over a time ahead."""
+
+    drive: Drive
+    """Output of the controller."""
+    phase_rad: PerLimb
+    """Phases at the beginning [rad]."""
+    ahead: StateTree
+    """State of the oscillators at the end, not settled yet."""
+    push: Push
+    """Pushes of the units."""
+
+
+def respond(
+    controller: Controller,
+    weights: Weights,
+    omega: PerLimb,
+    sensed: Signals,
+    oscillator: StateTree,
+    max_force_n: Number,
+    *,
+    rate_scale: Number | None = None,
+    added: PerLimb | None = None,
+    ahead_s: Number | None = None,
+) -> Response:
+    """Evaluate the controller's half of a tick: from what its units sense to their pushes.
+
+    Args:
+        controller: what decides.
+        weights: spread over the limbs.
+        omega: ω [rad/s], spread over the limbs.
+        sensed: what its units sense, without the signals of the oscillator.
+        oscillator: the oscillators' state.
+        max_force_n: α [N].
+        rate_scale: what makes the feedback dimensionless for a learned actuation [rad/s].
+        added: feedback from elsewhere, such as an agent [rad/s].
+        ahead_s: time over which a push is the mean [s]; by default it is that of now.
+    """
+    signals = with_oscillator(controller, sensed, oscillator)
+    drive = decide(
+        *(controller, weights, omega, signals, oscillator, max_force_n),
+        rate_scale=rate_scale,
+        added=added,
+    )
+    begins = ends = phase_of(controller, oscillator, drive.feedback)
+    ahead = oscillator
+    if ahead_s is not None:
+        ahead = held(oscillator, drive.rate, ahead_s)
+        ends = phase_of(controller, ahead, drive.feedback)
+    actuation = controller.actuation, controller.of_part("actuation", weights)
+    pushed = push(*actuation, max_force_n, drive.command, begins, ends, omega)
+    return Response(drive, begins, ahead, pushed)
+
+
 def largest_force(body: Body) -> Number:
     """α [N], with an axis of the limbs if there are several and it differs from lane to lane."""
     return body.max_force_n if body.limbs == 1 else for_limbs(body.max_force_n)
@@ -324,13 +378,13 @@ def sample(
     """
     rows = controller.spread(tuple(weights[i] for i in range(weights.shape[0])))
     omega, max_force, step_s = (numbers[name] for name in ("omega", "max_force", "step_s"))
-    signals = with_oscillator(controller, Signals(sensed, numbers["scales"]), oscillator)
-    drive = decide(controller, rows, omega, signals, oscillator, max_force, added=added)
-    ahead = held(oscillator, drive.rate, step_s)
-    begins, ends = (phase_of(controller, state, drive.feedback) for state in (oscillator, ahead))
-    actuation = controller.actuation, controller.of_part("actuation", rows)
-    command = push(*actuation, max_force, drive.command, begins, ends, omega).mean_n
+    decision = respond(
+        *(controller, rows, omega, Signals(sensed, numbers["scales"]), oscillator, max_force),
+        added=added,
+        ahead_s=step_s,
+    )
+    command, feedback = decision.push.mean_n, decision.drive.feedback
     if controller.actuation.commands_force:
         command = command / max_force
-    ahead = settled(controller, ahead)
-    return ahead, command, drive.feedback, phase_of(controller, ahead, drive.feedback)
+    ahead = settled(controller, decision.ahead)
+    return ahead, command, feedback, phase_of(controller, ahead, feedback)
