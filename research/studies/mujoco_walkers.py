@@ -26,13 +26,12 @@ from kept import write_rows, write_text
 from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import load_wiring
-from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
 from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Return
-from tegotae.training.environments.rollouts import EnvRollouts, environment_lanes, play
+from tegotae.training.environments.rollouts import EnvRollouts
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
@@ -177,11 +176,10 @@ def still(body: Body) -> EnvExperiment:
 
 def episodes(task: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
     """The episode from each of the starts that judge."""
-    lanes = environment_lanes(task, 1)
-    pilot = Pilot(task.wires, task.wiring, weights[:, None])
+    rollouts = EnvRollouts(task, 1)
     for start in STARTS:
-        yield play(lanes, pilot, task.wires, seed=start)
-    lanes.close()
+        yield rollouts.record(weights[None], start)
+    rollouts.close()
 
 
 def outcome(record: EpisodeBatch) -> tuple[float, float, float]:

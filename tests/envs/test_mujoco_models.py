@@ -20,13 +20,12 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.wrapper import Pilot
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.legged import system
 from tegotae.systems.models import build, find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
-from tegotae.training.environments.rollouts import environment_lanes, play
+from tegotae.training.environments.rollouts import EnvRollouts, environment_lanes
 from tegotae.training.evaluator import Generation
 from tegotae.training.scoring import evaluator_of
 
@@ -49,9 +48,7 @@ def apexes(height, smallest=1.01):
 def hopped():
     """The MuJoCo hopper under the vanilla controller: its record."""
     task = experiment(omega=OMEGA, objective=UserObjective("nobody:asks"))
-    lanes = environment_lanes(task, 1)
-    pilot = Pilot(task.wires, task.wiring, np.array([[SIGMA]]))
-    return play(lanes, pilot, task.wires, seed=0)
+    return EnvRollouts(task, 1).record(np.array([[SIGMA]]), 0)
 
 
 def test_the_hoppers_apexes_are_within_a_centimetre_of_the_engines(hopped):
@@ -168,9 +165,7 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
         objective=UserObjective("nobody:asks"),
         duration_s=6.0,
     )
-    lanes = environment_lanes(task, 2)
-    pilot = Pilot(task.wires, task.wiring, np.array([[sigma, 0.0]]))
-    record = play(lanes, pilot, task.wires, seed=0)
+    record = EnvRollouts(task, 2).record(np.array([[sigma], [0.0]]), 0)
     assert (record.lasted == 1.0).all()
     speed = record.entry("root_forward")[-1] / 6.0 / math.sqrt(9.81 * 0.2)
     # The engine's walks with 0.19 to 0.32 √(g L) between 1.8 and 2.4; its twin a little slower.

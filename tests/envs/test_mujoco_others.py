@@ -21,12 +21,11 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings, located
-from tegotae.envs.wrapper import Pilot
 from tegotae.parts.terms import Sector
 from tegotae.systems.models import find
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
-from tegotae.training.environments.rollouts import environment_lanes, play
+from tegotae.training.environments.rollouts import EnvRollouts
 
 WIRINGS = ROOT / "examples" / "wirings"
 ROBOT = """
@@ -174,10 +173,9 @@ def test_under_its_bare_rhythm_the_body_of_an_example_steps_forward_and_stands(
         duration_s=4.0,
     )
     task = dataclasses.replace(task, objective=UserObjective("nobody:asks"))
-    lanes = environment_lanes(task, 1)
-    pilot = Pilot(task.wires, task.wiring, np.zeros((1, 1)))
-    record = play(lanes, pilot, task.wires, seed=0)
-    lanes.close()
+    rollouts = EnvRollouts(task, 1)
+    record = rollouts.record(np.zeros((1, 1)), 0)
+    rollouts.close()
     assert record.lasted[0] == 1.0
     assert record.entry("root_forward")[-1, 0] > 0.3
     assert record.entry("root_height")[100:, 0] == pytest.approx(height_m, abs=0.06)

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError
-from tegotae.envs.wrapper import Pilot
 from tegotae.measures.metric import Metric
 from tegotae.measures.robots import EnvEpisode, RobotEpisode, episode_numbers
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping
-from tegotae.training.environments.rollouts import environment_lanes, play
+from tegotae.training.environments.rollouts import EnvRollouts
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,14 +83,13 @@ def replay(
     """
     seed = experiment.seed if seed is None else seed
     table, wiring = np.asarray(weights, np.float32), experiment.wiring
-    lanes = environment_lanes(experiment, len(table))
+    rollouts = EnvRollouts(experiment, len(table))
     try:
-        pilot = Pilot(experiment.wires, wiring, table.T)
-        record = play(lanes, pilot, experiment.wires, seed=seed)
-        if troubles := [trouble for trouble in lanes.troubles if trouble]:
+        record = rollouts.record(table, seed)
+        if troubles := [trouble for trouble in rollouts.troubles if trouble]:
             raise TegotaeError(f"{experiment.spec.env}: {troubles[0]}")
     finally:
-        lanes.close()
+        rollouts.close()
     fitness = np.asarray(experiment.objective.score(record, wiring).fitness)
     return [
         Replay(experiment, _measurable(experiment, record.episode(lane), float(value)), seed)

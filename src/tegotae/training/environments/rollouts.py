@@ -16,6 +16,7 @@ from tegotae.envs.mujoco.env import Fate, ModelBatch
 from tegotae.envs.mujoco.sensing import is_sound, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wires import Wires
+from tegotae.envs.wiring import Wiring
 from tegotae.envs.wrapper import Pilot
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Scores
 from tegotae.training.environments.experiment import EnvExperiment
@@ -213,12 +214,35 @@ class ModelLanes:
         self.batch.close()
 
 
-Lanes = GymLanes | ModelLanes
-"""So many episodes that are stepped together, the longest one of so many `steps`.
+class Lanes(Protocol):
+    """Episodes that are stepped together, in any simulator.
 
-A lane that cannot go on has a trouble, a plain sentence, and is not stepped again until its reset.
-Whether the last step ended an episode by its time alone is in `truncated`, [lanes].
-"""
+    A lane that cannot go on has a trouble, a plain sentence, and is not stepped again until its
+    reset.
+    """
+
+    lanes: int
+    """Number of episodes."""
+    steps: int
+    """Steps of the longest episode."""
+    troubles: list[str]
+    """Trouble of each lane; empty without one."""
+    truncated: np.ndarray
+    """True where the last step ended an episode by its time alone, [lanes]."""
+
+    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes; return what all observe, [lanes, entries]."""
+        ...
+
+    def step(
+        self, actions: np.ndarray, alive: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Step the lanes that are alive; return observations, rewards, and which are over."""
+        ...
+
+    def close(self) -> None:
+        """Give back what it holds."""
+        ...
 
 
 class LanePilot(Protocol):
@@ -295,16 +319,15 @@ class EnvRollouts:
         scores: list[Scores] = []
         for episode in range(experiment.episodes):
             wiring = experiment.wiring_in(episode)
-            record = play(
-                self._played,
-                Pilot(experiment.wires, wiring, weights[rows].T),
-                experiment.wires,
-                seed=starts[rows, episode],
+            record = self.record(
+                weights[rows],
+                starts[rows, episode],
+                wiring=wiring,
                 tried=tried,
                 entries=experiment.objective.entries(wiring),
             )
             scores.append(experiment.objective.score(record, wiring))
-            current = np.array(self._played.troubles, object)
+            current = np.array(self.troubles, object)
             wrong = np.where(tried & (wrong == ""), current, wrong)
         fitness, cot_inverse, failed = (np.stack(column) for column in zip(*scores, strict=True))
         unjudged = tried & (wrong == "") & ~np.isfinite(fitness).all(axis=0)
@@ -318,6 +341,33 @@ class EnvRollouts:
             wrong,
         )
         return Trials(*(column[:count] for column in trials))
+
+    @property
+    def troubles(self) -> list[str]:
+        """Trouble of each lane in the last episode; empty without one."""
+        return self._played.troubles
+
+    def record(
+        self,
+        weights: np.ndarray,
+        seed: Seeds,
+        *,
+        wiring: Wiring | None = None,
+        tried: np.ndarray | None = None,
+        entries: tuple[str, ...] | None = None,
+    ) -> EpisodeBatch:
+        """Play and record an episode of every lane.
+
+        Args:
+            weights: [lanes, n_weights].
+            seed: of the reset: one for all lanes, or one a lane, [lanes].
+            wiring: of the limbs, with their frequency; the experiment's by default.
+            tried: which lanes are played, [lanes]; all by default.
+            entries: of the observation, which are kept; by default all, with actions and phases.
+        """
+        wires = self._experiment.wires
+        pilot = Pilot(wires, self._experiment.wiring if wiring is None else wiring, weights.T)
+        return play(self._played, pilot, wires, seed=seed, tried=tried, entries=entries)
 
     def close(self) -> None:
         """Close the environments."""
