@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.transforms import jit_with_static
-from tegotae.analysis.generalisation.on_engine import ControllersUnderTest, LanesUnderTest
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.retention import EVENT_SHARE
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.measures.objectives.walking import Walking, WalkOutcome
@@ -133,11 +133,10 @@ class SimulatedSubject(Subject):
 
     def scores(self, entry: Entry, track: str) -> np.ndarray:
         tested, timing, objective = self.tested, self.TIMING, self.OBJECTIVE
-        lanes = LanesUnderTest(tested, self.disturbances)
         event_s = np.full(self.starts, EVENT_SHARE * timing.duration_s)
         met = self.disturbances
         encounters = [tested.undisturbed(met), *tested.disturbed(met, event_s)]
-        scenario = self._release(lanes.scenario(encounters))
+        scenario = self._release(tested.scenario(met, encounters))
         count = np.shape(scenario.height_m)[-1]
         shared = Shared(self.simulated, np.float32(timing.tick_s))
         program = EpisodeProgram(ClosedLoop(tested.controller, Hold()), objective.needs)
@@ -162,7 +161,7 @@ class SimulatedSubject(Subject):
                 frames.append(jax.tree.map(np.asarray, frame))
         path = jax.tree.map(lambda *x: np.stack(x), *frames)
         outcome = objective.outcome(path, scenario, self.simulated, timing)
-        worth = self.worth(outcome, np.ravel(lanes.weight_ratio(encounters)))
+        worth = self.worth(outcome, tested.weight_ratio(encounters))
         return np.where(alive, np.nan_to_num(worth), np.nan).reshape(-1, self.starts)
 
     def _weights(self, actions: np.ndarray) -> np.ndarray:

@@ -282,6 +282,17 @@ class Tested(ABC):
             )
         return encounters
 
+    def weight_ratio(self, encounters: Sequence[Encounter]) -> np.ndarray:
+        """Return the weight of the body over the usual one, [lanes]."""
+        parts = []
+        for changes, lanes in encounters:
+            ratio = np.ones(lanes)
+            for name in ("mass_kg", "gravity_m_per_s2"):
+                if name in changes:
+                    ratio = ratio * changes[name] / self.nominal(name)
+            parts.append(ratio)
+        return np.concatenate(parts)
+
     @abstractmethod
     def check(self, disturbances: Sequence[Disturbance]) -> None:
         """Raise `TegotaeError` if a level of a disturbance makes no body, or one, or an oscillator,

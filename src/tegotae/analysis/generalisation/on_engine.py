@@ -230,12 +230,55 @@ class ControllersUnderTest(Tested):
         """
         check_senses(self.controller, self.body)
         tested = self.meeting(disturbances)
-        lanes = LanesUnderTest(tested, disturbances)
-        baseline = lanes.measured([tested.undisturbed(disturbances)])
-        at_s = np.ravel(lanes.criterion.at_s(baseline))
+        criterion = tested.criterion
+        baseline = tested.measured(disturbances, [tested.undisturbed(disturbances)])
+        at_s = np.ravel(criterion.at_s(baseline))
         encounters = tested.disturbed(disturbances, at_s)
-        disturbed = lanes.measured(encounters)
-        return lanes.criterion.shares_kept(baseline, disturbed, lanes.weight_ratio(encounters))
+        disturbed = tested.measured(disturbances, encounters)
+        ratio = tested.weight_ratio(encounters).reshape(-1, self.size)
+        return criterion.shares_kept(baseline, disturbed, ratio)
+
+    def measured(
+        self, disturbances: Sequence[Disturbance], encounters: Sequence[Encounter]
+    ) -> dict[str, np.ndarray]:
+        """Measure the criterion at every level, arrays [..., levels, lanes of the set].
+
+        Args:
+            disturbances: all that may be met.
+            encounters: the lanes, level by level.
+        """
+        criterion, scenario = self.criterion, self.scenario(disturbances, encounters)
+        rollout = self.system.rollout(criterion.summary, self.timing)
+        count = sum(encounter.lanes for encounter in encounters)
+        levels = count // self.size
+        weights = np.repeat(self.weights, self.starts, axis=0).T
+        weights = np.tile(np.asarray(weights, "float32"), levels)
+        parts = []
+        for begin in range(0, count, LANES):
+            block = slice(begin, begin + LANES)
+            inputs = LaneInputs(
+                weights[..., block], jax.tree.map(lambda x, lanes=block: x[..., lanes], scenario)
+            )
+            recorded = rollout.run_lanes(inputs, self.prepared)
+            padded = padded_lanes((recorded, inputs.scenario), slice(None), LANES)
+            parts.append(jax.tree.map(np.asarray, criterion.outcomes(*padded)))
+        every = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1)[..., :count], *parts)
+        return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), every)
+
+    def scenario(
+        self, disturbances: Sequence[Disturbance], encounters: Sequence[Encounter]
+    ) -> Scenario:
+        """Return the scenario of the lanes, with all that some disturbance changes.
+
+        Args:
+            disturbances: all that may be met.
+            encounters: the lanes, level by level.
+        """
+        phases = np.tile(self.phase_rad, len(self.weights))
+        count = sum(encounter.lanes for encounter in encounters)
+        release = of_lanes(self.system.scenario(phase_rad=phases), count)
+        changes = joined(self, disturbances, encounters, "float32")
+        return with_changes(release, self.prepared, changes)
 
 
 def _around(kind: type, body: Body) -> bool:
@@ -245,57 +288,3 @@ def _around(kind: type, body: Body) -> bool:
             return True
         body = body.body
     return False
-
-
-class LanesUnderTest:
-    """The lanes of a set: run by run, release by release.
-
-    Args:
-        tested: the set.
-        disturbances: what it meets.
-    """
-
-    def __init__(self, tested: ControllersUnderTest, disturbances: Sequence[Disturbance]) -> None:
-        self.tested, self.disturbances = tested, disturbances
-        self.criterion = tested.criterion
-        self.size = tested.size
-        self.rollout = tested.system.rollout(self.criterion.summary, tested.timing)
-
-    def measured(self, encounters: Sequence[Encounter]) -> Any:
-        """Measure the criterion at every level, arrays [..., levels, lanes of the set]."""
-        count = sum(encounter.lanes for encounter in encounters)
-        levels = count // self.size
-        scenario = self.scenario(encounters)
-        weights = np.repeat(self.tested.weights, self.tested.starts, axis=0).T
-        weights = np.tile(np.asarray(weights, "float32"), levels)
-        parts = []
-        for begin in range(0, count, LANES):
-            block = slice(begin, begin + LANES)
-            inputs = LaneInputs(
-                weights[..., block], jax.tree.map(lambda x, lanes=block: x[..., lanes], scenario)
-            )
-            recorded = self.rollout.run_lanes(inputs, self.tested.prepared)
-            padded = padded_lanes((recorded, inputs.scenario), slice(None), LANES)
-            parts.append(jax.tree.map(np.asarray, self.criterion.outcomes(*padded)))
-        joined = jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=-1)[..., :count], *parts)
-        return jax.tree.map(lambda x: x.reshape(*x.shape[:-1], levels, self.size), joined)
-
-    def scenario(self, encounters: Sequence[Encounter]) -> Scenario:
-        """Return the scenario of the lanes, level by level, with all that some disturbance
-        changes."""
-        tested, count = self.tested, sum(encounter.lanes for encounter in encounters)
-        phases = np.tile(tested.phase_rad, len(tested.weights))
-        release = of_lanes(tested.system.scenario(phase_rad=phases), count)
-        changes = joined(tested, self.disturbances, encounters, "float32")
-        return with_changes(release, tested.prepared, changes)
-
-    def weight_ratio(self, encounters: Sequence[Encounter]) -> np.ndarray:
-        """Weight of the body over the usual one, [levels, lanes of the set]."""
-        parts = []
-        for changes, lanes in encounters:
-            ratio = np.ones(lanes)
-            for name in ("mass_kg", "gravity_m_per_s2"):
-                if name in changes:
-                    ratio = ratio * changes[name] / self.tested.nominal(name)
-            parts.append(ratio)
-        return np.concatenate(parts).reshape(-1, self.size)

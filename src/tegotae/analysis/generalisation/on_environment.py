@@ -259,7 +259,7 @@ class EnvironmentUnderTest(Tested):
             "ahead_m_per_s": (ahead[-1] - ahead[late]) / span_s,
             "bounce_m": height[late:].std(axis=0),
             "power_w": (work[-1] - work[late]) / span_s,
-            "weight": self._weight(changes),
+            "weight": self.weight_ratio(encounters),
         }
 
     def _lanes(self, changes: Mapping[str, LaneNumbers]) -> Lanes:
@@ -292,14 +292,6 @@ class EnvironmentUnderTest(Tested):
                 variants[key].opt.gravity[:] = gravity * _on_slope(nominal.opt.gravity, slope)
             models.append(variants[key])
         return models
-
-    def _weight(self, changes: Mapping[str, LaneNumbers]) -> np.ndarray:
-        """Return the weight of each lane over the usual one."""
-        weight = np.ones(len(changes[OMEGA]))
-        for name in ("mass_kg", "gravity_m_per_s2"):
-            if name in changes and self.has_field(name):
-                weight = weight * changes[name] / self.nominal(name)
-        return weight
 
 
 def _on_slope(gravity: np.ndarray, slope: float) -> np.ndarray:
