@@ -12,7 +12,9 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.api.parameters import in_shell
 from tegotae.api.results import UNDEFINED, Table, short
+from tegotae.measures.gaits.metrics import WALKING
 from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.measures.robots import ROBOTS
 from tegotae.systems.designs import all_designs
 from tegotae.systems.grammar import BUDGET
 from tegotae.systems.laws import LAWS, ShortLaw
@@ -61,6 +63,38 @@ def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) 
     remark = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
     return _listed(rows, headings, remark)
 
+
+@in_shell(pictures=False)
+def list_metrics(pattern: str = "*") -> Table:
+    """List the metrics of hopping, of walking on several legs, and of robots.
+
+    `--metric` of evaluate and compare takes their names. Your own are listed with --parts FILE.py.
+
+    Args:
+        pattern: a name with * and ? as in a shell.
+
+    Raises:
+        TegotaeError: for a pattern that nothing matches.
+
+    Example:
+        >>> list_metrics("saturated*").table[["metric", "of"]].values.tolist()
+        [['saturated_share', 'robots']]
+    """
+    available = [(x, kind.kind) for kind in _CATALOGUES for x in kind.metrics()]
+    better = {True: "more", False: "less", None: ""}
+    rows = [
+        (x.name, kind, x.label, x.unit, better[x.more_is_better], x.about)
+        for x, kind in available
+        if fnmatch.fnmatchcase(x.name, pattern)
+    ]
+    if not rows:
+        raise unknown("metric", pattern, {x.name: kind for x, kind in available})
+    table = pd.DataFrame(rows, columns=["metric", "of", "label", "unit", "better", "about"])
+    view = table.drop(columns="label").set_index("metric")
+    return Table(rows=table, views=[view], data={"metrics": table.to_dict("records")})
+
+
+_CATALOGUES = (HOPPING, WALKING, ROBOTS)
 
 _OF_MODELS = {
     "name": "model",
